@@ -1,0 +1,1 @@
+"""Detect and track coloured objects in pictures: picture -> detections -> tracks."""
