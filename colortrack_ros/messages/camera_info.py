@@ -51,6 +51,6 @@ def _path(url: str) -> Path:
         package, _, inside = url.removeprefix('package://').partition('/')
         try:
             return Path(get_package_share_directory(package)) / inside
-        except (PackageNotFoundError, ValueError) as error:
+        except (PackageNotFoundError, OSError, ValueError) as error:
             raise ValueError(f'camera_info_url {url}: there is no package {package!r}') from error
     return Path(url.removeprefix('file://')).expanduser()

@@ -4,6 +4,7 @@ from collections.abc import Callable
 import contextlib
 import dataclasses
 import threading
+from typing import Any
 
 from rclpy.node import Node
 from rclpy.subscription import Subscription
@@ -47,7 +48,7 @@ class CameraNode(Node):
         self,
         deliver: Callable[[Frame], object] | None = None,
         on_end: Callable[[], object] = lambda: None,
-        **options: object,
+        **options: Any,
     ) -> None:
         super().__init__('camera', allow_undeclared_parameters=True, **options)
         self._setup: CameraSetup = declare(self, TABLE, build, self._apply)

@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Sequence
-from importlib.util import find_spec
 import os
 from pathlib import Path
 import random
@@ -142,8 +141,6 @@ def _start(name: str, *parameters: str) -> subprocess.Popen[bytes]:
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demo."""
     arguments = _arguments(args)
-    if not find_spec('colortrack_ros.nodes'):
-        return 1
     arguments.out.mkdir(parents=True, exist_ok=True)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 import threading
 import time
+from typing import Any
 
 from rclpy.node import Node
 from sensor_msgs.msg import Image
@@ -37,7 +38,7 @@ class DetectorNode(Node):
         deliver: Callable[[Detections], object] = lambda _: None,
         *,
         subscribe: bool = True,
-        **options: object,
+        **options: Any,
     ) -> None:
         super().__init__('detector', allow_undeclared_parameters=True, **options)
         self._lock = threading.Lock()

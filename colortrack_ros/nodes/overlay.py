@@ -1,6 +1,7 @@
 """The node that draws the tracks onto the pictures."""
 
 import dataclasses
+from typing import Any
 
 from rclpy.node import Node
 from sensor_msgs.msg import Image
@@ -38,7 +39,7 @@ TABLE = ParameterTable(
 class OverlayNode(Node):
     """Images and tracks in; for each pair with the same stamp one Image out."""
 
-    def __init__(self, **options: object) -> None:
+    def __init__(self, **options: Any) -> None:
         super().__init__('overlay', allow_undeclared_parameters=True, **options)
         declare(self, TABLE, dict, lambda _: None)
         self._painter = TrackPainter()

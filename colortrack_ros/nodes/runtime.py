@@ -28,7 +28,7 @@ def share_file(path: str) -> Path:
     """A file of the package, such as ``params/fastdds.xml``, installed or in the source tree."""
     try:
         installed = Path(get_package_share_directory('colortrack_ros')) / path
-    except PackageNotFoundError:
+    except (PackageNotFoundError, OSError):  # OSError: no ROS installation
         installed = Path(sys.prefix) / 'share' / 'colortrack_ros' / path
     return installed if installed.exists() else Path(__file__).parents[2] / path
 
@@ -55,7 +55,7 @@ def run(
 
     A node with a method ``close`` has it called before it is destroyed.
 
-    :param make_nodes: called after the ROS context is there, with a function that ends the spinning.
+    :param make_nodes: called once ROS is there, with a function that ends the spinning.
     :return: the exit status: 0, or 1 when a node could not start.
     """
     # Blocked in every thread, then awaited in one, a signal cannot hit a callback half way.

@@ -1,5 +1,7 @@
 """The node that turns detections into tracks."""
 
+from typing import Any
+
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
@@ -27,7 +29,7 @@ class TrackerNode(Node):
         alone.
     """
 
-    def __init__(self, *, subscribe: bool = True, **options: object) -> None:
+    def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
         super().__init__('tracker', allow_undeclared_parameters=True, **options)
         self._setup: TrackerSetup = declare(self, TABLE, build, self._apply)
         self._tracker = Tracker(self._setup.config)
