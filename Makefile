@@ -14,7 +14,7 @@ PYTHON_IN = $(RUN) $(VENV)/bin/python
 
 UBUNTU = opencv-python-headless==4.6.0.66 numpy==1.26.4 scipy==1.11.4
 
-.PHONY: demo test test-ubuntu lint clean
+.PHONY: demo test test-ubuntu lint docs clean
 
 demo: $(VENV)/demo
 	$(PYTHON_IN) -m colortrack_ros.nodes.demo --source '$(SOURCE)' --color '$(COLOR)' \
@@ -42,6 +42,9 @@ lint: $(VENV)/test
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
 		-e '.[standalone,demo,test]' $(if $(findstring ubuntu,$*),$(UBUNTU))
 	touch $@
+
+docs: $(VENV)/test
+	$(PYTHON_IN) test/readme_tables.py
 
 clean:
 	rm -rf $(VENV) .venv-ubuntu build install log out
