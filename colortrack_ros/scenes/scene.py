@@ -169,6 +169,6 @@ class Scene:
 
 
 def _noise(options: Options, size: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return what noise adds and what it takes away; each frame cuts a window from them."""
+    """Return what noise adds and what it takes away, fields larger than a picture."""
     pool = normal((options.seed, 1), size + NOISE_SHIFTS, options.noise)
     return np.maximum(pool, 0).astype(np.uint8), np.maximum(-pool, 0).astype(np.uint8)
