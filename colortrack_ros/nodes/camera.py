@@ -76,7 +76,11 @@ class CameraNode(Node):
         self._thread.start()
 
     def _open(self) -> Grabber:
-        source = open_source(self._setup.source, lambda: self.get_clock().now().nanoseconds)
+        source = open_source(
+            self._setup.source,
+            max(self._setup.rate, 0.0),
+            lambda: self.get_clock().now().nanoseconds,
+        )
         return Grabber(source, loop=lambda: self._setup.loop)
 
     def _apply(self, setup: CameraSetup) -> None:
@@ -101,8 +105,11 @@ class CameraNode(Node):
             try:
                 frame = self._grabber.read()
             except SourceError as error:
-                self._recover(error, failures)
-                failures += 1
+                if self._grabber.live:
+                    self._recover(error, failures)
+                    failures += 1
+                else:
+                    self.health.refuse(str(error))
                 continue
             if frame is None:
                 return self._end()

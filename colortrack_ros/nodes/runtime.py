@@ -88,7 +88,12 @@ def _spin(nodes: Sequence[Node], stop: threading.Event) -> None:
     executor = SingleThreadedExecutor()
     for node in nodes:
         executor.add_node(node)
-    threading.Thread(target=lambda: (stop.wait(), executor.wake()), daemon=True).start()
+
+    def wake() -> None:
+        stop.wait()
+        executor.wake()
+
+    threading.Thread(target=wake, daemon=True).start()
     while not stop.is_set():
         executor.spin_once()
     executor.shutdown(timeout_sec=0.0)

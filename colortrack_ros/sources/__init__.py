@@ -6,12 +6,13 @@ from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Clock
 from colortrack_ros.sources.device import DeviceSource
+from colortrack_ros.sources.grabber import Grabber
 from colortrack_ros.sources.pictures import PicturesSource
 from colortrack_ros.sources.scene import SceneSource
 from colortrack_ros.sources.stream import StreamSource
 from colortrack_ros.sources.video import VideoSource
 
-__all__ = ['KINDS', 'Source', 'SourceError', 'open_source']
+__all__ = ['KINDS', 'Grabber', 'Source', 'SourceError', 'open_source']
 
 KINDS = (SceneSource, StreamSource, DeviceSource, PicturesSource, VideoSource)
 """Every kind of source; the first that accepts a spec opens it."""

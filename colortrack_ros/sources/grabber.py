@@ -5,8 +5,8 @@ from collections.abc import Callable
 import threading
 
 from colortrack_ros.data import Frame
-from colortrack_ros.sources.source import Source
-from colortrack_ros.sources.source import SourceError
+from colortrack_ros.sources.base import Source
+from colortrack_ros.sources.base import SourceError
 
 AHEAD = 2
 """Frames of a recording that are read before they are wanted."""
@@ -37,15 +37,15 @@ class Grabber:
     def read(self) -> Frame | None:
         """The next frame; None when the recording has ended or the grabber is closed.
 
-        :raises SourceError: a live source has failed.
+        :raises SourceError: a live source has failed, for good; or a picture of a recording is
+            unreadable, and the next call gives the one after it.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._items or self._closed)
             if self._closed:
                 return None
-            # The end and a failure stay: whoever asks again gets the same answer.
             item = self._items[0]
-            if isinstance(item, Frame):
+            if not self._is_last(item):
                 self._items.popleft()
                 self._changed.notify_all()
         if isinstance(item, SourceError):
@@ -59,21 +59,25 @@ class Grabber:
             self._changed.notify_all()
         self._thread.join(PATIENCE)
 
+    def _is_last(self, item: Frame | SourceError | None) -> bool:
+        """Whether this answer stays for whoever asks again: the end, or a failure."""
+        return item is None or (self.live and isinstance(item, SourceError))
+
     def _grab(self) -> None:
-        item: Frame | SourceError | None = None
-        fresh = False
+        rewound = True  # a recording without frames ends, also in a loop
         while not self._closed:
+            item: Frame | SourceError | None
             try:
                 item = self._source.read()
             except SourceError as error:
                 item = error
-            if item is None and fresh and self._loop():
+            if item is None and not rewound and self._loop():
                 self._source.rewind()
-                fresh = False
+                rewound = True
                 continue
-            fresh = isinstance(item, Frame)
+            rewound = rewound and not isinstance(item, Frame)
             self._put(item)
-            if not fresh:
+            if self._is_last(item):
                 break
         self._source.close()
 
