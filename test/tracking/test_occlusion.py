@@ -61,8 +61,7 @@ def test_two_objects_that_cross_come_out_on_their_own_sides():
 def test_objects_that_merge_share_the_blob():
     """Side by side for two seconds, as one blob: each is measured at its own side."""
     paths = [
-        lambda t, i=i: (40 + SPEED * t, 100 + (2 * i - 1) * (13 + 10 * abs(t - 2)))
-        for i in range(2)
+        lambda t, i=i: (40 + SPEED * t, 100 + (2 * i - 1) * (13 + 4 * abs(t - 2))) for i in range(2)
     ]
     truth, detections = scene(paths, 96)
     assert sum(len(one.rows) == 1 for one in detections) > 10
