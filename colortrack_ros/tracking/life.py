@@ -9,8 +9,8 @@ from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
-from colortrack_ros.tracking.blobs import reach
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.intake import Blobs
 
 RECORD = np.dtype(
     [
@@ -44,21 +44,22 @@ GONE_EVERY = 100.0
 """How long an object in sight stays so, until something covers it or it vanishes, on average [s]"""
 
 
-def births(rows: NDArray[np.void], stamp: int, first_id: int) -> NDArray[np.void]:
+def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> NDArray[np.void]:
     """Records of new tracks.
 
-    :param rows: (K,) detections, of dtype DETECTION.
+    :param blobs: of the frame.
+    :param new: (K,) which of them are new.
     :param stamp: of their frame [ns].
     :param first_id: of the first one; the others follow.
     :return: (K,) of dtype RECORD.
     """
-    records = np.zeros(len(rows), RECORD)
-    records['track_id'] = np.arange(first_id, first_id + len(rows))
+    records = np.zeros(len(new), RECORD)
+    records['track_id'] = np.arange(first_id, first_id + len(new))
     records['born'] = stamp
-    records['color'] = rows['color']
-    records['extent'] = reach(rows)
+    records['color'] = blobs.rows['color'][new]
+    records['extent'] = blobs.reach[new]
     records['visible'] = NEW
-    hit(records, slice(None), rows, stamp)
+    hit(records, slice(None), blobs.rows[new], stamp)
     return records
 
 

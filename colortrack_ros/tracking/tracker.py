@@ -7,15 +7,18 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
-from colortrack_ros.tracking import blobs
+from colortrack_ros.tracking import blobs as shape
 from colortrack_ros.tracking import life
+from colortrack_ros.tracking import regroup
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.bank import Bank
+from colortrack_ros.tracking.bank import invert
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.gating import candidates
+from colortrack_ros.tracking.intake import accept
+from colortrack_ros.tracking.intake import Blobs
 from colortrack_ros.tracking.motion import MOTION_MODELS
 
 Floats = NDArray[np.float64]
@@ -56,12 +59,13 @@ class Tracker:
         :return: the tracks at its stamp, with its header.
         """
         dt = self._advance(detections.stamp)
-        rows, z, R = self._accept(detections.rows)
-        track, detection, z_pair, R_pair = self._associate(rows, z, R)
-        self._bank.correct(track, z_pair, R_pair)
-        life.hit(self._records, track, rows[detection], detections.stamp)
-        self._learn(track, rows[detection], dt)
-        self._spawn(rows, z, R, detection)
+        blobs = accept(detections.rows, self.config)
+        self.dropped += len(detections.rows) - len(blobs.rows)
+        track, blob = self._associate(blobs)
+        free = np.setdiff1d(np.arange(len(blobs.rows)), blob)
+        blobs, free, track, blob = self._regroup(blobs, free, track, blob)
+        self._correct(blobs, track, blob, dt)
+        self._spawn(blobs, free)
         keep = life.settle(self._records, detections.stamp, self.config)
         self._bank.keep(keep)
         self._records = self._records[keep]
@@ -83,107 +87,101 @@ class Tracker:
         life.conceal(self._records, dt, self.config)
         return dt
 
-    def _accept(self, rows: NDArray[np.void]) -> tuple[NDArray[np.void], Floats, Floats]:
-        """Drop and count bad rows; return the others, (M,), their z (M, 2) and R (M, 2, 2)."""
-        names = ('u', 'v', 'cov_uu', 'cov_uv', 'cov_vv', 'area', 'box_u', 'box_v', 'box_w', 'box_h')
-        finite = np.isfinite([rows[name] for name in names]).all(axis=0)
-        a, b, c = rows['cov_uu'], rows['cov_uv'], rows['cov_vv']
-        none = (a == 0) & (b == 0) & (c == 0)
-        with np.errstate(invalid='ignore', over='ignore'):
-            positive = (a > 0) & (c > 0) & (a * c > b * b)
-        good = finite & (none | positive)
-        self.dropped += int(len(rows) - np.count_nonzero(good))
-        rows, none = rows[good], none[good]
-        z = np.stack([rows['u'], rows['v']], axis=1)
-        R = np.empty((len(rows), 2, 2))
-        R[:, 0, 0], R[:, 1, 1] = rows['cov_uu'], rows['cov_vv']
-        R[:, 0, 1] = R[:, 1, 0] = rows['cov_uv']
-        if not self.config.detection_covariance:
-            none[:] = True
-        R[none] = self.config.measurement_noise**2 * np.eye(2)
-        return rows, z, R
-
-    def _associate(
-        self, rows: NDArray[np.void], z: Floats, R: Floats
-    ) -> tuple[Indices, Indices, Floats, Floats]:
-        """Choose pairs of tracks and detections, and settle what each exists by.
-
-        :return: (K,) tracks, ascending, (K,) detections, and what they measure, z and R.
-        """
-        seen = self.config.detection_probability * self._records['visible']
-        track, detection = self._candidates(rows, z, R)
-        z, R = self._measure(track, rows[detection], z[detection], R[detection])
-        ratio = self._bank.log_likelihood(track, z, R) - self._log_density
-        gain = ratio + np.log(seen / (1 - seen))[track]
-        likely = np.flatnonzero(gain > 0)
-        chosen = ASSOCIATORS[self.config.associator](track[likely], detection[likely], gain[likely])
-        pair = likely[chosen]
-        found = np.zeros(len(self._records))
-        found[track[pair]] = np.exp(np.minimum(ratio[pair], 50.0))
-        p = self.config.detection_probability
-        life.reveal(self._records, 1 - p + p * found)
-        missed = np.ones(len(self._records), bool)
-        missed[track[pair]] = False
-        self._records['misses'] += missed
-        return track[pair], detection[pair], z[pair], R[pair]
-
     @property
     def _log_density(self) -> float:
         """Log of the clutter density; without clutter every pair is worth more than a miss."""
         return math.log(self.config.clutter_density) if self.config.clutter_density else -1e9
 
-    def _candidates(self, rows: NDArray[np.void], z: Floats, R: Floats) -> tuple[Indices, Indices]:
+    def _associate(self, blobs: Blobs) -> tuple[Indices, Indices]:
+        """Choose the pairs of greatest likelihood against misses and clutter."""
+        track, blob = self._candidates(blobs)
+        z, R = self._measure(blobs, track, blob)
+        seen = self.config.detection_probability * self._records['visible']
+        gain = self._bank.log_likelihood(track, z, R) - self._log_density
+        gain += np.log(seen / (1 - seen))[track]
+        likely = np.flatnonzero(gain > 0)
+        associate = ASSOCIATORS[self.config.associator]
+        chosen = likely[associate(track[likely], blob[likely], gain[likely])]
+        return track[chosen], blob[chosen]
+
+    def _measure(
+        self, blobs: Blobs, track: Indices, blob: Indices, shared: NDArray[np.bool_] | None = None
+    ) -> tuple[Floats, Floats]:
+        """What each blob measures of its track: z (K, 2) and R (K, 2, 2).
+
+        :param shared: (K,) pairs whose blob is shared by several tracks.
+        """
+        z, R = blobs.z[blob], blobs.R[blob]
+        if not self.config.use_boxes:
+            return z, R
+        expected = self._bank.mean[track, :2]
+        variance = np.diagonal(self._bank.cov[track, :2, :2], axis1=1, axis2=2)
+        extent, box = self._records['extent'][track], blobs.box[blob]
+        low = shape.nearer_side(box, extent, expected, variance)
+        if shared is not None and shared.any():
+            low[shared] = shape.order_of_sides(blob[shared], expected[shared], variance[shared])
+        return shape.measure(z, R, box, extent, low)
+
+    def _candidates(self, blobs: Blobs) -> tuple[Indices, Indices]:
         """All pairs whose gain may be positive: d^2 below a bound that S sets, and of a color."""
         S = self._bank.cov[:, :2, :2]
-        widest = R.max(axis=0, initial=0.0)
+        widest = blobs.R.max(axis=0, initial=0.0)
         p = self.config.detection_probability
-        log_det = np.log(4 * np.pi**2 * np.linalg.det(S + R.min(axis=0, initial=0.0)))
-        bound = 2 * (math.log(p / (1 - p)) - self._log_density) - log_det
+        narrowest = blobs.R.min(axis=0, initial=1e9) * np.eye(2)
+        det = invert(S + narrowest)[1]
+        bound = 2 * (math.log(p / (1 - p)) - self._log_density) - np.log(4 * np.pi**2 * det)
         bound = np.maximum(bound, 0.0)[:, None]
         half = np.sqrt(bound * (np.diagonal(S, axis1=1, axis2=2) + np.diag(widest)))
         if self.config.use_boxes:
             half = half + self._records['extent'].sum(axis=1) / 2
-        track, detection = candidates(self._bank.mean[:, :2], half, z)
+        track, blob = candidates(self._bank.mean[:, :2], half, blobs.z)
         if self.config.color_gating:
-            same = self._records['color'][track] == rows['color'][detection]
-            track, detection = track[same], detection[same]
-        return track, detection
+            same = self._records['color'][track] == blobs.rows['color'][blob]
+            track, blob = track[same], blob[same]
+        return track, blob
 
-    def _measure(
-        self, track: Indices, rows: NDArray[np.void], z: Floats, R: Floats
-    ) -> tuple[Floats, Floats]:
-        """What each detection of a pair measures, seen from its track."""
+    def _regroup(
+        self, blobs: Blobs, free: Indices, track: Indices, blob: Indices
+    ) -> tuple[Blobs, Indices, Indices, Indices]:
+        """Join the pieces of broken blobs, and let tracks that merged share a blob."""
         if not self.config.use_boxes:
-            return z, R
-        return blobs.measure(
-            z,
-            R,
-            blobs.sides(rows),
-            self._records['extent'][track],
-            self._bank.mean[track, :2],
-            np.diagonal(self._bank.cov[track, :2, :2], axis1=1, axis2=2),
+            return blobs, free, track, blob
+        taken = np.full(len(self._records), -1)
+        taken[track] = blob
+        piece, whole = regroup.pieces(self._records, blobs, taken, free)
+        blobs = shape.join(blobs, piece, whole)
+        free = np.setdiff1d(free, piece)
+        guest, host = regroup.guests(self._records, self._bank.mean[:, :2], blobs, taken)
+        return blobs, free, np.append(track, guest), np.append(blob, host)
+
+    def _correct(self, blobs: Blobs, track: Indices, blob: Indices, dt: float) -> None:
+        """Update filters, existence and sizes with what has been measured."""
+        shared = np.bincount(blob, minlength=1)[blob] > 1
+        z, R = self._measure(blobs, track, blob, shared)
+        p = self.config.detection_probability
+        ratio = np.full(len(self._records), 1 - p)
+        likelihood = self._bank.log_likelihood(track, z, R) - self._log_density
+        ratio[track] += p * np.exp(np.minimum(likelihood, 50.0))
+        life.reveal(self._records, ratio)
+        single = np.flatnonzero(~shared)
+        extent, expected = self._records['extent'], self._bank.mean[track[single], :2]
+        extent[track[single]] = shape.learn(
+            extent[track[single]], blobs.z[blob[single]], blobs.box[blob[single]], expected, dt
         )
+        self._bank.correct(track, z, R)
+        self._records['misses'] += 1
+        self._records['misses'][track] -= 1
+        life.hit(self._records, track, blobs.rows[blob], self._stamp or 0)
 
-    def _learn(self, track: Indices, rows: NDArray[np.void], dt: float) -> None:
-        extent = self._records['extent']
-        extent[track] = blobs.learn(extent[track], blobs.reach(rows), dt)
-
-    def _spawn(self, rows: NDArray[np.void], z: Floats, R: Floats, taken: Indices) -> None:
-        """Start a track on each detection left, unless it is a piece of a known object."""
-        new = np.ones(len(rows), bool)
-        new[taken] = False
-        if self.config.use_boxes:
-            known = self._records['state'] != TENTATIVE
-            half = self._records['extent'][known].sum(axis=1) / 2
-            owner, piece = candidates(self._bank.mean[known, :2], half, z)
-            same = self._records['color'][known][owner] == rows['color'][piece]
-            new[piece[same]] = False
-        self._bank.append(z[new], R[new], self.config.initial_speed)
-        born = life.births(rows[new], self._stamp or 0, self._next_id)
+    def _spawn(self, blobs: Blobs, free: Indices) -> None:
+        """Start a track on each blob left."""
+        self._bank.append(blobs.z[free], blobs.R[free], self.config.initial_speed)
+        born = life.births(blobs, free, self._stamp or 0, self._next_id)
         self._next_id += len(born)
         self._records = np.concatenate([self._records, born])
 
     def _rows(self) -> NDArray[np.void]:
+        """Return the tracks as they are published."""
         rows, records = np.zeros(len(self._records), TRACK), self._records
         for name in ('track_id', 'color', 'state', 'hits', 'area', 'box_w', 'box_h'):
             rows[name] = records[name]
