@@ -3,13 +3,17 @@
 import dataclasses
 from typing import Any
 
+import cv2
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.node import Node
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 
 from colortrack_ros.data import Frame
 from colortrack_ros.data import Tracks
-from colortrack_ros.drawing import TrackPainter
+from colortrack_ros.drawing import draw_tracks
+from colortrack_ros.drawing import Trails
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
@@ -25,6 +29,13 @@ from colortrack_ros.nodes.topics import topic
 
 WAITING = 30
 """Pictures that wait for their tracks, and tracks that wait for their picture."""
+
+TO_BGR = {
+    'rgb8': cv2.COLOR_RGB2BGR,
+    'bgra8': cv2.COLOR_BGRA2BGR,
+    'rgba8': cv2.COLOR_RGBA2BGR,
+    'mono8': cv2.COLOR_GRAY2BGR,
+}
 
 TABLE = ParameterTable(
     [
@@ -42,7 +53,7 @@ class OverlayNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__('overlay', allow_undeclared_parameters=True, **options)
         declare(self, TABLE, dict, lambda _: None)
-        self._painter = TrackPainter()
+        self._trails = Trails()
         self._frames: dict[int, Frame] = {}
         self._tracks: dict[int, Tracks] = {}
         self.health = Health(self)
@@ -73,12 +84,21 @@ class OverlayNode(Node):
             waiting.pop(next(iter(waiting)))
 
     def _paint(self, frame: Frame, tracks: Tracks) -> None:
-        wanted = self._publisher.get_subscription_count() > 0
-        image = self._painter.paint(frame, tracks) if wanted else self._painter.follow(tracks)
-        if image is not None:
-            picture = dataclasses.replace(frame, image=image, encoding='bgr8')
-            self._publisher.publish(image_of_frame(picture))
-            self.health.gave_out(frame.stamp)
+        self._trails.update(tracks)
+        if self._publisher.get_subscription_count() == 0:
+            return
+        image = _writable_bgr(frame)
+        draw_tracks(image, tracks, self._trails)
+        picture = dataclasses.replace(frame, image=image, encoding='bgr8')
+        self._publisher.publish(image_of_frame(picture))
+        self.health.gave_out(frame.stamp)
+
+
+def _writable_bgr(frame: Frame) -> NDArray[np.uint8]:
+    if frame.encoding == 'bgr8':
+        return frame.image.copy()
+    image: NDArray = cv2.cvtColor(frame.image, TO_BGR[frame.encoding])
+    return image
 
 
 def main() -> int:

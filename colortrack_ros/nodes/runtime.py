@@ -58,11 +58,9 @@ def run(
     :param make_nodes: called once ROS is there, with a function that ends the spinning.
     :return: the exit status: 0, or 1 when a node could not start.
     """
-    # Blocked in every thread, then awaited in one, a signal cannot hit a callback half way.
-    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     use_transport_profile()
     stop = threading.Event()
-    threading.Thread(target=_await_signal, args=(stop,), daemon=True).start()
+    _on_signal(stop)
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # rclpy has no common class for its errors
@@ -99,11 +97,21 @@ def _spin(nodes: Sequence[Node], stop: threading.Event) -> None:
     executor.shutdown(timeout_sec=0.0)
 
 
-def _await_signal(stop: threading.Event) -> None:
-    signal.sigwait(SIGNALS)
-    stop.set()
-    threading.Event().wait(PATIENCE)
-    os._exit(0)  # something does not return, such as a device that is being opened
+def _on_signal(stop: threading.Event) -> None:
+    """Have a signal set ``stop``, from a thread, so that it never hits a callback half way."""
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    signal.set_wakeup_fd(writing)
+    for number in SIGNALS:
+        signal.signal(number, lambda *_: None)
+
+    def wait() -> None:
+        os.read(reading, 1)
+        stop.set()
+        threading.Event().wait(PATIENCE)
+        os._exit(0)  # something does not return, such as a device that is being opened
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def _one_line(error: Exception) -> str:
