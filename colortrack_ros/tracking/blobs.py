@@ -24,8 +24,8 @@ TOLERANCE_SHARE = 0.05
 FOLLOWING = 0.2
 """Share of a whole blob's size in the learned size."""
 
-SHRINKING = 2.0
-"""Time constant of the learned size towards a smaller blob [s]."""
+GROWING, SHRINKING = 0.3, 2.0
+"""Time constants of the learned size towards a suddenly larger and towards a smaller blob [s]."""
 
 
 def slack(size: Floats) -> Floats:
@@ -99,12 +99,13 @@ def measure(z: Floats, R: Floats, box: Floats, extent: Floats, low: Floats) -> t
     :param low: (K, 2) probability that the low side is the object's own.
     :return: (K, 2) and (K, 2, 2).
     """
-    excess = difference(extent.sum(axis=1), box[:, 1] - box[:, 0])
+    size = extent.sum(axis=1)
+    excess = box[:, 1] - box[:, 0] - size
     by_side = low * (box[:, 0] + extent[:, 0]) + (1 - low) * (box[:, 1] - extent[:, 1])
     side_variance = EDGE_VARIANCE + low * (1 - low) * excess**2
     axis = np.arange(2)
     centroid_variance = R[:, axis, axis] + excess**2 / 4
-    better = (excess != 0) & (side_variance < centroid_variance)
+    better = (side_variance < centroid_variance) & (size > 0)
     covariance = np.where(better.any(axis=1)[:, None, None], 0.0, R)
     covariance[:, axis, axis] = np.where(better, side_variance, centroid_variance)
     return np.where(better, by_side, z), covariance
@@ -131,9 +132,10 @@ def join(blobs: Blobs, piece: Indices, whole: Indices) -> Blobs:
 def learn(extent: Floats, z: Floats, box: Floats, expected: Floats, dt: float) -> Floats:
     """The reach after one more blob that the object has for itself.
 
-    It follows a whole blob, and one that grows as an object entering the picture does, but not a
-    merged one. Towards a smaller blob it goes slowly, and only if the centroid is nearer to the
-    prediction than what either side says: else the object is not smaller but cut.
+    It follows a whole blob, and one that grows as an object coming into view does. A sudden growth
+    may be that of a merged blob, and is followed more slowly. Towards a smaller blob it goes
+    slowest, and only if the centroid is nearer to the prediction than what either side says: else
+    the object is not smaller but cut.
 
     :param extent: (K, 2, 2) of the object [px].
     :param z: (K, 2) centroid [px].
@@ -146,8 +148,10 @@ def learn(extent: Floats, z: Floats, box: Floats, expected: Floats, dt: float) -
     size, blob = extent.sum(axis=1), reach.sum(axis=1)
     excess = difference(size, blob)
     whole = excess == 0
-    growing = (excess > 0) & (blob < 1.25 * size + 4 * TOLERANCE)
+    step = 4 * TOLERANCE + 0.5 * size.max(axis=1, initial=0.0)
+    growing = (excess > 0) & (excess < step[:, None]).all(axis=1)[:, None]
     centers = np.stack([box[:, 0] + extent[:, 0], box[:, 1] - extent[:, 1]])
     cut = np.abs(z - expected) > np.abs(centers - expected).min(axis=0)
-    rate = np.where(growing, 1.0, np.where(cut, 0.0, 1 - np.exp(-dt / SHRINKING)))
-    return extent + np.where(whole, FOLLOWING, rate)[:, None] * (reach - extent)
+    slow = np.where(excess > 0, 1 - np.exp(-dt / GROWING), ~cut * (1 - np.exp(-dt / SHRINKING)))
+    rate = np.where(whole, FOLLOWING, np.where(growing, 1.0, slow))
+    return extent + rate[:, None] * (reach - extent)

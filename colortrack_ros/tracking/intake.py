@@ -17,7 +17,8 @@ class Blobs:
     :param rows: (M,) of dtype DETECTION.
     :param z: (M, 2) centroid [px].
     :param R: (M, 2, 2) its covariance [px^2].
-    :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px].
+    :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px]; a
+        detection without a box is a point.
     """
 
     rows: NDArray[np.void]
@@ -57,4 +58,7 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     R[none] = config.measurement_noise**2 * np.eye(2)
     low = np.stack([rows['box_u'], rows['box_v']], axis=1) - 0.5
     size = np.stack([rows['box_w'], rows['box_h']], axis=1)
-    return Blobs(rows, z, R, np.stack([low, low + size], axis=1).astype(float))
+    box = np.stack([low, low + size], axis=1).astype(float)
+    point = (size <= 0).any(axis=1)
+    box[point] = z[point, None]
+    return Blobs(rows, z, R, box)

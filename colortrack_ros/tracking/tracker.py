@@ -164,14 +164,21 @@ class Tracker:
         ratio[track] += p * np.exp(np.minimum(likelihood, 50.0))
         life.reveal(self._records, ratio)
         single = np.flatnonzero(~shared)
-        extent, expected = self._records['extent'], self._bank.mean[track[single], :2]
-        extent[track[single]] = shape.learn(
-            extent[track[single]], blobs.z[blob[single]], blobs.box[blob[single]], expected, dt
-        )
+        self._learn(track[single], blobs.z[blob[single]], blobs.box[blob[single]], dt)
         self._bank.correct(track, z, R)
         self._records['misses'] += 1
         self._records['misses'][track] -= 1
         life.hit(self._records, track, blobs.rows[blob], self._stamp or 0)
+
+    def _learn(self, track: Indices, z: Floats, box: Floats, dt: float) -> None:
+        """Learn sizes. While an object grows into view its centroid moves at half its speed."""
+        extent = self._records['extent'][track]
+        learned = shape.learn(extent, z, box, self._bank.mean[track, :2], dt)
+        self._records['extent'][track] = learned
+        growth = (learned - extent).sum(axis=1)
+        growth[growth < shape.slack(extent.sum(axis=1))] = 0.0
+        if dt > 0 and growth.any():
+            self._bank.cov[track[:, None], (2, 3), (2, 3)] += (growth / 2 / dt) ** 2
 
     def _spawn(self, blobs: Blobs, free: Indices) -> None:
         """Start a track on each blob left."""

@@ -60,6 +60,17 @@ def test_a_lone_track_is_the_textbook_filter(seed, period):
     np.testing.assert_allclose(rows['covariance'][0], P, atol=1e-12)
 
 
+@pytest.mark.parametrize('variance', [0.01, 4.0])
+def test_detections_without_boxes_are_points(variance):
+    found = []
+    for boxes in (True, False):
+        tracker = Tracker(TrackerConfig(use_boxes=boxes))
+        for k in range(5):
+            rows = tracker.update(points([(50 + k, 9)], k * FRAME, variance)).rows
+        found.append(rows.tobytes())
+    assert found[0] == found[1]
+
+
 def test_one_message_in_is_one_message_out_with_its_header():
     tracker = Tracker()
     for k, z in enumerate([[], [(5, 5)], [], []]):
