@@ -72,7 +72,7 @@ class DetectorConfig:
     :param opening_size: the same for an opening (2.6), last [px].
     """
 
-    colors: tuple[ReferenceColor, ...] = (ReferenceColor.from_rgb('red', (220, 40, 30)),)
+    colors: tuple[ReferenceColor, ...] = (ReferenceColor.from_rgb('red', (205, 58, 34)),)
     min_area: int = 20
     max_area: int = 1_000_000_000
     closing_size: int = 1
