@@ -1,0 +1,121 @@
+"""The life of a track: its records, its existence, its confirmation and its end."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.intake import Blobs
+
+RECORD = np.dtype(
+    [
+        ('track_id', 'u4'),
+        ('color', 'u4'),
+        ('state', 'u1'),
+        ('born', 'i8'),
+        ('updated', 'i8'),
+        ('hits', 'u4'),
+        ('misses', 'u4'),
+        ('area', 'f4'),
+        ('box_w', 'f4'),
+        ('box_h', 'f4'),
+        ('extent', 'f8', (2, 2)),
+        ('visible', 'f8'),
+        ('hidden', 'f8'),
+    ]
+)
+"""One track, besides its filter.
+
+born, updated: stamp of the first and of the last detection [ns]; hits, misses: frames with and
+without a detection; extent: reach of the object to the low and high side, by axis [px], see blobs;
+visible, hidden: probability that the object exists and can, or cannot, be seen.
+"""
+
+NEW = 0.5
+"""Probability that a detection which belongs to no track is an object."""
+
+COVERED_EVERY = 10.0
+GONE_EVERY = 100.0
+"""How long an object in sight stays so, until something covers it or it vanishes, on average [s]"""
+
+
+def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> NDArray[np.void]:
+    """Records of new tracks.
+
+    :param blobs: of the frame.
+    :param new: (K,) which of them are new.
+    :param stamp: of their frame [ns].
+    :param first_id: of the first one; the others follow.
+    :return: (K,) of dtype RECORD.
+    """
+    records = np.zeros(len(new), RECORD)
+    records['track_id'] = np.arange(first_id, first_id + len(new))
+    records['born'] = stamp
+    records['color'] = blobs.rows['color'][new]
+    records['extent'] = blobs.reach[new]
+    records['visible'] = NEW
+    hit(records, slice(None), blobs.rows[new], stamp)
+    return records
+
+
+def hit(
+    records: NDArray[np.void], track: NDArray[np.intp] | slice, rows: NDArray[np.void], stamp: int
+) -> None:
+    """Note that the tracks have taken the detections rows, (K,) of dtype DETECTION."""
+    records['updated'][track] = stamp
+    records['hits'][track] += 1
+    for name in ('area', 'box_w', 'box_h'):
+        records[name][track] = rows[name]
+
+
+def conceal(records: NDArray[np.void], dt: float, config: TrackerConfig) -> None:
+    """Existence before the detections: what is seen gets covered or goes, what is covered returns.
+
+    A Markov chain of the states visible, hidden, gone (Markov chain two of Musicki, Evans and
+    Stankovic 1994), so that a hidden object does not stop existing by not being seen.
+
+    :param records: (N,) of dtype RECORD.
+    :param dt: [s].
+    :param config: a third of its max_time_since_update is how long objects stay hidden on average.
+    """
+    returning = -math.expm1(-3 * dt / max(config.max_time_since_update, 1e-3))
+    covered, gone = -math.expm1(-dt / COVERED_EVERY), -math.expm1(-dt / GONE_EVERY)
+    visible, hidden = records['visible'].copy(), records['hidden'].copy()
+    records['visible'] = visible * (1 - covered - gone) + hidden * returning
+    records['hidden'] = hidden * (1 - returning) + visible * covered
+
+
+def reveal(records: NDArray[np.void], ratio: NDArray[np.float64]) -> None:
+    """Existence after the detections (integrated PDA; Musicki, Evans and Stankovic 1994).
+
+    :param records: (N,) of dtype RECORD.
+    :param ratio: (N,) likelihood of what was measured if the object is visible, against clutter.
+    """
+    visible = records['visible'] * ratio
+    total = visible + 1 - records['visible']
+    records['visible'] = np.minimum(visible / total, 1.0)
+    records['hidden'] = np.minimum(records['hidden'] / total, 1 - records['visible'])
+
+
+def settle(records: NDArray[np.void], stamp: int, config: TrackerConfig) -> NDArray[np.bool_]:
+    """Confirm m of n, mark as coasting, and find the tracks that go on.
+
+    :param records: (N,) of dtype RECORD.
+    :param stamp: of this frame [ns].
+    :param config: the limits.
+    :return: (N,) True for tracks to keep.
+    """
+    tentative = records['state'] == TENTATIVE
+    measured = records['updated'] == stamp
+    confirm = tentative & (records['hits'] >= config.confirm_hits)
+    records['state'] = np.where(
+        tentative & ~confirm, TENTATIVE, np.where(measured, CONFIRMED, COASTING)
+    )
+    hopeless = records['misses'] > config.confirm_window - config.confirm_hits
+    limit = round(config.max_time_since_update * NANOSECONDS)
+    return (stamp - records['updated'] <= limit) & ~(tentative & ~confirm & hopeless)

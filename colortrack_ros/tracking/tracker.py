@@ -1,0 +1,201 @@
+"""The tracker: detections of one frame in, tracks out."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TRACK
+from colortrack_ros.data import Tracks
+from colortrack_ros.tracking import blobs as shape
+from colortrack_ros.tracking import life
+from colortrack_ros.tracking import regroup
+from colortrack_ros.tracking.association import ASSOCIATORS
+from colortrack_ros.tracking.bank import Bank
+from colortrack_ros.tracking.bank import invert
+from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.gating import candidates
+from colortrack_ros.tracking.intake import accept
+from colortrack_ros.tracking.intake import Blobs
+from colortrack_ros.tracking.motion import MOTION_MODELS
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+class Tracker:
+    """Many objects, one Kalman filter each (Pegoretti 2021, 3.1.2, its faults mended).
+
+    :param config: see TrackerConfig.
+    """
+
+    def __init__(self, config: TrackerConfig | None = None) -> None:
+        self.config = config or TrackerConfig()
+        self.dropped = 0
+        """Detections refused so far: not finite, or with a covariance that is none."""
+        self._next_id = 1
+        self._why = ''
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all tracks. IDs go on: none is used twice."""
+        self._stamp: int | None = None
+        self._bank = Bank(MOTION_MODELS[self.config.motion_model]())
+        self._records = np.zeros(0, life.RECORD)
+
+    def configure(self, config: TrackerConfig) -> None:
+        """Change the configuration; tracks live on, unless the motion model is another."""
+        old, self.config = self.config, config
+        if old.motion_model != config.motion_model:
+            self.reset()
+            self._why = f'motion_model changed from {old.motion_model} to {config.motion_model}'
+
+    def update(self, detections: Detections) -> Tracks:
+        """Take the detections of one frame.
+
+        :param detections: of the next frame; an empty one is a frame as well.
+        :return: the tracks at its stamp, with its header.
+        """
+        dt = self._advance(detections.stamp)
+        blobs = accept(detections.rows, self.config)
+        self.dropped += len(detections.rows) - len(blobs.rows)
+        track, blob = self._associate(blobs)
+        free = np.setdiff1d(np.arange(len(blobs.rows)), blob)
+        blobs, free, track, blob = self._regroup(blobs, free, track, blob)
+        self._correct(blobs, track, blob, dt)
+        self._spawn(blobs, free)
+        keep = life.settle(self._records, detections.stamp, self.config)
+        self._bank.keep(keep)
+        self._records = self._records[keep]
+        why, self._why = self._why, ''
+        return Tracks(self._rows(), detections.stamp, detections.frame_id, why)
+
+    def _advance(self, stamp: int) -> float:
+        """Predict to the stamp, or start afresh; return dt [s]."""
+        dt = 0.0 if self._stamp is None else (stamp - self._stamp) / NANOSECONDS
+        if dt < 0:
+            self._why = f'the stamp went back by {-dt:.6f} s'
+        elif dt > self.config.max_dt:
+            self._why = f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s'
+        if not 0 <= dt <= self.config.max_dt:
+            self.reset()
+            dt = 0.0
+        self._stamp = stamp
+        self._bank.predict(dt, self.config.process_noise**2)
+        life.conceal(self._records, dt, self.config)
+        return dt
+
+    @property
+    def _log_density(self) -> float:
+        """Log of the clutter density; without clutter every pair is worth more than a miss."""
+        return math.log(self.config.clutter_density) if self.config.clutter_density else -1e9
+
+    def _associate(self, blobs: Blobs) -> tuple[Indices, Indices]:
+        """Choose the pairs of greatest likelihood against misses and clutter."""
+        track, blob = self._candidates(blobs)
+        z, R = self._measure(blobs, track, blob)
+        seen = self.config.detection_probability * self._records['visible']
+        gain = self._bank.log_likelihood(track, z, R) - self._log_density
+        gain += np.log(seen / (1 - seen))[track]
+        likely = np.flatnonzero(gain > 0)
+        associate = ASSOCIATORS[self.config.associator]
+        chosen = likely[associate(track[likely], blob[likely], gain[likely])]
+        return track[chosen], blob[chosen]
+
+    def _measure(
+        self, blobs: Blobs, track: Indices, blob: Indices, shared: NDArray[np.bool_] | None = None
+    ) -> tuple[Floats, Floats]:
+        """What each blob measures of its track: z (K, 2) and R (K, 2, 2).
+
+        :param shared: (K,) pairs whose blob is shared by several tracks.
+        """
+        z, R = blobs.z[blob], blobs.R[blob]
+        if not self.config.use_boxes:
+            return z, R
+        expected = self._bank.mean[track, :2]
+        variance = np.diagonal(self._bank.cov[track, :2, :2], axis1=1, axis2=2)
+        extent, box = self._records['extent'][track], blobs.box[blob]
+        low = shape.nearer_side(box, extent, expected, variance)
+        if shared is not None and shared.any():
+            low[shared] = shape.order_of_sides(blob[shared], expected[shared], variance[shared])
+        return shape.measure(z, R, box, extent, low)
+
+    def _candidates(self, blobs: Blobs) -> tuple[Indices, Indices]:
+        """All pairs whose gain may be positive: d^2 below a bound that S sets, and of a color."""
+        S = self._bank.cov[:, :2, :2]
+        widest = blobs.R.max(axis=0, initial=0.0)
+        p = self.config.detection_probability
+        narrowest = blobs.R.min(axis=0, initial=1e9) * np.eye(2)
+        det = invert(S + narrowest)[1]
+        bound = 2 * (math.log(p / (1 - p)) - self._log_density) - np.log(4 * np.pi**2 * det)
+        bound = np.maximum(bound, 0.0)[:, None]
+        half = np.sqrt(bound * (np.diagonal(S, axis1=1, axis2=2) + np.diag(widest)))
+        if self.config.use_boxes:
+            half = half + self._records['extent'].sum(axis=1) / 2
+        track, blob = candidates(self._bank.mean[:, :2], half, blobs.z)
+        if self.config.color_gating:
+            same = self._records['color'][track] == blobs.rows['color'][blob]
+            track, blob = track[same], blob[same]
+        return track, blob
+
+    def _regroup(
+        self, blobs: Blobs, free: Indices, track: Indices, blob: Indices
+    ) -> tuple[Blobs, Indices, Indices, Indices]:
+        """Join the pieces of broken blobs, and let tracks that merged share a blob."""
+        if not self.config.use_boxes:
+            return blobs, free, track, blob
+        taken = np.full(len(self._records), -1)
+        taken[track] = blob
+        piece, whole = regroup.pieces(self._records, blobs, taken, free)
+        blobs = shape.join(blobs, piece, whole)
+        free = np.setdiff1d(free, piece)
+        guest, host = regroup.guests(self._records, self._bank.mean[:, :2], blobs, taken)
+        return blobs, free, np.append(track, guest), np.append(blob, host)
+
+    def _correct(self, blobs: Blobs, track: Indices, blob: Indices, dt: float) -> None:
+        """Update filters, existence and sizes with what has been measured."""
+        shared = np.bincount(blob, minlength=1)[blob] > 1
+        z, R = self._measure(blobs, track, blob, shared)
+        p = self.config.detection_probability
+        ratio = np.full(len(self._records), 1 - p)
+        likelihood = self._bank.log_likelihood(track, z, R) - self._log_density
+        ratio[track] += p * np.exp(np.minimum(likelihood, 50.0))
+        life.reveal(self._records, ratio)
+        single = np.flatnonzero(~shared)
+        self._learn(track[single], blobs.z[blob[single]], blobs.box[blob[single]], dt)
+        self._bank.correct(track, z, R)
+        self._records['misses'] += 1
+        self._records['misses'][track] -= 1
+        life.hit(self._records, track, blobs.rows[blob], self._stamp or 0)
+
+    def _learn(self, track: Indices, z: Floats, box: Floats, dt: float) -> None:
+        """Learn sizes. While an object grows into view its centroid moves at half its speed."""
+        extent = self._records['extent'][track]
+        learned = shape.learn(extent, z, box, self._bank.mean[track, :2], dt)
+        self._records['extent'][track] = learned
+        growth = (learned - extent).sum(axis=1)
+        growth[growth < shape.slack(extent.sum(axis=1))] = 0.0
+        if dt > 0 and growth.any():
+            self._bank.cov[track[:, None], (2, 3), (2, 3)] += (growth / 2 / dt) ** 2
+
+    def _spawn(self, blobs: Blobs, free: Indices) -> None:
+        """Start a track on each blob left."""
+        self._bank.append(blobs.z[free], blobs.R[free], self.config.initial_speed)
+        born = life.births(blobs, free, self._stamp or 0, self._next_id)
+        self._next_id += len(born)
+        self._records = np.concatenate([self._records, born])
+
+    def _rows(self) -> NDArray[np.void]:
+        """Return the tracks as they are published."""
+        rows, records = np.zeros(len(self._records), TRACK), self._records
+        for name in ('track_id', 'color', 'state', 'hits', 'area', 'box_w', 'box_h'):
+            rows[name] = records[name]
+        rows['u'], rows['v'], rows['du'], rows['dv'] = self._bank.mean[:, :4].T
+        rows['covariance'] = self._bank.cov[:, :4, :4]
+        stamp = self._stamp or 0
+        rows['age'] = (stamp - records['born']) / NANOSECONDS
+        rows['time_since_update'] = (stamp - records['updated']) / NANOSECONDS
+        rows['score'] = records['visible'] + records['hidden']
+        return rows

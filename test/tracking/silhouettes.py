@@ -1,0 +1,63 @@
+"""Detections made by hand: of points, and of discs that cover each other or hide behind a bar."""
+
+import numpy as np
+from scipy import ndimage
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
+
+FRAME = NANOSECONDS // 24
+
+
+def points(z, stamp=0, variance=0.0, color=0):
+    """Detections without boxes at z, (N, 2)."""
+    z = np.asarray(z, float).reshape(-1, 2)
+    rows = np.zeros(len(z), DETECTION)
+    rows['u'], rows['v'] = z.T
+    rows['cov_uu'] = rows['cov_vv'] = variance
+    rows['color'] = color
+    rows['score'] = 1.0
+    return Detections(rows, stamp, 'camera')
+
+
+def discs(centers, radius, shape, bar=None, stamp=0):
+    """Blobs of discs of one color in a picture of shape (H, W), behind a bar (u0, u1)."""
+    v, u = np.ogrid[: shape[0], : shape[1]]
+    mask = np.zeros(shape, bool)
+    for center in np.asarray(centers, float).reshape(-1, 2):
+        mask |= (u - center[0]) ** 2 + (v - center[1]) ** 2 <= radius**2
+    if bar is not None:
+        mask[:, bar[0] : bar[1]] = False
+    labels, count = ndimage.label(mask, np.ones((3, 3)))
+    rows = np.zeros(count, DETECTION)
+    for i, (down, across) in enumerate(ndimage.find_objects(labels)):
+        y, x = np.nonzero(labels[down, across] == i + 1)
+        box = across.start, down.start, across.stop - across.start, down.stop - down.start
+        cut_u = across.start == 0 or across.stop == shape[1]
+        cut_v = down.start == 0 or down.stop == shape[0]
+        row = rows[i]
+        row['u'], row['v'], row['area'] = box[0] + x.mean(), box[1] + y.mean(), len(x)
+        row['box_u'], row['box_v'], row['box_w'], row['box_h'] = box
+        row['cov_uu'] = 0.05 + 1 / len(x) + cut_u * (box[2] / 4) ** 2
+        row['cov_vv'] = 0.05 + 1 / len(x) + cut_v * (box[3] / 4) ** 2
+        row['score'] = 1.0
+    return Detections(rows[np.argsort(-rows['area'], kind='stable')], stamp, 'camera')
+
+
+def run(tracker, frames):
+    """Rows (track_id, u, v) of the confirmed and coasting tracks, frame by frame."""
+    out = []
+    for detections in frames:
+        rows = tracker.update(detections).rows
+        rows = rows[np.isin(rows['state'], (CONFIRMED, COASTING))]
+        out.append(np.stack([rows['track_id'], rows['u'], rows['v']], axis=1))
+    return out
+
+
+def inside(centers, radius, shape):
+    """Which discs are at least half in the picture."""
+    u, v = np.asarray(centers, float).reshape(-1, 2).T
+    return (u >= 0) & (u <= shape[1] - 1) & (v >= 0) & (v <= shape[0] - 1)

@@ -1,0 +1,73 @@
+"""Objects behind a bar, behind each other, and at the edge of the picture."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scoring import score
+from silhouettes import discs
+from silhouettes import FRAME
+from silhouettes import inside
+from silhouettes import run
+
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+SHAPE, RADIUS, SPEED = (240, 480), 15, 80.0
+
+
+def scene(paths, frames, bar=None):
+    """Truth and detections of discs on their paths, functions of time [s]."""
+    truth, detections = [], []
+    for k in range(frames):
+        centers = np.array([path(k / 24) for path in paths])
+        here = inside(centers, RADIUS, SHAPE)
+        truth.append(np.column_stack([np.flatnonzero(here), centers[here]]))
+        detections.append(discs(centers, RADIUS, SHAPE, bar, k * FRAME))
+    return truth, detections
+
+
+def procession(number):
+    return [
+        lambda t, i=i: (SPEED * t - 20 - 60 * i, 40 + 35 * i + 3 * np.sin(2 * t + i))
+        for i in range(number)
+    ]
+
+
+@pytest.mark.parametrize('bar', [None, (230, 280), (230, 310), (230, 250)])
+def test_each_object_keeps_its_track_through_the_picture_and_behind_a_bar(bar):
+    truth, detections = scene(procession(4), 220, bar)
+    result = score(truth, run(Tracker(), detections), 20.0)
+    assert result.tracks_of == {i: [i + 1] for i in range(4)}
+    assert result.false_tracks == []
+    assert result.rmse < 1.0
+
+
+def test_without_boxes_the_cut_blobs_mislead():
+    truth, detections = scene(procession(4), 220, (230, 310))
+    blind = Tracker(replace(TrackerConfig(), use_boxes=False))
+    assert score(truth, run(blind, detections), 20.0).switches > 0
+
+
+def test_two_objects_that_cross_come_out_on_their_own_sides():
+    paths = [lambda t: (SPEED * t - 20, 40 + 30 * t), lambda t: (500 - SPEED * t, 50 + 30 * t)]
+    truth, detections = scene(paths, 170)
+    result = score(truth, run(Tracker(), detections), 20.0)
+    assert (result.switches, result.misses, result.false_tracks) == (0, 0, [])
+    assert result.rmse < 1.0
+
+
+def test_objects_that_merge_share_the_blob():
+    """Side by side for two seconds, as one blob: each is measured at its own side."""
+    paths = [
+        lambda t, i=i: (40 + SPEED * t, 100 + (2 * i - 1) * (13 + 4 * abs(t - 2))) for i in range(2)
+    ]
+    truth, detections = scene(paths, 96)
+    assert sum(len(one.rows) == 1 for one in detections) > 10
+    tracker = Tracker()
+    for objects, one in zip(truth, detections, strict=True):
+        rows = tracker.update(one).rows
+        if rows['state'].any():
+            assert rows['state'].tolist() == [CONFIRMED] * 2
+            np.testing.assert_allclose(rows['v'], objects[:, 2], atol=2.0)

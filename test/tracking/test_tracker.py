@@ -1,0 +1,200 @@
+from dataclasses import replace
+
+from hypothesis import given
+from hypothesis import settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+from silhouettes import FRAME
+from silhouettes import points
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import TRACK
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+PEGORETTI = TrackerConfig(
+    process_noise=1.0,
+    measurement_noise=1.0,
+    detection_covariance=False,
+    use_boxes=False,
+    initial_speed=1.0,
+    clutter_density=0.0,
+    confirm_hits=1,
+    confirm_window=1,
+)
+
+
+def textbook(z, dt, sigma_s=1.0, sigma_w=1.0, speed=1.0):
+    """Pegoretti 2021, (2.19)-(2.32), in the order (u, v, du, dv), Joseph form."""
+    F = np.eye(4)
+    F[0, 2] = F[1, 3] = dt
+    H = np.eye(2, 4)
+    G = np.array([[dt**2 / 2, 0], [0, dt**2 / 2], [dt, 0], [0, dt]])
+    x, P = H.T @ z[0], np.diag([sigma_w**2, sigma_w**2, speed**2, speed**2])
+    for one in z[1:]:
+        x, P = F @ x, F @ P @ F.T + sigma_s**2 * G @ G.T
+        if one is not None:
+            K = P @ H.T @ np.linalg.inv(H @ P @ H.T + sigma_w**2 * np.eye(2))
+            x = x + K @ (one - H @ x)
+            A = np.eye(4) - K @ H
+            P = A @ P @ A.T + sigma_w**2 * K @ K.T
+    return x, P
+
+
+@given(seed=st.integers(0, 2**32 - 1), period=st.integers(1_000_000, 400_000_000))
+@settings(max_examples=30, deadline=None)
+def test_a_lone_track_is_the_textbook_filter(seed, period):
+    rng = np.random.default_rng(seed)
+    z = [*rng.normal(0, 3, (20, 2))]
+    for k in rng.integers(1, 20, 3):
+        z[k] = None
+    tracker = Tracker(PEGORETTI)
+    for k, one in enumerate(z):
+        rows = tracker.update(points([] if one is None else one, k * period)).rows
+    x, P = textbook(z, period / NANOSECONDS)
+    np.testing.assert_allclose([rows['u'][0], rows['v'][0], rows['du'][0], rows['dv'][0]], x)
+    np.testing.assert_allclose(rows['covariance'][0], P, atol=1e-12)
+
+
+@pytest.mark.parametrize('variance', [0.01, 4.0])
+def test_detections_without_boxes_are_points(variance):
+    found = []
+    for boxes in (True, False):
+        tracker = Tracker(TrackerConfig(use_boxes=boxes))
+        for k in range(5):
+            rows = tracker.update(points([(50 + k, 9)], k * FRAME, variance)).rows
+        found.append(rows.tobytes())
+    assert found[0] == found[1]
+
+
+def test_one_message_in_is_one_message_out_with_its_header():
+    tracker = Tracker()
+    for k, z in enumerate([[], [(5, 5)], [], []]):
+        tracks = tracker.update(points(z, k * FRAME))
+        assert (tracks.stamp, tracks.frame_id, tracks.restarted) == (k * FRAME, 'camera', '')
+        assert tracks.rows.dtype == TRACK
+
+
+def test_a_track_is_tentative_then_confirmed_then_coasting_then_gone():
+    tracker = Tracker(TrackerConfig(max_time_since_update=3.5 / 24))
+    seen = []
+    for k in range(9):
+        rows = tracker.update(points([(10 + 2 * k, 7)] if k < 4 else [], k * FRAME)).rows
+        seen.append(rows['state'].tolist())
+    assert seen == [[TENTATIVE]] * 2 + [[CONFIRMED]] * 2 + [[COASTING]] * 3 + [[]] * 2
+
+
+def test_what_a_row_says():
+    tracker = Tracker()
+    for k in range(6):
+        detections = points([(10.0 + 2 * k, 7)] if k != 4 else [], k * FRAME, 0.1, color=3)
+        detections.rows['area'], detections.rows['box_w'], detections.rows['box_h'] = 50, 8, 9
+        row = tracker.update(detections).rows[0]
+        if k == 4:
+            assert row['time_since_update'] == pytest.approx(1 / 24)
+            assert row['u'] == pytest.approx(18, abs=0.5)
+    assert (row['track_id'], row['color'], row['hits'], row['area']) == (1, 3, 5, 50)
+    assert (row['box_w'], row['box_h'], row['time_since_update']) == (8, 9, 0)
+    assert row['age'] == pytest.approx(5 / 24)
+    assert row['du'] == pytest.approx(48, abs=5)
+    assert 0.9 < row['score'] <= 1
+
+
+def test_a_false_detection_is_never_confirmed():
+    tracker = Tracker()
+    for k in range(8):
+        rows = tracker.update(points([(10, 10)] if k == 2 else [], k * FRAME)).rows
+        assert not rows['state'].any()
+    assert len(rows) == 0
+
+
+@pytest.mark.parametrize(
+    ('step', 'why'), [(-1, 'went back by 1.0'), (5, 'jumped ahead by 5.0'), (1, ''), (0, '')]
+)
+def test_stamps_that_are_out_of_order_start_afresh_and_say_why(step, why):
+    tracker = Tracker()
+    tracker.update(points([(1, 1)], 10 * NANOSECONDS))
+    tracks = tracker.update(points([(90, 90)], (10 + step) * NANOSECONDS))
+    assert why in tracks.restarted
+    assert bool(why) == bool(tracks.restarted)
+    assert tracks.rows['track_id'].tolist() == ([2] if why else [1, 2])
+    assert tracker.update(points([], tracks.stamp + FRAME)).restarted == ''
+
+
+def test_reset_forgets_the_tracks_but_not_the_ids():
+    tracker = Tracker()
+    tracker.update(points([(1, 1)], NANOSECONDS))
+    tracker.reset()
+    assert tracker.update(points([(1, 1)], 0)).rows['track_id'].tolist() == [2]
+
+
+def test_configure_keeps_the_tracks():
+    tracker = Tracker()
+    tracker.update(points([(1, 1)], 0))
+    tracker.configure(replace(tracker.config, process_noise=5.0))
+    assert tracker.update(points([(1, 1)], FRAME)).rows['hits'].tolist() == [2]
+
+
+@pytest.mark.parametrize(('gating', 'ids'), [(True, [1, 2]), (False, [1])])
+def test_another_color_is_another_object_if_color_gates(gating, ids):
+    tracker = Tracker(TrackerConfig(color_gating=gating))
+    tracker.update(points([(1, 1)], 0, color=0))
+    rows = tracker.update(points([(1, 1)], FRAME, color=1)).rows
+    assert rows['track_id'].tolist() == ids
+
+
+@pytest.mark.parametrize('name', ['u', 'v', 'cov_uu', 'cov_uv', 'cov_vv', 'area', 'box_w'])
+@pytest.mark.parametrize('value', [np.nan, np.inf])
+def test_a_row_that_is_not_finite_is_dropped_and_counted(name, value):
+    tracker = Tracker()
+    detections = points([(1, 1), (200, 200)])
+    detections.rows[name][0] = value
+    assert tracker.update(detections).rows['u'].tolist() == [200]
+    assert tracker.dropped == 1
+
+
+def test_a_covariance_that_is_none_is_dropped_and_counted():
+    tracker = Tracker()
+    detections = points([(1, 1), (50, 50), (99, 99)], variance=1.0)
+    detections.rows['cov_uv'][0], detections.rows['cov_vv'][1] = 1.5, -1.0
+    assert tracker.update(detections).rows['u'].tolist() == [99]
+    assert tracker.dropped == 2
+
+
+def test_the_same_messages_give_the_same_tracks_to_the_bit():
+    rng = np.random.default_rng(3)
+    frames = [points(rng.uniform(0, 300, (9, 2)), k * FRAME, 0.5) for k in range(30)]
+    one, two = Tracker(), Tracker()
+    for detections in frames:
+        assert one.update(detections).rows.tobytes() == two.update(detections).rows.tobytes()
+
+
+def test_as_in_the_document_a_false_detection_takes_somebodys_filter():
+    """3.1.2 has neither gate nor cost of a miss; with both, the track coasts."""
+    for config, ids in ((PEGORETTI, [1]), (TrackerConfig(), [1, 2])):
+        tracker = Tracker(config)
+        for k in range(5):
+            tracker.update(points([(50, 50)], k * FRAME))
+        rows = tracker.update(points([(400, 300)], 5 * FRAME)).rows
+        assert rows['track_id'].tolist() == ids
+
+
+@pytest.mark.parametrize(
+    ('name', 'value'),
+    [
+        ('process_noise', -1.0),
+        ('measurement_noise', 0.0),
+        ('max_dt', float('nan')),
+        ('detection_probability', 1.0),
+        ('confirm_window', 2),
+        ('motion_model', 'teleport'),
+        ('associator', ''),
+    ],
+)
+def test_a_bad_value_is_refused_with_its_name_and_range(name, value):
+    with pytest.raises(ValueError, match=f'{name} is .*{value!r}.*expected'):
+        TrackerConfig(**{name: value})
