@@ -2,6 +2,14 @@
 
 from collections.abc import Callable
 
+from colortrack_ros.scenes.harder import blackout
+from colortrack_ros.scenes.harder import collision
+from colortrack_ros.scenes.harder import flicker
+from colortrack_ros.scenes.harder import juggle
+from colortrack_ros.scenes.harder import swarm
+from colortrack_ros.scenes.harder import turns
+from colortrack_ros.scenes.ideal import BLACKOUT
+from colortrack_ros.scenes.ideal import detections_of
 from colortrack_ros.scenes.options import Options
 from colortrack_ros.scenes.options import parse_options
 from colortrack_ros.scenes.pegoretti import crossing
@@ -12,7 +20,7 @@ from colortrack_ros.scenes.pegoretti import single
 from colortrack_ros.scenes.scene import Scene
 from colortrack_ros.scenes.scene import TRUTH
 
-__all__ = ['SCENES', 'TRUTH', 'Options', 'Scene', 'open_scene']
+__all__ = ['BLACKOUT', 'SCENES', 'TRUTH', 'Options', 'Scene', 'detections_of', 'open_scene']
 
 SCENES: dict[str, Callable[[Options], Scene]] = {
     'single': single,
@@ -20,6 +28,12 @@ SCENES: dict[str, Callable[[Options], Scene]] = {
     'five': five,
     'crossing': crossing,
     'occlusion': occlusion,
+    'collision': collision,
+    'swarm': swarm,
+    'juggle': juggle,
+    'turns': turns,
+    'blackout': blackout,
+    'flicker': flicker,
 }
 """Every scene by its name: a function that builds it."""
 
