@@ -17,6 +17,9 @@ from colortrack_ros.scenes.pegoretti import enter_exit
 from colortrack_ros.scenes.pegoretti import five
 from colortrack_ros.scenes.pegoretti import occlusion
 from colortrack_ros.scenes.pegoretti import single
+from colortrack_ros.scenes.rooms import clutter
+from colortrack_ros.scenes.rooms import fast
+from colortrack_ros.scenes.rooms import light
 from colortrack_ros.scenes.scene import Scene
 from colortrack_ros.scenes.scene import TRUTH
 
@@ -34,6 +37,9 @@ SCENES: dict[str, Callable[[Options], Scene]] = {
     'turns': turns,
     'blackout': blackout,
     'flicker': flicker,
+    'clutter': clutter,
+    'light': light,
+    'fast': fast,
 }
 """Every scene by its name: a function that builds it."""
 
