@@ -33,8 +33,8 @@ smears = st.tuples(st.floats(-12, 12), st.floats(-12, 12))
 def test_a_ball_covers_a_disc_around_its_center_however_it_moves(center, smear, radius):
     center, smear = np.array(center), np.array(smear)
     area, u, v = moments(coverage(lambda image: draw_ball(image, center, smear, radius, RED)))
-    assert area == pytest.approx(np.pi * radius**2, rel=0.02)
-    assert (u, v) == pytest.approx(tuple(center), abs=0.02)
+    assert area == pytest.approx(np.pi * radius**2, rel=0.03)
+    assert (u, v) == pytest.approx(tuple(center), abs=0.05)
 
 
 @settings(max_examples=60, deadline=None)
