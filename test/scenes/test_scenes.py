@@ -71,6 +71,15 @@ def test_scenes_last_as_long_as_pegorettis_videos():
         assert (scene.width, scene.height, scene.rate, len(scene)) == (1280, 720, 24.0, 500)
 
 
+@pytest.mark.parametrize('name', SCENES)
+@pytest.mark.parametrize('query', ['width=16&height=16', 'width=33&height=999&duration=0.01'])
+def test_every_scene_can_be_rendered_in_any_size(name, query):
+    scene = open_scene(f'{name}?{query}')
+    for k in (0, len(scene) // 2, len(scene) - 1):
+        assert scene.render(k).shape == (scene.height, scene.width, 3)
+        assert scene.truth(k).dtype == TRUTH
+
+
 def test_options_set_size_rate_noise_and_length():
     scene = open_scene('five?width=641&height=479&rate=30&noise=0&seed=3&duration=10')
     assert scene.render(0).shape == (479, 641, 3)
