@@ -1,1 +1,56 @@
-"""scenes"""
+"""scenes: rendered sequences with their ground truth, the same to the bit on every machine."""
+
+from collections.abc import Callable
+
+from colortrack_ros.scenes.harder import blackout
+from colortrack_ros.scenes.harder import collision
+from colortrack_ros.scenes.harder import flicker
+from colortrack_ros.scenes.harder import juggle
+from colortrack_ros.scenes.harder import swarm
+from colortrack_ros.scenes.harder import turns
+from colortrack_ros.scenes.ideal import BLACKOUT
+from colortrack_ros.scenes.ideal import detections_of
+from colortrack_ros.scenes.options import Options
+from colortrack_ros.scenes.options import parse_options
+from colortrack_ros.scenes.pegoretti import crossing
+from colortrack_ros.scenes.pegoretti import enter_exit
+from colortrack_ros.scenes.pegoretti import five
+from colortrack_ros.scenes.pegoretti import occlusion
+from colortrack_ros.scenes.pegoretti import single
+from colortrack_ros.scenes.rooms import clutter
+from colortrack_ros.scenes.rooms import fast
+from colortrack_ros.scenes.rooms import light
+from colortrack_ros.scenes.scene import Scene
+from colortrack_ros.scenes.scene import TRUTH
+
+__all__ = ['BLACKOUT', 'SCENES', 'TRUTH', 'Options', 'Scene', 'detections_of', 'open_scene']
+
+SCENES: dict[str, Callable[[Options], Scene]] = {
+    'single': single,
+    'enter_exit': enter_exit,
+    'five': five,
+    'crossing': crossing,
+    'occlusion': occlusion,
+    'collision': collision,
+    'swarm': swarm,
+    'juggle': juggle,
+    'turns': turns,
+    'blackout': blackout,
+    'flicker': flicker,
+    'clutter': clutter,
+    'light': light,
+    'fast': fast,
+}
+"""Every scene by its name: a function that builds it."""
+
+
+def open_scene(spec: str) -> Scene:
+    """Return the scene of a name and, after a question mark, options: `five?width=640&noise=0`.
+
+    :raises ValueError: for an unknown scene or option, or a bad value of one, naming what was
+        given and what there is.
+    """
+    name, _, query = spec.partition('?')
+    if name not in SCENES:
+        raise ValueError(f'unknown scene {name!r}: there are {", ".join(SCENES)}')
+    return SCENES[name](parse_options(query))

@@ -1,1 +1,33 @@
-"""sources"""
+"""sources: where frames come from, a device, video file, stream, folder of pictures or scene."""
+
+import time
+
+from colortrack_ros.sources.base import Source
+from colortrack_ros.sources.base import SourceError
+from colortrack_ros.sources.capture import Clock
+from colortrack_ros.sources.device import DeviceSource
+from colortrack_ros.sources.grabber import Grabber
+from colortrack_ros.sources.pictures import PicturesSource
+from colortrack_ros.sources.scene import SceneSource
+from colortrack_ros.sources.stream import StreamSource
+from colortrack_ros.sources.video import VideoSource
+
+__all__ = ['KINDS', 'Grabber', 'Source', 'SourceError', 'open_source']
+
+KINDS = (SceneSource, StreamSource, DeviceSource, PicturesSource, VideoSource)
+"""Every kind of source; the first that accepts a spec opens it."""
+
+
+def open_source(spec: str, rate: float = 0.0, clock: Clock = time.time_ns) -> Source:
+    """Open a device, a video file, a stream, a folder or pattern of pictures, or a scene.
+
+    :param spec: `0`, `/dev/video0`, `ball.mp4`, `rtsp://host/path`, `http://host/stream.mjpg`,
+        `shots`, `shots/*.png`, `scene:five`, `scene:five?width=640&height=480&noise=0`.
+    :param rate: frames a second, where the source has no rate of its own (pictures) or can be
+        asked for one (a device); 0: its default [Hz].
+    :param clock: returns the time [ns], asked at each grab of a live source.
+    :raises SourceError: when it cannot be opened: one line that names what was given and what
+        would work.
+    """
+    kind = next(kind for kind in KINDS if kind.accepts(spec))
+    return kind(spec, rate, clock)

@@ -1,0 +1,50 @@
+# Works on a machine without ROS, with Python 3.11 or 3.12: everything goes into .venv.
+
+PYTHON ?= python3
+VENV ?= .venv
+SOURCE ?= scene:occlusion
+COLOR ?=
+TOLERANCE ?=
+SECONDS ?= 21
+TESTS ?= test
+
+# A sourced ROS and another environment's wheels would be mixed into this one.
+RUN = env -u PYTHONPATH -u LD_LIBRARY_PATH -u AMENT_PREFIX_PATH -u _ROS_WHEELS_BOOTSTRAP_COMPLETE
+PYTHON_IN = $(RUN) $(VENV)/bin/python
+
+UBUNTU = opencv-python-headless==4.6.0.66 numpy==1.26.4 scipy==1.11.4
+
+.PHONY: demo test test-ubuntu lint docs clean
+
+demo: $(VENV)/demo
+	$(PYTHON_IN) -m colortrack_ros.nodes.demo --source '$(SOURCE)' --color '$(COLOR)' \
+		--tolerance '$(TOLERANCE)' --seconds $(SECONDS)
+
+test: lint
+	$(PYTHON_IN) -m pytest $(TESTS)
+
+# The same tests with the versions that Ubuntu 24.04 has.
+test-ubuntu: .venv-ubuntu/test
+	$(RUN) .venv-ubuntu/bin/python -m pytest $(TESTS)
+
+lint: $(VENV)/test
+	$(PYTHON_IN) -m ruff format --check .
+	$(PYTHON_IN) -m ruff check .
+	$(PYTHON_IN) -m mypy colortrack_ros
+
+%/demo: setup.py
+	$(RUN) $(PYTHON) -m venv $*
+	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check -e '.[standalone,demo]'
+	touch $@
+
+%/test: setup.py
+	$(RUN) $(PYTHON) -m venv $*
+	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
+		-e '.[standalone,demo,test]' $(if $(findstring ubuntu,$*),$(UBUNTU))
+	touch $@
+
+docs: $(VENV)/test
+	$(PYTHON_IN) test/readme_tables.py
+
+clean:
+	rm -rf $(VENV) .venv-ubuntu build install log out

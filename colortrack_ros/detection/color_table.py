@@ -1,0 +1,193 @@
+"""Which reference color each pixel belongs to, from tables.
+
+The answer depends on a pixel's three bytes alone. The 2^24 colors are grouped into 2^16 cells
+(5 bits of red, 6 of green, 5 of blue), and a bound of CIELAB over each cell tells whether all of
+its colors belong to the same reference color or none. One look-up for a pixel settles those. In
+the cells that a sphere's surface cuts, each color is computed exactly when it is first seen, and
+remembered.
+"""
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.detection.config import ReferenceColor
+from colortrack_ros.detection.lab import cube_root_or_line_slope
+from colortrack_ros.detection.lab import lab_from_linear
+from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.lab import LINEAR
+from colortrack_ros.detection.lab import WHITE_TO_ONE
+
+CUT, UNKNOWN = 255, 255
+"""Entry of a cell whose colors do not belong together; of a color not yet computed."""
+
+_TO_CELL = {
+    'bgr8': cv2.COLOR_BGR2BGR565,
+    'rgb8': cv2.COLOR_RGB2BGR565,
+    'bgra8': cv2.COLOR_BGRA2BGR565,
+    'rgba8': cv2.COLOR_RGBA2BGR565,
+}
+_RED_GREEN_BLUE = {'bgr8': (2, 1, 0), 'rgb8': (0, 1, 2), 'bgra8': (2, 1, 0), 'rgba8': (0, 1, 2)}
+_STRIP = 1 << 16
+_MARGIN = 1e-6
+
+
+def _has_16_bit_lut() -> bool:
+    try:
+        cv2.LUT(np.zeros((1, 1), np.uint16), np.zeros(1 << 16, np.uint8))
+    except cv2.error:
+        return False
+    return True
+
+
+HAS_16_BIT_LUT = _has_16_bit_lut()
+"""OpenCV 5 indexes a table by 16 bits, 4.6 does not."""
+
+
+def rgb_of(image: NDArray[np.uint8], encoding: str, v: NDArray, u: NDArray) -> NDArray[np.uint8]:
+    """The colors of single pixels.
+
+    :param v, u: (N,) rows and columns.
+    :returns: (N, 3) red, green, blue.
+    """
+    pixels = image[v, u]
+    if encoding == 'mono8':
+        return np.repeat(pixels.reshape(-1, 1), 3, axis=1)
+    return pixels[:, _RED_GREEN_BLUE[encoding]]
+
+
+@lru_cache(maxsize=1)
+def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """CIELAB over each cell lies within center plus and minus radius, axis by axis.
+
+    L is monotone in red, green and blue. For a and b the mean value theorem bounds the way from
+    the middle of the cell by the largest slope in it, and f' of CIE 1976 falls monotonically.
+
+    :returns: centers and radii, both (65536, 3).
+    """
+    cell = np.arange(1 << 16)
+    low = np.stack([(cell >> 11) << 3, (cell >> 5 & 63) << 2, (cell & 31) << 3], axis=-1)
+    low_linear, high_linear = LINEAR[low], LINEAR[low + np.array([7, 3, 7])]
+    center = lab_from_linear((low_linear + high_linear) / 2)
+    half = (high_linear - low_linear) / 2
+    steep = cube_root_or_line_slope(low_linear @ WHITE_TO_ONE.T)
+    flat = cube_root_or_line_slope(high_linear @ WHITE_TO_ONE.T)
+    radius = np.empty_like(center)
+    lightness = np.stack([lab_from_linear(end)[:, 0] for end in (low_linear, high_linear)])
+    center[:, 0] = lightness.mean(axis=0)
+    radius[:, 0] = np.ptp(lightness, axis=0) / 2
+    for axis, (plus, minus, scale) in enumerate(((0, 1, 500), (1, 2, 200)), start=1):
+        rising = steep[:, [plus]] * WHITE_TO_ONE[plus] - flat[:, [minus]] * WHITE_TO_ONE[minus]
+        falling = flat[:, [plus]] * WHITE_TO_ONE[plus] - steep[:, [minus]] * WHITE_TO_ONE[minus]
+        slope = np.maximum(np.abs(rising), np.abs(falling))
+        radius[:, axis] = scale * (slope * half).sum(axis=1)
+    return center, radius + _MARGIN
+
+
+def _distance_squared(lab: NDArray[np.float64], color: ReferenceColor) -> NDArray[np.float64]:
+    """D^2 of Pegoretti 2021, (2.1)."""
+    lightness, a, b = (lab[..., axis] - color.lab[axis] for axis in range(3))
+    return lightness * lightness + a * a + b * b
+
+
+class ColorTable:
+    """Labels pixels: 0 for none of the colors, k + 1 for colors[k].
+
+    A pixel belongs to a color where D < tolerance (2.2), computed in double precision as D^2 <
+    tolerance^2; within tolerance of several, to the one with the smallest D; at equal D, to the
+    first.
+
+    :param colors: 1 to 254 reference colors.
+    """
+
+    def __init__(self, colors: tuple[ReferenceColor, ...]) -> None:
+        self._colors = colors
+        self._lab = np.array([color.lab for color in colors])
+        self._tolerance = np.array([color.tolerance for color in colors])
+        self._cells = self._label_cells()
+        self._exact = np.full(1 << 24, UNKNOWN, np.uint8)
+        self._gray = self.label_colors(np.repeat(np.arange(256, dtype=np.uint8)[:, None], 3, 1))
+
+    def _label_cells(self) -> NDArray[np.uint8]:
+        """(65536,) label of each cell, CUT where a look at the single color is needed."""
+        center, radius = cell_bounds()
+        cells = np.zeros(1 << 16, np.uint8)
+        for label, color in enumerate(self._colors, start=1):
+            offset = np.abs(center - color.lab)
+            nearest = (np.maximum(offset - radius, 0) ** 2).sum(axis=1)
+            farthest = ((offset + radius) ** 2).sum(axis=1)
+            touched = nearest < color.tolerance**2
+            whole = (farthest < color.tolerance**2) & (cells == 0)
+            cells[touched] = np.where(whole[touched], label, CUT)
+        return cells
+
+    def label_colors(self, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The definition, color by color in double precision.
+
+        :param rgb: (N, 3) red, green, blue.
+        :returns: (N,) labels.
+        """
+        lab = lab_from_rgb(rgb)
+        labels = np.zeros(len(rgb), np.uint8)
+        smallest = np.full(len(rgb), np.inf)
+        for label, color in enumerate(self._colors, start=1):
+            squared = _distance_squared(lab, color)
+            nearer = (squared < color.tolerance**2) & (squared < smallest)
+            labels[nearer] = label
+            smallest[nearer] = squared[nearer]
+        return labels
+
+    def closeness(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """1 - D / tolerance, D the distance (2.1) to the color of the label; 0 out of tolerance.
+
+        :param rgb: (N, 3) red, green, blue.
+        :param labels: (N,) of colors, not 0.
+        """
+        distance = np.linalg.norm(lab_from_rgb(rgb) - self._lab[labels - 1], axis=1)
+        return np.maximum(1 - distance / self._tolerance[labels - 1], 0)
+
+    def label_image(self, image: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
+        """The labels of a picture.
+
+        :param image: (H, W, channels) or (H, W), not empty; rows may be padded.
+        :returns: (H, W) labels, a view of (H, W + 1) whose last column is 0.
+        """
+        height, width = image.shape[:2]
+        padded = np.empty((height, width + 1), np.uint8)
+        padded[:, width] = 0
+        labels = padded[:, :width]
+        if encoding == 'mono8':
+            labels[...] = cv2.LUT(image.reshape(height, width), self._gray)
+            return labels
+        cells = cv2.cvtColor(image, _TO_CELL[encoding]).view(np.uint16).reshape(height, width)
+        self._look_up(cells, labels)
+        self._look_closer(image, encoding, padded)
+        return labels
+
+    def _look_up(self, cells: NDArray[np.uint16], labels: NDArray[np.uint8]) -> None:
+        if HAS_16_BIT_LUT:
+            cv2.LUT(cells, self._cells, dst=labels)
+            return
+        # In strips, because take widens the indices to 64 bits: they should stay in the cache.
+        rows = max(1, _STRIP // cells.shape[1])
+        for top in range(0, len(cells), rows):
+            labels[top : top + rows] = self._cells.take(cells[top : top + rows], mode='clip')
+
+    def _look_closer(
+        self, image: NDArray[np.uint8], encoding: str, padded: NDArray[np.uint8]
+    ) -> None:
+        """Replace CUT by the label of the single color, in place."""
+        flat = padded.reshape(-1)
+        cut = np.flatnonzero(flat == CUT)
+        if not cut.size:
+            return
+        rgb = rgb_of(image, encoding, *np.divmod(cut, padded.shape[1]))
+        index = rgb @ np.array([1 << 16, 1 << 8, 1], np.int64)
+        labels = self._exact[index]
+        new = np.flatnonzero(labels == UNKNOWN)
+        if new.size:
+            labels[new] = self.label_colors(rgb[new])
+            self._exact[index[new]] = labels[new]
+        flat[cut] = labels

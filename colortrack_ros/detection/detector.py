@@ -1,0 +1,92 @@
+"""From a frame to its detections."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import ENCODINGS
+from colortrack_ros.data import Frame
+from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import find_blobs
+from colortrack_ros.detection.blobs import sample_pixels
+from colortrack_ros.detection.color_table import ColorTable
+from colortrack_ros.detection.color_table import rgb_of
+from colortrack_ros.detection.config import DetectorConfig
+from colortrack_ros.detection.config import expect
+from colortrack_ros.detection.covariance import centroid_covariance
+from colortrack_ros.detection.morphology import close
+from colortrack_ros.detection.morphology import erode
+from colortrack_ros.detection.morphology import open_
+
+SCORE_PIXELS = 64
+"""Pixels of a blob that its score is the mean of, when it has more."""
+
+
+class Detector:
+    """Finds blobs of the reference colors: Pegoretti 2021, 3.1.1.
+
+    Color distance (2.1), threshold (2.2), erosion (2.4), 8-connected components, area and
+    centroid by moments (2.9)-(2.11). A blob is of one color; area, box and centroid are those of
+    the mask after the erosion.
+
+    :param config: what to look for.
+    """
+
+    def __init__(self, config: DetectorConfig) -> None:
+        self.configure(config)
+
+    def configure(self, config: DetectorConfig) -> None:
+        """Take another configuration; the next frame is detected with it."""
+        self._table = ColorTable(config.colors)
+        self._config = config
+
+    def detect(self, frame: Frame) -> Detections:
+        """The blobs of a frame, largest area first; at equal area, in raster order.
+
+        :param frame: of any size, 0 included, which may change from frame to frame.
+        :raises ValueError: when the encoding is not known or does not fit the picture's shape.
+        """
+        check_image(frame)
+        if not frame.image.size:
+            return Detections(stamp=frame.stamp, frame_id=frame.frame_id)
+        config = self._config
+        labels = self._table.label_image(frame.image, frame.encoding)
+        close(labels, config.closing_size, len(config.colors))
+        erode(labels, config.erosion_size)
+        open_(labels, config.opening_size, len(config.colors))
+        assert labels.base is not None
+        blobs = find_blobs(labels.base, config.min_area, config.max_area)
+        return Detections(self._rows(frame, blobs), frame.stamp, frame.frame_id)
+
+    def _rows(self, frame: Frame, blobs: Blobs) -> NDArray[np.void]:
+        rows = np.zeros(len(blobs.area), DETECTION)
+        rows['u'], rows['v'] = blobs.mean.T
+        height, width = frame.image.shape[:2]
+        covariance = centroid_covariance(blobs, width, height)
+        rows['cov_uu'], rows['cov_uv'] = covariance[:, 0, 0], covariance[:, 0, 1]
+        rows['cov_vv'] = covariance[:, 1, 1]
+        rows['area'] = blobs.area
+        for name, column in zip(('box_u', 'box_v', 'box_w', 'box_h'), blobs.box.T, strict=True):
+            rows[name] = column
+        rows['color'] = blobs.label - 1
+        rows['score'] = self._score(frame, blobs)
+        return rows
+
+    def _score(self, frame: Frame, blobs: Blobs) -> NDArray[np.float64]:
+        """(N,) mean closeness to the color over the blob, over SCORE_PIXELS of it at most."""
+        blob, position = sample_pixels(blobs, SCORE_PIXELS)
+        rgb = rgb_of(frame.image, frame.encoding, *np.divmod(position, blobs.runs.stride))
+        closeness = self._table.closeness(rgb, blobs.label[blob])
+        count = len(blobs.area)
+        return np.bincount(blob, closeness, count) / np.bincount(blob, minlength=count)
+
+
+def check_image(frame: Frame) -> None:
+    """Raise ValueError when a frame's encoding is not known or does not fit its picture."""
+    expect(frame.encoding in ENCODINGS, 'encoding', frame.encoding, f'one of {list(ENCODINGS)}')
+    channels = ENCODINGS[frame.encoding]
+    shape = frame.image.shape
+    valid = shape[2:] == (channels,) or (len(shape) == 2 and channels == 1)
+    expect(valid, 'image.shape', shape, f'(height, width, {channels}) for {frame.encoding}')
+    expect(frame.image.dtype == np.uint8, 'image.dtype', str(frame.image.dtype), 'uint8')

@@ -1,0 +1,72 @@
+"""CIELAB, Pegoretti 2021, (2.1): the one computation that defines which pixel belongs to a color.
+
+Everything faster in this room is a table of what is computed here, and agrees with it to the bit.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from numpy.typing import NDArray
+
+SRGB_TO_XYZ = np.array(
+    [
+        [0.412453, 0.357580, 0.180423],
+        [0.212671, 0.715160, 0.072169],
+        [0.019334, 0.119193, 0.950227],
+    ]
+)
+"""Linear sRGB to CIE XYZ; its rows sum to the white point D65, so that gray has a = b = 0."""
+
+WHITE_TO_ONE = SRGB_TO_XYZ / SRGB_TO_XYZ.sum(axis=1, keepdims=True)
+"""Linear sRGB to XYZ over the white point."""
+
+_CUBE_ROOT_FROM = (6 / 29) ** 3
+_SLOPE = (29 / 6) ** 2 / 3
+
+
+def linear_from_srgb(srgb: ArrayLike) -> NDArray[np.float64]:
+    """Undo the transfer curve of sRGB (IEC 61966-2-1).
+
+    :param srgb: any shape, 0..255.
+    :returns: the same shape, 0..1, proportional to light.
+    """
+    value = np.asarray(srgb, np.float64) / 255.0
+    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+
+
+LINEAR = linear_from_srgb(np.arange(256))
+"""The transfer curve at the 256 values of a byte."""
+
+
+def cube_root_or_line(ratio: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The f of CIE 1976: the cube root, and its tangent below (6/29)^3."""
+    return np.where(ratio > _CUBE_ROOT_FROM, np.cbrt(ratio), _SLOPE * ratio + 4 / 29)
+
+
+def cube_root_or_line_slope(ratio: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The derivative of :func:`cube_root_or_line`; it falls as the ratio grows."""
+    return 1 / (3 * np.cbrt(np.maximum(ratio, _CUBE_ROOT_FROM)) ** 2)
+
+
+def lab_from_linear(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """CIE 1976 L*a*b* of linear sRGB, white point D65, 2 degrees.
+
+    Sums are written out, not left to a matrix product: the result for a color must not depend
+    on how many others are converted beside it.
+
+    :param linear: (..., 3) red, green, blue, 0..1.
+    :returns: (..., 3) L 0..100, a and b signed.
+    """
+    red, green, blue = linear[..., 0], linear[..., 1], linear[..., 2]
+    fx, fy, fz = (
+        cube_root_or_line(row[0] * red + row[1] * green + row[2] * blue) for row in WHITE_TO_ONE
+    )
+    return np.stack([116 * fy - 16, 500 * (fx - fy), 200 * (fy - fz)], axis=-1)
+
+
+def lab_from_rgb(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """CIELAB of 8-bit sRGB colors.
+
+    :param rgb: (..., 3) uint8.
+    :returns: (..., 3) L 0..100, a and b signed.
+    """
+    return lab_from_linear(LINEAR[rgb])

@@ -1,0 +1,143 @@
+"""Tracks drawn onto a picture.
+
+Everything is a polyline of points with a fraction of a pixel; the points are computed in arrays.
+"""
+
+from collections.abc import Sequence
+import colorsys
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import Tracks
+from colortrack_ros.drawing.trails import LENGTH
+from colortrack_ros.drawing.trails import Trails
+
+CHI2_95 = 5.991
+"""95 % of a two-dimensional normal distribution is within this squared Mahalanobis distance."""
+
+SHIFT = 4
+"""Fractional bits of the coordinates that OpenCV draws."""
+
+REACH = 20_000.0
+"""Points farther out [px] are drawn here: OpenCV's whole numbers end somewhere."""
+
+FADE_STEPS = 10
+GRAY = (170, 170, 170)
+GOLDEN = 0.61803398875
+
+_TURN = np.linspace(0, 2 * np.pi, 65)
+_CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
+_CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) / 2
+
+BGR = tuple[int, int, int]
+
+
+def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> None:
+    """Draw trail, 95 % covariance ellipse, box and ID of each track, in place.
+
+    Confirmed tracks are drawn in a color of their own, coasting ones dashed in it, tentative ones
+    thin and gray and without an ID.
+
+    :param image: (H, W, 3) BGR, contiguous, writable.
+    :param tracks: rows without NaN.
+    :param trails: updated with these tracks.
+    """
+    rows = tracks.rows
+    if len(rows) == 0:
+        return
+    scale = image.shape[0] / 720
+    thickness = max(1, round(2 * scale))
+    colors = [
+        GRAY if row['state'] == TENTATIVE else track_color(int(row['track_id'])) for row in rows
+    ]
+    _draw_trails(image, trails, dict(zip(rows['track_id'].tolist(), colors, strict=True)), scale)
+    for row, box, ellipse, color in zip(rows, _boxes(rows), _ellipses(rows), colors, strict=True):
+        width = 1 if row['state'] == TENTATIVE else thickness
+        if row['state'] == COASTING:
+            box, ellipse = _dashed(box, 12), _dashed(ellipse, 32)
+        else:
+            box, ellipse = box[None], ellipse[None]
+        cv2.polylines(image, _fixed(ellipse), False, color, 1, cv2.LINE_AA, SHIFT)
+        cv2.polylines(image, _fixed(box), False, color, width, cv2.LINE_AA, SHIFT)
+        if row['state'] != TENTATIVE:
+            _draw_label(image, str(row['track_id']), row, color, scale)
+
+
+def track_color(track_id: int) -> BGR:
+    """Return the color of a track, bright, the same in every frame, unlike its neighbors'."""
+    hue = track_id * GOLDEN % 1
+    saturation = (0.75, 0.5, 0.95)[track_id % 3]
+    red, green, blue = colorsys.hsv_to_rgb(hue, saturation, 1.0)
+    return round(255 * blue), round(255 * green), round(255 * red)
+
+
+def _boxes(rows: NDArray[np.void]) -> NDArray[np.float64]:
+    """Return (N, 5, 2), the closed outlines of the boxes around the estimated positions."""
+    size = np.stack([rows['box_w'], rows['box_h']], axis=1).astype(float)
+    return _centers(rows) + _CORNERS * size[:, None, :]
+
+
+def _ellipses(rows: NDArray[np.void]) -> NDArray[np.float64]:
+    """Return (N, 65, 2), the outlines that hold the position with 95 % probability."""
+    variances, axes = np.linalg.eigh(rows['covariance'][:, :2, :2])
+    lengths = np.sqrt(CHI2_95 * np.maximum(variances, 0))
+    return _centers(rows) + (_CIRCLE * lengths[:, None, :]) @ axes.transpose(0, 2, 1)
+
+
+def _centers(rows: NDArray[np.void]) -> NDArray[np.float64]:
+    return np.stack([rows['u'], rows['v']], axis=1)[:, None, :]
+
+
+def _dashed(outline: NDArray[np.float64], dashes: int) -> NDArray[np.float64]:
+    """Return (dashes, 2, 2), every other piece of an outline (n, 2), each piece equally long."""
+    corners = np.linspace(0, 1, len(outline))
+    ends = np.linspace(0, 1, 2 * dashes + 1)
+    points = np.stack([np.interp(ends, corners, column) for column in outline.T], axis=1)
+    return np.stack([points[:-1:2], points[1::2]], axis=1)
+
+
+def _fixed(points: NDArray[np.float64]) -> Sequence[NDArray[np.int32]]:
+    """Return points (m, n, 2) [px] as OpenCV draws them."""
+    return list(np.rint(np.clip(points, -REACH, REACH) * (1 << SHIFT)).astype(np.int32))
+
+
+def _draw_trails(
+    image: NDArray[np.uint8], trails: Trails, colors: dict[int, BGR], scale: float
+) -> None:
+    """Blend the trails into the picture, the older the fainter."""
+    painted, opacity = image.copy(), np.zeros(image.shape[:2], np.uint8)
+    width = max(1, round(2.5 * scale))
+    for track_id, points in zip(trails.ids.tolist(), trails.points, strict=True):
+        begin = int(np.isnan(points[:, 0]).sum())
+        for step in range(FADE_STEPS):
+            start, stop = (LENGTH * s // FADE_STEPS for s in (step, step + 1))
+            piece = _fixed(points[None, max(start - 1, begin) : stop])
+            if piece[0].shape[0] > 1:
+                faint = 255 * (step + 1) // FADE_STEPS
+                cv2.polylines(painted, piece, False, colors[track_id], width, cv2.LINE_AA, SHIFT)
+                cv2.polylines(opacity, piece, False, faint, width, cv2.LINE_AA, SHIFT)
+    v, u = np.nonzero(opacity)
+    weight = opacity[v, u, None].astype(np.int32)
+    mixed = image[v, u] * (255 - weight) + painted[v, u] * weight
+    image[v, u] = mixed // 255
+
+
+def _draw_label(
+    image: NDArray[np.uint8], text: str, row: np.void, color: BGR, scale: float
+) -> None:
+    """Write the text on a plate above the box, inside the picture; none for a box outside it."""
+    height, width = image.shape[:2]
+    left, top = row['u'] - row['box_w'] / 2, row['v'] - row['box_h'] / 2
+    if not (-row['box_w'] < left < width and -row['box_h'] < top < height):
+        return
+    size, stroke, margin = max(0.4, 0.6 * scale), max(1, round(1.6 * scale)), round(3 * scale) + 1
+    (w, h), _ = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, size, stroke)
+    x = int(np.clip(left, 0, max(0, width - w - 2 * margin)))
+    y = int(np.clip(top - margin, h + 2 * margin, height))
+    cv2.rectangle(image, (x, y - h - 2 * margin), (x + w + 2 * margin, y), color, cv2.FILLED)
+    place = (x + margin, y - margin)
+    cv2.putText(image, text, place, cv2.FONT_HERSHEY_SIMPLEX, size, (0, 0, 0), stroke, cv2.LINE_AA)

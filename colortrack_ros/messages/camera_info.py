@@ -1,0 +1,56 @@
+"""The YAML of camera_calibration -> sensor_msgs/CameraInfo."""
+
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+from ament_index_python.packages import PackageNotFoundError
+from sensor_msgs.msg import CameraInfo
+import yaml
+
+_MATRICES = {
+    'k': ('camera_matrix', 9),
+    'd': ('distortion_coefficients', None),
+    'r': ('rectification_matrix', 9),
+    'p': ('projection_matrix', 12),
+}
+
+
+def load_camera_info(url: str) -> CameraInfo:
+    """The calibration in a file; all zeros, as is the rule for uncalibrated, for an empty URL.
+
+    :param url: ``file:///path``, ``package://name/path`` or a plain path.
+    :raises ValueError: there is no such file, or it is no calibration; the reason says which.
+    """
+    if not url:
+        return CameraInfo()
+    path = _path(url)
+    try:
+        calibration = yaml.safe_load(path.read_text())
+        info = CameraInfo(
+            width=int(calibration['image_width']),
+            height=int(calibration['image_height']),
+            distortion_model=str(calibration['distortion_model']),
+        )
+        for field, (key, count) in _MATRICES.items():
+            data = [float(value) for value in calibration[key]['data']]
+            if count is not None and len(data) != count:
+                raise ValueError(f'{key} has {len(data)} numbers, expected {count}')
+            setattr(info, field, data)
+    except OSError as error:
+        raise ValueError(f'camera_info_url {url}: {error.strerror}: {path}') from error
+    except (yaml.YAMLError, KeyError, TypeError, ValueError, AssertionError) as error:
+        raise ValueError(
+            f'camera_info_url {url}: {path} is not a calibration as camera_calibration writes it: '
+            f'{" ".join(str(error).split())}'
+        ) from error
+    return info
+
+
+def _path(url: str) -> Path:
+    if url.startswith('package://'):
+        package, _, inside = url.removeprefix('package://').partition('/')
+        try:
+            return Path(get_package_share_directory(package)) / inside
+        except (PackageNotFoundError, OSError, ValueError) as error:
+            raise ValueError(f'camera_info_url {url}: there is no package {package!r}') from error
+    return Path(url.removeprefix('file://')).expanduser()

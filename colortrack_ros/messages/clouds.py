@@ -1,0 +1,142 @@
+"""sensor_msgs/PointCloud2 <-> Detections and Tracks, with the layout of INTERFACE.md."""
+
+import array
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import PointField
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import TRACK
+from colortrack_ros.data import Tracks
+from colortrack_ros.messages.errors import MessageError
+from colortrack_ros.messages.header import header_of
+from colortrack_ros.messages.header import stamp_of
+
+_DATATYPES = {
+    'i1': PointField.INT8,
+    'u1': PointField.UINT8,
+    'i2': PointField.INT16,
+    'u2': PointField.UINT16,
+    'i4': PointField.INT32,
+    'u4': PointField.UINT32,
+    'f4': PointField.FLOAT32,
+    'f8': PointField.FLOAT64,
+}
+_TYPE_NAMES = {datatype: name for name, datatype in _DATATYPES.items()}
+
+
+def _fields_of(dtype: np.dtype[Any]) -> list[PointField]:
+    fields = []
+    for name in dtype.names or ():
+        kind, offset = dtype.fields[name][:2]  # type: ignore[index]
+        datatype = _DATATYPES[kind.base.str.lstrip('<|')]
+        count = int(np.prod(kind.shape, dtype=int))
+        fields.append(PointField(name=name, offset=offset, datatype=datatype, count=count))
+    return fields
+
+
+_FIELDS = {DETECTION: _fields_of(DETECTION), TRACK: _fields_of(TRACK)}
+
+
+def cloud_of_detections(detections: Detections) -> PointCloud2:
+    """One point for each detection."""
+    return _cloud(detections.rows, detections.stamp, detections.frame_id)
+
+
+def cloud_of_tracks(tracks: Tracks) -> PointCloud2:
+    """One point for each track."""
+    return _cloud(tracks.rows, tracks.stamp, tracks.frame_id)
+
+
+def detections_of_cloud(message: PointCloud2) -> Detections:
+    """The detections of a message, in any order of its fields, further fields ignored.
+
+    :raises MessageError: a field is missing or has another type, or sizes do not agree.
+    """
+    rows = _rows(message, DETECTION)
+    return Detections(rows, stamp_of(message.header), message.header.frame_id)
+
+
+def tracks_of_cloud(message: PointCloud2) -> Tracks:
+    """The tracks of a message, in any order of its fields, further fields ignored.
+
+    :raises MessageError: a field is missing or has another type, or sizes do not agree.
+    """
+    return Tracks(_rows(message, TRACK), stamp_of(message.header), message.header.frame_id)
+
+
+def _cloud(rows: NDArray[np.void], stamp: int, frame_id: str) -> PointCloud2:
+    data = array.array('B')
+    data.frombytes(rows.tobytes())
+    return PointCloud2(
+        header=header_of(stamp, frame_id),
+        height=1,
+        width=len(rows),
+        fields=_FIELDS[rows.dtype],
+        is_bigendian=False,
+        point_step=rows.itemsize,
+        row_step=rows.itemsize * len(rows),
+        data=data,
+        is_dense=True,
+    )
+
+
+def _rows(message: PointCloud2, dtype: np.dtype[Any]) -> NDArray[np.void]:
+    """The points as (N,) of ``dtype``, a view of the message where its layout is the same."""
+    size = message.point_step * message.width * message.height
+    if message.height != 1 and message.width * message.height:
+        raise MessageError(f'point cloud of height {message.height}: expected 1')
+    if len(message.data) != size or message.row_step < message.point_step * message.width:
+        raise MessageError(
+            f'point cloud data of {len(message.data)} bytes, row_step {message.row_step}: '
+            f'expected {size}, {message.width} points of {message.point_step} bytes'
+        )
+    if message.width * message.height == 0:
+        return np.zeros(0, dtype)
+    same_layout = message.fields == _FIELDS[dtype] and message.point_step == dtype.itemsize
+    if same_layout and not message.is_bigendian:
+        return np.frombuffer(message.data, dtype)
+    given = np.frombuffer(message.data, _dtype_of(message, dtype))
+    rows = np.zeros(message.width, dtype)
+    for name in dtype.names or ():
+        rows[name] = given[name].reshape(rows[name].shape)
+    return rows
+
+
+def _dtype_of(message: PointCloud2, expected: np.dtype[Any]) -> np.dtype[Any]:
+    """The layout of the message, of the fields that ``expected`` names.
+
+    :raises MessageError: one is missing, has another type, or reaches beyond the point.
+    """
+    order = '>' if message.is_bigendian else '<'
+    given = {field.name: field for field in message.fields}
+    formats, offsets = [], []
+    for wanted in _FIELDS[expected]:
+        field = given.get(wanted.name)
+        if field is None:
+            raise MessageError(f'point cloud without the field {wanted.name!r}')
+        if (field.datatype, field.count) != (wanted.datatype, wanted.count):
+            raise MessageError(
+                f'point cloud field {field.name!r} of datatype {field.datatype} and count '
+                f'{field.count}: expected {wanted.datatype} and {wanted.count}'
+            )
+        kind = np.dtype((order + _TYPE_NAMES[field.datatype], (field.count,)))
+        if field.offset + kind.itemsize > message.point_step:
+            raise MessageError(
+                f'point cloud field {field.name!r} at offset {field.offset}: expected to end '
+                f'within the point_step of {message.point_step}'
+            )
+        formats.append(kind)
+        offsets.append(field.offset)
+    return np.dtype(
+        {
+            'names': [field.name for field in _FIELDS[expected]],
+            'formats': formats,
+            'offsets': offsets,
+            'itemsize': message.point_step,
+        }
+    )

@@ -1,0 +1,17 @@
+"""std_msgs/Header <-> stamp [ns] and frame_id."""
+
+from std_msgs.msg import Header
+
+from colortrack_ros.data import NANOSECONDS
+
+
+def stamp_of(header: Header) -> int:
+    """The header's stamp [ns]."""
+    return header.stamp.sec * NANOSECONDS + header.stamp.nanosec
+
+
+def header_of(stamp: int, frame_id: str) -> Header:
+    """A header with a stamp [ns]."""
+    header = Header(frame_id=frame_id)
+    header.stamp.sec, header.stamp.nanosec = divmod(stamp, NANOSECONDS)
+    return header

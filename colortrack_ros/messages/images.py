@@ -1,0 +1,125 @@
+"""sensor_msgs/Image <-> Frame."""
+
+import array
+import struct
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import Image
+
+from colortrack_ros.data import ENCODINGS
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.messages.errors import MessageError
+from colortrack_ros.messages.header import header_of
+from colortrack_ros.messages.header import stamp_of
+
+
+def image_of_frame(frame: Frame) -> Image:
+    """An Image with a copy of the frame's pixels."""
+    height, width = frame.image.shape[:2]
+    message = Image(
+        header=header_of(frame.stamp, frame.frame_id),
+        height=height,
+        width=width,
+        encoding=frame.encoding,
+        step=width * ENCODINGS[frame.encoding],
+    )
+    # Ten times faster than assigning bytes, hundreds of times faster than a list.
+    data = array.array('B')
+    data.frombytes(np.ascontiguousarray(frame.image).reshape(-1).data)
+    message.data = data
+    return message
+
+
+def compressed_of_frame(frame: Frame, quality: int) -> CompressedImage:
+    """A CompressedImage with the frame as JPEG.
+
+    :param frame: in bgr8.
+    :param quality: 1..100.
+    """
+    _, jpeg = cv2.imencode('.jpg', frame.image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    data = array.array('B')
+    data.frombytes(jpeg.reshape(-1).data)
+    return CompressedImage(
+        header=header_of(frame.stamp, frame.frame_id),
+        format='bgr8; jpeg compressed bgr8',
+        data=data,
+    )
+
+
+def frame_of_image(message: Image) -> Frame:
+    """The Frame that views the message's pixels, without a copy.
+
+    :raises MessageError: size, step, encoding and data do not agree.
+    """
+    image = _view(message.data, message.height, message.width, message.encoding, message.step)
+    return Frame(image, message.encoding, stamp_of(message.header), message.header.frame_id)
+
+
+def frame_of_serialized_image(cdr: bytes) -> Frame:
+    """The Frame that views the pixels of a serialized Image, without a copy.
+
+    :param cdr: as a subscription with ``raw=True`` hands it over.
+    :raises MessageError: these are not the bytes of an Image, or size, step, encoding and data do
+        not agree.
+    """
+    try:
+        order = {0: '>', 1: '<'}[cdr[1]]  # the encapsulation header: 00 00 CDR_BE, 00 01 CDR_LE
+        sec, nanosec, length = struct.unpack_from(order + 'iII', cdr, 4)
+        frame_id, at = _string(cdr, 16, length)
+        height, width, length = struct.unpack_from(order + 'III', cdr, at)
+        encoding, at = _string(cdr, at + 12, length, aligned=1)
+        at = _aligned(at + 1)  # is_bigendian says nothing about bytes
+        step, size = struct.unpack_from(order + 'II', cdr, at)
+        data = memoryview(cdr)[at + 8 : at + 8 + size]
+    except (struct.error, IndexError, KeyError, UnicodeDecodeError) as error:
+        raise MessageError(f'not a serialized sensor_msgs/Image: {error}') from error
+    image = _view(data, height, width, encoding, step)
+    return Frame(image, encoding, sec * NANOSECONDS + nanosec, frame_id)
+
+
+def _string(cdr: bytes, start: int, length: int, aligned: int = 4) -> tuple[str, int]:
+    """A CDR string of ``length`` bytes, its ending zero included, and where the next item is."""
+    end = start + length
+    if not 0 < length <= len(cdr) - start:
+        raise IndexError(f'a string of {length} bytes at byte {start} of {len(cdr)}')
+    return str(cdr[start : end - 1], 'utf-8'), end if aligned == 1 else _aligned(end)
+
+
+def _aligned(at: int) -> int:
+    """The next place for an item of four bytes, counted from the end of the 4-byte header."""
+    return (at + 3) & ~3
+
+
+def _view(
+    data: bytes | memoryview | array.array, height: int, width: int, encoding: str, step: int
+) -> NDArray[np.uint8]:
+    """The pixels as (height, width, channels), or (height, width) for one channel."""
+    if encoding not in ENCODINGS:
+        raise MessageError(f'image encoding {encoding!r}: expected one of {", ".join(ENCODINGS)}')
+    channels = ENCODINGS[encoding]
+    if step < width * channels:
+        raise MessageError(
+            f'image step {step}: expected at least {width * channels}, '
+            f'{width} pixels of {channels} bytes ({encoding})'
+        )
+    if len(data) != step * height:
+        raise MessageError(
+            f'image data of {len(data)} bytes: expected {step * height}, '
+            f'{height} rows of {step} bytes ({width}x{height} {encoding})'
+        )
+    rows = np.frombuffer(data, np.uint8).reshape(height, step)[:, : width * channels]
+    return rows.reshape(height, width) if channels == 1 else _split(rows, width, channels)
+
+
+def _split(rows: NDArray[np.uint8], width: int, channels: int) -> NDArray[np.uint8]:
+    """(H, W * channels) as (H, W, channels), a view also where the rows are padded."""
+    return np.lib.stride_tricks.as_strided(
+        rows,
+        (rows.shape[0], width, channels),
+        (rows.strides[0], channels, 1),
+        writeable=False,
+    )

@@ -1,0 +1,200 @@
+"""The node that publishes pictures from a device, a file, a stream, a folder or a scene."""
+
+from collections.abc import Callable
+import contextlib
+import dataclasses
+import threading
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import Image
+from sensor_msgs.msg import PointCloud2
+
+from colortrack_ros.data import Frame
+from colortrack_ros.messages import compressed_of_frame
+from colortrack_ros.messages import header_of
+from colortrack_ros.messages import image_of_frame
+from colortrack_ros.messages import stamp_of
+from colortrack_ros.nodes.camera_parameters import build
+from colortrack_ros.nodes.camera_parameters import CameraSetup
+from colortrack_ros.nodes.camera_parameters import TABLE
+from colortrack_ros.nodes.health import Health
+from colortrack_ros.nodes.pacer import Pacer
+from colortrack_ros.nodes.pacer import Window
+from colortrack_ros.nodes.parameters import declare
+from colortrack_ros.nodes.runtime import run
+from colortrack_ros.nodes.runtime import StartError
+from colortrack_ros.nodes.topics import publish_on
+from colortrack_ros.nodes.topics import subscribe_to
+from colortrack_ros.sources import Grabber
+from colortrack_ros.sources import open_source
+from colortrack_ros.sources import SourceError
+
+IN_FLIGHT = 2
+"""Frames that may wait for their detections when a recording goes as fast as it is consumed."""
+PATIENCE = 1.0
+"""How long [s] such a frame waits for them."""
+PAUSES = (0.5, 1.0, 2.0, 5.0)
+"""Pauses [s] before a live source that failed is opened again; the last one repeats."""
+
+
+class CameraNode(Node):
+    """Publishes the frames of a source, and its CameraInfo with the same header.
+
+    :param deliver: called with each frame after it is published.
+    :param on_end: called when a recording has ended and ``exit_at_end`` is set.
+    """
+
+    def __init__(
+        self,
+        deliver: Callable[[Frame], object] | None = None,
+        on_end: Callable[[], object] = lambda: None,
+        **options: Any,
+    ) -> None:
+        super().__init__('camera', allow_undeclared_parameters=True, **options)
+        self._setup: CameraSetup = declare(self, TABLE, build, self._apply)
+        self._deliver, self._on_end = deliver, on_end
+        try:
+            self._grabber = self._open()
+        except SourceError as error:
+            raise StartError(str(error)) from error
+        self._state = 'playing'
+        self.health = Health(
+            self, source=lambda: self._state, skipped=lambda: self._grabber.skipped
+        )
+        self._images = publish_on(self, Image, 'image_topic')
+        self._infos = publish_on(self, CameraInfo, 'camera_info_topic')
+        self._jpegs = self.create_publisher(
+            CompressedImage, f'{self._images.topic_name}/compressed', 5
+        )
+        self._answers: Subscription | None = None
+        self._window = Window(IN_FLIGHT, PATIENCE)
+        self._listen()
+        self._closing = threading.Event()
+        self._pacer = Pacer(self._closing.wait)
+        self._base: int | None = None
+        self._thread = threading.Thread(target=self._play, name='camera')
+        self._thread.start()
+
+    def _open(self) -> Grabber:
+        source = open_source(
+            self._setup.source,
+            max(self._setup.rate, 0.0),
+            lambda: self.get_clock().now().nanoseconds,
+        )
+        return Grabber(source, loop=lambda: self._setup.loop)
+
+    def _apply(self, setup: CameraSetup) -> None:
+        self._setup = setup
+        self._listen()
+
+    def _listen(self) -> None:
+        """Have the detections tell when a frame is consumed, where that is the pace."""
+        if self._setup.as_consumed and self._deliver is None and self._answers is None:
+            self._answers = subscribe_to(
+                self,
+                PointCloud2,
+                'detections_topic',
+                lambda message: self._window.answer(stamp_of(message.header)),
+                pictures=False,
+            )
+
+    def _play(self) -> None:
+        self._await_subscribers()
+        failures = 0
+        while not self._closing.is_set():
+            try:
+                frame = self._grabber.read()
+            except SourceError as error:
+                if self._grabber.live:
+                    self._recover(error, failures)
+                    failures += 1
+                else:
+                    self.health.refuse(str(error))
+                continue
+            if frame is None:
+                return self._end()
+            failures = 0
+            self._state = 'playing'
+            stamped = self._stamped(frame)
+            self._pace(stamped.stamp)
+            self._publish(stamped)
+        return None
+
+    def _await_subscribers(self) -> None:
+        wanted = self._setup.wait_for_subscribers
+        while wanted and not self._closing.wait(0.02):
+            listening = self._images.get_subscription_count() >= wanted
+            if listening and (self._answers is None or self._is_answered()):
+                return
+
+    def _is_answered(self) -> bool:
+        """Whether somebody is there who tells when a frame is consumed."""
+        return self._answers is not None and self.count_publishers(self._answers.topic_name) > 0
+
+    def _pace(self, stamp: int) -> None:
+        """Wait until the next frame is due."""
+        if self._setup.as_consumed:
+            if self._is_answered():
+                self._window.send(stamp)
+        elif self._setup.rate > 0.0:
+            self._pacer.pace(1.0 / self._setup.rate)
+        elif not self._grabber.live:
+            self._pacer.pace(self._grabber.period * 1e-9)
+
+    def _stamped(self, frame: Frame) -> Frame:
+        """A recording's frames are stamped from the time on at which it started to play."""
+        if self._base is None:
+            self._base = 0 if self._grabber.live else self.get_clock().now().nanoseconds
+        return dataclasses.replace(
+            frame, stamp=self._base + frame.stamp, frame_id=self._setup.frame_id
+        )
+
+    def _publish(self, frame: Frame) -> None:
+        self.health.took_in()
+        info = self._setup.camera_info
+        info.header = header_of(frame.stamp, frame.frame_id)
+        # A picture is a megabyte and more: made into a message only for somebody who wants it.
+        if self._images.get_subscription_count() > 0:
+            self._images.publish(image_of_frame(frame))
+        self._infos.publish(info)
+        if self._jpegs.get_subscription_count() > 0:
+            self._jpegs.publish(compressed_of_frame(frame, self._setup.jpeg_quality))
+        self.health.gave_out(frame.stamp)
+        if self._deliver is not None:
+            self._deliver(frame)
+
+    def _recover(self, error: SourceError, failures: int) -> None:
+        """Open a live source again, after a pause that grows with the failures in a row."""
+        pause = PAUSES[min(failures, len(PAUSES) - 1)]
+        self._state = f'failed: {error}'
+        self.get_logger().error(f'{error} Next try in {pause:g} s.')
+        self._closing.wait(pause)
+        if not self._closing.is_set():
+            # Where this fails too, reading from the old one fails again and leads here again.
+            with contextlib.suppress(SourceError):
+                failed, self._grabber = self._grabber, self._open()
+                failed.close()
+
+    def _end(self) -> None:
+        if self._closing.is_set():
+            return
+        self._state = 'ended'
+        self.get_logger().info(f'{self._setup.source} has ended: no more frames are published.')
+        if self._setup.exit_at_end:
+            self._window.drain()
+            self._on_end()
+
+    def close(self) -> None:
+        """End the threads and close the source."""
+        self._closing.set()
+        self._grabber.close()
+        self._thread.join()
+
+
+def main() -> int:
+    """Run the node."""
+    return run(lambda stop: [CameraNode(on_end=stop)])

@@ -1,0 +1,123 @@
+"""The parameters of the detector node."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.nodes.parameters import ParameterTable
+from colortrack_ros.nodes.parameters import Spec
+from colortrack_ros.nodes.topics import DEPTH
+from colortrack_ros.nodes.topics import topic
+
+_DEFAULT = DetectorConfig()
+
+TABLE = ParameterTable(
+    [
+        Spec(
+            'colors',
+            [color.name for color in _DEFAULT.colors],
+            'Names of the reference colors; a detection carries the index into this list.',
+        ),
+        Spec(
+            'min_area',
+            _DEFAULT.min_area,
+            'Blobs with fewer pixels are dropped.',
+            unit='px',
+            minimum=1,
+            maximum=1_000_000_000,
+        ),
+        Spec(
+            'max_area',
+            _DEFAULT.max_area,
+            'Blobs with more pixels are dropped.',
+            unit='px',
+            minimum=1,
+            maximum=1_000_000_000,
+        ),
+        Spec(
+            'erosion_size',
+            _DEFAULT.erosion_size,
+            'Side of the structuring element of the erosion, odd; 1 leaves the mask as it is.',
+            unit='px',
+            minimum=1,
+            maximum=99,
+        ),
+        Spec(
+            'opening_size',
+            _DEFAULT.opening_size,
+            'Side of the structuring element of the opening, odd; 1 leaves the mask as it is.',
+            unit='px',
+            minimum=1,
+            maximum=99,
+        ),
+        Spec(
+            'closing_size',
+            _DEFAULT.closing_size,
+            'Side of the structuring element of the closing before the erosion, odd; 1 leaves the '
+            'mask as it is.',
+            unit='px',
+            minimum=1,
+            maximum=99,
+        ),
+        Spec(
+            'max_lag',
+            0.05,
+            'When working off the waiting images would take longer, the oldest are skipped.',
+            unit='s',
+            minimum=0.0,
+            maximum=60.0,
+        ),
+        topic('image_topic', 'camera/image_raw', 'the images'),
+        topic('detections_topic', 'detections', 'the detections that are published'),
+        DEPTH,
+    ],
+    each=[
+        Spec('lab', (float,), 'The reference color [L, a, b] in CIELAB (D65); or give rgb.'),
+        Spec('rgb', (float,), 'The reference color [r, g, b], sRGB, 0..255; or give lab.'),
+        Spec(
+            'tolerance',
+            _DEFAULT.colors[0].tolerance,
+            'Pixels closer to the reference color belong to it (tau).',
+            unit='CIELAB units',
+            minimum=0.0,
+            maximum=200.0,
+        ),
+    ],
+    names_in='colors',
+)
+
+
+@dataclass(frozen=True)
+class DetectorSetup:
+    """The configuration of the detection room, and what the node itself needs."""
+
+    config: DetectorConfig
+    max_lag: float
+
+
+def build(values: Mapping[str, Any]) -> DetectorSetup:
+    """The setup of a detector.
+
+    :raises ValueError: the values do not fit together; the reason names the parameter.
+    """
+    names = ('min_area', 'max_area', 'erosion_size', 'opening_size', 'closing_size')
+    colors = tuple(_color(name, values) for name in values['colors'])
+    config = DetectorConfig(colors=colors, **{name: values[name] for name in names})
+    return DetectorSetup(config, values['max_lag'])
+
+
+def _color(name: str, values: Mapping[str, Any]) -> ReferenceColor:
+    lab, rgb = values.get(f'{name}.lab'), values.get(f'{name}.rgb')
+    if lab is not None and rgb is not None:
+        raise ValueError(f'{name}: expected {name}.lab or {name}.rgb, got both')
+    tolerance = values[f'{name}.tolerance']
+    if lab is not None:
+        return ReferenceColor(name, tuple(lab), tolerance)
+    if rgb is not None:
+        return ReferenceColor.from_rgb(name, rgb, tolerance)
+    for color in _DEFAULT.colors:
+        if color.name == name:
+            return ReferenceColor(name, color.lab, tolerance)
+    raise ValueError(f'{name}: expected {name}.lab [L, a, b] or {name}.rgb [r, g, b], got neither')

@@ -1,0 +1,130 @@
+"""The parameters of the tracker node."""
+
+from collections.abc import Iterable
+from collections.abc import Mapping
+from dataclasses import dataclass
+from dataclasses import fields
+from typing import Any
+
+from colortrack_ros.nodes.parameters import ParameterTable
+from colortrack_ros.nodes.parameters import Spec
+from colortrack_ros.nodes.topics import DEPTH
+from colortrack_ros.nodes.topics import topic
+from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.association import ASSOCIATORS
+from colortrack_ros.tracking.motion import MOTION_MODELS
+
+_DEFAULT = TrackerConfig()
+
+
+def _spec(
+    name: str,
+    description: str,
+    unit: str = '',
+    minimum: float | None = None,
+    maximum: float | None = None,
+    choices: Iterable[str] = (),
+) -> Spec:
+    """A row whose default is that of the room."""
+    default = getattr(_DEFAULT, name)
+    return Spec(name, default, description, unit, minimum, maximum, tuple(choices))
+
+
+TABLE = ParameterTable(
+    [
+        _spec(
+            'max_time_since_update',
+            'A track that has not been measured for longer is deleted.',
+            's',
+            0.0,
+            3600.0,
+        ),
+        _spec(
+            'process_noise',
+            'Standard deviation of the acceleration that the motion model does not know (sigma_s).',
+            'px/s^2',
+            0.0,
+            1e6,
+        ),
+        _spec(
+            'measurement_noise',
+            'Standard deviation of a measured position, where a detection brings no covariance '
+            '(sigma_w).',
+            'px',
+            1e-3,
+            1e3,
+        ),
+        _spec(
+            'detection_covariance',
+            'Whether the covariance that a detection brings is used; if not, measurement_noise '
+            'holds for all.',
+        ),
+        _spec('color_gating', 'Whether a track takes only detections of its own color.'),
+        _spec(
+            'use_boxes',
+            'Whether the bounding boxes tell when an object is cut or merged with another.',
+        ),
+        _spec('motion_model', 'How objects move between frames.', choices=MOTION_MODELS),
+        _spec('associator', 'How detections are given to tracks.', choices=ASSOCIATORS),
+        _spec(
+            'initial_speed',
+            'Standard deviation of the velocity of a new track, on each axis.',
+            'px/s',
+            1e-3,
+            1e6,
+        ),
+        _spec(
+            'detection_probability',
+            'That a visible object is detected in a frame.',
+            '',
+            0.01,
+            0.999,
+        ),
+        _spec(
+            'clutter_density',
+            'Detections a frame that belong to no track yet, false or new; sets the gate and the '
+            'cost of a miss. 0 means no gate.',
+            '1/px^2',
+            0.0,
+            1.0,
+        ),
+        _spec('confirm_hits', 'Detections that confirm a track, among', '', 1, 100),
+        _spec('confirm_window', 'its first so many frames.', '', 1, 100),
+        _spec(
+            'max_dt',
+            'A longer jump of the stamps starts the tracker afresh.',
+            's',
+            1e-3,
+            3600.0,
+        ),
+        Spec(
+            'marker_scale',
+            0.01,
+            'Size of a pixel in the markers.',
+            unit='m/px',
+            minimum=1e-9,
+            maximum=1e3,
+        ),
+        topic('detections_topic', 'detections', 'the detections'),
+        topic('tracks_topic', 'tracks', 'the tracks that are published'),
+        topic('markers_topic', 'tracks/markers', 'the markers that are published'),
+        DEPTH,
+    ]
+)
+
+
+@dataclass(frozen=True)
+class TrackerSetup:
+    """The configuration of the tracking room, and what the node itself needs."""
+
+    config: TrackerConfig
+    marker_scale: float
+
+
+def build(values: Mapping[str, Any]) -> TrackerSetup:
+    """The setup of a tracker.
+
+    :raises ValueError: the values do not fit together; the reason names the parameter.
+    """
+    config = TrackerConfig(**{field.name: values[field.name] for field in fields(TrackerConfig)})
+    return TrackerSetup(config, values['marker_scale'])

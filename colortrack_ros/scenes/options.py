@@ -1,0 +1,63 @@
+"""What can be set on every scene, and how `NAME?width=640&noise=0` is read."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+import math
+
+LIMITS = {
+    'width': (16, 7680),
+    'height': (16, 4320),
+    'rate': (1.0, 1000.0),
+    'noise': (0.0, 20.0),
+    'seed': (0, 2**32 - 1),
+    'duration': (0.01, 20.8),
+}
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a scene.
+
+    :param width, height: of the picture [px]; the motion scales with it.
+    :param rate: frames a second; the motion in pixels a second stays.
+    :param noise: standard deviation of the sensor noise [grey levels].
+    :param seed: of everything random: texture, noise, and where a scene throws dice.
+    :param duration: how much of the scene is played [s].
+    """
+
+    width: int = 1280
+    height: int = 720
+    rate: float = 24.0
+    noise: float = 2.5
+    seed: int = 0
+    duration: float = 20.8
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in LIMITS.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise ValueError(f'scene option {name}={value}: expected {low} to {high}')
+
+    @property
+    def count(self) -> int:
+        """The number of frames: those with k / rate < duration."""
+        return math.ceil(Fraction(str(self.duration)) * Fraction(str(self.rate)))
+
+
+def parse_options(query: str) -> Options:
+    """Return the options of a query such as `width=640&height=480`.
+
+    :raises ValueError: for an unknown name or a bad value, naming what was given and what works.
+    """
+    kinds = {name: type(low) for name, (low, _) in LIMITS.items()}
+    values: dict[str, float] = {}
+    for part in query.split('&') if query else ():
+        name, _, text = part.partition('=')
+        if name not in kinds:
+            raise ValueError(f'unknown scene option {part!r}: there are {", ".join(kinds)}')
+        try:
+            values[name] = kinds[name](text)
+        except ValueError:
+            expected = 'a whole number' if kinds[name] is int else 'a number'
+            raise ValueError(f'scene option {part!r}: expected {expected}') from None
+    return Options(**values)  # type: ignore[arg-type]

@@ -1,0 +1,74 @@
+"""What every source of frames can do."""
+
+from abc import ABC
+from abc import abstractmethod
+
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+
+DEFAULT_RATE = 30.0
+"""Frames a second of a recording that does not say [Hz]."""
+
+
+class SourceError(Exception):
+    """A source cannot be opened or has failed: one line, what was given and what would work."""
+
+
+class Source(ABC):
+    """Where frames come from. A frame owns its picture: nothing overwrites it later.
+
+    A new kind is a class that has these methods, `accepts(spec)`, and a constructor of
+    (spec, rate, clock), in a file of its own, and a line in KINDS.
+
+    :ivar live: frames come when they come, stamped with the clock; else a recording.
+    :ivar period: time from frame to frame of a recording [ns]; 0 for live sources.
+    """
+
+    live: bool
+    period: int
+
+    @staticmethod
+    @abstractmethod
+    def accepts(spec: str) -> bool:
+        """Say whether the spec means a source of this kind."""
+
+    @abstractmethod
+    def read(self) -> Frame | None:
+        """Return the next frame in bgr8, waiting for it if live; None at the end of a recording.
+
+        :raises SourceError: when a live source fails, or one picture of a recording is unreadable;
+            the next call reads the one after it.
+        """
+
+    @abstractmethod
+    def rewind(self) -> None:
+        """Start a recording over; its stamps count on. A live source has no beginning to go to."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of files and devices."""
+
+
+class Recording(Source):
+    """A source that can be read again: frame k since opening has the stamp k / rate.
+
+    :param rate: frames a second.
+    """
+
+    live = False
+
+    def __init__(self, rate: float) -> None:
+        self.period = round(NANOSECONDS / rate)
+        self._rate = rate
+        self._count = 0
+
+    def _frame(self, image: NDArray) -> Frame:
+        """Return the next frame, stamped."""
+        stamp = round(self._count * NANOSECONDS / self._rate)
+        self._count += 1
+        return Frame(image, 'bgr8', stamp)
+
+    def close(self) -> None:
+        """Nothing is held open."""

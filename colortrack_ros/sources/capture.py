@@ -1,0 +1,53 @@
+"""cv2.VideoCapture, quiet, and with the time of the grab."""
+
+from collections.abc import Callable
+import os
+from typing import Any
+
+import cv2
+
+from colortrack_ros.data import Frame
+from colortrack_ros.sources.base import Source
+from colortrack_ros.sources.base import SourceError
+
+# The error that is raised says all; FFmpeg and OpenCV would write their own lines beside it,
+# passwords of streams included. FFmpeg reads this when it is first used.
+os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')
+_set_log_level = getattr(cv2, 'setLogLevel', None) or cv2.utils.logging.setLogLevel
+_set_log_level(0)  # OpenCV 5 has moved it
+
+Clock = Callable[[], int]
+"""Returns the time [ns]."""
+
+
+class LiveCapture(Source):
+    """A capture whose frames are stamped with the time of the grab.
+
+    :param capture: opened.
+    :param label: what to call it in an error.
+    :param clock: returns the time [ns].
+    """
+
+    live = True
+    period = 0
+
+    def __init__(self, capture: cv2.VideoCapture, label: str, clock: Clock) -> None:
+        self._capture = capture
+        self._label = label
+        self._clock = clock
+
+    def read(self) -> Frame:
+        """Wait for the next frame; decoding it comes after the look at the clock."""
+        grabbed = self._capture.grab()
+        stamp = self._clock()
+        image: Any = self._capture.retrieve()[1] if grabbed else None
+        if image is None:
+            raise SourceError(f'{self._label} has stopped giving pictures')
+        return Frame(image, 'bgr8', stamp)
+
+    def rewind(self) -> None:
+        """What is live cannot be seen again."""
+
+    def close(self) -> None:
+        """Let go of the device or the connection."""
+        self._capture.release()

@@ -1,0 +1,91 @@
+"""Reading a source in a thread of its own."""
+
+from collections import deque
+from collections.abc import Callable
+import threading
+
+from colortrack_ros.data import Frame
+from colortrack_ros.sources.base import Source
+from colortrack_ros.sources.base import SourceError
+
+AHEAD = 2
+"""Frames of a recording that are read before they are wanted."""
+PATIENCE = 1.0
+"""How long [s] closing waits for a read that does not return."""
+
+
+class Grabber:
+    """The newest frame of a live source, every frame of a recording.
+
+    A live source is read as fast as it goes, so that its own buffer never holds an old frame; a
+    frame that nobody has taken is skipped and counted when the next one comes.
+
+    :param source: is closed with the grabber.
+    :param loop: whether a recording that has ended starts again, asked at its end.
+    """
+
+    def __init__(self, source: Source, loop: Callable[[], bool] = lambda: False) -> None:
+        self.live, self.period = source.live, source.period
+        self.skipped = 0
+        self._source, self._loop = source, loop
+        self._items: deque[Frame | SourceError | None] = deque()
+        self._changed = threading.Condition()
+        self._closed = False
+        self._thread = threading.Thread(target=self._grab, name='grabber', daemon=True)
+        self._thread.start()
+
+    def read(self) -> Frame | None:
+        """The next frame; None when the recording has ended or the grabber is closed.
+
+        :raises SourceError: a live source has failed, for good; or a picture of a recording is
+            unreadable, and the next call gives the one after it.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._items or self._closed)
+            if self._closed:
+                return None
+            item = self._items[0]
+            if not self._is_last(item):
+                self._items.popleft()
+                self._changed.notify_all()
+        if isinstance(item, SourceError):
+            raise item
+        return item
+
+    def close(self) -> None:
+        """End the thread, which closes the source."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        self._thread.join(PATIENCE)
+
+    def _is_last(self, item: Frame | SourceError | None) -> bool:
+        """Whether this answer stays for whoever asks again: the end, or a failure."""
+        return item is None or (self.live and isinstance(item, SourceError))
+
+    def _grab(self) -> None:
+        rewound = True  # a recording without frames ends, also in a loop
+        while not self._closed:
+            item: Frame | SourceError | None
+            try:
+                item = self._source.read()
+            except SourceError as error:
+                item = error
+            if item is None and not rewound and self._loop():
+                self._source.rewind()
+                rewound = True
+                continue
+            rewound = rewound and not isinstance(item, Frame)
+            self._put(item)
+            if self._is_last(item):
+                break
+        self._source.close()
+
+    def _put(self, item: Frame | SourceError | None) -> None:
+        with self._changed:
+            if self.live:
+                self.skipped += len(self._items)
+                self._items.clear()
+            self._changed.wait_for(lambda: len(self._items) < AHEAD or self._closed)
+            self._items.append(item)
+            self._changed.notify_all()

@@ -1,0 +1,68 @@
+"""Folders of pictures."""
+
+import glob
+from pathlib import Path
+import re
+
+import cv2
+
+from colortrack_ros.data import Frame
+from colortrack_ros.sources.base import DEFAULT_RATE
+from colortrack_ros.sources.base import Recording
+from colortrack_ros.sources.base import SourceError
+from colortrack_ros.sources.capture import Clock
+
+SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.webp', '.pgm', '.ppm')
+
+
+class PicturesSource(Recording):
+    """The pictures of a folder, or of a pattern such as `shots/*.png`; 9.png comes before 10.png.
+
+    :param rate: frames a second; 0: DEFAULT_RATE [Hz].
+    :raises SourceError: when there is no picture, or the first one is unreadable.
+    """
+
+    def __init__(self, spec: str, rate: float, clock: Clock) -> None:
+        super().__init__(rate if rate > 0 else DEFAULT_RATE)
+        if Path(spec).is_file():
+            found = [spec]
+        else:
+            found = glob.glob(f'{glob.escape(spec)}/*' if Path(spec).is_dir() else spec)
+        paths = [path for path in found if path.lower().endswith(SUFFIXES)]
+        if not paths:
+            raise SourceError(
+                f'source {spec!r}: no pictures there; expected files that end in '
+                f'{", ".join(SUFFIXES)}'
+            )
+        self._paths = sorted(paths, key=natural)
+        self._next = 0
+        self.read()
+        self.rewind()
+        self._count = 0
+
+    @staticmethod
+    def accepts(spec: str) -> bool:
+        """A folder, a pattern, or a single picture."""
+        if Path(spec).is_file() or not glob.has_magic(spec):
+            return spec.lower().endswith(SUFFIXES) or (spec != '' and Path(spec).is_dir())
+        return True
+
+    def read(self) -> Frame | None:
+        """Return the next picture."""
+        if self._next == len(self._paths):
+            return None
+        path = self._paths[self._next]
+        self._next += 1
+        image = cv2.imread(path, cv2.IMREAD_COLOR)
+        if image is None:
+            raise SourceError(f'picture {path!r} cannot be read; is it a whole picture file?')
+        return self._frame(image)
+
+    def rewind(self) -> None:
+        """Go back to the first picture."""
+        self._next = 0
+
+
+def natural(path: str) -> list[str | int]:
+    """Return a key that sorts numbers within names by their value."""
+    return [int(part) if part.isdecimal() else part for part in re.split(r'(\d+)', path)]

@@ -1,0 +1,42 @@
+"""Built-in scenes."""
+
+from colortrack_ros.data import Frame
+from colortrack_ros.scenes import open_scene
+from colortrack_ros.scenes import Scene
+from colortrack_ros.sources.base import Recording
+from colortrack_ros.sources.base import SourceError
+from colortrack_ros.sources.capture import Clock
+
+PREFIX = 'scene:'
+
+
+class SceneSource(Recording):
+    """A rendered scene, `scene:five` or `scene:five?width=640&height=480`, at its own rate.
+
+    :raises SourceError: for an unknown scene or option.
+    """
+
+    def __init__(self, spec: str, rate: float, clock: Clock) -> None:
+        try:
+            self._scene: Scene = open_scene(spec[len(PREFIX) :])
+        except ValueError as error:
+            raise SourceError(f'source {spec!r}: {error}') from None
+        super().__init__(self._scene.rate)
+        self._next = 0
+
+    @staticmethod
+    def accepts(spec: str) -> bool:
+        """Whatever starts with `scene:`."""
+        return spec.startswith(PREFIX)
+
+    def read(self) -> Frame | None:
+        """Render the next frame."""
+        if self._next == len(self._scene):
+            return None
+        frame = self._frame(self._scene.render(self._next))
+        self._next += 1
+        return frame
+
+    def rewind(self) -> None:
+        """Go back to the first frame."""
+        self._next = 0

@@ -1,0 +1,49 @@
+"""Build with colcon (ament_python) or pip."""
+
+from glob import glob
+
+from setuptools import find_packages
+from setuptools import setup
+
+NAME = 'colortrack_ros'
+
+EXECUTABLES = ('camera', 'detector', 'overlay', 'pipeline', 'tracker')
+
+# What a robot gets from apt: Jazzy as wheels, and the newest of the rest.
+STANDALONE = [
+    'ros-jazzy-rclpy',
+    'ros-jazzy-common-interfaces',
+    # Without a version it is Kilted; without the extra there is no middleware.
+    'ros-rclpy[fastrtps]==7.1.6',
+    'opencv-python-headless>=4.6',
+    'numpy>=1.26',
+    'scipy>=1.11',
+    'PyYAML',
+]
+
+setup(
+    name=NAME,
+    version='0.1.0',
+    description='Finds objects by their color and tracks them with a bank of Kalman filters',
+    license='Apache-2.0',
+    maintainer='colortrack_ros maintainers',
+    maintainer_email='maintainers@colortrack-ros.org',
+    packages=find_packages(include=[NAME, f'{NAME}.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
+        (f'share/{NAME}', ['package.xml']),
+        (f'share/{NAME}/launch', glob('launch/*.launch.xml')),
+        (f'share/{NAME}/params', glob('params/*')),
+    ],
+    python_requires='>=3.10',
+    install_requires=['setuptools'],
+    extras_require={
+        'standalone': STANDALONE,
+        'demo': ['rich'],
+        'test': ['hypothesis', 'motmetrics', 'mypy', 'pytest', 'ruff', 'types-PyYAML'],
+    },
+    zip_safe=True,
+    entry_points={
+        'console_scripts': [f'{name} = {NAME}.nodes.{name}:main' for name in EXECUTABLES]
+    },
+)

@@ -1,0 +1,149 @@
+from dataclasses import replace
+
+from hypothesis import assume
+from hypothesis import given
+from hypothesis import settings
+from hypothesis import strategies as st
+import numpy as np
+import pictures
+import pytest
+import textbook
+
+from colortrack_ros.data import ENCODINGS
+from colortrack_ros.data import Frame
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
+
+RED = ReferenceColor.from_rgb('red', (220, 40, 30), 30.0)
+CONFIG = DetectorConfig(colors=(RED,))
+
+
+def scene(discs, shape=(120, 160), background=(110, 120, 115), color=(30, 40, 220)):
+    """A bgr8 frame with discs (u, v, radius), not anti-aliased."""
+    image = np.full((*shape, 3), background, np.uint8)
+    v, u = np.indices(shape)
+    for center_u, center_v, radius in discs:
+        image[(u - center_u) ** 2 + (v - center_v) ** 2 <= radius**2] = color
+    return Frame(image, stamp=7, frame_id='camera')
+
+
+@settings(deadline=None, max_examples=80)
+@given(
+    frame=pictures.frames(),
+    colors=pictures.colors(),
+    sizes=st.tuples(*[st.sampled_from([1, 3, 5])] * 3),
+    limits=st.tuples(st.integers(1, 20), st.integers(20, 900)),
+)
+def test_detections_are_those_of_the_textbook(frame, colors, sizes, limits):
+    assume(textbook.is_decided(frame, colors))
+    config = DetectorConfig(colors, *limits, *sizes)
+    detections = Detector(config).detect(frame)
+    rows = detections.rows
+    names = ('area', 'u', 'v', 'box_u', 'box_v', 'box_w', 'box_h', 'color')
+    found = [tuple(float(row[name]) for name in names) for row in rows]
+    expected = [tuple(map(float, row)) for row in textbook.detect(frame, config)]
+    np.testing.assert_allclose(sorted(found), sorted(expected), atol=1e-9)
+    assert (np.diff(rows['area']) <= 0).all()
+    assert (detections.stamp, detections.frame_id) == (frame.stamp, 'camera')
+    assert ((rows['score'] >= 0) & (rows['score'] <= 1)).all()
+    determinant = rows['cov_uu'] * rows['cov_vv'] - rows['cov_uv'] ** 2
+    assert ((rows['cov_uu'] > 0) & (determinant > 0)).all()
+
+
+def test_a_disc_is_found_where_it_is():
+    (row,) = Detector(CONFIG).detect(scene([(60, 50, 12)])).rows
+    assert (row['u'], row['v']) == (60, 50)
+    assert (row['box_u'], row['box_v'], row['box_w'], row['box_h']) == (50, 40, 21, 21)
+    assert row['color'] == 0
+
+
+def test_a_blob_of_exactly_the_reference_color_scores_one():
+    detector = Detector(CONFIG)
+    (exact,) = detector.detect(scene([(60, 50, 12)])).rows
+    (other,) = detector.detect(scene([(60, 50, 12)], color=(40, 60, 200))).rows
+    assert exact['score'] == pytest.approx(1, abs=1e-6)
+    distance = np.linalg.norm(textbook.lab(np.array([200, 60, 40])) - RED.lab)
+    assert other['score'] == pytest.approx(1 - distance / RED.tolerance)
+
+
+def test_a_large_blob_is_known_better_than_a_small_one():
+    small, large = (
+        Detector(CONFIG).detect(scene([(80, 60, radius)])).rows[0] for radius in (5, 40)
+    )
+    assert large['cov_uu'] < small['cov_uu'] / 2
+
+
+def test_a_blob_cut_by_the_border_is_known_badly_in_that_direction():
+    (left,) = Detector(CONFIG).detect(scene([(-3, 60, 20)])).rows
+    (bottom,) = Detector(CONFIG).detect(scene([(80, 122, 20)])).rows
+    assert np.sqrt(left['cov_uu']) > 5 > 0.5 > np.sqrt(left['cov_vv'])
+    assert np.sqrt(bottom['cov_vv']) > 5 > 0.5 > np.sqrt(bottom['cov_uu'])
+
+
+def test_colors_are_eroded_each_for_itself():
+    image = np.full((9, 12, 3), (30, 40, 220), np.uint8)
+    image[:, 6:] = (30, 220, 40)
+    colors = (RED, ReferenceColor.from_rgb('green', (40, 220, 30), 30.0))
+    rows = Detector(DetectorConfig(colors=colors, min_area=1)).detect(Frame(image)).rows
+    assert rows[['color', 'area', 'box_u', 'box_w']].tolist() == [(0, 45, 0, 5), (1, 45, 7, 5)]
+
+
+@pytest.mark.parametrize('encoding', ENCODINGS)
+@pytest.mark.parametrize('shape', [(0, 0), (0, 5), (5, 0), (1, 1), (1, 9), (9, 1)])
+def test_tiny_and_empty_pictures_give_detections(encoding, shape):
+    image = np.full((*shape, ENCODINGS[encoding]), 255, np.uint8)
+    white = ReferenceColor('white', (100.0, 0.0, 0.0), 5.0)
+    config = DetectorConfig(colors=(white,), min_area=1)
+    detections = Detector(config).detect(Frame(image, encoding, 3, 'camera'))
+    assert detections.rows['area'].sum() == image[..., 0].size
+    assert (detections.stamp, detections.frame_id) == (3, 'camera')
+
+
+def test_a_picture_all_inside_is_one_blob():
+    frame = Frame(np.full((30, 40, 3), (30, 40, 220), np.uint8))
+    (row,) = Detector(CONFIG).detect(frame).rows
+    assert (row['area'], row['u'], row['v']) == (1200, 19.5, 14.5)
+    assert min(row['cov_uu'], row['cov_vv']) > 100
+
+
+def test_size_and_encoding_may_change_from_frame_to_frame():
+    detector = Detector(CONFIG)
+    for shape in ((60, 80), (200, 100), (60, 80)):
+        frame = scene([(40, 30, 10)], shape)
+        assert len(detector.detect(frame).rows) == 1
+        mono = Frame(np.ascontiguousarray(frame.image[..., 0]), 'mono8')
+        assert len(detector.detect(mono).rows) == 0
+
+
+def test_a_padded_picture_is_not_copied_nor_changed():
+    wide = scene([(40, 30, 10)], (60, 100)).image
+    before = wide.copy()
+    narrow = np.ascontiguousarray(wide[:, :80])
+    detector = Detector(CONFIG)
+    padded, plain = detector.detect(Frame(wide[:, :80])), detector.detect(Frame(narrow))
+    np.testing.assert_array_equal(padded.rows, plain.rows)
+    np.testing.assert_array_equal(wide, before)
+
+
+def test_a_configuration_counts_from_the_next_frame_on():
+    detector = Detector(CONFIG)
+    frame = scene([(40, 30, 10)])
+    detector.configure(replace(CONFIG, min_area=1000))
+    assert len(detector.detect(frame).rows) == 0
+    detector.configure(replace(CONFIG, colors=(ReferenceColor.from_rgb('gray', (115, 120, 110)),)))
+    assert detector.detect(frame).rows['area'] > 10_000
+
+
+@pytest.mark.parametrize(
+    ('image', 'encoding', 'said'),
+    [
+        (np.zeros((4, 5, 3), np.uint8), 'yuv422', 'encoding'),
+        (np.zeros((4, 5, 3), np.uint8), 'bgra8', 'image.shape'),
+        (np.zeros((4, 5), np.uint8), 'bgr8', 'image.shape'),
+        (np.zeros((4, 5, 3), np.uint16), 'bgr8', 'image.dtype'),
+    ],
+)
+def test_a_picture_that_contradicts_its_encoding_is_refused(image, encoding, said):
+    with pytest.raises(ValueError, match=said):
+        Detector(CONFIG).detect(Frame(image, encoding))

@@ -1,0 +1,52 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from colortrack_ros.messages import load_camera_info
+
+YAML = """
+image_width: 640
+image_height: 480
+camera_name: narrow_stereo
+camera_matrix: {rows: 3, cols: 3, data: [430.2, 0, 306.7, 0, 430.5, 227.2, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [-0.34, 0.16, 0.001, -0.0002, 0]}
+rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}
+projection_matrix: {rows: 3, cols: 4, data: [355.6, 0, 302.9, 0, 0, 417.2, 219.5, 0, 0, 0, 1, 0]}
+"""
+
+
+@pytest.mark.parametrize('prefix', ['', 'file://'])
+def test_the_yaml_of_camera_calibration_is_read(tmp_path: Path, prefix: str):
+    path = tmp_path / 'narrow.yaml'
+    path.write_text(YAML)
+    info = load_camera_info(f'{prefix}{path}')
+    assert (info.width, info.height, info.distortion_model) == (640, 480, 'plumb_bob')
+    assert np.allclose(info.k.reshape(3, 3)[:2, 2], (306.7, 227.2))
+    assert len(info.d) == 5
+    assert info.p[0] == 355.6
+
+
+def test_no_calibration_is_all_zeros():
+    info = load_camera_info('')
+    assert not np.any(info.k)
+    assert (info.width, info.height) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    'text',
+    ['', '[1, 2', 'a: 1', YAML.replace('430.2', 'wide'), YAML.replace('[1, 0, 0,', '[1, 0,')],
+)
+def test_another_file_is_refused_by_name(tmp_path: Path, text: str):
+    path = tmp_path / 'bad.yaml'
+    path.write_text(text)
+    with pytest.raises(ValueError, match=r'camera_info_url .*bad\.yaml is not a calibration'):
+        load_camera_info(str(path))
+
+
+def test_a_missing_file_or_package_is_refused_by_name():
+    with pytest.raises(ValueError, match='No such file'):
+        load_camera_info('file:///nowhere/camera.yaml')
+    with pytest.raises(ValueError, match="no package 'no_such_package'"):
+        load_camera_info('package://no_such_package/camera.yaml')

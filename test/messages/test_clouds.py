@@ -1,0 +1,135 @@
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+from sensor_msgs.msg import PointCloud2
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import TRACK
+from colortrack_ros.data import Tracks
+from colortrack_ros.messages import cloud_of_detections
+from colortrack_ros.messages import cloud_of_tracks
+from colortrack_ros.messages import detections_of_cloud
+from colortrack_ros.messages import MessageError
+from colortrack_ros.messages import tracks_of_cloud
+
+TEXT = st.text(st.characters(codec='utf-8', exclude_characters='\0'), max_size=9)
+
+
+def random_rows(dtype, count, seed=0):
+    rng = np.random.default_rng(seed)
+    rows = np.zeros(count, dtype)
+    for name in dtype.names:
+        rows[name] = rng.integers(0, 200, rows[name].shape)
+    return rows
+
+
+@given(st.integers(0, 50), st.integers(0, 2**31 * 10**9 - 1), TEXT)
+def test_rows_come_back_from_their_message(count, stamp, frame_id):
+    detections = Detections(random_rows(DETECTION, count), stamp, frame_id)
+    back = detections_of_cloud(cloud_of_detections(detections))
+    np.testing.assert_array_equal(back.rows, detections.rows)
+    assert (back.stamp, back.frame_id) == (stamp, frame_id)
+    tracks = Tracks(random_rows(TRACK, count), stamp, frame_id)
+    np.testing.assert_array_equal(tracks_of_cloud(cloud_of_tracks(tracks)).rows, tracks.rows)
+
+
+def test_the_layout_is_that_of_the_contract():
+    cloud = cloud_of_tracks(Tracks(random_rows(TRACK, 3)))
+    assert (cloud.height, cloud.width, cloud.point_step, cloud.row_step) == (1, 3, 208, 624)
+    assert cloud.is_dense
+    assert not cloud.is_bigendian
+    assert [(f.name, f.offset, f.datatype, f.count) for f in cloud.fields] == [
+        ('u', 0, 8, 1),
+        ('v', 8, 8, 1),
+        ('du', 16, 8, 1),
+        ('dv', 24, 8, 1),
+        ('covariance', 32, 8, 16),
+        ('track_id', 160, 6, 1),
+        ('color', 164, 6, 1),
+        ('state', 168, 2, 1),
+        ('age', 172, 7, 1),
+        ('time_since_update', 176, 7, 1),
+        ('hits', 180, 6, 1),
+        ('area', 184, 7, 1),
+        ('box_w', 188, 7, 1),
+        ('box_h', 192, 7, 1),
+        ('score', 196, 7, 1),
+    ]
+    cloud = cloud_of_detections(Detections(random_rows(DETECTION, 2)))
+    assert (cloud.point_step, cloud.row_step) == (72, 144)
+    assert [(f.name, f.offset, f.datatype) for f in cloud.fields] == [
+        ('u', 0, 8),
+        ('v', 8, 8),
+        ('cov_uu', 16, 8),
+        ('cov_uv', 24, 8),
+        ('cov_vv', 32, 8),
+        ('area', 40, 7),
+        ('box_u', 44, 7),
+        ('box_v', 48, 7),
+        ('box_w', 52, 7),
+        ('box_h', 56, 7),
+        ('score', 60, 7),
+        ('color', 64, 6),
+    ]
+
+
+def test_another_order_of_fields_and_bytes_is_read_by_name():
+    rows = random_rows(DETECTION, 4)
+    cloud = cloud_of_detections(Detections(rows))
+    moved = np.dtype(
+        {
+            'names': list(DETECTION.names),
+            'formats': [DETECTION.fields[n][0].newbyteorder('>') for n in DETECTION.names],
+            'offsets': [DETECTION.fields[n][1] + 5 for n in DETECTION.names],
+            'itemsize': 90,
+        }
+    )
+    given_rows = np.zeros(4, moved)
+    for name in DETECTION.names:
+        given_rows[name] = rows[name]
+    cloud.is_bigendian, cloud.point_step, cloud.row_step = True, 90, 360
+    cloud.data = given_rows.tobytes()
+    fields = cloud_of_detections(Detections()).fields
+    cloud.fields = [
+        type(f)(name=f.name, offset=f.offset + 5, datatype=f.datatype, count=1)
+        for f in reversed(fields)
+    ]
+    np.testing.assert_array_equal(detections_of_cloud(cloud).rows, rows)
+
+
+@pytest.mark.parametrize(
+    ('change', 'reason'),
+    [
+        (lambda c: setattr(c, 'width', 3), 'point cloud data of 144 bytes'),
+        (lambda c: setattr(c, 'height', 2), 'point cloud of height 2: expected 1'),
+        (lambda c: setattr(c, 'data', bytes(143)), 'point cloud data of 143 bytes'),
+        (lambda c: setattr(c, 'point_step', 71), 'point cloud data of 144 bytes'),
+        (lambda c: setattr(c, 'fields', c.fields[1:]), "point cloud without the field 'u'"),
+        (lambda c: setattr(c, 'fields', []), "point cloud without the field 'u'"),
+    ],
+)
+def test_a_cloud_that_contradicts_itself_is_refused_with_a_reason(change, reason):
+    cloud = cloud_of_detections(Detections(random_rows(DETECTION, 2)))
+    change(cloud)
+    with pytest.raises(MessageError) as refusal:
+        detections_of_cloud(cloud)
+    assert reason in str(refusal.value)
+
+
+def test_a_field_of_another_type_or_beyond_the_point_is_refused():
+    for name, value, reason in (('datatype', 7, 'expected 8'), ('offset', 70, 'point_step of 72')):
+        cloud = cloud_of_detections(Detections(random_rows(DETECTION, 2)))
+        copies = [
+            type(f)(name=f.name, offset=f.offset, datatype=f.datatype, count=f.count)
+            for f in cloud.fields
+        ]
+        setattr(copies[0], name, value)
+        cloud.fields = copies
+        with pytest.raises(MessageError, match=reason):
+            detections_of_cloud(cloud)
+
+
+def test_an_empty_cloud_needs_no_fields():
+    assert len(detections_of_cloud(PointCloud2(height=1)).rows) == 0

@@ -1,0 +1,89 @@
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import Image
+
+from colortrack_ros.data import ENCODINGS
+from colortrack_ros.data import Frame
+from colortrack_ros.messages import frame_of_image
+from colortrack_ros.messages import frame_of_serialized_image
+from colortrack_ros.messages import image_of_frame
+from colortrack_ros.messages import MessageError
+
+TEXT = st.text(st.characters(codec='utf-8', exclude_characters='\0'), max_size=9)
+
+
+@st.composite
+def frames(draw):
+    encoding = draw(st.sampled_from(sorted(ENCODINGS)))
+    height, width = draw(st.integers(0, 9)), draw(st.integers(0, 9))
+    channels = ENCODINGS[encoding]
+    shape = (height, width) if channels == 1 else (height, width, channels)
+    pixels = np.random.default_rng(draw(st.integers(0, 99))).integers(0, 256, shape, np.uint8)
+    stamp = draw(st.integers(-(2**31) * 10**9, 2**31 * 10**9 - 1))
+    return Frame(pixels, encoding, stamp, draw(TEXT))
+
+
+@given(frames())
+def test_a_frame_comes_back_from_its_message(frame):
+    message = image_of_frame(frame)
+    for back in (frame_of_image(message), frame_of_serialized_image(serialize_message(message))):
+        np.testing.assert_array_equal(back.image, frame.image)
+        assert back.image.shape == frame.image.shape
+        assert (back.encoding, back.stamp, back.frame_id) == (
+            frame.encoding,
+            frame.stamp,
+            frame.frame_id,
+        )
+
+
+@given(frames(), st.integers(1, 7))
+def test_padded_rows_are_viewed_without_their_padding(frame, padding):
+    message = image_of_frame(frame)
+    rows = np.asarray(message.data, np.uint8).reshape(message.height, message.step)
+    message.step += padding
+    message.data = np.pad(rows, ((0, 0), (0, padding)), constant_values=255).tobytes()
+    np.testing.assert_array_equal(frame_of_image(message).image, frame.image)
+
+
+def image(**changes):
+    message = Image(height=4, width=5, encoding='bgr8', step=15, data=bytes(60))
+    for name, value in changes.items():
+        setattr(message, name, value)
+    return message
+
+
+@pytest.mark.parametrize(
+    ('changes', 'reason'),
+    [
+        ({'data': bytes(59)}, 'image data of 59 bytes: expected 60, 4 rows of 15 bytes (5x4 bgr8)'),
+        ({'data': bytes(61)}, 'image data of 61 bytes'),
+        ({'step': 14}, 'image step 14: expected at least 15'),
+        ({'step': 4000}, 'image data of 60 bytes: expected 16000'),
+        ({'width': 6}, 'image step 15: expected at least 18'),
+        ({'height': 5}, 'image data of 60 bytes: expected 75'),
+        ({'encoding': 'bayer_rggb8'}, "image encoding 'bayer_rggb8': expected one of bgr8, rgb8"),
+        ({'encoding': ''}, "image encoding ''"),
+    ],
+)
+def test_an_image_that_contradicts_itself_is_refused_with_a_reason(changes, reason):
+    for read in (frame_of_image, lambda m: frame_of_serialized_image(serialize_message(m))):
+        with pytest.raises(MessageError) as refusal:
+            read(image(**changes))
+        assert reason in str(refusal.value)
+
+
+@given(st.data())
+def test_mutated_bytes_are_refused_or_read_but_never_raise_anything_else(data):
+    cdr = bytearray(serialize_message(image()))
+    for _ in range(data.draw(st.integers(1, 8))):
+        cdr[data.draw(st.integers(0, len(cdr) - 1))] = data.draw(st.integers(0, 255))
+    cut = data.draw(st.integers(0, len(cdr)))
+    for mutated in (bytes(cdr), bytes(cdr[:cut])):
+        try:
+            frame = frame_of_serialized_image(mutated)
+        except MessageError:
+            continue
+        assert frame.image.base is not None

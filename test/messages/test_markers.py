@@ -1,0 +1,48 @@
+import numpy as np
+from visualization_msgs.msg import Marker
+
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import TRACK
+from colortrack_ros.data import Tracks
+from colortrack_ros.messages import MarkerWriter
+
+
+def tracks(*ids, state=CONFIRMED, restarted=''):
+    rows = np.zeros(len(ids), TRACK)
+    rows['track_id'], rows['state'], rows['box_h'] = ids, state, 10
+    rows['u'], rows['v'], rows['du'] = 30, 40, 100
+    rows['covariance'] = np.diag([4.0, 9.0, 1.0, 1.0])
+    return Tracks(rows, 5, 'cam', restarted)
+
+
+def test_three_markers_for_a_track_in_metres():
+    ellipse, arrow, text = MarkerWriter().write(tracks(7), 0.1).markers
+    assert {m.id for m in (ellipse, arrow, text)} == {7}
+    assert (ellipse.header.stamp.nanosec, ellipse.header.frame_id) == (5, 'cam')
+    assert np.allclose((ellipse.pose.position.x, ellipse.pose.position.y), (3, 4))
+    # two sigma: full axes of four standard deviations, the longer one along v
+    assert np.allclose((ellipse.scale.x, ellipse.scale.y), (4 * 3 * 0.1, 4 * 2 * 0.1))
+    angle = 2 * np.arctan2(ellipse.pose.orientation.z, ellipse.pose.orientation.w)
+    assert np.isclose(abs(np.sin(angle)), 1)
+    assert np.isclose(arrow.points[1].x - arrow.points[0].x, 10)
+    assert text.text == '7'
+
+
+def test_a_tentative_track_has_no_markers():
+    assert MarkerWriter().write(tracks(1, state=TENTATIVE), 1.0).markers == []
+
+
+def test_a_track_that_has_gone_is_deleted_once():
+    writer = MarkerWriter()
+    writer.write(tracks(1, 2), 1.0)
+    gone = [m for m in writer.write(tracks(2), 1.0).markers if m.action == Marker.DELETE]
+    assert [(m.ns, m.id) for m in gone] == [('ellipse', 1), ('velocity', 1), ('id', 1)]
+    assert all(m.action == Marker.ADD for m in writer.write(tracks(2), 1.0).markers)
+
+
+def test_all_markers_are_deleted_after_a_restart():
+    writer = MarkerWriter()
+    writer.write(tracks(1, 2), 1.0)
+    markers = writer.write(tracks(3, restarted='the stamp went back'), 1.0).markers
+    assert [m.action for m in markers] == [Marker.DELETEALL] + 3 * [Marker.ADD]

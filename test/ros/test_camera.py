@@ -1,0 +1,105 @@
+from pathlib import Path
+import time
+
+import cv2
+import numpy as np
+import pytest
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import Image
+
+from colortrack_ros.messages import frame_of_image
+from colortrack_ros.scenes import open_scene
+
+SMALL = 'scene:single?width=160&height=120&duration=1'
+
+
+def stamps(messages) -> np.ndarray:
+    return np.array([m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages])
+
+
+def test_a_scene_is_published_in_time_with_its_own_stamps_and_a_camera_info_each(ros):
+    images, infos = (
+        ros.listen(Image, 'camera/image_raw'),
+        ros.listen(CameraInfo, 'camera/camera_info'),
+    )
+    camera = ros.start('camera', source=SMALL, wait_for_subscribers=1, frame_id='left')
+    start = time.time_ns()
+    assert ros.spin(lambda: len(images) == len(infos) == 24), ros.outputs()
+    assert [m.header for m in images] == [m.header for m in infos]
+    assert {m.header.frame_id for m in images} == {'left'}
+    np.testing.assert_allclose(np.diff(stamps(images)), 1e9 / 24, atol=1)
+    assert 0 < stamps(images)[0] - start < 20e9
+    scene = open_scene(SMALL.removeprefix('scene:'))
+    for k in (0, 23):
+        np.testing.assert_array_equal(frame_of_image(images[k]).image, scene.render(k))
+    assert (images[0].encoding, images[0].step) == ('bgr8', 480)
+    assert all(not np.any(info.k) and info.width == 0 for info in infos)
+    camera.wait_for('has ended')
+    assert not ros.spin(lambda: len(images) > 24, 0.5)
+    assert camera.popen.poll() is None
+    assert camera.output.count('has ended') == 1
+
+
+def test_exit_at_end_ends_the_node_with_status_0(ros):
+    camera = ros.start('camera', source=SMALL, exit_at_end='true')
+    assert camera.popen.wait(timeout=20.0) == 0, camera.output
+
+
+def test_a_loop_goes_on_with_growing_stamps(ros):
+    images = ros.listen(Image, 'camera/image_raw')
+    ros.start('camera', source=SMALL, wait_for_subscribers=1, loop='true', rate=240.0)
+    assert ros.spin(lambda: len(images) >= 60), ros.outputs()
+    np.testing.assert_allclose(np.diff(stamps(images)), 1e9 / 24, atol=1)
+
+
+def test_the_calibration_goes_out_with_each_image(ros, tmp_path: Path):
+    url = tmp_path / 'camera.yaml'
+    url.write_text(
+        'image_width: 160\nimage_height: 120\ndistortion_model: plumb_bob\n'
+        'camera_matrix: {rows: 3, cols: 3, data: [100, 0, 80, 0, 100, 60, 0, 0, 1]}\n'
+        'distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n'
+        'rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n'
+        'projection_matrix: {rows: 3, cols: 4, data: [100, 0, 80, 0, 0, 100, 60, 0, 0, 0, 1, 0]}\n'
+    )
+    infos = ros.listen(CameraInfo, 'camera/camera_info')
+    ros.start('camera', source=SMALL, loop='true', camera_info_url=f'file://{url}')
+    assert ros.spin(lambda: len(infos) > 0), ros.outputs()
+    assert (infos[0].width, infos[0].height, infos[0].k[0]) == (160, 120, 100.0)
+
+
+def test_jpegs_are_published_while_somebody_subscribes(ros):
+    ros.start('camera', source=SMALL, loop='true')
+    jpegs = ros.listen(CompressedImage, 'camera/image_raw/compressed')
+    assert ros.spin(lambda: len(jpegs) > 3), ros.outputs()
+    picture = cv2.imdecode(np.frombuffer(jpegs[0].data, np.uint8), cv2.IMREAD_COLOR)
+    assert picture.shape == (120, 160, 3)
+    assert 'jpeg' in jpegs[0].format
+
+
+@pytest.mark.parametrize(
+    ('source', 'said'),
+    [
+        ('/no/such/file.mp4', 'there is no such file'),
+        ('scene:nine', "unknown scene 'nine': there are single"),
+        ('/dev/video93', 'there is no device /dev/video93'),
+        ('http://user:secret@127.0.0.1:9/stream.mjpg', 'check the address'),
+    ],
+)
+def test_a_source_that_is_not_there_ends_the_node_with_one_clear_line(ros, source, said):
+    camera = ros.start('camera', source=source)
+    assert camera.popen.wait(timeout=20.0) == 1
+    lines = camera.output.strip().splitlines()
+    assert len(lines) == 1, camera.output
+    assert said in lines[0]
+    assert source.split('/')[-1] in lines[0]
+    assert 'secret' not in camera.output
+
+
+def test_a_file_that_is_no_video_is_refused_by_name(ros, tmp_path: Path):
+    path = tmp_path / 'notes.mp4'
+    path.write_text('not a video')
+    camera = ros.start('camera', source=str(path))
+    assert camera.popen.wait(timeout=20.0) == 1
+    assert str(path) in camera.output
+    assert 'Traceback' not in camera.output

@@ -1,0 +1,68 @@
+import signal
+import time
+
+import pytest
+from sensor_msgs.msg import Image
+from sensor_msgs.msg import PointCloud2
+
+NODES = {
+    'camera': {'source': 'scene:single?width=320&height=240', 'loop': 'true'},
+    'detector': {},
+    'tracker': {},
+    'overlay': {},
+    'pipeline': {},
+}
+# the pipeline's camera gets its source from a file, since `-p` would be for all three nodes
+PIPELINE = '/camera:\n  ros__parameters:\n    source: scene:single?width=320&height=240\n'
+
+
+def start(ros, name):
+    arguments = []
+    if name == 'pipeline':
+        path = ros.folder / 'pipeline.yaml'
+        path.write_text(PIPELINE)
+        arguments = ['--params-file', str(path)]
+    process = ros.start(name, *arguments, **NODES[name])
+    seen = {'pipeline': 'tracker'}.get(name, name)
+    assert ros.spin(lambda: seen in ros.node.get_node_names()), ros.outputs()
+    return process
+
+
+@pytest.mark.parametrize('name', NODES)
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
+def test_a_signal_ends_a_node_within_2_seconds_with_status_0_and_no_traceback(ros, name, number):
+    process = start(ros, name)
+    ros.spin(lambda: False, 0.5)
+    start_of_end = time.monotonic()
+    assert process.stop(number) == 0, process.output
+    assert time.monotonic() - start_of_end < 2.0
+    assert 'Traceback' not in process.output
+    assert 'rror' not in process.output
+
+
+def test_other_topic_names_a_params_file_and_a_namespace(ros):
+    path = ros.folder / 'robot.yaml'
+    path.write_text(
+        '/**:\n'
+        '  ros__parameters:\n'
+        '    image_topic: eye/picture\n'
+        '    detections_topic: eye/blobs\n'
+        '    tracks_topic: /all/tracks\n'
+        '/**/camera:\n'
+        '  ros__parameters:\n'
+        '    source: scene:single?width=320&height=240\n'
+        '    loop: true\n'
+        '    camera_info_topic: eye/info\n'
+    )
+    tracks = ros.listen(PointCloud2, '/all/tracks')
+    pictures = ros.listen(Image, '/robot1/eye/remapped', reliable=False)
+    for name in ('tracker', 'detector', 'camera', 'overlay'):
+        arguments = ['--params-file', str(path), '-r', '__ns:=/robot1']
+        if name == 'overlay':
+            arguments += ['-r', 'overlay/image_raw:=eye/remapped']
+        ros.start(name, *arguments)
+    assert ros.spin(lambda: len(tracks) > 20 and len(pictures) > 5), ros.outputs()
+    assert any(message.width == 1 for message in tracks)
+    names = {topic for topic, _ in ros.node.get_topic_names_and_types()}
+    assert {'/robot1/eye/picture', '/robot1/eye/blobs', '/robot1/eye/info'} <= names
+    assert not {'/camera/image_raw', '/detections', '/tracks'} & names
