@@ -110,6 +110,7 @@ class ColorTable:
 
     def __init__(self, colors: tuple[ReferenceColor, ...], threads: int = 1) -> None:
         self._colors = colors
+        self._threads = threads
         self._map = ThreadPoolExecutor(threads).map if threads > 1 else map
         self._lab = np.array([color.lab for color in colors])
         self._tolerance = np.array([color.tolerance for color in colors])
@@ -158,13 +159,14 @@ class ColorTable:
     def label(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
         """The labels of a picture.
 
-        The picture is worked on in strips that stay in the processor's cache from step to step.
+        One thread works in strips that stay in the processor's cache from step to step; several
+        take a part each, because handing over the interpreter costs more than the cache saves.
 
         :param picture: (H, W, channels) or (H, W), not empty; rows may be padded.
         """
         height, width = picture.shape[:2]
         image = LabelImage.empty(height, width)
-        rows = max(1, STRIP // width)
+        rows = max(1, STRIP // width) if self._threads == 1 else -(-height // self._threads)
 
         def label_strip(top: int) -> None:
             bottom = top + rows

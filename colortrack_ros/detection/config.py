@@ -74,7 +74,7 @@ class DetectorConfig:
     :param threads: that work on a picture at the same time; 2 help from 1920x1080 on.
     """
 
-    colors: tuple[ReferenceColor, ...] = (ReferenceColor.from_rgb('red', (220, 40, 30)),)
+    colors: tuple[ReferenceColor, ...] = (ReferenceColor.from_rgb('red', (205, 58, 34), 50.0),)
     min_area: int = 20
     max_area: int = 1_000_000_000
     closing_size: int = 1

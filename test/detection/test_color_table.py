@@ -59,3 +59,14 @@ def test_the_largest_number_of_colors():
     labels = ColorTable(colors).label(image, 'rgb8').pixels
     np.testing.assert_array_equal(labels, textbook.labels(Frame(image, 'rgb8'), colors))
     assert labels.max() == 254
+
+
+@pytest.mark.parametrize('height', [1, 2, 3, 301])
+def test_threads_and_strips_do_not_change_the_result(height):
+    random = np.random.default_rng(5)
+    image = random.integers(90, 160, (height, 1000, 3), dtype=np.uint8)
+    colors = (ReferenceColor('gray', (50.0, 0.0, 0.0), 12.0),)
+    expected = textbook.labels(Frame(image), colors)
+    for threads in (1, 2, 3):
+        labels = ColorTable(colors, threads).label(image, 'bgr8').pixels
+        np.testing.assert_array_equal(labels, expected)
