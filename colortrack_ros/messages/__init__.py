@@ -10,6 +10,7 @@ from colortrack_ros.messages.clouds import detections_of_cloud
 from colortrack_ros.messages.clouds import tracks_of_cloud
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
+from colortrack_ros.messages.header import stamp_of
 from colortrack_ros.messages.images import compressed_of_frame
 from colortrack_ros.messages.images import frame_of_image
 from colortrack_ros.messages.images import frame_of_serialized_image
@@ -28,5 +29,6 @@ __all__ = [
     'header_of',
     'image_of_frame',
     'load_camera_info',
+    'stamp_of',
     'tracks_of_cloud',
 ]

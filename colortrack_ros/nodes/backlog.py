@@ -8,6 +8,10 @@ from typing import TypeVar
 Item = TypeVar('Item')
 
 
+COSTS = 5
+"""So many of the last items tell how long the work on one takes."""
+
+
 class Backlog(Generic[Item]):
     """Items in their order, of which the oldest are skipped when working on all takes too long.
 
@@ -23,13 +27,15 @@ class Backlog(Generic[Item]):
         self._items: deque[Item] = deque()
         self._ready = threading.Condition()
         self._closed = False
-        self._cost = 0.0
+        self._costs: deque[float] = deque(maxlen=COSTS)
 
     def put(self, item: Item) -> None:
         """Add the newest item."""
         with self._ready:
             self._items.append(item)
-            while len(self._items) > 1 and len(self._items) * self._cost > self.max_lag:
+            # The least of several: a single slow one, as the first, says nothing of the others.
+            cost = min(self._costs) if len(self._costs) == COSTS else 0.0
+            while len(self._items) > 1 and len(self._items) * cost > self.max_lag:
                 self._items.popleft()
                 self.skipped += 1
             self._ready.notify()
@@ -42,7 +48,8 @@ class Backlog(Generic[Item]):
 
     def took(self, seconds: float) -> None:
         """Tell how long the work on an item took."""
-        self._cost += 0.2 * (seconds - self._cost)
+        with self._ready:
+            self._costs.append(seconds)
 
     def close(self) -> None:
         """End the waiting in :meth:`get`."""

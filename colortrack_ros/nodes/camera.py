@@ -17,11 +17,13 @@ from colortrack_ros.data import Frame
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import header_of
 from colortrack_ros.messages import image_of_frame
+from colortrack_ros.messages import stamp_of
 from colortrack_ros.nodes.camera_parameters import build
 from colortrack_ros.nodes.camera_parameters import CameraSetup
 from colortrack_ros.nodes.camera_parameters import TABLE
 from colortrack_ros.nodes.health import Health
 from colortrack_ros.nodes.pacer import Pacer
+from colortrack_ros.nodes.pacer import Window
 from colortrack_ros.nodes.parameters import declare
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.runtime import StartError
@@ -33,6 +35,8 @@ from colortrack_ros.sources import SourceError
 
 IN_FLIGHT = 2
 """Frames that may wait for their detections when a recording goes as fast as it is consumed."""
+PATIENCE = 1.0
+"""How long [s] such a frame waits for them."""
 PAUSES = (0.5, 1.0, 2.0, 5.0)
 """Pauses [s] before a live source that failed is opened again; the last one repeats."""
 
@@ -67,7 +71,7 @@ class CameraNode(Node):
             CompressedImage, f'{self._images.topic_name}/compressed', 5
         )
         self._answers: Subscription | None = None
-        self._answered = threading.Semaphore(IN_FLIGHT)
+        self._window = Window(IN_FLIGHT, PATIENCE)
         self._listen()
         self._closing = threading.Event()
         self._pacer = Pacer(self._closing.wait)
@@ -94,7 +98,7 @@ class CameraNode(Node):
                 self,
                 PointCloud2,
                 'detections_topic',
-                lambda _: self._answered.release(),
+                lambda message: self._window.answer(stamp_of(message.header)),
                 pictures=False,
             )
 
@@ -115,27 +119,31 @@ class CameraNode(Node):
                 return self._end()
             failures = 0
             self._state = 'playing'
-            self._pace()
-            self._publish(self._stamped(frame))
+            stamped = self._stamped(frame)
+            self._pace(stamped.stamp)
+            self._publish(stamped)
         return None
 
     def _await_subscribers(self) -> None:
         wanted = self._setup.wait_for_subscribers
-        while self._images.get_subscription_count() < wanted and not self._closing.wait(0.02):
-            pass
+        while wanted and not self._closing.wait(0.02):
+            listening = self._images.get_subscription_count() >= wanted
+            if listening and (self._answers is None or self._is_answered()):
+                return
 
-    def _pace(self) -> None:
+    def _is_answered(self) -> bool:
+        """Whether somebody is there who tells when a frame is consumed."""
+        return self._answers is not None and self.count_publishers(self._answers.topic_name) > 0
+
+    def _pace(self, stamp: int) -> None:
         """Wait until the next frame is due."""
         if self._setup.as_consumed:
-            # Without a detector there is nobody to wait for.
-            if self._answers and self.count_publishers(self._answers.topic_name) > 0:
-                self._answered.acquire(timeout=1.0)
-        elif self._grabber.live:
-            self._pacer.pace(1.0 / self._setup.rate if self._setup.rate > 0.0 else 0.0)
-        else:
-            self._pacer.pace(
-                1.0 / self._setup.rate if self._setup.rate > 0.0 else self._grabber.period * 1e-9
-            )
+            if self._is_answered():
+                self._window.send(stamp)
+        elif self._setup.rate > 0.0:
+            self._pacer.pace(1.0 / self._setup.rate)
+        elif not self._grabber.live:
+            self._pacer.pace(self._grabber.period * 1e-9)
 
     def _stamped(self, frame: Frame) -> Frame:
         """A recording's frames are stamped from the time on at which it started to play."""
@@ -177,12 +185,12 @@ class CameraNode(Node):
         self._state = 'ended'
         self.get_logger().info(f'{self._setup.source} has ended: no more frames are published.')
         if self._setup.exit_at_end:
+            self._window.drain()
             self._on_end()
 
     def close(self) -> None:
         """End the threads and close the source."""
         self._closing.set()
-        self._answered.release()
         self._grabber.close()
         self._thread.join()
 

@@ -53,6 +53,15 @@ TABLE = ParameterTable(
             maximum=99,
         ),
         Spec(
+            'closing_size',
+            _DEFAULT.closing_size,
+            'Side of the structuring element of the closing before the erosion, odd; 1 leaves the '
+            'mask as it is.',
+            unit='px',
+            minimum=1,
+            maximum=99,
+        ),
+        Spec(
             'max_lag',
             0.05,
             'When working off the waiting images would take longer, the oldest are skipped.',
@@ -93,7 +102,7 @@ def build(values: Mapping[str, Any]) -> DetectorSetup:
 
     :raises ValueError: the values do not fit together; the reason names the parameter.
     """
-    names = ('min_area', 'max_area', 'erosion_size', 'opening_size')
+    names = ('min_area', 'max_area', 'erosion_size', 'opening_size', 'closing_size')
     colors = tuple(_color(name, values) for name in values['colors'])
     config = DetectorConfig(colors=colors, **{name: values[name] for name in names})
     return DetectorSetup(config, values['max_lag'])

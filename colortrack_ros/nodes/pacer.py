@@ -1,6 +1,8 @@
-"""Playing a recording in time."""
+"""Playing a recording in time, or as fast as it is consumed."""
 
+from collections import deque
 from collections.abc import Callable
+import threading
 import time
 
 TOLERANCE = 1.0
@@ -29,3 +31,39 @@ class Pacer:
             self._due = now
         elif self._due > now:
             self._sleep(self._due - now)
+
+
+class Window:
+    """Frames on their way: no more than so many without an answer.
+
+    :param size: how many.
+    :param patience: an answer that has not come after so long [s] does not come any more.
+    """
+
+    def __init__(self, size: int, patience: float) -> None:
+        self._size, self._patience = size, patience
+        self._waiting: deque[int] = deque()
+        self._changed = threading.Condition()
+
+    def send(self, stamp: int) -> None:
+        """Wait until there is room for one more, and count it.
+
+        :param stamp: of the frame [ns].
+        """
+        with self._changed:
+            room = self._changed.wait_for(lambda: len(self._waiting) < self._size, self._patience)
+            if not room:
+                self._waiting.clear()
+            self._waiting.append(stamp)
+
+    def drain(self) -> None:
+        """Wait for the answers to all frames."""
+        with self._changed:
+            self._changed.wait_for(lambda: not self._waiting, self._patience)
+
+    def answer(self, stamp: int) -> None:
+        """A frame has been consumed, and so are those before it."""
+        with self._changed:
+            while self._waiting and self._waiting[0] <= stamp:
+                self._waiting.popleft()
+            self._changed.notify_all()

@@ -41,7 +41,8 @@ TABLE = ParameterTable(
         ),
         _spec(
             'process_noise',
-            'Standard deviation of the acceleration that the motion model does not know (sigma_s).',
+            'Standard deviation of the acceleration that the motion model does not know (sigma_s); '
+            '0: learned from the innovations.',
             'px/s^2',
             0.0,
             1e6,
@@ -68,11 +69,21 @@ TABLE = ParameterTable(
         _spec('associator', 'How detections are given to tracks.', choices=ASSOCIATORS),
         _spec(
             'initial_speed',
-            'Standard deviation of the velocity of a new track, on each axis.',
+            'Standard deviation of the velocity of a new track, and of what a maneuver changes, on '
+            'each axis; 0: learned from the tracks.',
             'px/s',
-            1e-3,
+            0.0,
             1e6,
         ),
+        Spec(
+            'acceleration',
+            list(_DEFAULT.acceleration),
+            'Known acceleration [u, v], of the motion models known_acceleration and switched_pair.',
+            unit='px/s^2',
+            minimum=-1e6,
+            maximum=1e6,
+        ),
+        _spec('maneuvers', 'Whether objects may turn or bounce; how often is learned.'),
         _spec(
             'detection_probability',
             'That a visible object is detected in a frame.',
@@ -126,5 +137,9 @@ def build(values: Mapping[str, Any]) -> TrackerSetup:
 
     :raises ValueError: the values do not fit together; the reason names the parameter.
     """
-    config = TrackerConfig(**{field.name: values[field.name] for field in fields(TrackerConfig)})
+    settings = {field.name: values[field.name] for field in fields(TrackerConfig)}
+    if len(settings['acceleration']) != 2:
+        raise ValueError(f'acceleration: expected [u, v], got {settings["acceleration"]}')
+    settings['acceleration'] = tuple(settings['acceleration'])
+    config = TrackerConfig(**settings)
     return TrackerSetup(config, values['marker_scale'])

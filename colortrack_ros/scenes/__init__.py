@@ -2,6 +2,14 @@
 
 from collections.abc import Callable
 
+from colortrack_ros.scenes.harder import blackout
+from colortrack_ros.scenes.harder import collision
+from colortrack_ros.scenes.harder import flicker
+from colortrack_ros.scenes.harder import juggle
+from colortrack_ros.scenes.harder import swarm
+from colortrack_ros.scenes.harder import turns
+from colortrack_ros.scenes.ideal import BLACKOUT
+from colortrack_ros.scenes.ideal import detections_of
 from colortrack_ros.scenes.options import Options
 from colortrack_ros.scenes.options import parse_options
 from colortrack_ros.scenes.pegoretti import crossing
@@ -9,10 +17,13 @@ from colortrack_ros.scenes.pegoretti import enter_exit
 from colortrack_ros.scenes.pegoretti import five
 from colortrack_ros.scenes.pegoretti import occlusion
 from colortrack_ros.scenes.pegoretti import single
+from colortrack_ros.scenes.rooms import clutter
+from colortrack_ros.scenes.rooms import fast
+from colortrack_ros.scenes.rooms import light
 from colortrack_ros.scenes.scene import Scene
 from colortrack_ros.scenes.scene import TRUTH
 
-__all__ = ['SCENES', 'TRUTH', 'Options', 'Scene', 'open_scene']
+__all__ = ['BLACKOUT', 'SCENES', 'TRUTH', 'Options', 'Scene', 'detections_of', 'open_scene']
 
 SCENES: dict[str, Callable[[Options], Scene]] = {
     'single': single,
@@ -20,6 +31,15 @@ SCENES: dict[str, Callable[[Options], Scene]] = {
     'five': five,
     'crossing': crossing,
     'occlusion': occlusion,
+    'collision': collision,
+    'swarm': swarm,
+    'juggle': juggle,
+    'turns': turns,
+    'blackout': blackout,
+    'flicker': flicker,
+    'clutter': clutter,
+    'light': light,
+    'fast': fast,
 }
 """Every scene by its name: a function that builds it."""
 

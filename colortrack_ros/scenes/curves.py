@@ -4,8 +4,6 @@ Only + - * / are used: a path is the same to the bit on every machine, which the
 the machines' mathematical libraries are not.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
@@ -45,20 +43,24 @@ def constant(*values: float) -> Curve:
     return Curve([0.0], [[values, *np.zeros((3, len(values)))]])
 
 
-def polyline(times: Sequence[float], points: ArrayLike) -> Curve:
+def polyline(times: ArrayLike, points: ArrayLike) -> Curve:
     """Return straight pieces through the points (n + 1, columns) at the times (n + 1,) [s]."""
     return arcs(times, points, 0.0)
 
 
-def arcs(times: Sequence[float], points: ArrayLike, acceleration: ArrayLike) -> Curve:
-    """Return pieces of constant acceleration (columns,) through the points, as of thrown balls."""
-    p, h = np.asarray(points, float), np.diff(times)[:, None]
+def arcs(times: ArrayLike, points: ArrayLike, acceleration: ArrayLike) -> Curve:
+    """Return pieces of constant acceleration through the points, as of thrown balls.
+
+    :param acceleration: one for all pieces, (columns,), or of each piece, (n, columns) [1/s^2].
+    """
+    p, t = np.asarray(points, float), np.asarray(times, float)
+    h = np.diff(t)[:, None]
     half = np.broadcast_to(np.asarray(acceleration, float) / 2, p[1:].shape)
     c1 = (p[1:] - p[:-1]) / h - half * h
-    return Curve(times[:-1], np.stack([p[:-1], c1, half, np.zeros_like(half)], axis=1))
+    return Curve(t[:-1], np.stack([p[:-1], c1, half, np.zeros_like(half)], axis=1))
 
 
-def spline(times: Sequence[float], points: ArrayLike) -> Curve:
+def spline(times: ArrayLike, points: ArrayLike) -> Curve:
     """Return a smooth curve through the points: cubic Hermite pieces, Catmull-Rom slopes."""
     p, t = np.asarray(points, float), np.asarray(times, float)[:, None]
     h, rise = np.diff(t, axis=0), np.diff(p, axis=0)
@@ -66,4 +68,4 @@ def spline(times: Sequence[float], points: ArrayLike) -> Curve:
     m = np.concatenate([rise[:1] / h[:1], inner, rise[-1:] / h[-1:]])
     c2 = (3 * rise / h - 2 * m[:-1] - m[1:]) / h
     c3 = (m[:-1] + m[1:] - 2 * rise / h) / (h * h)
-    return Curve(times[:-1], np.stack([p[:-1], m[:-1], c2, c3], axis=1))
+    return Curve(t[:-1, 0], np.stack([p[:-1], m[:-1], c2, c3], axis=1))

@@ -1,5 +1,6 @@
 """A rendered sequence and its ground truth."""
 
+from collections.abc import Collection
 from collections.abc import Mapping
 from collections.abc import Sequence
 
@@ -13,9 +14,11 @@ from colortrack_ros.scenes.shapes import Ball
 from colortrack_ros.scenes.shapes import Cover
 from colortrack_ros.scenes.shapes import draw_ball
 from colortrack_ros.scenes.shapes import draw_rectangle
+from colortrack_ros.scenes.shapes import paint_disc
+from colortrack_ros.scenes.shapes import paint_rectangle
 from colortrack_ros.scenes.shapes import Prop
 from colortrack_ros.scenes.texture import Color
-from colortrack_ros.scenes.texture import normal
+from colortrack_ros.scenes.texture import grain
 from colortrack_ros.scenes.texture import uniform
 
 TRUTH = np.dtype(
@@ -129,6 +132,34 @@ class Scene:
             row['color'] = names.index(self._things[i].color)
         return rows
 
+    def segments(self, k: int, unseen: Collection[int] = ()) -> NDArray[np.uint8]:
+        """Return (H, W), what a perfect color segmentation of frame k gives.
+
+        Each pixel of an object that nothing nearer covers is the object's color index plus 1, the
+        others are 0.
+
+        :param unseen: IDs of objects to leave out, as if they were not there.
+        :raises IndexError: when k is not in 0..len - 1.
+        """
+        k = self._checked(k)
+        mask = np.zeros((self.height, self.width), np.uint8)
+        names, number = list(self.colors), 0
+        for thing, center, half in zip(
+            self._things, self._center[:, k], self._half[:, k], strict=True
+        ):
+            if isinstance(thing, Ball):
+                number += 1
+                if number not in unseen:
+                    paint_disc(mask, center, half[0], names.index(thing.color) + 1)
+            elif thing.round:
+                paint_disc(mask, center, half[0], 0)
+            else:
+                paint_rectangle(mask, center, half, 0)
+        for cover in self._covers:
+            height, width = cover.picture.shape[:2]
+            mask[cover.row : cover.row + height, cover.column : cover.column + width] = 0
+        return mask
+
     def _checked(self, k: int) -> int:
         if not 0 <= k < len(self):
             raise IndexError(f'frame {k} of scene {self.name}: expected 0 to {len(self) - 1}')
@@ -146,8 +177,12 @@ class Scene:
         center, radius = self._center[self._balls], self._half[self._balls, :, :1]
         reach = radius * _DISC.max() - 0.5
         inside = ((center + reach > -1) & (center - reach < [self.width, self.height])).all(axis=2)
-        last = inside.shape[1] - 1 - np.argmax(inside[:, ::-1], axis=1)
-        return np.argmax(inside, axis=1), np.where(inside.any(axis=1), last, -1)
+        first, last = np.argmax(inside, axis=1), len(self) - 1 - np.argmax(inside[:, ::-1], axis=1)
+        last[~inside.any(axis=1)] = -1
+        for number, i in enumerate(self._balls):
+            while first[number] <= last[number] and self._visible(i, first[number]) == 0:
+                first[number] += 1
+        return first, last
 
     def _visible(self, i: int, k: int) -> float:
         """Return the visible part of the disc of thing i."""
@@ -157,7 +192,9 @@ class Scene:
             height, width = cover.picture.shape[:2]
             column, row = cover.column - 0.5, cover.row - 0.5
             seen &= (u < column) | (u > column + width) | (v < row) | (v > row + height)
-        for j in range(i + 1, len(self._things)):
+        gap = np.abs(self._center[i + 1 :, k] - self._center[i, k])
+        near = (gap < self._half[i + 1 :, k] + self._half[i, k]).all(axis=1)
+        for j in (np.flatnonzero(near) + i + 1).tolist():
             x, y = u - self._center[j, k, 0], v - self._center[j, k, 1]
             half_width, half_height = self._half[j, k]
             other = self._things[j]
@@ -170,5 +207,5 @@ class Scene:
 
 def _noise(options: Options, size: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Return what noise adds and what it takes away, fields larger than a picture."""
-    pool = normal((options.seed, 1), size + NOISE_SHIFTS, options.noise)
+    pool = grain((options.seed, 1), size + NOISE_SHIFTS, options.noise)
     return np.maximum(pool, 0).astype(np.uint8), np.maximum(-pool, 0).astype(np.uint8)

@@ -9,6 +9,7 @@ from dataclasses import field
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
 from colortrack_ros.scenes.curves import constant
@@ -76,7 +77,7 @@ def draw_ball(
     center: NDArray[np.float64],
     smear: NDArray[np.float64],
     radius: float,
-    color: NDArray[np.float32],
+    color: ArrayLike,
 ) -> None:
     """Draw a shaded ball, anti-aliased, smeared by its motion, in place.
 
@@ -113,7 +114,7 @@ def draw_rectangle(
     center: NDArray[np.float64],
     smear: NDArray[np.float64],
     half: NDArray[np.float64],
-    color: NDArray[np.float32],
+    color: ArrayLike,
 ) -> None:
     """Draw a plain rectangle, anti-aliased, smeared by its motion, in place.
 
@@ -132,6 +133,26 @@ def draw_rectangle(
         covered[..., None] * np.rint(color).astype(np.int32),
         total,
     )
+
+
+def paint_disc(
+    mask: NDArray[np.uint8], center: NDArray[np.float64], radius: float, value: int
+) -> None:
+    """Set the pixels of the mask (H, W) whose centers are in the disc."""
+    box = _box(mask, center, np.zeros(2), radius, radius)
+    x, y = (np.arange(s.start, s.stop) - c for s, c in zip(box[::-1], center, strict=True))
+    mask[box][x * x + (y * y)[:, None] <= radius * radius] = value
+
+
+def paint_rectangle(
+    mask: NDArray[np.uint8], center: NDArray[np.float64], half: NDArray[np.float64], value: int
+) -> None:
+    """Set the pixels of the mask (H, W) whose centers are in the rectangle."""
+    u, v = (
+        slice(*np.maximum(np.ceil([c - h, c + h]), 0).astype(int))
+        for c, h in zip(center, half, strict=True)
+    )
+    mask[v, u] = value
 
 
 def _box(

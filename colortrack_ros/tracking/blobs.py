@@ -21,6 +21,9 @@ TOLERANCE = 2.0
 TOLERANCE_SHARE = 0.05
 """A box is whole when its size differs by no more than this from the track's [px], [1]."""
 
+LASTING = 4.0
+"""For so many frames the doubt which side it is makes the same error."""
+
 FOLLOWING = 0.2
 """Share of a whole blob's size in the learned size."""
 
@@ -44,71 +47,79 @@ def difference(size: Floats, blob: Floats) -> Floats:
     return np.where(np.abs(excess) > slack(size), excess, 0.0)
 
 
-def nearer_side(box: Floats, extent: Floats, expected: Floats, variance: Floats) -> Floats:
-    """Probability that the low side is the object's own, of one object alone on its blob.
+def centers(z: Floats, box: Floats, extent: Floats) -> Floats:
+    """Where the object's center is if the low side of the blob is its own, neither, or the high.
 
+    :param z: (K, 2) centroid [px].
     :param box: (K, 2, 2) sides of the blob [px].
     :param extent: (K, 2, 2) reach of the object [px].
+    :return: (3, K, 2) [px].
+    """
+    return np.stack([box[:, 0] + extent[:, 0], z, box[:, 1] - extent[:, 1]])
+
+
+def sides_of_one(center: Floats, expected: Floats, variance: Floats) -> Floats:
+    """Probabilities of the three centers of an object alone on its blob, by the prediction.
+
+    :param center: (3, K, 2) see centers() [px].
     :param expected: (K, 2) predicted center [px].
     :param variance: (K, 2) of the prediction [px^2].
-    :return: (K, 2), by axis.
+    :return: (3, K, 2).
     """
-    low, high = box[:, 0] + extent[:, 0], box[:, 1] - extent[:, 1]
-    d2 = ((low - expected) ** 2 - (high - expected) ** 2) / (variance + EDGE_VARIANCE)
-    return 1 / (1 + np.exp(np.clip(d2 / 2, -50, 50)))
+    d2 = (center - expected) ** 2 / (variance + EDGE_VARIANCE)
+    weight = np.exp((d2.min(axis=0) - d2) / 2)
+    return weight / weight.sum(axis=0)
 
 
-def order_of_sides(blob: Indices, expected: Floats, variance: Floats) -> Floats:
-    """Probability that the low side is the object's own, of several objects on one blob.
+def sides_of_several(blob: Indices, expected: Floats, variance: Floats) -> Floats:
+    """Probabilities of the three centers of objects that share blobs.
 
     By each axis the object predicted lowest owns the low side, the one predicted highest the high
     side, with the probability that the prediction has them in the right order; the objects between
-    own none, and get one half.
+    can be anywhere.
 
     :param blob: (K,) which objects share a blob.
     :param expected: (K, 2) predicted centers [px].
     :param variance: (K, 2) of the predictions [px^2].
-    :return: (K, 2), by axis.
+    :return: (3, K, 2).
     """
-    low = np.full(expected.shape, 0.5)
+    weight = np.full((3, *expected.shape), 1 / 3)
     for axis in range(2):
         order = np.lexsort((expected[:, axis], blob))
         x, s2, b = expected[order, axis], variance[order, axis], blob[order]
-        same = b[1:] == b[:-1]
+        first = np.append(True, b[1:] != b[:-1])
+        last = np.append(b[1:] != b[:-1], True)
         right = ndtr(np.diff(x) / np.sqrt(s2[1:] + s2[:-1]))
-        lowest = np.append(True, ~same)
-        highest = np.append(~same, True)
-        of_sorted = np.full(len(b), 0.5)
-        of_sorted[highest] = 1 - np.append(0.5, right)[highest]
-        of_sorted[lowest] = np.append(right, 0.5)[lowest]
-        low[order, axis] = of_sorted
-    return low
+        low = np.where(first, np.append(right, 0.5), 1 - np.append(0.5, right))
+        outer = order[first | last]
+        low = low[first | last]
+        weight[:, outer, axis] = np.stack([low, np.zeros_like(low), 1 - low])
+    return weight
 
 
-def measure(z: Floats, R: Floats, box: Floats, extent: Floats, low: Floats) -> tuple:
+def measure(blobs: Blobs, blob: Indices, extent: Floats, weight: Floats) -> tuple[Floats, Floats]:
     """The measurement of an object's center that a blob gives, and its covariance.
 
-    For each axis the better of two. The centroid may be off by half the difference of sizes. The
-    sides give the center twice, low side + reach and high side - reach: two Gaussians, of weights
-    low and 1 - low, replaced by their common mean and variance.
+    For each axis the better of two: the centroid, which may be off by half of what the sizes differ
+    by beyond a pixel, or the mixture of the three centers, replaced by its mean and variance.
 
-    :param z: (K, 2) centroid [px].
-    :param R: (K, 2, 2) its covariance [px^2].
-    :param box: (K, 2, 2) sides of the blob [px].
-    :param extent: (K, 2, 2) reach of the object [px].
-    :param low: (K, 2) probability that the low side is the object's own.
+    :param blobs: of the frame.
+    :param blob: (K,) which of them.
+    :param extent: (K, 2, 2) reach of the object [px], 0 where nothing is known of it.
+    :param weight: (3, K, 2) probabilities of the three centers.
     :return: (K, 2) and (K, 2, 2).
     """
-    size = extent.sum(axis=1)
-    excess = box[:, 1] - box[:, 0] - size
-    by_side = low * (box[:, 0] + extent[:, 0]) + (1 - low) * (box[:, 1] - extent[:, 1])
-    side_variance = EDGE_VARIANCE + low * (1 - low) * excess**2
+    z, R, size = blobs.z[blob], blobs.R[blob], extent.sum(axis=1)
+    center = centers(z, blobs.box[blob], extent)
+    mean = (weight * center).sum(axis=0)
+    variance = EDGE_VARIANCE + LASTING * (weight * (center - mean) ** 2).sum(axis=0)
+    excess = np.maximum(np.abs(blobs.size[blob] - size) - 1, 0)
     axis = np.arange(2)
-    centroid_variance = R[:, axis, axis] + excess**2 / 4
-    better = (side_variance < centroid_variance) & (size > 0)
+    centroid_variance = R[:, axis, axis] + LASTING * excess**2 / 4
+    better = (variance < centroid_variance) & (size > 0)
     covariance = np.where(better.any(axis=1)[:, None, None], 0.0, R)
-    covariance[:, axis, axis] = np.where(better, side_variance, centroid_variance)
-    return np.where(better, by_side, z), covariance
+    covariance[:, axis, axis] = np.where(better, variance, centroid_variance)
+    return np.where(better, mean, z), covariance
 
 
 def join(blobs: Blobs, piece: Indices, whole: Indices) -> Blobs:
@@ -150,8 +161,7 @@ def learn(extent: Floats, z: Floats, box: Floats, expected: Floats, dt: float) -
     whole = excess == 0
     step = 4 * TOLERANCE + 0.5 * size.max(axis=1, initial=0.0)
     growing = (excess > 0) & (excess < step[:, None]).all(axis=1)[:, None]
-    centers = np.stack([box[:, 0] + extent[:, 0], box[:, 1] - extent[:, 1]])
-    cut = np.abs(z - expected) > np.abs(centers - expected).min(axis=0)
+    cut = np.abs(centers(z, box, extent) - expected).argmin(axis=0) != 1
     slow = np.where(excess > 0, 1 - np.exp(-dt / GROWING), ~cut * (1 - np.exp(-dt / SHRINKING)))
     rate = np.where(whole, FOLLOWING, np.where(growing, 1.0, slow))
     return extent + rate[:, None] * (reach - extent)

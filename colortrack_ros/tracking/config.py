@@ -14,13 +14,18 @@ class TrackerConfig:
 
     :param motion_model: a name in MOTION_MODELS.
     :param associator: a name in ASSOCIATORS.
-    :param process_noise: sigma_s, standard deviation of the acceleration [px/s^2], (2.23).
+    :param process_noise: sigma_s, standard deviation of the acceleration [px/s^2], (2.23); 0:
+        learned from the innovations.
+    :param acceleration: known in advance, (u, v) [px/s^2]; of the models known_acceleration and
+        switched_pair.
+    :param maneuvers: objects may turn or bounce; how often is learned.
     :param measurement_noise: sigma_w [px], (2.30); where a detection's covariance is all zero.
     :param detection_covariance: use the covariance that a detection brings; without it,
         measurement_noise holds for all.
     :param use_boxes: learn each object's size and see from the boxes when it is cut or merged.
     :param color_gating: a detection of another color cannot be assigned to a track.
-    :param initial_speed: standard deviation of the first velocity, on each axis [px/s].
+    :param initial_speed: standard deviation of the first velocity, and of what a maneuver changes,
+        on each axis [px/s]; 0: learned from the tracks.
     :param detection_probability: that a visible object is detected in a frame.
     :param clutter_density: detections a frame that belong to no track yet, false or new
         [1/px^2]; it sets gate and cost of a miss. 0: no gate, and no miss while a pair is left.
@@ -33,12 +38,14 @@ class TrackerConfig:
 
     motion_model: str = 'constant_velocity'
     associator: str = 'gnn'
-    process_noise: float = 100.0
+    process_noise: float = 0.0
+    acceleration: tuple[float, float] = (0.0, 0.0)
+    maneuvers: bool = True
     measurement_noise: float = 1.0
     detection_covariance: bool = True
     use_boxes: bool = True
     color_gating: bool = True
-    initial_speed: float = 500.0
+    initial_speed: float = 0.0
     detection_probability: float = 0.95
     clutter_density: float = 1e-6
     confirm_hits: int = 3
@@ -51,7 +58,7 @@ class TrackerConfig:
         self._named('associator', ASSOCIATORS)
         self._ranged('process_noise', 0.0, 1e6, 'px/s^2')
         self._ranged('measurement_noise', 1e-3, 1e3, 'px')
-        self._ranged('initial_speed', 1e-3, 1e6, 'px/s')
+        self._ranged('initial_speed', 0.0, 1e6, 'px/s')
         self._ranged('detection_probability', 0.01, 0.999)
         self._ranged('clutter_density', 0.0, 1.0, '1/px^2')
         self._ranged('confirm_hits', 1, 100)

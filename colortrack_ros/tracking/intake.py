@@ -41,7 +41,7 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     """Leave out rows that are not finite, or whose covariance is none.
 
     :param rows: (N,) of dtype DETECTION.
-    :param config: says where the covariance comes from.
+    :param config: says where the covariance comes from, and whether boxes are used.
     :return: the rows left, M <= N.
     """
     names = [name for name in rows.dtype.names or () if name != 'color']
@@ -59,6 +59,6 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     low = np.stack([rows['box_u'], rows['box_v']], axis=1) - 0.5
     size = np.stack([rows['box_w'], rows['box_h']], axis=1)
     box = np.stack([low, low + size], axis=1).astype(float)
-    point = (size <= 0).any(axis=1)
+    point = (size <= 0).any(axis=1) | (not config.use_boxes)
     box[point] = z[point, None]
     return Blobs(rows, z, R, box)

@@ -25,6 +25,7 @@ RECORD = np.dtype(
         ('box_w', 'f4'),
         ('box_h', 'f4'),
         ('extent', 'f8', (2, 2)),
+        ('innovation', 'f8', 2),
         ('visible', 'f8'),
         ('hidden', 'f8'),
     ]
@@ -33,7 +34,8 @@ RECORD = np.dtype(
 
 born, updated: stamp of the first and of the last detection [ns]; hits, misses: frames with and
 without a detection; extent: reach of the object to the low and high side, by axis [px], see blobs;
-visible, hidden: probability that the object exists and can, or cannot, be seen.
+innovation: the last one, z - H x [px]; visible, hidden: probability that the object exists and can,
+or cannot, be seen.
 """
 
 NEW = 0.5

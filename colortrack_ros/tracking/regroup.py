@@ -24,7 +24,9 @@ def pieces(
     :param free: indices of the blobs that no track has taken.
     :return: (K,) pieces, each once, and (K,) blobs that they belong to.
     """
-    known = np.flatnonzero((taken >= 0) & (records['state'] != TENTATIVE))
+    known = np.flatnonzero(
+        (taken >= 0) & (records['state'] != TENTATIVE) & records['extent'].all(axis=(1, 2))
+    )
     size, box = records['extent'][known].sum(axis=1), blobs.box[taken[known]]
     room = size + slack(size)
     half = room - (box[:, 1] - box[:, 0]) / 2

@@ -12,9 +12,9 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.tracking import blobs as shape
 from colortrack_ros.tracking import life
 from colortrack_ros.tracking import regroup
+from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.bank import Bank
-from colortrack_ros.tracking.bank import invert
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.gating import candidates
 from colortrack_ros.tracking.intake import accept
@@ -42,7 +42,8 @@ class Tracker:
     def reset(self) -> None:
         """Forget all tracks. IDs go on: none is used twice."""
         self._stamp: int | None = None
-        self._bank = Bank(MOTION_MODELS[self.config.motion_model]())
+        self._bank = Bank(MOTION_MODELS[self.config.motion_model](self.config.acceleration))
+        self._adaptation = Adaptation()
         self._records = np.zeros(0, life.RECORD)
 
     def configure(self, config: TrackerConfig) -> None:
@@ -83,9 +84,23 @@ class Tracker:
             self.reset()
             dt = 0.0
         self._stamp = stamp
-        self._bank.predict(dt, self.config.process_noise**2)
+        self._bank.predict(dt, self._noise**2)
+        self._center, self._variance = (part[:, :2] for part in self._bank.estimate())
+        self._variance = np.diagonal(self._variance, axis1=1, axis2=2)
         life.conceal(self._records, dt, self.config)
         return dt
+
+    @property
+    def _now(self) -> int:
+        return self._stamp or 0
+
+    @property
+    def _noise(self) -> float:
+        return self.config.process_noise or self._adaptation.noise
+
+    @property
+    def _speed(self) -> float:
+        return self.config.initial_speed or self._adaptation.speed
 
     @property
     def _log_density(self) -> float:
@@ -95,14 +110,34 @@ class Tracker:
     def _associate(self, blobs: Blobs) -> tuple[Indices, Indices]:
         """Choose the pairs of greatest likelihood against misses and clutter."""
         track, blob = self._candidates(blobs)
-        z, R = self._measure(blobs, track, blob)
+        likelihood, _ = self._likelihood(track, *self._measure(blobs, track, blob))
         seen = self.config.detection_probability * self._records['visible']
-        gain = self._bank.log_likelihood(track, z, R) - self._log_density
-        gain += np.log(seen / (1 - seen))[track]
+        gain = likelihood - self._log_density + np.log(seen / (1 - seen))[track]
         likely = np.flatnonzero(gain > 0)
         associate = ASSOCIATORS[self.config.associator]
         chosen = likely[associate(track[likely], blob[likely], gain[likely])]
         return track[chosen], blob[chosen]
+
+    def _maneuver(self) -> tuple[Floats, Floats]:
+        """Probability that each track has changed its velocity since it was last measured.
+
+        At any time T since then alike, so that its position has got sigma^2 T^2 / 3.
+
+        :return: (N,), and T (N,) [s].
+        """
+        T = (self._now - self._records['updated']) / NANOSECONDS
+        return -np.expm1(-self._adaptation.rate * self.config.maneuvers * T), T
+
+    def _likelihood(self, track: Indices, z: Floats, R: Floats) -> tuple[Floats, Floats]:
+        """Log likelihood of pairs, (K,), and the probability that it takes a maneuver, (K,)."""
+        p, T = self._maneuver()
+        wide = R + (self._speed**2 * T[track] ** 2 / 3)[:, None, None] * np.eye(2)
+        steady = np.logaddexp.reduce(self._bank.log_likelihoods(track, z, R), axis=0)
+        turned = np.logaddexp.reduce(self._bank.log_likelihoods(track, z, wide), axis=0)
+        with np.errstate(divide='ignore'):
+            steady, turned = np.log1p(-p[track]) + steady, np.log(p[track]) + turned
+        total = np.logaddexp(steady, turned)
+        return total, np.exp(turned - total)
 
     def _measure(
         self, blobs: Blobs, track: Indices, blob: Indices, shared: NDArray[np.bool_] | None = None
@@ -111,30 +146,36 @@ class Tracker:
 
         :param shared: (K,) pairs whose blob is shared by several tracks.
         """
-        z, R = blobs.z[blob], blobs.R[blob]
-        if not self.config.use_boxes:
-            return z, R
-        expected = self._bank.mean[track, :2]
-        variance = np.diagonal(self._bank.cov[track, :2, :2], axis1=1, axis2=2)
-        extent, box = self._records['extent'][track], blobs.box[blob]
-        low = shape.nearer_side(box, extent, expected, variance)
+        extent = self._records['extent'][track]
+        if not extent.any():
+            return blobs.z[blob], blobs.R[blob]
+        prediction = self._center[track], self._variance[track]
+        center = shape.centers(blobs.z[blob], blobs.box[blob], extent)
+        weight = shape.sides_of_one(center, *prediction)
         if shared is not None and shared.any():
-            low[shared] = shape.order_of_sides(blob[shared], expected[shared], variance[shared])
-        return shape.measure(z, R, box, extent, low)
+            several = [part[shared] for part in prediction]
+            weight[:, shared] = shape.sides_of_several(blob[shared], *several)
+        return shape.measure(blobs, blob, extent, weight)
 
     def _candidates(self, blobs: Blobs) -> tuple[Indices, Indices]:
         """All pairs whose gain may be positive: d^2 below a bound that S sets, and of a color."""
-        S = self._bank.cov[:, :2, :2]
-        widest = blobs.R.max(axis=0, initial=0.0)
         p = self.config.detection_probability
-        narrowest = blobs.R.min(axis=0, initial=1e9) * np.eye(2)
-        det = invert(S + narrowest)[1]
-        bound = 2 * (math.log(p / (1 - p)) - self._log_density) - np.log(4 * np.pi**2 * det)
-        bound = np.maximum(bound, 0.0)[:, None]
-        half = np.sqrt(bound * (np.diagonal(S, axis1=1, axis2=2) + np.diag(widest)))
-        if self.config.use_boxes:
-            half = half + self._records['extent'].sum(axis=1) / 2
-        track, blob = candidates(self._bank.mean[:, :2], half, blobs.z)
+        limit = 2 * (math.log(2 * p / (1 - p)) - self._log_density - math.log(2 * np.pi))
+        R = np.diagonal(blobs.R, axis1=1, axis2=2)
+        widest, narrowest = R.max(axis=0, initial=0.0), R.min(axis=0, initial=1e9)
+        half = np.zeros_like(self._center)
+        chance, T = self._maneuver()
+        jump = (self._speed * T)[:, None] ** 2 / 3
+        with np.errstate(divide='ignore'):
+            for weight, variance in (
+                (1.0, self._variance),
+                (chance, self._variance + jump),
+            ):
+                bound = limit + 2 * np.log(weight) - np.log((variance + narrowest).prod(axis=1))
+                bound = np.maximum(bound, 0.0)[:, None]
+                half = np.maximum(half, np.sqrt(bound * (variance + widest)))
+        half += self._records['extent'].sum(axis=1) / 2
+        track, blob = candidates(self._center, half, blobs.z)
         if self.config.color_gating:
             same = self._records['color'][track] == blobs.rows['color'][blob]
             track, blob = track[same], blob[same]
@@ -144,46 +185,58 @@ class Tracker:
         self, blobs: Blobs, free: Indices, track: Indices, blob: Indices
     ) -> tuple[Blobs, Indices, Indices, Indices]:
         """Join the pieces of broken blobs, and let tracks that merged share a blob."""
-        if not self.config.use_boxes:
+        if not self._records['extent'].any():
             return blobs, free, track, blob
         taken = np.full(len(self._records), -1)
         taken[track] = blob
         piece, whole = regroup.pieces(self._records, blobs, taken, free)
         blobs = shape.join(blobs, piece, whole)
         free = np.setdiff1d(free, piece)
-        guest, host = regroup.guests(self._records, self._bank.mean[:, :2], blobs, taken)
+        guest, host = regroup.guests(self._records, self._center, blobs, taken)
         return blobs, free, np.append(track, guest), np.append(blob, host)
 
     def _correct(self, blobs: Blobs, track: Indices, blob: Indices, dt: float) -> None:
         """Update filters, existence and sizes with what has been measured."""
         shared = np.bincount(blob, minlength=1)[blob] > 1
         z, R = self._measure(blobs, track, blob, shared)
+        likelihood, turned = self._likelihood(track, z, R)
         p = self.config.detection_probability
         ratio = np.full(len(self._records), 1 - p)
-        likelihood = self._bank.log_likelihood(track, z, R) - self._log_density
-        ratio[track] += p * np.exp(np.minimum(likelihood, 50.0))
+        ratio[track] += p * np.exp(np.minimum(likelihood - self._log_density, 50.0))
         life.reveal(self._records, ratio)
         single = np.flatnonzero(~shared)
+        size = self._records['extent'][track].sum(axis=1)
+        whole = ~shared & ~shape.difference(size, blobs.size[blob]).any(axis=1)
         self._learn(track[single], blobs.z[blob[single]], blobs.box[blob[single]], dt)
-        self._bank.correct(track, z, R)
+        last = self._records['updated'][track] >= self._now - round(dt * NANOSECONDS)
+        e, weighted = self._bank.innovation(track, z, R)
+        before = self._records['innovation'][track]
+        self._records['innovation'][track] = whole[:, None] * e
+        self._bank.kick(track, turned * self._speed**2, self._maneuver()[1][track])
+        self._bank.correct(track, z, R, np.ones(len(track)))
+        old = (self._records['hits'][track] > 2) & last & whole
+        velocity = self._bank.estimate()[0][track[old], 2:4]
+        nis, product = (e * weighted).sum(axis=1), (before * weighted).sum(axis=1)
+        self._adaptation.learn(nis[old], product[old], turned[old], velocity, dt)
         self._records['misses'] += 1
         self._records['misses'][track] -= 1
-        life.hit(self._records, track, blobs.rows[blob], self._stamp or 0)
+        life.hit(self._records, track, blobs.rows[blob], self._now)
 
     def _learn(self, track: Indices, z: Floats, box: Floats, dt: float) -> None:
         """Learn sizes. While an object grows into view its centroid moves at half its speed."""
         extent = self._records['extent'][track]
-        learned = shape.learn(extent, z, box, self._bank.mean[track, :2], dt)
+        learned = shape.learn(extent, z, box, self._center[track], dt)
         self._records['extent'][track] = learned
         growth = (learned - extent).sum(axis=1)
         growth[growth < shape.slack(extent.sum(axis=1))] = 0.0
         if dt > 0 and growth.any():
-            self._bank.cov[track[:, None], (2, 3), (2, 3)] += (growth / 2 / dt) ** 2
+            self._bank.cov[:, track[:, None], (2, 3), (2, 3)] += (growth / 2 / dt) ** 2
 
     def _spawn(self, blobs: Blobs, free: Indices) -> None:
         """Start a track on each blob left."""
-        self._bank.append(blobs.z[free], blobs.R[free], self.config.initial_speed)
-        born = life.births(blobs, free, self._stamp or 0, self._next_id)
+        spread = np.repeat([0.0, self._speed, self._noise], 2)[: self._bank.model.size]
+        self._bank.append(blobs.z[free], blobs.R[free], spread)
+        born = life.births(blobs, free, self._now, self._next_id)
         self._next_id += len(born)
         self._records = np.concatenate([self._records, born])
 
@@ -192,10 +245,10 @@ class Tracker:
         rows, records = np.zeros(len(self._records), TRACK), self._records
         for name in ('track_id', 'color', 'state', 'hits', 'area', 'box_w', 'box_h'):
             rows[name] = records[name]
-        rows['u'], rows['v'], rows['du'], rows['dv'] = self._bank.mean[:, :4].T
-        rows['covariance'] = self._bank.cov[:, :4, :4]
-        stamp = self._stamp or 0
-        rows['age'] = (stamp - records['born']) / NANOSECONDS
-        rows['time_since_update'] = (stamp - records['updated']) / NANOSECONDS
+        mean, covariance = self._bank.estimate()
+        rows['u'], rows['v'], rows['du'], rows['dv'] = mean[:, :4].T
+        rows['covariance'] = covariance[:, :4, :4]
+        rows['age'] = (self._now - records['born']) / NANOSECONDS
+        rows['time_since_update'] = (self._now - records['updated']) / NANOSECONDS
         rows['score'] = records['visible'] + records['hidden']
         return rows

@@ -43,12 +43,16 @@ def test_box_and_ellipse_are_where_the_track_is():
     assert (ellipse[0], ellipse[-1]) == pytest.approx((160 - radius, 160 + radius), abs=2)
 
 
-def test_the_ellipse_leans_with_the_covariance():
+@pytest.mark.parametrize('lean', [150, -150])
+def test_the_ellipse_leans_with_the_covariance(lean):
     tracks = tracks_of((160, 120), size=200.0)
-    tracks.rows['covariance'][0, :2, :2] = [[400, 380], [380, 400]]
-    image = drawn(tracks).any(axis=2)
-    v, u = np.nonzero(image[40:200, 80:240])
-    assert np.corrcoef(u, v)[0, 1] > 0.9
+    covariance = np.array([[300, lean], [lean, 100]])
+    tracks.rows['covariance'][0, :2, :2] = covariance
+    v, u = np.nonzero(drawn(tracks).any(axis=2)[40:200, 80:240])
+    offsets = np.stack([u - 80, v - 80]).astype(float)
+    distance = np.einsum('in,ij,jn->n', offsets, np.linalg.inv(covariance), offsets)
+    assert np.median(distance) == pytest.approx(5.991, rel=0.05)
+    assert np.mean(np.abs(np.sqrt(distance / 5.991) - 1) < 0.3) > 0.8
 
 
 def test_each_state_looks_different():
@@ -111,6 +115,18 @@ def test_anything_finite_can_be_drawn(position, size, variance):
     drawn(tracks_of(position, size=size, variance=variance))
     for state in (TENTATIVE, COASTING):
         drawn(tracks_of(position, (160, 120), state=state, size=size, variance=variance))
+
+
+def test_a_box_much_wider_than_the_picture_crosses_it():
+    tracks = tracks_of((160, 120))
+    tracks.rows['box_w'] = 1e12
+    image = drawn(tracks).any(axis=2)
+    assert image[100].all()
+    assert image[140].all()
+
+
+def test_what_is_around_the_picture_leaves_its_inside_as_it_is():
+    assert not drawn(tracks_of((160, 120), size=1e20, variance=1e40))[50:, 100:].any()
 
 
 def test_what_is_outside_the_picture_leaves_it_as_it_is():

@@ -100,6 +100,10 @@ class Ros:
             self.executor.spin_once(timeout_sec=0.05)
         return True
 
+    def settle(self) -> None:
+        """Let the nodes that are there find each other: what they send before that is lost."""
+        self.spin(lambda: False, 1.5)
+
     def call(self, kind: type, name: str, request: object) -> object:
         """Call a service."""
         client = self.node.create_client(kind, name)

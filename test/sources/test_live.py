@@ -1,3 +1,4 @@
+from concurrent.futures import ThreadPoolExecutor
 from http.server import BaseHTTPRequestHandler
 from http.server import ThreadingHTTPServer
 import itertools
@@ -15,7 +16,9 @@ from colortrack_ros.sources.capture import LiveCapture
 
 
 class Mjpeg(BaseHTTPRequestHandler):
-    """Sends 40 JPEG pictures, ever brighter, as network cameras do."""
+    """Sends 40 JPEG pictures, ever brighter, as network cameras do; `/stall` then waits."""
+
+    stalled = threading.Event()
 
     def do_GET(self):
         self.send_response(200)
@@ -25,6 +28,8 @@ class Mjpeg(BaseHTTPRequestHandler):
             jpeg = cv2.imencode('.jpg', np.full((48, 64, 3), 5 * k, np.uint8))[1].tobytes()
             head = f'--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n'
             self.wfile.write(head.encode() + jpeg + b'\r\n')
+        if self.path == '/stall':
+            self.stalled.wait(10)
 
     def log_message(self, *_):
         """Say nothing."""
@@ -86,6 +91,15 @@ def test_a_stream_is_read_until_it_breaks_off(server, capfd):
     assert capfd.readouterr() == ('', '')
 
 
+def test_a_stream_that_stalls_fails_in_time(server, monkeypatch):
+    monkeypatch.setattr(stream, 'TIMEOUT_MS', 300)
+    source = open_source(f'http://{server}/stall')
+    with ThreadPoolExecutor() as pool:
+        error = pool.submit(list, iter(source.read, None)).exception(timeout=8)
+        Mjpeg.stalled.set()
+    assert isinstance(error, SourceError)
+
+
 @pytest.mark.parametrize('scheme', ['http', 'rtsp'])
 def test_an_address_that_never_answers_fails_in_time_and_keeps_the_password(
     scheme, monkeypatch, capfd
@@ -93,9 +107,11 @@ def test_an_address_that_never_answers_fails_in_time_and_keeps_the_password(
     monkeypatch.setattr(stream, 'TIMEOUT_MS', 300)
     with socket.create_server(('127.0.0.1', 0)) as silent:
         address = f'127.0.0.1:{silent.getsockname()[1]}'
-        with pytest.raises(SourceError) as caught:
-            open_source(f'{scheme}://joe:se@cr/et@{address}/live?key=hidden')
-    message = str(caught.value)
+        spec = f'{scheme}://joe:se@cret@{address}/live?key=hidden'
+        with ThreadPoolExecutor() as pool:
+            error = pool.submit(open_source, spec).exception(timeout=10)
+    message = str(error)
+    assert isinstance(error, SourceError)
     assert f'{scheme}://joe:***@{address}/live?***' in message
     assert '0.3 s' in message
     assert '\n' not in message
@@ -109,6 +125,7 @@ def test_an_address_that_never_answers_fails_in_time_and_keeps_the_password(
         ('rtsp://joe@h/1', 'rtsp://joe@h/1'),
         ('rtsp://joe:pw@h:554/1', 'rtsp://joe:***@h:554/1'),
         ('http://:pw@h/', 'http://:***@h/'),
+        ('rtsp://joe:p@s/w@h/1', 'rtsp://joe:***@h/1'),
         ('http://h:80/a?user=joe&pwd=x', 'http://h:80/a?***'),
         ('http://h:80/a@b', 'http://h:***@b'),
     ],

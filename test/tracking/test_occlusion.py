@@ -41,7 +41,7 @@ def test_each_object_keeps_its_track_through_the_picture_and_behind_a_bar(bar):
     result = score(truth, run(Tracker(), detections), 20.0)
     assert result.tracks_of == {i: [i + 1] for i in range(4)}
     assert result.false_tracks == []
-    assert result.rmse < 1.0
+    assert result.rmse < 3.0  # a tenth of the diameter, hidden stretches included
 
 
 def test_without_boxes_the_cut_blobs_mislead():
@@ -55,7 +55,7 @@ def test_two_objects_that_cross_come_out_on_their_own_sides():
     truth, detections = scene(paths, 170)
     result = score(truth, run(Tracker(), detections), 20.0)
     assert (result.switches, result.misses, result.false_tracks) == (0, 0, [])
-    assert result.rmse < 1.0
+    assert result.rmse < 3.0  # a tenth of the diameter, hidden stretches included
 
 
 def test_objects_that_merge_share_the_blob():

@@ -22,6 +22,7 @@ PEGORETTI = TrackerConfig(
     detection_covariance=False,
     use_boxes=False,
     initial_speed=1.0,
+    maneuvers=False,
     clutter_density=0.0,
     confirm_hits=1,
     confirm_window=1,

@@ -1,22 +1,60 @@
 """What every motion model gives the bank."""
 
-from typing import Protocol
+from abc import ABC
+from abc import abstractmethod
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+Floats = NDArray[np.float64]
 
-class MotionModel(Protocol):
-    """x_k = F x_{k-1} + s_k, z_k = H x_k + w_k, (2.17)-(2.18).
 
-    The state begins with (u, v, du, dv), so that H = [I 0] for every model.
+class MotionModel(ABC):
+    """x_k = F x_{k-1} + B u + s_k, z_k = H x_k + w_k (Pegoretti 2021, (2.17)-(2.18)).
+
+    The state begins with (u, v, du, dv), so that H = [I 0] for every model. A model may have
+    several modes, filters side by side for the same track.
+
+    :param acceleration: (u, v), known in advance [px/s^2]; most models have no use for it.
     """
 
-    size: int
+    size = 4
     """n, the length of the state."""
 
-    def transition(self, dt: float) -> NDArray[np.float64]:
-        """F, (n, n), for a step of dt [s]."""
+    modes = 1
+    """M, the number of filters a track has."""
 
-    def noise(self, dt: float) -> NDArray[np.float64]:
-        """Q / sigma_s^2, (n, n), for a step of dt [s]."""
+    selected = False
+    """The modes take turns: the first speaks while measured, the last while not."""
+
+    def __init__(self, acceleration: tuple[float, float] = (0.0, 0.0)) -> None:
+        self.acceleration = acceleration
+
+    @abstractmethod
+    def transition(self, dt: float) -> Floats:
+        """F, (M, n, n), for a step of dt [s]."""
+
+    @abstractmethod
+    def noise(self, dt: float) -> Floats:
+        """Q / sigma_s^2, (M, n, n), for a step of dt [s]."""
+
+    def drift(self, dt: float) -> Floats:
+        """B u, (n,), for a step of dt [s]."""
+        return np.zeros(self.size)
+
+    def switching(self, dt: float) -> Floats:
+        """Probability that mode i has become mode j after dt [s], (M, M)."""
+        return np.eye(self.modes)
+
+
+def planar(axis: Sequence[Sequence[float]]) -> Floats:
+    """The same matrix for both axes, in the order (u, v, du, dv, ...).
+
+    :param axis: (n/2, n/2) for one axis: position, velocity, ...
+    :return: (n, n).
+    """
+    k = len(axis)
+    both = np.zeros((k, 2, k, 2))
+    both[:, 0, :, 0] = both[:, 1, :, 1] = axis
+    return both.reshape(2 * k, 2 * k)

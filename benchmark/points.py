@@ -1,0 +1,94 @@
+"""Scenes of points, made by hand: truth and detections, frame by frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
+
+RATE = 30
+WIDTH, HEIGHT = 1920.0, 1080.0
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """What a tracker is given and what it should find.
+
+    truth: for each frame rows of (object, u, v); detections: of the same frames; size: of the
+    picture [px].
+    """
+
+    truth: list[np.ndarray]
+    detections: list[Detections]
+    size: tuple[int, int]
+
+
+def detections_of(z, k, rate=RATE, noise=1.0):
+    """Detections without boxes at z, (M, 2), in frame k."""
+    rows = np.zeros(len(z), DETECTION)
+    rows['u'], rows['v'] = z.T
+    rows['cov_uu'] = rows['cov_vv'] = noise**2
+    rows['score'] = 1.0
+    return Detections(rows, k * NANOSECONDS // rate, 'camera')
+
+
+def cruise(
+    count, frames=300, speed=(1.0, 5.0), detected=0.95, clutter=0.05, noise=1.0, turns=0.0,
+    blackout=0.0, seed=0,
+):  # fmt: skip
+    """Points that go straight on and, when they leave the picture, are followed by new ones.
+
+    :param count: objects; above 1,000 the picture grows with them, so that the density stays.
+    :param speed: least and greatest [px/frame].
+    :param detected: probability.
+    :param clutter: false detections, a share of count.
+    :param noise: standard deviation of a detection on each axis [px].
+    :param turns: probability of an abrupt turn, for each object and frame.
+    :param blackout: probability that an object vanishes for 10 frames, for each object and frame.
+    """
+    rng = np.random.default_rng(seed)
+    grown = np.sqrt(max(count / 1000, 1.0))
+    size = np.array([WIDTH, HEIGHT]) * grown
+
+    def velocities(n):
+        angle, length = rng.uniform(0, 2 * np.pi, n), rng.uniform(*speed, n)
+        return np.stack([np.cos(angle), np.sin(angle)], axis=1) * length[:, None]
+
+    position, velocity = rng.uniform(0, size, (count, 2)), velocities(count)
+    names, next_name = np.arange(count), count
+    dark = np.zeros(count, int)
+    truth, detections = [], []
+    for k in range(frames):
+        turn = rng.random(count) < turns
+        velocity[turn] = velocities(turn.sum())
+        position += velocity
+        out = ((position < 0) | (position >= size)).any(axis=1)
+        position %= size
+        names[out] = next_name + np.arange(out.sum())
+        next_name += out.sum()
+        dark = np.where(rng.random(count) < blackout, 10, dark - 1)
+        seen = (rng.random(count) < detected) & (dark <= 0)
+        real = position[seen] + rng.normal(0, noise, (seen.sum(), 2))
+        false = rng.uniform(0, size, (rng.poisson(clutter * count), 2))
+        truth.append(np.column_stack([names, position]))
+        detections.append(detections_of(rng.permutation(np.concatenate([real, false])), k))
+    return Sequence(truth, detections, (int(size[0]), int(size[1])))
+
+
+def labels(path, drop=0.0, seed=0):
+    """The labelled positions of a csv file (frame, id, u, v) as detections.
+
+    :param drop: share of them that is left out.
+    """
+    rng = np.random.default_rng(seed)
+    table = np.loadtxt(path, delimiter=',', skiprows=1)
+    truth, detections = [], []
+    for k in range(int(table[0, 0]), int(table[-1, 0]) + 1):
+        rows = table[table[:, 0] == k, 1:]
+        truth.append(rows)
+        seen = rng.permutation(rows[rng.random(len(rows)) >= drop, 1:])
+        detections.append(detections_of(seen, k, noise=2.0))
+    width, height = table[:, 2:].max(axis=0) + 1
+    return Sequence(truth, detections, (int(width), int(height)))

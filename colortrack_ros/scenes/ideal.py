@@ -1,0 +1,103 @@
+"""What a perfect detector would see of a scene, and what a worse one makes of it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.scenes.scene import Scene
+from colortrack_ros.scenes.texture import normal
+from colortrack_ros.scenes.texture import uniform
+
+BLACKOUT: Mapping[str, Any] = {
+    'detected': 0.85, 'noise': 1.0, 'clutter': 0.2, 'gap': 10, 'gap_every': 60,
+}  # fmt: skip
+"""How `blackout` is to be detected."""
+
+PIXEL_SIGMA = 0.1
+"""What whole pixels leave unsure of a blob's centroid [px]."""
+
+
+def detections_of(
+    scene: Scene,
+    k: int,
+    detected: float = 1.0,
+    noise: float = 0.0,
+    clutter: float = 0.0,
+    gap: int = 0,
+    gap_every: int = 60,
+    seed: int = 0,
+) -> Detections:
+    """Return the detections of frame k; the same for the same arguments, in any order.
+
+    A perfect detector sees the connected parts of each color's pixels: nothing of a hidden object,
+    one blob of two that touch (about the sum of the areas, one box around both), two blobs of an
+    object behind a pole.
+
+    :param detected: probability that a blob is detected, 0..1.
+    :param noise: standard deviation of each centroid coordinate [px].
+    :param clutter: false detections for each object in the frame, evenly over the picture, as
+        large as objects are.
+    :param gap: each object is missed for so many frames on end, once in `gap_every` frames.
+    :param seed: of everything random.
+    """
+    truth = scene.truth(k)
+    unseen = [int(i) for i in truth['id'] if _in_gap(seed, int(i), k, gap, gap_every)]
+    rows = _blobs(scene.segments(k, unseen), len(scene.colors))
+    rows = rows[uniform((seed, k, 1), len(rows)) < detected]
+    shift = noise * normal((seed, k, 2), len(rows), 2)
+    for axis, (center, corner) in enumerate([('u', 'box_u'), ('v', 'box_v')]):
+        rows[center] += shift[:, axis]
+        rows[corner] += shift[:, axis]
+    rows = np.concatenate([rows, _clutter(scene, truth, clutter, (seed, k, 3))], dtype=DETECTION)
+    rows['cov_uu'] = rows['cov_vv'] = noise * noise + PIXEL_SIGMA * PIXEL_SIGMA
+    rows['score'] = 1
+    order = np.argsort(-rows['area'], kind='stable')
+    return Detections(rows[order], round(k * NANOSECONDS / scene.rate))
+
+
+def _blobs(mask: NDArray[np.uint8], colors: int) -> NDArray[np.void]:
+    """Return the connected parts of each color, (N,) of dtype DETECTION."""
+    parts = [np.zeros(0, DETECTION)]
+    for color in range(colors):
+        count, _, stats, centroids = cv2.connectedComponentsWithStats(
+            (mask == color + 1).view(np.uint8), connectivity=8
+        )
+        rows = np.zeros(count - 1, DETECTION)
+        rows['u'], rows['v'] = centroids[1:].T
+        for column, name in enumerate(['box_u', 'box_v', 'box_w', 'box_h', 'area']):
+            rows[name] = stats[1:, column]
+        rows['color'] = color
+        parts.append(rows)
+    return np.concatenate(parts, dtype=DETECTION)  # without it NumPy packs the fields anew
+
+
+def _clutter(
+    scene: Scene, truth: NDArray[np.void], share: float, seed: tuple[int, ...]
+) -> NDArray[np.void]:
+    """Return false detections: as many as the share of the objects, on average."""
+    whole = int(share)
+    false = np.repeat(truth, whole + (uniform(seed, len(truth)) < share - whole))
+    rows = np.zeros(len(false), DETECTION)
+    rows['u'], rows['v'] = (
+        uniform((*seed, 1), len(false), 2) * [scene.width, scene.height]
+    ).T - 0.5
+    rows['area'] = np.pi * false['radius'] * false['radius']
+    rows['box_w'] = rows['box_h'] = 2 * false['radius']
+    rows['box_u'], rows['box_v'] = rows['u'] - false['radius'], rows['v'] - false['radius']
+    rows['color'] = false['color']
+    return rows
+
+
+def _in_gap(seed: int, i: int, k: int, gap: int, every: int) -> bool:
+    """Say whether object i is missed in frame k: each `every` frames hold one gap, anywhere."""
+    if gap == 0:
+        return False
+    block, offset = divmod(k, every)
+    start = int(uniform((seed, i, block, 4), 1)[0] * (every - gap + 1))
+    return start <= offset < start + gap

@@ -1,0 +1,63 @@
+"""The five example videos of Pegoretti, chapter 4, at default parameters."""
+
+import numpy as np
+from pipeline import run
+import pytest
+from scoring import Tally
+
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.scenes import open_scene
+
+SCENES = ('single', 'enter_exit', 'five', 'crossing', 'occlusion')
+
+
+@pytest.fixture(scope='module', params=SCENES)
+def played(request):
+    """Truth and live confirmed or coasting tracks of each frame of a scene."""
+    scene = open_scene(request.param)
+    truth = [scene.truth(k) for k in range(len(scene))]
+    tracks = [step.tracks.rows for step in run(f'scene:{request.param}')]
+    assert len(truth) == len(tracks)
+    return truth, [rows[rows['state'] != TENTATIVE] for rows in tracks]
+
+
+def score(truth, tracks, least_visible, max_distance):
+    tally = Tally(max_distance)
+    for objects, rows in zip(truth, tracks, strict=True):
+        seen = objects[objects['visible'] >= least_visible]
+        tally.add(
+            [(row['id'], row['u'], row['v']) for row in seen],
+            [(row['track_id'], row['u'], row['v']) for row in rows],
+        )
+    return tally.score()
+
+
+def test_every_object_keeps_one_id_and_no_track_is_false(played):
+    truth, tracks = played
+    result = score(truth, tracks, 0.0, max_distance=60.0)
+    assert result.switches == 0
+    assert {len(ids) for ids in result.tracks_of.values()} == {1}
+    assert set(result.tracks_of) == {int(i) for rows in truth for i in rows['id']}
+    followed = {ids[0] for ids in result.tracks_of.values()}
+    assert {int(i) for rows in tracks for i in rows['track_id']} == followed
+
+
+def test_an_object_is_tracked_in_every_frame_from_its_confirmation_to_its_exit(played):
+    truth, tracks = played
+    track_of = score(truth, tracks, 0.0, max_distance=60.0).tracks_of
+    for one, (track,) in track_of.items():
+        alive = np.array([track in rows['track_id'] for rows in tracks])
+        present = np.array([one in rows['id'] for rows in truth])
+        first, last = np.flatnonzero(alive)[0], np.flatnonzero(present)[-1]
+        assert alive[first : last + 1].all()
+        wholly = [
+            k for k, rows in enumerate(truth) if (rows['visible'][rows['id'] == one] == 1).any()
+        ]
+        assert first <= wholly[0] + 5
+
+
+def test_the_position_is_within_a_pixel_of_the_truth_while_visible(played):
+    truth, tracks = played
+    result = score(truth, tracks, 1.0, max_distance=60.0)
+    assert result.rmse < 1.0
+    assert result.misses <= 5 * len(result.tracks_of)
