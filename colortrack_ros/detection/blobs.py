@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.label_image import WORD
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,7 @@ class Runs:
     :param start, end: (R,) first position and the one after the last, counted through an image
         of width stride.
     :param label: (R,) label of the pixels.
-    :param stride: width of the image they are counted in, one more than the picture's.
+    :param stride: width of the padded image they are counted in [px].
     """
 
     start: NDArray[np.intp]
@@ -50,49 +51,61 @@ class Blobs:
     first_run: NDArray[np.intp]
 
 
-def find_runs(padded: NDArray[np.uint8]) -> Runs:
-    """The runs of a label image.
-
-    :param padded: (H, W + 1) contiguous, its last column 0, so that no run leaves its row.
-    """
-    flat = padded.reshape(-1)
-    change = np.flatnonzero(flat[1:] != flat[:-1]) + 1
-    if flat[0]:
-        change = np.concatenate([[0], change])
-    before, after = flat[change - 1], flat[change]
-    start = change[after != 0]
-    return Runs(start, change[before != 0], flat[start], padded.shape[1])
+def find_runs(image: LabelImage) -> Runs:
+    """The runs of a label image."""
+    words, labels = image.content()
+    flat = labels.reshape(-1)
+    before, after = np.zeros((2, len(flat)), np.uint8)
+    before[1:], after[:-1] = flat[:-1], flat[1:]
+    gap = np.diff(words) > 1
+    before[WORD::WORD][gap] = 0
+    after[WORD - 1 : -1 : WORD][gap] = 0
+    first = np.flatnonzero((flat != before) & (flat != 0))
+    last = np.flatnonzero((flat != after) & (flat != 0))
+    start = words[first // WORD] * WORD + first % WORD
+    end = words[last // WORD] * WORD + last % WORD + 1
+    return Runs(start, end, flat[first], image.stride)
 
 
 def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
     """8-connected components of equal label.
 
     Two runs touch where the one, moved down a row and widened by a pixel on both sides, meets the
-    other: runs are sorted, so those it meets are neighbors in the list.
+    other: runs are sorted, so those it meets are neighbors in the list. Each component is a tree
+    of runs that hang on the first one; trees that touch are joined, all at once, until none do.
 
     :returns: their number, and (R,) the component of each run, counted in raster order.
     """
+    number = np.arange(len(runs.start))
     first = np.searchsorted(runs.end, runs.start + runs.stride, 'left')
     behind = np.searchsorted(runs.start, runs.end + runs.stride, 'right')
     met = np.maximum(behind - first, 0)
-    upper = np.repeat(np.arange(len(met)), met)
-    lower = np.arange(len(upper)) - np.repeat(np.cumsum(met) - met, met) + first[upper]
-    same = runs.label[upper] == runs.label[lower]
-    upper, lower = upper[same], lower[same]
-    links = coo_array((np.ones(len(upper), np.int8), (upper, lower)), (len(met), len(met)))
-    return connected_components(links, directed=False)
+    upper = np.repeat(number, met)
+    lower = np.arange(len(upper)) + np.repeat(first - np.cumsum(met) + met, met)
+    root = number
+    apart = runs.label[upper] == runs.label[lower]
+    while apart.any():
+        upper, lower = upper[apart], lower[apart]
+        one, other = root[upper], root[lower]
+        root = root.copy()
+        np.minimum.at(root, np.maximum(one, other), np.minimum(one, other))
+        while not np.array_equal(root, above := root[root]):
+            root = above
+        apart = root[upper] != root[lower]
+    is_first = root == number
+    return int(np.count_nonzero(is_first)), (np.cumsum(is_first) - 1)[root]
 
 
-def find_blobs(padded: NDArray[np.uint8], min_area: int, max_area: int) -> Blobs:
-    """The 8-connected components of a label image, with Pegoretti 2021, (2.9) to (2.11).
+def find_blobs(image: LabelImage, min_area: int, max_area: int) -> Blobs:
+    """The 8-connected components of equal label, with Pegoretti 2021, (2.9) to (2.11).
 
     Every sum is of whole numbers and exact.
 
-    :param padded: (H, W + 1) labels, contiguous, its last column 0.
+    :param image: the labels.
     :param min_area, max_area: other blobs are left out [px].
     """
-    runs = find_runs(padded)
-    count, component = connect(runs) if len(runs.start) else (0, np.zeros(0, np.intp))
+    runs = find_runs(image)
+    count, component = connect(runs)
     length = runs.end - runs.start
     area = np.bincount(component, length, count).astype(np.int64)
     kept = np.flatnonzero((area >= min_area) & (area <= max_area))

@@ -9,6 +9,7 @@ from colortrack_ros.detection.lab import linear_from_srgb
 MAX_COLORS = 254
 MAX_TOLERANCE = 200.0
 MAX_ELEMENT_SIZE = 99
+MAX_THREADS = 64
 LAB_RANGES = (('L', 0.0, 100.0), ('a', -128.0, 128.0), ('b', -128.0, 128.0))
 
 
@@ -70,14 +71,16 @@ class DetectorConfig:
     :param erosion_size: the same for the erosion (2.4), second [px]. Area, box and centroid are
         those of the eroded mask.
     :param opening_size: the same for an opening (2.6), last [px].
+    :param threads: that work on a picture at the same time; 2 help from 1920x1080 on.
     """
 
-    colors: tuple[ReferenceColor, ...] = (ReferenceColor.from_rgb('red', (205, 58, 34)),)
+    colors: tuple[ReferenceColor, ...] = (ReferenceColor.from_rgb('red', (205, 58, 34), 50.0),)
     min_area: int = 20
     max_area: int = 1_000_000_000
     closing_size: int = 1
     erosion_size: int = 3
     opening_size: int = 1
+    threads: int = 1
 
     def __post_init__(self) -> None:
         names = [color.name for color in self.colors]
@@ -90,3 +93,4 @@ class DetectorConfig:
             size = getattr(self, name)
             valid = 1 <= size <= MAX_ELEMENT_SIZE and size % 2 == 1
             expect(valid, name, size, f'an odd number in 1..{MAX_ELEMENT_SIZE}')
+        expect(1 <= self.threads <= MAX_THREADS, 'threads', self.threads, f'1..{MAX_THREADS}')

@@ -13,13 +13,12 @@ from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.detection.color_table import ColorTable
 from colortrack_ros.detection.color_table import rgb_of
 from colortrack_ros.detection.config import DetectorConfig
-from colortrack_ros.detection.config import expect
 from colortrack_ros.detection.covariance import centroid_covariance
 from colortrack_ros.detection.morphology import close
 from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import open_
 
-SCORE_PIXELS = 64
+SCORE_PIXELS = 16
 """Pixels of a blob that its score is the mean of, when it has more."""
 
 
@@ -38,7 +37,7 @@ class Detector:
 
     def configure(self, config: DetectorConfig) -> None:
         """Take another configuration; the next frame is detected with it."""
-        self._table = ColorTable(config.colors)
+        self._table = ColorTable(config.colors, config.threads)
         self._config = config
 
     def detect(self, frame: Frame) -> Detections:
@@ -51,12 +50,11 @@ class Detector:
         if not frame.image.size:
             return Detections(stamp=frame.stamp, frame_id=frame.frame_id)
         config = self._config
-        labels = self._table.label_image(frame.image, frame.encoding)
-        close(labels, config.closing_size, len(config.colors))
-        erode(labels, config.erosion_size)
-        open_(labels, config.opening_size, len(config.colors))
-        assert labels.base is not None
-        blobs = find_blobs(labels.base, config.min_area, config.max_area)
+        image = self._table.label(frame.image, frame.encoding)
+        close(image, config.closing_size, len(config.colors))
+        erode(image, config.erosion_size, len(config.colors))
+        open_(image, config.opening_size, len(config.colors))
+        blobs = find_blobs(image, config.min_area, config.max_area)
         return Detections(self._rows(frame, blobs), frame.stamp, frame.frame_id)
 
     def _rows(self, frame: Frame, blobs: Blobs) -> NDArray[np.void]:
@@ -76,7 +74,8 @@ class Detector:
     def _score(self, frame: Frame, blobs: Blobs) -> NDArray[np.float64]:
         """(N,) mean closeness to the color over the blob, over SCORE_PIXELS of it at most."""
         blob, position = sample_pixels(blobs, SCORE_PIXELS)
-        rgb = rgb_of(frame.image, frame.encoding, *np.divmod(position, blobs.runs.stride))
+        pixels = frame.image[np.divmod(position, blobs.runs.stride)]
+        rgb = rgb_of(pixels, frame.encoding)
         closeness = self._table.closeness(rgb, blobs.label[blob])
         count = len(blobs.area)
         return np.bincount(blob, closeness, count) / np.bincount(blob, minlength=count)
@@ -84,9 +83,12 @@ class Detector:
 
 def check_image(frame: Frame) -> None:
     """Raise ValueError when a frame's encoding is not known or does not fit its picture."""
-    expect(frame.encoding in ENCODINGS, 'encoding', frame.encoding, f'one of {list(ENCODINGS)}')
-    channels = ENCODINGS[frame.encoding]
-    shape = frame.image.shape
-    valid = shape[2:] == (channels,) or (len(shape) == 2 and channels == 1)
-    expect(valid, 'image.shape', shape, f'(height, width, {channels}) for {frame.encoding}')
-    expect(frame.image.dtype == np.uint8, 'image.dtype', str(frame.image.dtype), 'uint8')
+    if frame.encoding not in ENCODINGS:
+        raise ValueError(f'encoding is {frame.encoding!r}, expected one of {list(ENCODINGS)}')
+    channels, shape = ENCODINGS[frame.encoding], frame.image.shape
+    if not (shape[2:] == (channels,) or (len(shape) == 2 and channels == 1)):
+        raise ValueError(
+            f'image.shape is {shape}, expected (height, width, {channels}) for {frame.encoding}'
+        )
+    if frame.image.dtype != np.uint8:
+        raise ValueError(f'image.dtype is {frame.image.dtype}, expected uint8')

@@ -40,6 +40,8 @@ def test_an_rgb_out_of_range_is_refused(rgb):
         ('erosion_size', 101),
         ('opening_size', -1),
         ('closing_size', 4),
+        ('threads', 0),
+        ('threads', 65),
     ],
 )
 def test_a_parameter_out_of_range_is_refused_by_name(parameter, value):
