@@ -3,6 +3,7 @@
 PYTHON ?= python3
 VENV ?= .venv
 SOURCE ?= scene:occlusion
+PARAMS ?=
 COLOR ?=
 TOLERANCE ?=
 SECONDS ?= 21
@@ -17,8 +18,8 @@ UBUNTU = opencv-python-headless==4.6.0.66 numpy==1.26.4 scipy==1.11.4
 .PHONY: demo test test-ubuntu lint docs clean
 
 demo: $(VENV)/demo
-	$(PYTHON_IN) -m colortrack_ros.nodes.demo --source '$(SOURCE)' --color '$(COLOR)' \
-		--tolerance '$(TOLERANCE)' --seconds $(SECONDS)
+	$(PYTHON_IN) -m colortrack_ros.nodes.demo --source '$(SOURCE)' --params '$(PARAMS)' \
+		--color '$(COLOR)' --tolerance '$(TOLERANCE)' --seconds $(SECONDS)
 
 test: lint
 	$(PYTHON_IN) -m pytest $(TESTS)

@@ -126,6 +126,7 @@ def table_of(rows: Iterable[np.void], title: str) -> Table:
 def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='make demo', description=__doc__)
     parser.add_argument('--source', default='scene:occlusion', help='as the camera takes it')
+    parser.add_argument('--params', default='', help='parameters of the nodes')
     parser.add_argument('--color', default='', help='r,g,b of the objects, 0..255')
     parser.add_argument('--tolerance', default='', help='in CIELAB units')
     parser.add_argument('--seconds', type=float, default=21.0, help='how long at the most')
@@ -140,11 +141,10 @@ def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
     return arguments
 
 
-def _start(name: str, *parameters: str) -> subprocess.Popen[bytes]:
-    """A node as a process of its own, with the package's parameters and some others."""
+def _start(name: str, params: str, *parameters: str) -> subprocess.Popen[bytes]:
+    """A node as a process of its own, with a file of parameters and some others."""
     options = [word for parameter in parameters for word in ('-p', parameter)]
     code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
-    params = str(share_file('params/colortrack.yaml'))
     command = [sys.executable, '-c', code, '--ros-args', '--params-file', params, *options]
     return subprocess.Popen([*command, '--log-level', 'warn'])
 
@@ -160,14 +160,19 @@ def main(args: Sequence[str] | None = None) -> int:
     tolerance = [f'red.tolerance:={arguments.tolerance}'] if arguments.tolerance else []
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     recorder = Recorder(arguments.out)
-    nodes = [_start('tracker'), _start('detector', *color, *tolerance), _start('overlay')]
+    params = arguments.params or str(share_file('params/colortrack.yaml'))
+    nodes = [
+        _start('tracker', params),
+        _start('detector', params, *color, *tolerance),
+        _start('overlay', params),
+    ]
     executor = SingleThreadedExecutor()
     executor.add_node(recorder)
     try:
         while not recorder.is_complete():
             executor.spin_once(timeout_sec=0.1)
-        source = f'source:={arguments.source}'
-        nodes.append(_start('camera', source, 'wait_for_subscribers:=2', 'exit_at_end:=true'))
+        play = (f'source:={arguments.source}', 'wait_for_subscribers:=2', 'exit_at_end:=true')
+        nodes.append(_start('camera', params, *play))
         status = _watch(recorder, executor, nodes[-1], arguments.seconds)
     except KeyboardInterrupt:
         status = 0
