@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from dataclasses import fields
 from typing import Any
 
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.config import MAX_THREADS
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
@@ -62,6 +64,13 @@ TABLE = ParameterTable(
             maximum=99,
         ),
         Spec(
+            'threads',
+            _DEFAULT.threads,
+            'Threads that work on a picture at the same time; 2 help from 1920x1080 on.',
+            minimum=1,
+            maximum=MAX_THREADS,
+        ),
+        Spec(
             'max_lag',
             0.05,
             'When working off the waiting images would take longer, the oldest are skipped.',
@@ -102,8 +111,8 @@ def build(values: Mapping[str, Any]) -> DetectorSetup:
 
     :raises ValueError: the values do not fit together; the reason names the parameter.
     """
-    names = ('min_area', 'max_area', 'erosion_size', 'opening_size', 'closing_size')
     colors = tuple(_color(name, values) for name in values['colors'])
+    names = [field.name for field in fields(DetectorConfig) if field.name != 'colors']
     config = DetectorConfig(colors=colors, **{name: values[name] for name in names})
     return DetectorSetup(config, values['max_lag'])
 

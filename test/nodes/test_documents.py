@@ -7,6 +7,7 @@ import yaml
 
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import TRACK
+from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.nodes import camera_parameters
 from colortrack_ros.nodes import detector_parameters
 from colortrack_ros.nodes import tracker_parameters
@@ -66,9 +67,11 @@ def test_the_readme_names_every_field_of_the_messages():
     assert [n for n in (*DETECTION.names, *TRACK.names) if f'`{n}`' not in text] == []
 
 
-def test_every_setting_of_the_tracker_is_a_parameter():
+def test_every_setting_of_a_room_is_a_parameter():
     names = {field.name for field in fields(TrackerConfig)}
     assert names <= set(tracker_parameters.TABLE.specs)
+    names = {field.name for field in fields(DetectorConfig)}
+    assert names <= set(detector_parameters.TABLE.specs)
 
 
 @pytest.mark.parametrize('node', ['detector', 'tracker', 'camera'])
