@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs.msg import PointField
 
@@ -67,6 +68,32 @@ def tracks_of_cloud(message: PointCloud2) -> Tracks:
     :raises MessageError: a field is missing or has another type, or sizes do not agree.
     """
     return Tracks(_rows(message, TRACK), stamp_of(message.header), message.header.frame_id)
+
+
+def detections_of_serialized_cloud(cdr: bytes) -> Detections:
+    """The detections of a serialized message.
+
+    :param cdr: as a subscription with ``raw=True`` hands it over.
+    :raises MessageError: as :func:`detections_of_cloud`, and for bytes of something else.
+    """
+    return detections_of_cloud(_deserialized(cdr))
+
+
+def tracks_of_serialized_cloud(cdr: bytes) -> Tracks:
+    """The tracks of a serialized message.
+
+    :param cdr: as a subscription with ``raw=True`` hands it over.
+    :raises MessageError: as :func:`tracks_of_cloud`, and for bytes of something else.
+    """
+    return tracks_of_cloud(_deserialized(cdr))
+
+
+def _deserialized(cdr: bytes) -> PointCloud2:
+    try:
+        message: PointCloud2 = deserialize_message(cdr, PointCloud2)
+    except Exception as error:  # RCLError, UnicodeDecodeError: rclpy has no common class
+        raise MessageError(f'not a serialized sensor_msgs/PointCloud2: {error}') from error
+    return message
 
 
 def _cloud(rows: NDArray[np.void], stamp: int, frame_id: str) -> PointCloud2:

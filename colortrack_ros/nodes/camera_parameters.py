@@ -7,6 +7,8 @@ from typing import Any
 from sensor_msgs.msg import CameraInfo
 
 from colortrack_ros.messages import load_camera_info
+from colortrack_ros.nodes.health import HEALTH
+from colortrack_ros.nodes.parameters import own_values
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
@@ -52,6 +54,7 @@ TABLE = ParameterTable(
         topic('camera_info_topic', 'camera/camera_info', 'the calibration that is published'),
         topic('detections_topic', 'detections', 'the detections that rate -1 waits for'),
         DEPTH,
+        *HEALTH,
     ]
 )
 
@@ -68,6 +71,9 @@ class CameraSetup:
     camera_info: CameraInfo
     jpeg_quality: int
     wait_for_subscribers: int
+    image_topic: str
+    camera_info_topic: str
+    detections_topic: str
 
     @property
     def as_consumed(self) -> bool:
@@ -82,9 +88,5 @@ def build(values: Mapping[str, Any]) -> CameraSetup:
     """
     if -1.0 < values['rate'] < 0.0:
         raise ValueError(f'rate: expected -1, 0, or a positive number, got {values["rate"]}')
-    names = ('source', 'rate', 'loop', 'exit_at_end', 'frame_id', 'jpeg_quality')
-    return CameraSetup(
-        **{name: values[name] for name in names},
-        wait_for_subscribers=values['wait_for_subscribers'],
-        camera_info=load_camera_info(values['camera_info_url']),
-    )
+    info = load_camera_info(values['camera_info_url'])
+    return CameraSetup(camera_info=info, **own_values(CameraSetup, values))

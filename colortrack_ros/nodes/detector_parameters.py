@@ -8,6 +8,9 @@ from typing import Any
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.config import MAX_THREADS
+from colortrack_ros.nodes.health import HEALTH
+from colortrack_ros.nodes.order import ORDER
+from colortrack_ros.nodes.parameters import own_values
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
@@ -78,9 +81,18 @@ TABLE = ParameterTable(
             minimum=0.0,
             maximum=60.0,
         ),
+        *ORDER,
         topic('image_topic', 'camera/image_raw', 'the images'),
+        Spec(
+            'image_transport',
+            'raw',
+            'Whether images come raw, or as JPEG or PNG on <image_topic>/compressed.',
+            choices=('raw', 'compressed'),
+            read_only=True,
+        ),
         topic('detections_topic', 'detections', 'the detections that are published'),
         DEPTH,
+        *HEALTH,
     ],
     each=[
         Spec('lab', (float,), 'The reference color [L, a, b] in CIELAB (D65); or give rgb.'),
@@ -104,6 +116,11 @@ class DetectorSetup:
 
     config: DetectorConfig
     max_lag: float
+    reorder_window: float
+    max_late: float
+    image_topic: str
+    image_transport: str
+    detections_topic: str
 
 
 def build(values: Mapping[str, Any]) -> DetectorSetup:
@@ -114,7 +131,7 @@ def build(values: Mapping[str, Any]) -> DetectorSetup:
     colors = tuple(_color(name, values) for name in values['colors'])
     names = [field.name for field in fields(DetectorConfig) if field.name != 'colors']
     config = DetectorConfig(colors=colors, **{name: values[name] for name in names})
-    return DetectorSetup(config, values['max_lag'])
+    return DetectorSetup(config, **own_values(DetectorSetup, values))
 
 
 def _color(name: str, values: Mapping[str, Any]) -> ReferenceColor:

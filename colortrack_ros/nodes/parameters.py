@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import dataclass
+from dataclasses import fields
 import difflib
 import math
 from typing import Any
@@ -204,6 +205,11 @@ class ParameterTable:
             if len(reasons) in (0, len(waiting)):
                 return accepted, reasons
             waiting = {name: waiting[name] for name in reasons}
+
+
+def own_values(setup: type, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Of the parameters those that a setup, a dataclass, has as fields of the same name."""
+    return {field.name: values[field.name] for field in fields(setup) if field.name in values}
 
 
 def declare(

@@ -36,11 +36,14 @@ class Tracker:
         self.dropped = 0
         """Detections refused so far: not finite, or with a covariance that is none."""
         self._next_id = 1
-        self._why = ''
         self.reset()
 
-    def reset(self) -> None:
-        """Forget all tracks. IDs go on: none is used twice."""
+    def reset(self, why: str = '') -> None:
+        """Forget all tracks. IDs go on: none is used twice.
+
+        :param why: what the next Tracks tell as the reason.
+        """
+        self._why = why
         self._stamp: int | None = None
         self._bank = Bank(MOTION_MODELS[self.config.motion_model](self.config.acceleration))
         self._adaptation = Adaptation()
@@ -50,8 +53,7 @@ class Tracker:
         """Change the configuration; tracks live on, unless the motion model is another."""
         old, self.config = self.config, config
         if old.motion_model != config.motion_model:
-            self.reset()
-            self._why = f'motion_model changed from {old.motion_model} to {config.motion_model}'
+            self.reset(f'motion_model changed from {old.motion_model} to {config.motion_model}')
 
     def update(self, detections: Detections) -> Tracks:
         """Take the detections of one frame.
@@ -77,12 +79,10 @@ class Tracker:
         """Predict to the stamp, or start afresh; return dt [s]."""
         dt = 0.0 if self._stamp is None else (stamp - self._stamp) / NANOSECONDS
         if dt < 0:
-            self._why = f'the stamp went back by {-dt:.6f} s'
+            self.reset(f'the stamp went back by {-dt:.6f} s')
         elif dt > self.config.max_dt:
-            self._why = f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s'
-        if not 0 <= dt <= self.config.max_dt:
-            self.reset()
-            dt = 0.0
+            self.reset(f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s')
+        dt = 0.0 if self._stamp is None else dt
         self._stamp = stamp
         self._bank.predict(dt, self._noise**2)
         self._center, self._variance = (part[:, :2] for part in self._bank.estimate())
