@@ -30,6 +30,7 @@ def _spec(
 ) -> Spec:
     """A row whose default is that of the room."""
     default = getattr(_DEFAULT, name)
+    default = list(default) if isinstance(default, tuple) else default
     return Spec(name, default, description, unit, minimum, maximum, tuple(choices))
 
 
@@ -44,12 +45,21 @@ TABLE = ParameterTable(
         ),
         _spec(
             'process_noise',
-            'Standard deviation of the acceleration that the motion model does not know (sigma_s); '
-            '0: learned from the innovations.',
+            'Standard deviation of the acceleration that the motion model does not know (sigma_s). '
+            '0 learns it from the innovations.',
             'px/s^2',
             0.0,
             1e6,
         ),
+        _spec(
+            'acceleration',
+            'Known in advance, along u and v, such as gravity; for the motion models '
+            'known_acceleration and switched_pair.',
+            'px/s^2',
+            -1e6,
+            1e6,
+        ),
+        _spec('maneuvers', 'Whether objects may turn or bounce; how often is learned.'),
         _spec(
             'measurement_noise',
             'Standard deviation of a measured position, where a detection brings no covariance '
@@ -73,20 +83,11 @@ TABLE = ParameterTable(
         _spec(
             'initial_speed',
             'Standard deviation of the velocity of a new track, and of what a maneuver changes, on '
-            'each axis; 0: learned from the tracks.',
+            'each axis. 0 learns it from the tracks.',
             'px/s',
             0.0,
             1e6,
         ),
-        Spec(
-            'acceleration',
-            list(_DEFAULT.acceleration),
-            'Known acceleration [u, v], of the motion models known_acceleration and switched_pair.',
-            unit='px/s^2',
-            minimum=-1e6,
-            maximum=1e6,
-        ),
-        _spec('maneuvers', 'Whether objects may turn or bounce; how often is learned.'),
         _spec(
             'detection_probability',
             'That a visible object is detected in a frame.',
@@ -104,6 +105,21 @@ TABLE = ParameterTable(
         ),
         _spec('confirm_hits', 'Detections that confirm a track, among', '', 1, 100),
         _spec('confirm_window', 'its first so many frames.', '', 1, 100),
+        _spec(
+            'max_position_sigma',
+            'A track whose position is known less well is deleted.',
+            'px',
+            1e-3,
+            1e9,
+        ),
+        _spec(
+            'image_size',
+            'Width and height of the picture; a track that has left it is deleted. 0 for not '
+            'known.',
+            'px',
+            0,
+            100_000,
+        ),
         _spec(
             'max_dt',
             'A longer jump of the stamps starts the tracker afresh.',
@@ -147,9 +163,5 @@ def build(values: Mapping[str, Any]) -> TrackerSetup:
 
     :raises ValueError: the values do not fit together; the reason names the parameter.
     """
-    settings = {field.name: values[field.name] for field in fields(TrackerConfig)}
-    if len(settings['acceleration']) != 2:
-        raise ValueError(f'acceleration: expected [u, v], got {settings["acceleration"]}')
-    settings['acceleration'] = tuple(settings['acceleration'])
-    config = TrackerConfig(**settings)
+    config = TrackerConfig(**{field.name: values[field.name] for field in fields(TrackerConfig)})
     return TrackerSetup(config, **own_values(TrackerSetup, values))

@@ -61,12 +61,14 @@ class Adaptation:
         if not len(nis) or dt <= 0:
             return
         share = GAIN * len(nis) / (len(nis) + FEW)
-        calm = (1 - turned) / np.maximum(nis / 10, 1)
-        self._nis += share * (float((calm * nis).mean()) - self._nis)
-        self._product += share * (float((calm * product).mean()) - self._product)
+        calm = (1 - turned) / np.maximum(nis / 10, 1) / len(nis)
+        self._nis += share * (float(calm @ nis) - self._nis)
+        self._product += share * (float(calm @ product) - self._product)
         drive = self._product / 2 + max(self._nis / 2 - 1, 0.0)
         low, high = map(math.log, NOISE_RANGE)
         self._log_noise = min(max(self._log_noise + share * drive, low), high)
-        self._speed2 += share * (float((velocity**2).mean()) - self._speed2) / 4
-        rate = self.rate + share * (float(turned.mean()) / dt - self.rate)
+        self._speed2 += (
+            share * (float(np.vdot(velocity, velocity)) / velocity.size - self._speed2) / 4
+        )
+        rate = self.rate + share * (float(turned.sum()) / len(turned) / dt - self.rate)
         self.rate = min(max(rate, RATE_RANGE[0]), RATE_RANGE[1])

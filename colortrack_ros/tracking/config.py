@@ -32,6 +32,10 @@ class TrackerConfig:
     :param confirm_hits: detections that confirm a track, among
     :param confirm_window: its first so many frames.
     :param max_time_since_update: a track unmeasured for longer is deleted [s].
+    :param max_position_sigma: a track whose position is known less well, on the axis where it is
+        known least, is deleted [px].
+    :param image_size: width and height of the picture [px]; a track that has left it is deleted.
+        (0, 0): not known.
     :param max_dt: a longer jump of the stamps starts the tracker afresh [s].
     :raises ValueError: when a value is out of its range; the message says which and why.
     """
@@ -51,6 +55,8 @@ class TrackerConfig:
     confirm_hits: int = 3
     confirm_window: int = 4
     max_time_since_update: float = 1.5
+    max_position_sigma: float = 300.0
+    image_size: tuple[int, int] = (0, 0)
     max_dt: float = 2.0
 
     def __post_init__(self) -> None:
@@ -64,12 +70,21 @@ class TrackerConfig:
         self._ranged('confirm_hits', 1, 100)
         self._ranged('confirm_window', self.confirm_hits, 100)
         self._ranged('max_time_since_update', 0.0, 3600.0, 's')
+        self._ranged('max_position_sigma', 1e-3, 1e9, 'px')
         self._ranged('max_dt', 1e-3, 3600.0, 's')
+        self._paired('acceleration', -1e6, 1e6, 'px/s^2')
+        self._paired('image_size', 0, 100_000, 'px')
 
     def _named(self, name: str, known: Mapping[str, object]) -> None:
         value = getattr(self, name)
         if value not in known:
             raise ValueError(f'{name} is {value!r}, expected one of {", ".join(sorted(known))}')
+
+    def _paired(self, name: str, low: float, high: float, unit: str) -> None:
+        value = tuple(getattr(self, name))
+        object.__setattr__(self, name, value)
+        if len(value) != 2 or not all(math.isfinite(x) and low <= x <= high for x in value):
+            raise ValueError(f'{name} is {value!r}, expected two of {low:g} to {high:g} {unit}')
 
     def _ranged(self, name: str, low: float, high: float, unit: str = '') -> None:
         value = getattr(self, name)

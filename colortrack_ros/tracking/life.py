@@ -105,19 +105,47 @@ def reveal(records: NDArray[np.void], ratio: NDArray[np.float64]) -> None:
 
 
 def settle(records: NDArray[np.void], stamp: int, config: TrackerConfig) -> NDArray[np.bool_]:
-    """Confirm m of n, mark as coasting, and find the tracks that go on.
+    """Confirm m of n, mark as coasting, and find the tracks whose time is not over.
 
     :param records: (N,) of dtype RECORD.
     :param stamp: of this frame [ns].
     :param config: the limits.
     :return: (N,) True for tracks to keep.
     """
-    tentative = records['state'] == TENTATIVE
     measured = records['updated'] == stamp
-    confirm = tentative & (records['hits'] >= config.confirm_hits)
-    records['state'] = np.where(
-        tentative & ~confirm, TENTATIVE, np.where(measured, CONFIRMED, COASTING)
-    )
+    tentative = (records['state'] == TENTATIVE) & (records['hits'] < config.confirm_hits)
+    records['state'] = np.where(measured, CONFIRMED, COASTING)
+    records['state'][tentative] = TENTATIVE
     hopeless = records['misses'] > config.confirm_window - config.confirm_hits
     limit = round(config.max_time_since_update * NANOSECONDS)
-    return (stamp - records['updated'] <= limit) & ~(tentative & ~confirm & hopeless)
+    return (stamp - records['updated'] <= limit) & ~(tentative & hopeless)
+
+
+def present(
+    records: NDArray[np.void],
+    mean: NDArray[np.float64],
+    cov: NDArray[np.float64],
+    stamp: int,
+    config: TrackerConfig,
+) -> NDArray[np.bool_]:
+    """Find the tracks of which it is known where they are: in the picture.
+
+    An object has left that, unmeasured, is predicted wholly outside by more than a standard
+    deviation and does not come back.
+
+    :param records: (N,) of dtype RECORD.
+    :param mean, cov: (N, n) and (N, n, n) estimates.
+    :param stamp: of this frame [ns].
+    :param config: the limits.
+    :return: (N,) True for tracks to keep.
+    """
+    sigma = np.sqrt(cov[:, [0, 1], [0, 1]])
+    keep = (sigma <= config.max_position_sigma).all(axis=1)
+    if all(config.image_size):
+        low, high = np.moveaxis(records['extent'], 1, 0)
+        position, velocity = mean[:, :2], mean[:, 2:4]
+        gone = (position + high + sigma < -0.5) & (velocity <= 0)
+        border = np.array(config.image_size) - 0.5
+        gone |= (position - low - sigma > border) & (velocity >= 0)
+        keep &= np.logical_not(gone.any(axis=1)) | (records['updated'] == stamp)
+    return np.asarray(keep)

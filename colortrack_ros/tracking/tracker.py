@@ -20,9 +20,13 @@ from colortrack_ros.tracking.gating import candidates
 from colortrack_ros.tracking.intake import accept
 from colortrack_ros.tracking.intake import Blobs
 from colortrack_ros.tracking.motion import MOTION_MODELS
+from colortrack_ros.tracking.pairs import Pairs
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+UNLIKELY = 1e-3
+"""A maneuver of less probability is left out of account."""
 
 
 class Tracker:
@@ -46,8 +50,8 @@ class Tracker:
         self._why = why
         self._stamp: int | None = None
         self._bank = Bank(MOTION_MODELS[self.config.motion_model](self.config.acceleration))
-        self._adaptation = Adaptation()
         self._records = np.zeros(0, life.RECORD)
+        self._adaptation = Adaptation()
 
     def configure(self, config: TrackerConfig) -> None:
         """Change the configuration; tracks live on, unless the motion model is another."""
@@ -64,14 +68,13 @@ class Tracker:
         dt = self._advance(detections.stamp)
         blobs = accept(detections.rows, self.config)
         self.dropped += len(detections.rows) - len(blobs.rows)
-        track, blob = self._associate(blobs)
-        free = np.setdiff1d(np.arange(len(blobs.rows)), blob)
-        blobs, free, track, blob = self._regroup(blobs, free, track, blob)
-        self._correct(blobs, track, blob, dt)
-        self._spawn(blobs, free)
-        keep = life.settle(self._records, detections.stamp, self.config)
-        self._bank.keep(keep)
-        self._records = self._records[keep]
+        pairs, share = self._associate(blobs)
+        free = np.ones(len(blobs.rows), bool)
+        free[pairs.blob[share > 0.5]] = False
+        blobs, pairs, share = self._regroup(blobs, pairs, share, free)
+        self._correct(blobs, pairs, share, dt)
+        self._spawn(blobs, np.flatnonzero(free))
+        self._settle()
         why, self._why = self._why, ''
         return Tracks(self._rows(), detections.stamp, detections.frame_id, why)
 
@@ -83,97 +86,45 @@ class Tracker:
         elif dt > self.config.max_dt:
             self.reset(f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s')
         dt = 0.0 if self._stamp is None else dt
-        self._stamp = stamp
+        self._stamp = self._now = stamp
+        self._noise = self.config.process_noise or self._adaptation.noise
+        self._speed = self.config.initial_speed or self._adaptation.speed
         self._bank.predict(dt, self._noise**2)
-        self._center, self._variance = (part[:, :2] for part in self._bank.estimate())
-        self._variance = np.diagonal(self._variance, axis1=1, axis2=2)
+        mean, cov = self._bank.estimate()
+        self._center, self._variance = mean[:, :2], cov[:, [0, 1], [0, 1]]
         life.conceal(self._records, dt, self.config)
+        seen = self.config.detection_probability * self._records['visible']
+        self._odds = np.log(seen / (1 - seen))
+        self._unmeasured = (stamp - self._records['updated']) / NANOSECONDS
+        # A maneuver may have come at any time of it alike: the position has got sigma^2 T^2 / 3.
+        rate = self._adaptation.rate if self.config.maneuvers else 0.0
+        self._chance = -np.expm1(-rate * self._unmeasured)
+        self._jump = (self._speed * self._unmeasured) ** 2 / 3
         return dt
-
-    @property
-    def _now(self) -> int:
-        return self._stamp or 0
-
-    @property
-    def _noise(self) -> float:
-        return self.config.process_noise or self._adaptation.noise
-
-    @property
-    def _speed(self) -> float:
-        return self.config.initial_speed or self._adaptation.speed
 
     @property
     def _log_density(self) -> float:
         """Log of the clutter density; without clutter every pair is worth more than a miss."""
         return math.log(self.config.clutter_density) if self.config.clutter_density else -1e9
 
-    def _associate(self, blobs: Blobs) -> tuple[Indices, Indices]:
-        """Choose the pairs of greatest likelihood against misses and clutter."""
-        track, blob = self._candidates(blobs)
-        likelihood, _ = self._likelihood(track, *self._measure(blobs, track, blob))
-        seen = self.config.detection_probability * self._records['visible']
-        gain = likelihood - self._log_density + np.log(seen / (1 - seen))[track]
-        likely = np.flatnonzero(gain > 0)
+    def _associate(self, blobs: Blobs) -> tuple[Pairs, Floats]:
+        """Choose pairs by their likelihood against misses and clutter."""
+        pairs = self._pair(blobs, *self._candidates(blobs))
+        gain = pairs.likelihood - self._log_density + self._odds[pairs.track]
         associate = ASSOCIATORS[self.config.associator]
-        chosen = likely[associate(track[likely], blob[likely], gain[likely])]
-        return track[chosen], blob[chosen]
-
-    def _maneuver(self) -> tuple[Floats, Floats]:
-        """Probability that each track has changed its velocity since it was last measured.
-
-        At any time T since then alike, so that its position has got sigma^2 T^2 / 3.
-
-        :return: (N,), and T (N,) [s].
-        """
-        T = (self._now - self._records['updated']) / NANOSECONDS
-        return -np.expm1(-self._adaptation.rate * self.config.maneuvers * T), T
-
-    def _likelihood(self, track: Indices, z: Floats, R: Floats) -> tuple[Floats, Floats]:
-        """Log likelihood of pairs, (K,), and the probability that it takes a maneuver, (K,)."""
-        p, T = self._maneuver()
-        wide = R + (self._speed**2 * T[track] ** 2 / 3)[:, None, None] * np.eye(2)
-        steady = np.logaddexp.reduce(self._bank.log_likelihoods(track, z, R), axis=0)
-        turned = np.logaddexp.reduce(self._bank.log_likelihoods(track, z, wide), axis=0)
-        with np.errstate(divide='ignore'):
-            steady, turned = np.log1p(-p[track]) + steady, np.log(p[track]) + turned
-        total = np.logaddexp(steady, turned)
-        return total, np.exp(turned - total)
-
-    def _measure(
-        self, blobs: Blobs, track: Indices, blob: Indices, shared: NDArray[np.bool_] | None = None
-    ) -> tuple[Floats, Floats]:
-        """What each blob measures of its track: z (K, 2) and R (K, 2, 2).
-
-        :param shared: (K,) pairs whose blob is shared by several tracks.
-        """
-        extent = self._records['extent'][track]
-        if not extent.any():
-            return blobs.z[blob], blobs.R[blob]
-        prediction = self._center[track], self._variance[track]
-        center = shape.centers(blobs.z[blob], blobs.box[blob], extent)
-        weight = shape.sides_of_one(center, *prediction)
-        if shared is not None and shared.any():
-            several = [part[shared] for part in prediction]
-            weight[:, shared] = shape.sides_of_several(blob[shared], *several)
-        return shape.measure(blobs, blob, extent, weight)
+        chosen, share = associate(pairs.track, pairs.blob, gain)
+        return pairs.take(chosen), share
 
     def _candidates(self, blobs: Blobs) -> tuple[Indices, Indices]:
         """All pairs whose gain may be positive: d^2 below a bound that S sets, and of a color."""
-        p = self.config.detection_probability
-        limit = 2 * (math.log(2 * p / (1 - p)) - self._log_density - math.log(2 * np.pi))
-        R = np.diagonal(blobs.R, axis1=1, axis2=2)
-        widest, narrowest = R.max(axis=0, initial=0.0), R.min(axis=0, initial=1e9)
-        half = np.zeros_like(self._center)
-        chance, T = self._maneuver()
-        jump = (self._speed * T)[:, None] ** 2 / 3
-        with np.errstate(divide='ignore'):
-            for weight, variance in (
-                (1.0, self._variance),
-                (chance, self._variance + jump),
-            ):
-                bound = limit + 2 * np.log(weight) - np.log((variance + narrowest).prod(axis=1))
-                bound = np.maximum(bound, 0.0)[:, None]
-                half = np.maximum(half, np.sqrt(bound * (variance + widest)))
+        limit = 2 * (self._odds - self._log_density - math.log(np.pi))
+        R = blobs.R[:, [0, 1], [0, 1]]
+        widest, narrowest = R.max(axis=0, initial=0.0), R.min(axis=0, initial=1e9) + 1e-9
+        variance = np.stack([self._variance, self._variance + self._jump[:, None]])
+        S = variance + narrowest
+        bound = limit - np.log(S[..., 0] * S[..., 1])
+        bound[1] += 2 * np.log(np.maximum(self._chance, 1e-300))
+        half = np.sqrt(np.maximum(bound, 0.0)[..., None] * (variance + widest)).max(axis=0)
         half += self._records['extent'].sum(axis=1) / 2
         track, blob = candidates(self._center, half, blobs.z)
         if self.config.color_gating:
@@ -181,64 +132,122 @@ class Tracker:
             track, blob = track[same], blob[same]
         return track, blob
 
-    def _regroup(
-        self, blobs: Blobs, free: Indices, track: Indices, blob: Indices
-    ) -> tuple[Blobs, Indices, Indices, Indices]:
-        """Join the pieces of broken blobs, and let tracks that merged share a blob."""
-        if not self._records['extent'].any():
-            return blobs, free, track, blob
-        taken = np.full(len(self._records), -1)
-        taken[track] = blob
-        piece, whole = regroup.pieces(self._records, blobs, taken, free)
-        blobs = shape.join(blobs, piece, whole)
-        free = np.setdiff1d(free, piece)
-        guest, host = regroup.guests(self._records, self._center, blobs, taken)
-        return blobs, free, np.append(track, guest), np.append(blob, host)
+    def _pair(
+        self, blobs: Blobs, track: Indices, blob: Indices, shared: NDArray[np.bool_] | None = None
+    ) -> Pairs:
+        """Compare pairs.
 
-    def _correct(self, blobs: Blobs, track: Indices, blob: Indices, dt: float) -> None:
-        """Update filters, existence and sizes with what has been measured."""
-        shared = np.bincount(blob, minlength=1)[blob] > 1
-        z, R = self._measure(blobs, track, blob, shared)
-        likelihood, turned = self._likelihood(track, z, R)
+        :param shared: (K,) pairs whose blob is shared by several tracks.
+        """
+        z, R = blobs.z[blob], blobs.R[blob]
+        extent = self._records['extent'][track]
+        if extent.any():
+            prediction = self._center[track], self._variance[track]
+            center = shape.centers(z, blobs.box[blob], extent)
+            weight = shape.sides_of_one(center, *prediction)
+            if shared is not None and shared.any():
+                several = [part[shared] for part in prediction]
+                weight[:, shared] = shape.sides_of_several(blob[shared], *several)
+            z, R = shape.measure(blobs, blob, extent, weight)
+        compared = self._bank.compare(track, z, R, self._chance[track], self._jump[track])
+        return Pairs(track, blob, z, R, *compared)
+
+    def _regroup(
+        self, blobs: Blobs, pairs: Pairs, share: Floats, free: NDArray[np.bool_]
+    ) -> tuple[Blobs, Pairs, Floats]:
+        """Join the pieces of broken blobs, and let tracks that merged share a blob.
+
+        :param free: (M,) blobs that no track has taken; pieces are no longer free.
+        """
+        if not self._records['extent'].any():
+            return blobs, pairs, share
+        taken = np.full(len(self._records), -1)
+        taken[pairs.track[share > 0.5]] = pairs.blob[share > 0.5]
+        piece, whole = regroup.pieces(self._records, blobs, taken, np.flatnonzero(free))
+        guest, host = regroup.guests(self._records, self._center, blobs, taken)
+        if not len(piece) and not len(guest):
+            return blobs, pairs, share
+        free[piece] = False
+        blobs = shape.join(blobs, piece, whole)
+        track, blob = np.append(pairs.track, guest), np.append(pairs.blob, host)
+        share = np.append(share, np.ones(len(guest)))
+        order = np.argsort(track, kind='stable')
+        track, blob, share = track[order], blob[order], share[order]
+        return blobs, self._pair(blobs, track, blob, np.isin(blob, host)), share
+
+    def _correct(self, blobs: Blobs, pairs: Pairs, share: Floats, dt: float) -> None:
+        """Update filters, existence, sizes and what is learned by what has been measured."""
         p = self.config.detection_probability
         ratio = np.full(len(self._records), 1 - p)
-        ratio[track] += p * np.exp(np.minimum(likelihood - self._log_density, 50.0))
+        likelihood = np.exp(np.minimum(pairs.likelihood - self._log_density, 50.0))
+        np.add.at(ratio, pairs.track, p * likelihood)
         life.reveal(self._records, ratio)
-        single = np.flatnonzero(~shared)
-        size = self._records['extent'][track].sum(axis=1)
-        whole = ~shared & ~shape.difference(size, blobs.size[blob]).any(axis=1)
-        self._learn(track[single], blobs.z[blob[single]], blobs.box[blob[single]], dt)
-        last = self._records['updated'][track] >= self._now - round(dt * NANOSECONDS)
-        e, weighted = self._bank.innovation(track, z, R)
-        before = self._records['innovation'][track]
-        self._records['innovation'][track] = whole[:, None] * e
-        self._bank.kick(track, turned * self._speed**2, self._maneuver()[1][track])
-        self._bank.correct(track, z, R, np.ones(len(track)))
-        old = (self._records['hits'][track] > 2) & last & whole
-        velocity = self._bank.estimate()[0][track[old], 2:4]
-        nis, product = (e * weighted).sum(axis=1), (before * weighted).sum(axis=1)
-        self._adaptation.learn(nis[old], product[old], turned[old], velocity, dt)
+
+        hard = bool((share == 1).all())
+        taken = pairs if hard else pairs.take(np.flatnonzero(share > 0.5))
+        track, blob = taken.track, taken.blob
+        whole = self._learn_sizes(blobs, track, blob, dt)
+        self._adapt(taken, whole, dt)
+        turned = np.flatnonzero(taken.turned > UNLIKELY)
+        if len(turned):
+            variance = taken.turned[turned] * self._speed**2
+            self._bank.kick(track[turned], variance, self._unmeasured[track[turned]])
+        self._bank.correct(pairs.track, pairs.z, pairs.R, None if hard else share)
         self._records['misses'] += 1
         self._records['misses'][track] -= 1
         life.hit(self._records, track, blobs.rows[blob], self._now)
 
-    def _learn(self, track: Indices, z: Floats, box: Floats, dt: float) -> None:
-        """Learn sizes. While an object grows into view its centroid moves at half its speed."""
+    def _learn_sizes(
+        self, blobs: Blobs, track: Indices, blob: Indices, dt: float
+    ) -> NDArray[np.bool_]:
+        """Learn sizes from blobs that tracks have for themselves; return (K,) which are whole.
+
+        While an object grows into view its centroid moves at half its speed.
+        """
         extent = self._records['extent'][track]
-        learned = shape.learn(extent, z, box, self._center[track], dt)
+        if not extent.any() and not blobs.size.any():
+            return np.ones(len(track), bool)
+        alone = np.bincount(blob, minlength=1)[blob] == 1
+        size = extent.sum(axis=1)
+        whole = alone & ~shape.difference(size, blobs.size[blob]).any(axis=1)
+        learned = shape.learn(extent, blobs.z[blob], blobs.box[blob], self._center[track], dt)
+        learned[~alone] = extent[~alone]
         self._records['extent'][track] = learned
-        growth = (learned - extent).sum(axis=1)
-        growth[growth < shape.slack(extent.sum(axis=1))] = 0.0
+        growth = learned.sum(axis=1) - size
+        growth[growth < shape.slack(size)] = 0.0
         if dt > 0 and growth.any():
             self._bank.cov[:, track[:, None], (2, 3), (2, 3)] += (growth / 2 / dt) ** 2
+        return whole
+
+    def _adapt(self, taken: Pairs, whole: NDArray[np.bool_], dt: float) -> None:
+        """Learn from objects seen whole in this frame and in the last."""
+        records, track = self._records, taken.track
+        before = records['innovation'][track]
+        records['innovation'][track] = whole[:, None] * taken.innovation
+        steady = (records['hits'][track] > 2) & (self._unmeasured[track] <= dt) & whole
+        product = (before * taken.innovation).sum(axis=1)
+        velocity = self._bank.mean[0, track[steady], 2:4]
+        self._adaptation.learn(
+            taken.nis[steady], product[steady], taken.turned[steady], velocity, dt
+        )
 
     def _spawn(self, blobs: Blobs, free: Indices) -> None:
         """Start a track on each blob left."""
+        if not len(free):
+            return
         spread = np.repeat([0.0, self._speed, self._noise], 2)[: self._bank.model.size]
         self._bank.append(blobs.z[free], blobs.R[free], spread)
         born = life.births(blobs, free, self._now, self._next_id)
         self._next_id += len(born)
-        self._records = np.concatenate([self._records, born])
+        self._records = np.concatenate([self._records, born], dtype=life.RECORD)
+
+    def _settle(self) -> None:
+        """Let tracks be confirmed, coast, or end."""
+        keep = life.settle(self._records, self._now, self.config)
+        keep &= life.present(self._records, *self._bank.estimate(), self._now, self.config)
+        if not keep.all():
+            self._bank.keep(keep)
+            self._records = self._records[keep]
 
     def _rows(self) -> NDArray[np.void]:
         """Return the tracks as they are published."""

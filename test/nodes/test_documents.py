@@ -82,8 +82,9 @@ def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
         for bound in (spec.minimum, spec.maximum):
             if bound is None:
                 continue
-            many = isinstance(spec.default, list)
-            value = [bound] * len(spec.default) if many else type(spec.default)(bound)
+            several = isinstance(spec.default, list)
+            one = type(spec.default[0] if several else spec.default)(bound)
+            value = [one] * len(spec.default) if several else one
             reasons = table.consistent({name: value}, BUILD[node])[1].values()
             # refused alone only for what another parameter says
             assert all('expected' in reason for reason in reasons), reasons
