@@ -1,62 +1,13 @@
-"""What a person sets: the reference colors, and how a mask becomes blobs."""
+"""What a person sets: what to look for, and how a mask becomes blobs."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from colortrack_ros.detection.lab import lab_from_linear
-from colortrack_ros.detection.lab import linear_from_srgb
+from colortrack_ros.detection.reference import expect
+from colortrack_ros.detection.reference import ReferenceColor
 
 MAX_COLORS = 254
-MAX_TOLERANCE = 200.0
 MAX_ELEMENT_SIZE = 99
 MAX_THREADS = 64
-LAB_RANGES = (('L', 0.0, 100.0), ('a', -128.0, 128.0), ('b', -128.0, 128.0))
-
-
-def expect(valid: bool, name: str, value: object, expected: str) -> None:
-    """Raise ValueError with a reason that names the parameter, the value and the range."""
-    if not valid:
-        raise ValueError(f'{name} is {value!r}, expected {expected}')
-
-
-@dataclass(frozen=True)
-class ReferenceColor:
-    """A color to look for: the pixels with D < tolerance, Pegoretti 2021, (2.1) and (2.2).
-
-    :param name: what the color is called in parameters and messages.
-    :param lab: L 0..100, a and b -128..128, true CIELAB (D65).
-    :param tolerance: tau, the radius of the sphere around lab [CIELAB units], above 0, at most 200.
-    """
-
-    name: str
-    lab: tuple[float, float, float]
-    tolerance: float = 25.0
-
-    def __post_init__(self) -> None:
-        expect(self.name != '', 'colors', self.name, 'a name that is not empty')
-        expect(len(self.lab) == 3, f'{self.name}.lab', self.lab, 'three numbers [L, a, b]')
-        for (axis, low, high), value in zip(LAB_RANGES, self.lab, strict=True):
-            expect(low <= value <= high, f'{self.name}.lab', self.lab, f'{axis} in {low}..{high}')
-        expect(
-            0 < self.tolerance <= MAX_TOLERANCE,
-            f'{self.name}.tolerance',
-            self.tolerance,
-            f'above 0, at most {MAX_TOLERANCE}',
-        )
-
-    @classmethod
-    def from_rgb(
-        cls, name: str, rgb: Sequence[float], tolerance: float = tolerance
-    ) -> 'ReferenceColor':
-        """The reference color of an sRGB value.
-
-        :param rgb: red, green, blue, 0..255.
-        :raises ValueError: when rgb is out of its range, or as the constructor does.
-        """
-        valid = len(rgb) == 3 and all(0 <= value <= 255 for value in rgb)
-        expect(valid, f'{name}.rgb', tuple(rgb), 'three numbers [r, g, b] in 0..255')
-        lightness, a, b = lab_from_linear(linear_from_srgb(rgb)).tolist()
-        return cls(name, (lightness, a, b), tolerance)
 
 
 @dataclass(frozen=True)
