@@ -3,11 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from dataclasses import fields
+from dataclasses import replace
 from typing import Any
 
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.config import MAX_THREADS
+from colortrack_ros.detection.reference import PRESETS
 from colortrack_ros.nodes.health import HEALTH
 from colortrack_ros.nodes.order import ORDER
 from colortrack_ros.nodes.parameters import own_values
@@ -95,8 +97,21 @@ TABLE = ParameterTable(
         *HEALTH,
     ],
     each=[
-        Spec('lab', (float,), 'The reference color [L, a, b] in CIELAB (D65); or give rgb.'),
-        Spec('rgb', (float,), 'The reference color [r, g, b], sRGB, 0..255; or give lab.'),
+        Spec(
+            'lab', (float,), 'The reference color [L, a, b] in CIELAB (D65); or give rgb or preset.'
+        ),
+        Spec(
+            'rgb', (float,), 'The reference color [r, g, b], sRGB, 0..255; or give lab or preset.'
+        ),
+        Spec('preset', '', 'A color that everybody knows by its name.', choices=('', *PRESETS)),
+        Spec(
+            'tolerance_lab',
+            (float,),
+            'Half axes [dL, da, db] of an ellipsoid in place of the sphere of tolerance.',
+            unit='CIELAB units',
+            minimum=0.0,
+            maximum=200.0,
+        ),
         Spec(
             'tolerance',
             _DEFAULT.colors[0].tolerance,
@@ -135,15 +150,23 @@ def build(values: Mapping[str, Any]) -> DetectorSetup:
 
 
 def _color(name: str, values: Mapping[str, Any]) -> ReferenceColor:
-    lab, rgb = values.get(f'{name}.lab'), values.get(f'{name}.rgb')
-    if lab is not None and rgb is not None:
-        raise ValueError(f'{name}: expected {name}.lab or {name}.rgb, got both')
-    tolerance = values[f'{name}.tolerance']
-    if lab is not None:
-        return ReferenceColor(name, tuple(lab), tolerance)
-    if rgb is not None:
-        return ReferenceColor.from_rgb(name, rgb, tolerance)
+    given = {
+        key: values[f'{name}.{key}']
+        for key in ('lab', 'rgb', 'preset')
+        if values.get(f'{name}.{key}')
+    }
+    if len(given) > 1:
+        raise ValueError(f'{name}: expected one of lab, rgb and preset, got {" and ".join(given)}')
+    tolerance, axes = values[f'{name}.tolerance'], values.get(f'{name}.tolerance_lab')
+    axes = tuple(axes) if axes else None
+    if 'lab' in given:
+        return ReferenceColor(name, tuple(given['lab']), tolerance, axes)
+    if 'rgb' in given:
+        return ReferenceColor.from_rgb(name, given['rgb'], tolerance, axes)
+    if 'preset' in given:
+        color = ReferenceColor.from_preset(name, given['preset'])
+        return replace(color, tolerance_lab=axes) if axes else color
     for color in _DEFAULT.colors:
         if color.name == name:
-            return ReferenceColor(name, color.lab, tolerance)
-    raise ValueError(f'{name}: expected {name}.lab [L, a, b] or {name}.rgb [r, g, b], got neither')
+            return replace(color, tolerance=tolerance, tolerance_lab=axes)
+    raise ValueError(f'{name}: expected {name}.lab, {name}.rgb or {name}.preset, got none of them')
