@@ -208,7 +208,9 @@ class CameraNode(Node):
         if self._closing.is_set():
             return
         self._state = 'ended'
-        self.get_logger().info(f'{self._setup.source} has ended: no more frames are published.')
+        self.get_logger().info(
+            f'{self.get_parameter("source").value} has ended: no more frames are published.'
+        )
         if self._setup.exit_at_end:
             self._window.drain()
             self._on_end()

@@ -12,7 +12,9 @@ from colortrack_ros.nodes.parameters import own_values
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
+from colortrack_ros.nodes.topics import PICTURE_DEPTH
 from colortrack_ros.nodes.topics import topic
+from colortrack_ros.sources.stream import without_secrets
 
 TABLE = ParameterTable(
     [
@@ -22,6 +24,7 @@ TABLE = ParameterTable(
             'A device (its number or /dev/video*), a video file, an rtsp:// or http:// stream, a '
             'folder or glob of pictures, or scene:NAME.',
             read_only=True,
+            shown=without_secrets,
         ),
         Spec(
             'rate',
@@ -53,6 +56,7 @@ TABLE = ParameterTable(
         topic('image_topic', 'camera/image_raw', 'the pictures that are published'),
         topic('camera_info_topic', 'camera/camera_info', 'the calibration that is published'),
         topic('detections_topic', 'detections', 'the detections that rate -1 waits for'),
+        PICTURE_DEPTH,
         DEPTH,
         *HEALTH,
     ]

@@ -16,6 +16,7 @@ from colortrack_ros.nodes.parameters import own_values
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
+from colortrack_ros.nodes.topics import PICTURE_DEPTH
 from colortrack_ros.nodes.topics import topic
 
 _DEFAULT = DetectorConfig()
@@ -93,6 +94,7 @@ TABLE = ParameterTable(
             read_only=True,
         ),
         topic('detections_topic', 'detections', 'the detections that are published'),
+        PICTURE_DEPTH,
         DEPTH,
         *HEALTH,
     ],

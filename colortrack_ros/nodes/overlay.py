@@ -24,6 +24,7 @@ from colortrack_ros.nodes.parameters import declare
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import DEPTH
+from colortrack_ros.nodes.topics import PICTURE_DEPTH
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to
 from colortrack_ros.nodes.topics import topic
@@ -43,6 +44,7 @@ TABLE = ParameterTable(
         topic('image_topic', 'camera/image_raw', 'the pictures'),
         topic('tracks_topic', 'tracks', 'the tracks'),
         topic('overlay_topic', 'overlay/image_raw', 'the pictures with the tracks drawn on them'),
+        PICTURE_DEPTH,
         DEPTH,
         *HEALTH,
     ]

@@ -39,6 +39,7 @@ class Spec:
     :param maximum: the greatest allowed value, None for no limit.
     :param choices: the allowed values of a string, empty for any.
     :param read_only: whether only the start sets it.
+    :param shown: what others see of the value, such as an address without its password.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Spec:
     maximum: float | None = None
     choices: tuple[str, ...] = ()
     read_only: bool = False
+    shown: Callable[[Any], Any] = lambda value: value
 
     @property
     def optional(self) -> bool:
@@ -238,8 +240,8 @@ def declare(
     for reason in refused.values():
         node.get_logger().error(f'Parameter refused: {reason}. The default stays in force.')
     for name, value in values.items():
-        descriptor = table.find(name).descriptor()
-        node.declare_parameter(name, value, descriptor, ignore_override=True)
+        spec = table.find(name)
+        node.declare_parameter(name, spec.shown(value), spec.descriptor(), ignore_override=True)
 
     def changed(parameters: Sequence[Parameter]) -> dict[str, Any] | None:
         own = [p for p in parameters if not p.name.startswith(_FOREIGN)]
@@ -250,10 +252,8 @@ def declare(
             if parameter.type_ != Parameter.Type.NOT_SET:
                 spec = table.find(parameter.name)
                 checked[parameter.name] = spec.check(parameter.name, parameter.value)
-        current = {n: node.get_parameter(n).value for n in values if node.has_parameter(n)}
-        for parameter in own:
-            current.pop(parameter.name, None)
-        return current | checked
+        kept = {name: value for name, value in values.items() if name not in {p.name for p in own}}
+        return kept | checked
 
     def widen(parameters: list[Parameter]) -> list[Parameter]:
         """An int where a float is meant is taken as the float, before anybody looks at it."""
@@ -278,6 +278,7 @@ def declare(
     def take(parameters: list[Parameter]) -> None:
         after = changed(parameters)
         if after is not None:
+            values.clear()
             values.update(after)
             apply(build(table.defaults(after)))
 

@@ -13,12 +13,22 @@ from sensor_msgs.msg import Image
 
 from colortrack_ros.nodes.parameters import Spec
 
-DEPTH = Spec(
-    'queue_depth',
+PICTURES = (Image, CompressedImage)
+
+PICTURE_DEPTH = Spec(
+    'image_queue_depth',
     5,
-    'Messages that wait in the queue of each publisher and subscription.',
+    'Images that wait in the queue of each publisher and subscription.',
     minimum=1,
     maximum=1000,
+    read_only=True,
+)
+DEPTH = Spec(
+    'queue_depth',
+    100,
+    'Other messages that wait in the queue of each publisher and subscription.',
+    minimum=1,
+    maximum=10000,
     read_only=True,
 )
 
@@ -33,7 +43,7 @@ def publish_on(node: Node, kind: type, name: str) -> Publisher:
     return node.create_publisher(
         kind,
         name,
-        _profile(node, ReliabilityPolicy.RELIABLE),
+        QoSProfile(depth=_depth(node, kind), reliability=ReliabilityPolicy.RELIABLE),
         qos_overriding_options=QoSOverridingOptions.with_default_policies(),
     )
 
@@ -45,17 +55,19 @@ def subscribe_to(
 
     Pictures are taken best effort: what is late is not sent again.
     """
-    picture = kind in (Image, CompressedImage)
-    reliability = ReliabilityPolicy.BEST_EFFORT if picture else ReliabilityPolicy.RELIABLE
+    best_effort = kind in PICTURES
+    reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
     return node.create_subscription(
         kind,
         name,
         callback,
-        _profile(node, reliability),
+        QoSProfile(depth=_depth(node, kind), reliability=reliability),
         qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         raw=True,
     )
 
 
-def _profile(node: Node, reliability: ReliabilityPolicy) -> QoSProfile:
-    return QoSProfile(depth=node.get_parameter(DEPTH.name).value, reliability=reliability)
+def _depth(node: Node, kind: type) -> int:
+    spec = PICTURE_DEPTH if kind in PICTURES else DEPTH
+    depth: int = node.get_parameter(spec.name).value
+    return depth

@@ -69,7 +69,9 @@ class TrackerNode(Node):
             )
             self._dropped = dropped
         if tracks.restarted:
-            self.get_logger().warning(f'The tracker started afresh: {tracks.restarted}')
+            self.get_logger().warning(
+                f'The tracker started afresh: {tracks.restarted}', throttle_duration_sec=1.0
+            )
         self._tracks_publisher.publish(cloud_of_tracks(tracks))
         self._markers_publisher.publish(self._markers.write(tracks, self._setup.marker_scale))
         self.health.gave_out(tracks.stamp)
