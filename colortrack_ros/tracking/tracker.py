@@ -12,6 +12,7 @@ from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.tracking import blobs as shape
 from colortrack_ros.tracking import life
+from colortrack_ros.tracking import merged
 from colortrack_ros.tracking import regroup
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association import ASSOCIATORS
@@ -157,8 +158,9 @@ class Tracker:
             center = shape.centers(z, blobs.box[blob], extent)
             weight = shape.sides_of_one(center, *prediction)
             if shared is not None and shared.any():
-                several = [part[shared] for part in prediction]
-                weight[:, shared] = shape.sides_of_several(blob[shared], *several)
+                one = np.flatnonzero(shared)
+                several = (part[one] for part in prediction)
+                weight[:, one] = merged.sides_of_several(blobs, blob[one], center[:, one], *several)
             z, R = shape.measure(blobs, blob, extent, weight)
         compared = self._bank.compare(
             track, z, R, self._chance[track], self._unmeasured[track], self._speed
