@@ -98,10 +98,15 @@ TABLE = ParameterTable(
         _spec(
             'clutter_density',
             'Detections a frame that belong to no track yet, false or new; sets the gate and the '
-            'cost of a miss. 0 means no gate.',
+            'cost of a miss. 0 learns it.',
             '1/px^2',
             0.0,
             1.0,
+        ),
+        _spec(
+            'gating',
+            'Whether detections that are unlikely to be of a track are refused; if not, any may be '
+            'of any, and none is left over while a track is.',
         ),
         _spec('confirm_hits', 'Detections that confirm a track, among', '', 1, 100),
         _spec('confirm_window', 'its first so many frames.', '', 1, 100),

@@ -59,28 +59,31 @@ class Bank:
         return mixture(self.weight, self.mean, self.cov)
 
     def compare(
-        self, track: Indices, z: Floats, R: Floats, chance: Floats, jump: Floats
-    ) -> tuple[Floats, Floats, Floats, Floats]:
-        """How likely measurements are, of tracks that go on or have just maneuvered.
+        self, track: Indices, z: Floats, R: Floats, chance: Floats, T: Floats, speed: float
+    ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """How likely measurements are, of tracks that go on or have maneuvered.
 
-        Log of N(z; H x, S), S = H P H^T + R, summed over the modes by their weights, without and
-        with a maneuver, which adds to S. The determinant counts: what is uncertain pays.
+        Log of N(z; H x, S), S = H P H^T + R, summed over the modes by their weights, and over going
+        on and maneuvering. The determinant counts: what is uncertain pays.
 
         :param track: (K,) which track.
         :param z: (K, 2) measurement [px].
         :param R: (K, 2, 2) its covariance [px^2].
         :param chance: (K,) probability of a maneuver.
-        :param jump: (K,) variance that it brings to the position, on each axis [px^2].
-        :return: the log, (K,); the probability that it was a maneuver, (K,); of the likeliest
-            mode, without one, the squared innovation normalized by S, (K,), and the innovation
-            over the fourth root of det S, (K, 2).
+        :param T: (K,) time that there was for it [s], see maneuver().
+        :param speed: standard deviation of a new velocity on each axis [px/s].
+        :return: the last fields of Pairs: the log, (K,); the probability that it was a maneuver,
+            (K,); of the likeliest mode, going on, the squared innovation normalized by S, (K,),
+            the share of P in S, (K,), and the innovation over the fourth root of det S, (K, 2).
         """
-        mean, S = self.mean[:, track, :2], self.cov[:, track, :2, :2] + R
-        e = z - mean
-        x, y = e[..., 0], e[..., 1]
-        added = np.zeros((2, 1, len(track)))
-        added[1, 0] = jump
-        a, b, c = S[..., 0, 0] + added, S[..., 0, 1], S[..., 1, 1] + added
+        mean, S = self.mean[:, track, :4], self.cov[:, track, :2, :2] + R
+        e, way = z - mean[..., :2], mean[..., 2:] * (T / 2)[:, None]
+        x, y = np.array([e, e + way]).transpose(3, 0, 1, 2)
+        a, b, c = (np.array([part, part]) for part in (S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]))
+        spread = (speed * T) ** 2 / 3
+        a[1] += way[..., 0] ** 2 / 3 + spread
+        b[1] += way[..., 0] * way[..., 1] / 3
+        c[1] += way[..., 1] ** 2 / 3 + spread
         det = a * c - b * b
         d2 = (c * x * x - 2 * b * x * y + a * y * y) / det
         log = -0.5 * (d2 + np.log(det)) - LOG_2PI
@@ -92,21 +95,38 @@ class Bank:
         by_case = np.logaddexp.reduce(log, axis=1)
         total = np.logaddexp(by_case[0], by_case[1])
         turned = np.exp(by_case[1] - total)
-        return total, turned, d2[0][best], e[best] / det[0][best][:, None] ** 0.25
+        root = np.sqrt(det[0][best])
+        predicted = 1 - np.sqrt(R[:, 0, 0] * R[:, 1, 1] - R[:, 0, 1] ** 2) / root
+        return total, turned, d2[0][best], predicted, e[best] / np.sqrt(root)[:, None]
 
-    def kick(self, track: Indices, variance: Floats, T: Floats) -> None:
-        """Doubt the velocity: it may have changed at any time of the last T seconds alike.
+    def maneuver(self, track: Indices, weight: Floats, T: Floats, speed: float) -> None:
+        """Replace predictions by a mixture of going on and of having maneuvered.
+
+        A maneuver draws the velocity anew from N(0, speed^2), at any time t of the last T alike.
+        What was gained by the old velocity v since then is lost, what the new one brings is gained:
+        with T - t of mean T/2, mean square T^2/3 and variance T^2/12, the position moves by -v T/2
+        and is uncertain by v v^T T^2/12 + speed^2 T^2/3, correlated with the velocity.
 
         :param track: (K,) which tracks, each once.
-        :param variance: (K,) of the change on each axis [px^2/s^2].
+        :param weight: (K,) probability of the maneuver.
         :param T: (K,) [s].
+        :param speed: standard deviation of the new velocity on each axis [px/s].
         """
-        position, cross = variance * T**2 / 3, variance * T / 2
+        mean, cov = self.mean[:, track], self.cov[:, track]
+        new_mean, new_cov = mean.copy(), cov.copy()
+        half = mean[..., 2:4] * (T / 2)[:, None]
+        new_mean[..., :2] -= half
+        new_mean[..., 2:] = 0.0
+        new_cov[..., 2:4, :] = new_cov[..., :, 2:4] = 0.0
+        new_cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3
         for axis in range(2):
-            self.cov[:, track, axis, axis] += position
-            self.cov[:, track, axis, axis + 2] += cross
-            self.cov[:, track, axis + 2, axis] += cross
-            self.cov[:, track, axis + 2, axis + 2] += variance
+            new_cov[..., axis, axis] += (speed * T) ** 2 / 3
+            new_cov[..., axis, axis + 2] = new_cov[..., axis + 2, axis] = speed**2 * T / 2
+            new_cov[..., axis + 2, axis + 2] = speed**2
+        both = np.array([1 - weight, weight])[:, None]
+        self.mean[:, track], self.cov[:, track] = mixture(
+            both, np.array([mean, new_mean]), np.array([cov, new_cov])
+        )
 
     def correct(self, track: Indices, z: Floats, R: Floats, share: Floats | None = None) -> None:
         """Estimation, (2.26)-(2.28), with the covariance in Joseph form (Red object, (7)).

@@ -7,7 +7,6 @@ another. Either way one of its two sides is still a side of the object, and give
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from colortrack_ros.tracking.intake import Blobs
 
@@ -69,32 +68,6 @@ def sides_of_one(center: Floats, expected: Floats, variance: Floats) -> Floats:
     d2 = (center - expected) ** 2 / (variance + EDGE_VARIANCE)
     weight = np.exp((d2.min(axis=0) - d2) / 2)
     return weight / weight.sum(axis=0)
-
-
-def sides_of_several(blob: Indices, expected: Floats, variance: Floats) -> Floats:
-    """Probabilities of the three centers of objects that share blobs.
-
-    By each axis the object predicted lowest owns the low side, the one predicted highest the high
-    side, with the probability that the prediction has them in the right order; the objects between
-    can be anywhere.
-
-    :param blob: (K,) which objects share a blob.
-    :param expected: (K, 2) predicted centers [px].
-    :param variance: (K, 2) of the predictions [px^2].
-    :return: (3, K, 2).
-    """
-    weight = np.full((3, *expected.shape), 1 / 3)
-    for axis in range(2):
-        order = np.lexsort((expected[:, axis], blob))
-        x, s2, b = expected[order, axis], variance[order, axis], blob[order]
-        first = np.append(True, b[1:] != b[:-1])
-        last = np.append(b[1:] != b[:-1], True)
-        right = ndtr(np.diff(x) / np.sqrt(s2[1:] + s2[:-1]))
-        low = np.where(first, np.append(right, 0.5), 1 - np.append(0.5, right))
-        outer = order[first | last]
-        low = low[first | last]
-        weight[:, outer, axis] = np.stack([low, np.zeros_like(low), 1 - low])
-    return weight
 
 
 def measure(blobs: Blobs, blob: Indices, extent: Floats, weight: Floats) -> tuple[Floats, Floats]:

@@ -28,7 +28,9 @@ class TrackerConfig:
         on each axis [px/s]; 0: learned from the tracks.
     :param detection_probability: that a visible object is detected in a frame.
     :param clutter_density: detections a frame that belong to no track yet, false or new
-        [1/px^2]; it sets gate and cost of a miss. 0: no gate, and no miss while a pair is left.
+        [1/px^2]; it sets gate and cost of a miss. 0: learned.
+    :param gating: without it every detection may be any track's, and none is missed while a pair
+        is left.
     :param confirm_hits: detections that confirm a track, among
     :param confirm_window: its first so many frames.
     :param max_time_since_update: a track unmeasured for longer is deleted [s].
@@ -51,7 +53,8 @@ class TrackerConfig:
     color_gating: bool = True
     initial_speed: float = 0.0
     detection_probability: float = 0.95
-    clutter_density: float = 1e-6
+    clutter_density: float = 0.0
+    gating: bool = True
     confirm_hits: int = 3
     confirm_window: int = 4
     max_time_since_update: float = 1.5

@@ -45,6 +45,9 @@ COVERED_EVERY = 10.0
 GONE_EVERY = 100.0
 """How long an object in sight stays so, until something covers it or it vanishes, on average [s]"""
 
+LEAVING = 3.5
+"""So many frames after it was last seen an object is taken to have left on its straight way."""
+
 
 def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> NDArray[np.void]:
     """Records of new tracks.
@@ -126,16 +129,18 @@ def present(
     mean: NDArray[np.float64],
     cov: NDArray[np.float64],
     stamp: int,
+    dt: float,
     config: TrackerConfig,
 ) -> NDArray[np.bool_]:
     """Find the tracks of which it is known where they are: in the picture.
 
-    An object has left that, unmeasured, is predicted wholly outside by more than a standard
-    deviation and does not come back.
+    An object has left that, seen up to a few frames ago, is predicted wholly outside by more than
+    a standard deviation and does not come back. One that was hidden before may be still inside.
 
     :param records: (N,) of dtype RECORD.
     :param mean, cov: (N, n) and (N, n, n) estimates.
     :param stamp: of this frame [ns].
+    :param dt: since the last frame [s].
     :param config: the limits.
     :return: (N,) True for tracks to keep.
     """
@@ -147,5 +152,7 @@ def present(
         gone = (position + high + sigma < -0.5) & (velocity <= 0)
         border = np.array(config.image_size) - 0.5
         gone |= (position - low - sigma > border) & (velocity >= 0)
-        keep &= np.logical_not(gone.any(axis=1)) | (records['updated'] == stamp)
+        unmeasured = stamp - records['updated']
+        left = gone.any(axis=1) & (unmeasured > 0) & (unmeasured < LEAVING * dt * NANOSECONDS)
+        keep &= np.logical_not(left)
     return np.asarray(keep)

@@ -21,6 +21,7 @@ class Pairs:
     :param likelihood: (K,) log of the density of z, by what was predicted.
     :param turned: (K,) probability that the track has maneuvered, if the blob is its own.
     :param nis: (K,) innovation squared, normalized by its covariance.
+    :param predicted: (K,) share of the prediction in that covariance, 0..1; the rest is R.
     :param innovation: (K, 2) over the fourth root of the determinant of its covariance.
     """
 
@@ -31,6 +32,7 @@ class Pairs:
     likelihood: Floats
     turned: Floats
     nis: Floats
+    predicted: Floats
     innovation: Floats
 
     def take(self, index: Indices) -> 'Pairs':

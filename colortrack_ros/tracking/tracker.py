@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.tracking import blobs as shape
 from colortrack_ros.tracking import life
+from colortrack_ros.tracking import merged
 from colortrack_ros.tracking import regroup
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association import ASSOCIATORS
@@ -24,6 +26,9 @@ from colortrack_ros.tracking.pairs import Pairs
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+FAR = 1e9
+"""Half width of a gate that is none [px]."""
 
 UNLIKELY = 1e-3
 """A maneuver of less probability is left out of account."""
@@ -74,7 +79,7 @@ class Tracker:
         blobs, pairs, share = self._regroup(blobs, pairs, share, free)
         self._correct(blobs, pairs, share, dt)
         self._spawn(blobs, np.flatnonzero(free))
-        self._settle()
+        self._settle(dt)
         why, self._why = self._why, ''
         return Tracks(self._rows(), detections.stamp, detections.frame_id, why)
 
@@ -91,42 +96,49 @@ class Tracker:
         self._speed = self.config.initial_speed or self._adaptation.speed
         self._bank.predict(dt, self._noise**2)
         mean, cov = self._bank.estimate()
-        self._center, self._variance = mean[:, :2], cov[:, [0, 1], [0, 1]]
+        self._center, self._velocity = mean[:, :2], mean[:, 2:4]
+        self._variance = cov[:, [0, 1], [0, 1]]
         life.conceal(self._records, dt, self.config)
         seen = self.config.detection_probability * self._records['visible']
         self._odds = np.log(seen / (1 - seen))
         self._unmeasured = (stamp - self._records['updated']) / NANOSECONDS
-        # A maneuver may have come at any time of it alike: the position has got sigma^2 T^2 / 3.
-        rate = self._adaptation.rate if self.config.maneuvers else 0.0
-        self._chance = -np.expm1(-rate * self._unmeasured)
-        self._jump = (self._speed * self._unmeasured) ** 2 / 3
+        self._chance = self._adaptation.chance(self._unmeasured, dt) * self.config.maneuvers
+        self._log_density = math.log(self.config.clutter_density or self._adaptation.density)
         return dt
-
-    @property
-    def _log_density(self) -> float:
-        """Log of the clutter density; without clutter every pair is worth more than a miss."""
-        return math.log(self.config.clutter_density) if self.config.clutter_density else -1e9
 
     def _associate(self, blobs: Blobs) -> tuple[Pairs, Floats]:
         """Choose pairs by their likelihood against misses and clutter."""
         pairs = self._pair(blobs, *self._candidates(blobs))
         gain = pairs.likelihood - self._log_density + self._odds[pairs.track]
+        if not self.config.gating:
+            gain -= gain.min(initial=0.0) - 1.0
         associate = ASSOCIATORS[self.config.associator]
         chosen, share = associate(pairs.track, pairs.blob, gain)
         return pairs.take(chosen), share
 
     def _candidates(self, blobs: Blobs) -> tuple[Indices, Indices]:
-        """All pairs whose gain may be positive: d^2 below a bound that S sets, and of a color."""
-        limit = 2 * (self._odds - self._log_density - math.log(np.pi))
+        """All pairs whose gain may be positive: d^2 below a bound that S sets, and of a color.
+
+        The rectangle holds the gates of going on and of having maneuvered.
+        """
         R = blobs.R[:, [0, 1], [0, 1]]
         widest, narrowest = R.max(axis=0, initial=0.0), R.min(axis=0, initial=1e9) + 1e-9
-        variance = np.stack([self._variance, self._variance + self._jump[:, None]])
+        T = self._unmeasured[:, None]
+        way = self._velocity * T / 2
+        variance = np.array(
+            [self._variance, self._variance + way**2 / 3 + (self._speed * T) ** 2 / 3]
+        )
+        weight = np.array([np.ones_like(self._chance), np.maximum(self._chance, 1e-100)])
         S = variance + narrowest
-        bound = limit - np.log(S[..., 0] * S[..., 1])
-        bound[1] += 2 * np.log(np.maximum(self._chance, 1e-300))
-        half = np.sqrt(np.maximum(bound, 0.0)[..., None] * (variance + widest)).max(axis=0)
+        limit = 2 * (self._odds - self._log_density - math.log(np.pi))
+        bound = limit + np.log(weight**2 / (S[..., 0] * S[..., 1]))
+        half = np.sqrt(np.maximum(bound, 0.0)[..., None] * (variance + widest))
+        if not self.config.gating:
+            half[:] = FAR
         half += self._records['extent'].sum(axis=1) / 2
-        track, blob = candidates(self._center, half, blobs.z)
+        low = np.minimum(-half[0], -way - half[1])
+        high = np.maximum(half[0], half[1] - way)
+        track, blob = candidates(self._center + (low + high) / 2, (high - low) / 2, blobs.z)
         if self.config.color_gating:
             same = self._records['color'][track] == blobs.rows['color'][blob]
             track, blob = track[same], blob[same]
@@ -146,10 +158,13 @@ class Tracker:
             center = shape.centers(z, blobs.box[blob], extent)
             weight = shape.sides_of_one(center, *prediction)
             if shared is not None and shared.any():
-                several = [part[shared] for part in prediction]
-                weight[:, shared] = shape.sides_of_several(blob[shared], *several)
+                one = np.flatnonzero(shared)
+                several = (part[one] for part in prediction)
+                weight[:, one] = merged.sides_of_several(blobs, blob[one], center[:, one], *several)
             z, R = shape.measure(blobs, blob, extent, weight)
-        compared = self._bank.compare(track, z, R, self._chance[track], self._jump[track])
+        compared = self._bank.compare(
+            track, z, R, self._chance[track], self._unmeasured[track], self._speed
+        )
         return Pairs(track, blob, z, R, *compared)
 
     def _regroup(
@@ -190,8 +205,8 @@ class Tracker:
         self._adapt(taken, whole, dt)
         turned = np.flatnonzero(taken.turned > UNLIKELY)
         if len(turned):
-            variance = taken.turned[turned] * self._speed**2
-            self._bank.kick(track[turned], variance, self._unmeasured[track[turned]])
+            T = self._unmeasured[track[turned]]
+            self._bank.maneuver(track[turned], taken.turned[turned], T, self._speed)
         self._bank.correct(pairs.track, pairs.z, pairs.R, None if hard else share)
         self._records['misses'] += 1
         self._records['misses'][track] -= 1
@@ -227,9 +242,15 @@ class Tracker:
         steady = (records['hits'][track] > 2) & (self._unmeasured[track] <= dt) & whole
         product = (before * taken.innovation).sum(axis=1)
         velocity = self._bank.mean[0, track[steady], 2:4]
-        self._adaptation.learn(
-            taken.nis[steady], product[steady], taken.turned[steady], velocity, dt
+        self._adaptation.learn_motion(
+            taken.nis[steady],
+            product[steady],
+            taken.predicted[steady],
+            taken.turned[steady],
+            velocity,
         )
+        known = records['hits'][track] > 2
+        self._adaptation.learn_rates(taken.turned[known], self._unmeasured[track[known]], dt)
 
     def _spawn(self, blobs: Blobs, free: Indices) -> None:
         """Start a track on each blob left."""
@@ -241,10 +262,12 @@ class Tracker:
         self._next_id += len(born)
         self._records = np.concatenate([self._records, born], dtype=life.RECORD)
 
-    def _settle(self) -> None:
+    def _settle(self, dt: float) -> None:
         """Let tracks be confirmed, coast, or end."""
         keep = life.settle(self._records, self._now, self.config)
-        keep &= life.present(self._records, *self._bank.estimate(), self._now, self.config)
+        keep &= life.present(self._records, *self._bank.estimate(), self._now, dt, self.config)
+        false = int(np.count_nonzero(~keep & (self._records['state'] == TENTATIVE)))
+        self._adaptation.learn_density(self._center, false)
         if not keep.all():
             self._bank.keep(keep)
             self._records = self._records[keep]

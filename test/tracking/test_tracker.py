@@ -24,7 +24,7 @@ PEGORETTI = TrackerConfig(
     use_boxes=False,
     initial_speed=1.0,
     maneuvers=False,
-    clutter_density=0.0,
+    gating=False,
     confirm_hits=1,
     confirm_window=1,
 )
