@@ -66,9 +66,7 @@ class Background:
         if not self._model.knows(picture):
             return np.zeros(picture.shape[:2], np.uint8)
         self._model.relight(picture)
-        count = picture.shape[2]
-        difference = cv2.absdiff(picture, self._model.median)
-        return cv2.transform(difference, np.full((1, count), 1 / count))
+        return self._model.difference(picture)
 
     def closeness(
         self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray

@@ -13,14 +13,14 @@ Picture = NDArray[Any]
 SAMPLES = 5
 """Frames that a new background is the median of."""
 
-RATE = 20.0
-"""Levels a second by which the background follows the picture."""
+RATES = (20.0, 2.0)
+"""Levels a second by which the recent and the lasting background follow the picture."""
 
 HOLD = 7
-"""How many times slower it follows where something was found."""
+"""How many times slower they follow where something was found."""
 
 STRIPS = 8
-"""Parts of the picture, of which one follows in each frame."""
+"""Parts of the picture, of which one is followed in each frame."""
 
 GRID = 4096
 """Pixels that the change of the light is estimated from."""
@@ -30,12 +30,13 @@ DEAD_BAND = 0.02
 
 
 class BackgroundModel:
-    """The temporal median of each pixel.
+    """Two pictures of what stands still: the recent one and the lasting one.
 
-    The first frame counts until the median of five can be taken, learn_seconds later. From then on
-    the background goes up or down by a little at a time, which approximates the median, and
-    several times slower where something was found, so that an object may rest. The light of the
-    whole picture may change: the background is put into the light of each frame.
+    Both start with the first frame, and are the median of five frames learn_seconds later. From
+    then on they go up or down by a little at a time, which approximates the median, and several
+    times slower where something was found, so that an object may rest. The recent one takes in
+    what was put somewhere, and the lasting one still knows what was behind something that paused.
+    The light of the whole picture may change: both are put into the light of each frame.
     """
 
     def __init__(self) -> None:
@@ -43,23 +44,48 @@ class BackgroundModel:
 
     def restart(self) -> None:
         """Begin with the next frame."""
-        self.median: Picture = np.zeros((0, 0, 0), np.uint8)
+        self._samples: list[Picture] = []
+        self._models: list[Picture] = []
 
     def knows(self, picture: Picture) -> bool:
         """Whether there is a background of the picture's shape."""
-        return self.median.shape == picture.shape
+        return bool(self._models) and self._models[0].shape == picture.shape
+
+    def difference(self, picture: Picture) -> Picture:
+        """(H, W) distance to the nearer background, mean of the channels [levels].
+
+        :param picture: (H, W, channels), of a shape that it knows.
+        """
+        mean = np.full((1, picture.shape[2]), 1 / picture.shape[2])
+        recent, lasting = (
+            cv2.transform(cv2.absdiff(picture, model), mean) for model in self._models
+        )
+        return cv2.min(recent, lasting)
+
+    def difference_at(self, picture: Picture, pixel: NDArray[np.intp]) -> NDArray[np.float64]:
+        """(N,) the same for single pixels.
+
+        :param pixel: (N,) v W + u.
+        """
+        now, recent, lasting = (
+            part.reshape(-1, picture.shape[2]).take(pixel, axis=0).astype(np.int16)
+            for part in (picture, *self._models)
+        )
+        differences = [np.abs(now - before).mean(axis=1) for before in (recent, lasting)]
+        return np.minimum(*differences)
 
     def relight(self, picture: Picture) -> None:
-        """Put the background into the light of the picture: a gain for each channel.
+        """Put the backgrounds into the light of the picture: a gain for each channel.
 
         :param picture: (H, W, channels), of a shape that it knows.
         """
         step = max(1, int(np.sqrt(picture.shape[0] * picture.shape[1] / GRID)))
-        now, before = (part[::step, ::step].astype(float) for part in (picture, self.median))
-        gain = np.median((now + 1) / (before + 1), axis=(0, 1))
-        if (np.abs(gain - 1) > DEAD_BAND).any():
-            levels = np.clip(np.rint(np.arange(256)[:, None] * gain), 0, 255).astype(np.uint8)
-            self.median = cv2.LUT(self.median, levels[:, None]).reshape(picture.shape)
+        for model in self._models:
+            now, before = (part[::step, ::step].astype(float) for part in (picture, model))
+            gain = np.median((now + 1) / (before + 1), axis=(0, 1))
+            if (np.abs(gain - 1) > DEAD_BAND).any():
+                levels = np.clip(np.rint(np.arange(256)[:, None] * gain), 0, 255)
+                model[...] = cv2.LUT(model, levels.astype(np.uint8)[:, None]).reshape(model.shape)
 
     def follow(
         self, picture: Picture, stamp: int, boxes: NDArray[np.int64], learn_seconds: float
@@ -72,32 +98,33 @@ class BackgroundModel:
         :param learn_seconds: from the first frame to the last of those that a new one is made of.
         """
         if not self.knows(picture):
-            self.median = picture.copy()
-            self._start, self._samples = stamp, [self.median]
-            self._turn, self._followed = 0, [stamp] * STRIPS
+            self._start, self._samples = stamp, [picture.copy()]
+            self._models = [picture.copy() for _ in RATES]
+            self._turn, self._followed = 0, np.full((len(RATES), STRIPS), stamp)
         elif len(self._samples) < SAMPLES:
             step = learn_seconds * NANOSECONDS / (SAMPLES - 1)
             if stamp - self._start >= step * len(self._samples):
                 self._samples.append(picture.copy())
             if len(self._samples) == SAMPLES:
-                self.median = _median_of_five(*self._samples)
+                self._models = [_median_of_five(*self._samples) for _ in RATES]
         else:
-            self._follow(picture, stamp, boxes)
+            self._turn = (self._turn + 1) % STRIPS
+            for k in range(len(RATES)):
+                self._follow_strip(k, picture, stamp, boxes)
 
-    def _follow(self, picture: Picture, stamp: int, boxes: NDArray[np.int64]) -> None:
-        self._turn = (self._turn + 1) % STRIPS
+    def _follow_strip(self, k: int, picture: Picture, stamp: int, boxes: NDArray) -> None:
+        usual = RATES[k] * (stamp - self._followed[k, self._turn]) / NANOSECONDS
+        if 0 <= usual < HOLD:
+            return
+        self._followed[k, self._turn] = stamp
         top, bottom = (len(picture) * turn // STRIPS for turn in (self._turn, self._turn + 1))
-        elapsed = (stamp - self._followed[self._turn]) / NANOSECONDS
-        usual = np.clip(RATE * elapsed, 0, 255)
-        if elapsed < 0 or usual >= HOLD:
-            self._followed[self._turn] = stamp
-        step = np.full((bottom - top, picture.shape[1], 1), usual, np.uint8)
+        step = np.full((bottom - top, picture.shape[1], 1), np.clip(usual, 0, 255), np.uint8)
         for u, v, w, h in boxes:
-            step[max(v - top, 0) : max(v + h - top, 0), u : u + w] = usual / HOLD
-        now, median = picture[top:bottom], self.median[top:bottom]
-        up = np.minimum(np.maximum(now, median) - median, step)
-        median -= np.minimum(median - np.minimum(now, median), step)
-        median += up
+            step[max(v - top, 0) : max(v + h - top, 0), u : u + w] //= HOLD
+        now, model = picture[top:bottom], self._models[k][top:bottom]
+        up = np.minimum(np.maximum(now, model) - model, step)
+        model -= np.minimum(model - np.minimum(now, model), step)
+        model += up
 
 
 def _median_of_five(a: Picture, b: Picture, c: Picture, d: Picture, e: Picture) -> Picture:

@@ -43,8 +43,10 @@ class DetectorConfig:
     :param channel: of channel_difference: red, green or blue, from which the others are taken.
     :param channel_threshold: of channel_difference: what has to be left of it [levels].
     :param background_model: of background: median, mog2 or knn.
+    :param moving_only: of color: drop pixels that are like the learned background, so that clutter
+        of the reference colors that stands still is not found.
     :param difference_threshold: a pixel moves when it differs from the background by more, in the
-        mean of the channels [levels]; of the median background.
+        mean of the channels [levels]; of moving_only and the median background.
     :param blur_sigma: of background: of the Gaussian before the threshold [px], 0 for none.
     :param learn_seconds: how long what moves is taken out of a new background [s].
     :param threads: that work on a picture at the same time; 2 help from 1920x1080 on.
@@ -60,7 +62,8 @@ class DetectorConfig:
     channel: str = 'red'
     channel_threshold: int = 60
     background_model: str = 'median'
-    difference_threshold: float = 10.0
+    moving_only: bool = False
+    difference_threshold: float = 8.0
     blur_sigma: float = 1.5
     learn_seconds: float = 1.0
     threads: int = 1
