@@ -4,6 +4,7 @@ A picture of two million pixels with five objects has some hundred runs, so ever
 one pass that finds them is cheap.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +52,10 @@ class Blobs:
     first_run: NDArray[np.intp]
 
 
+Connect = Callable[[Runs], tuple[int, NDArray[np.intp]]]
+"""The number of components, and (R,) the one of each run."""
+
+
 def find_runs(image: LabelImage) -> Runs:
     """The runs of a label image."""
     words, labels = image.content()
@@ -96,13 +101,28 @@ def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
     return int(np.count_nonzero(is_first)), (np.cumsum(is_first) - 1)[root]
 
 
-def find_blobs(image: LabelImage, min_area: int, max_area: int) -> Blobs:
+def as_one(runs: Runs) -> tuple[int, NDArray[np.intp]]:
+    """All runs as one component, connected or not."""
+    return min(len(runs.start), 1), np.zeros(len(runs.start), np.intp)
+
+
+def clear(image: LabelImage, runs: Runs) -> None:
+    """Set the pixels of runs to 0, in place."""
+    length = runs.end - runs.start
+    position = np.arange(length.sum()) + np.repeat(runs.end - np.cumsum(length), length)
+    image.padded.reshape(-1)[position] = 0
+
+
+def find_blobs(
+    image: LabelImage, min_area: int, max_area: int, connect: Connect = connect
+) -> Blobs:
     """The 8-connected components of equal label, with Pegoretti 2021, (2.9) to (2.11).
 
     Every sum is of whole numbers and exact.
 
     :param image: the labels.
     :param min_area, max_area: other blobs are left out [px].
+    :param connect: tells which runs belong together.
     """
     runs = find_runs(image)
     count, component = connect(runs)

@@ -21,6 +21,7 @@ from colortrack_ros.detection.lab import LINEAR
 from colortrack_ros.detection.lab import WHITE_TO_ONE
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
+from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.reference import ReferenceColor
 
 CUT, UNKNOWN = 255, 255
@@ -32,7 +33,6 @@ _TO_CELL = {
     'bgra8': cv2.COLOR_BGRA2BGR565,
     'rgba8': cv2.COLOR_RGBA2BGR565,
 }
-_RED_FIRST = ('rgb8', 'rgba8')
 _IN_CELL = np.stack(np.meshgrid(range(8), range(4), range(8), indexing='ij'), -1).reshape(-1, 3)
 STRIP = 1 << 17
 """Pixels that are worked on at a time."""
@@ -50,13 +50,6 @@ def _has_16_bit_lut() -> bool:
 
 HAS_16_BIT_LUT = _has_16_bit_lut()
 """OpenCV 5 indexes a table by 16 bits, 4.6 does not."""
-
-
-def rgb_of(pixels: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
-    """Red, green and blue, (N, 3), of pixels, (N, channels) or (N,)."""
-    if encoding == 'mono8':
-        return np.repeat(pixels.reshape(-1, 1), 3, axis=1)
-    return pixels[:, :3] if encoding in _RED_FIRST else pixels[:, 2::-1]
 
 
 def _corner(cell: NDArray[np.intp]) -> NDArray[np.intp]:
