@@ -12,10 +12,13 @@ from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.header import stamp_of
 from colortrack_ros.messages.images import compressed_of_frame
+from colortrack_ros.messages.images import frame_of_compressed
 from colortrack_ros.messages.images import frame_of_image
 from colortrack_ros.messages.images import frame_of_serialized_image
 from colortrack_ros.messages.images import image_of_frame
 from colortrack_ros.messages.markers import MarkerWriter
+from colortrack_ros.messages.serialized import message_of_serialized
+from colortrack_ros.messages.serialized import stamp_of_serialized
 
 __all__ = [
     'MarkerWriter',
@@ -24,11 +27,14 @@ __all__ = [
     'cloud_of_tracks',
     'compressed_of_frame',
     'detections_of_cloud',
+    'frame_of_compressed',
     'frame_of_image',
     'frame_of_serialized_image',
     'header_of',
     'image_of_frame',
     'load_camera_info',
+    'message_of_serialized',
     'stamp_of',
+    'stamp_of_serialized',
     'tracks_of_cloud',
 ]

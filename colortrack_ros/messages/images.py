@@ -2,6 +2,7 @@
 
 import array
 import struct
+from typing import Any
 
 import cv2
 import numpy as np
@@ -57,6 +58,24 @@ def frame_of_image(message: Image) -> Frame:
     """
     image = _view(message.data, message.height, message.width, message.encoding, message.step)
     return Frame(image, message.encoding, stamp_of(message.header), message.header.frame_id)
+
+
+def frame_of_compressed(message: CompressedImage) -> Frame:
+    """The picture of a CompressedImage, in bgr8.
+
+    :raises MessageError: the data is no picture that OpenCV can decode.
+    """
+    image: Any  # cv2 has None, or pixels of any kind, for its type
+    try:
+        image = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
+    except cv2.error:  # no data, or a picture of an absurd size
+        image = None
+    if image is None:
+        raise MessageError(
+            f'compressed image of {len(message.data)} bytes, format {message.format!r}: '
+            'expected a JPEG or PNG'
+        )
+    return Frame(image, 'bgr8', stamp_of(message.header), message.header.frame_id)
 
 
 def frame_of_serialized_image(cdr: bytes) -> Frame:
