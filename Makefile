@@ -35,13 +35,13 @@ lint: $(VENV)/test
 
 %/demo: setup.py
 	$(RUN) $(PYTHON) -m venv $*
-	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check -e '.[standalone,demo]'
+	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check -e '.[standalone,demo,replay]'
 	touch $@
 
 %/test: setup.py
 	$(RUN) $(PYTHON) -m venv $*
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
-		-e '.[standalone,demo,test]' $(if $(findstring ubuntu,$*),$(UBUNTU))
+		-e '.[standalone,demo,replay,test]' $(if $(findstring ubuntu,$*),$(UBUNTU))
 	touch $@
 
 docs: $(VENV)/test

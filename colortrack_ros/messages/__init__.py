@@ -19,6 +19,7 @@ from colortrack_ros.messages.images import frame_of_serialized_compressed_image
 from colortrack_ros.messages.images import frame_of_serialized_image
 from colortrack_ros.messages.images import image_of_frame
 from colortrack_ros.messages.markers import MarkerWriter
+from colortrack_ros.messages.serialized import stamp_of_serialized
 
 __all__ = [
     'MarkerWriter',
@@ -35,6 +36,7 @@ __all__ = [
     'image_of_frame',
     'load_camera_info',
     'stamp_of',
+    'stamp_of_serialized',
     'tracks_of_cloud',
     'tracks_of_serialized_cloud',
 ]

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs.msg import PointField
 
@@ -16,6 +15,7 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.header import stamp_of
+from colortrack_ros.messages.serialized import message_of_serialized
 
 _DATATYPES = {
     'i1': PointField.INT8,
@@ -76,7 +76,7 @@ def detections_of_serialized_cloud(cdr: bytes) -> Detections:
     :param cdr: as a subscription with ``raw=True`` hands it over.
     :raises MessageError: as :func:`detections_of_cloud`, and for bytes of something else.
     """
-    return detections_of_cloud(_deserialized(cdr))
+    return detections_of_cloud(message_of_serialized(cdr, PointCloud2))
 
 
 def tracks_of_serialized_cloud(cdr: bytes) -> Tracks:
@@ -85,15 +85,7 @@ def tracks_of_serialized_cloud(cdr: bytes) -> Tracks:
     :param cdr: as a subscription with ``raw=True`` hands it over.
     :raises MessageError: as :func:`tracks_of_cloud`, and for bytes of something else.
     """
-    return tracks_of_cloud(_deserialized(cdr))
-
-
-def _deserialized(cdr: bytes) -> PointCloud2:
-    try:
-        message: PointCloud2 = deserialize_message(cdr, PointCloud2)
-    except Exception as error:  # RCLError, UnicodeDecodeError: rclpy has no common class
-        raise MessageError(f'not a serialized sensor_msgs/PointCloud2: {error}') from error
-    return message
+    return tracks_of_cloud(message_of_serialized(cdr, PointCloud2))
 
 
 def _cloud(rows: NDArray[np.void], stamp: int, frame_id: str) -> PointCloud2:

@@ -1,6 +1,7 @@
 """sensor_msgs/Image <-> Frame."""
 
 import array
+from typing import Any
 
 import cv2
 import numpy as np
@@ -92,14 +93,16 @@ def frame_of_serialized_compressed_image(cdr: bytes) -> Frame:
         data = reader.bytes_()
     except CdrError as error:
         raise MessageError(f'not a serialized sensor_msgs/CompressedImage: {error}') from error
-    picture = np.frombuffer(data, np.uint8)
-    image = cv2.imdecode(picture, cv2.IMREAD_COLOR) if picture.size else None
+    image: Any  # cv2 has None, or pixels of any kind, for its type
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    except cv2.error:  # no data, or a picture of an absurd size
+        image = None
     if image is None:
         raise MessageError(
-            f'compressed image of {picture.size} bytes and format {kind!r}: expected a whole JPEG '
-            'or PNG'
+            f'compressed image of {len(data)} bytes, format {kind!r}: expected a JPEG or PNG'
         )
-    return Frame(np.asarray(image, np.uint8), 'bgr8', stamp, frame_id)
+    return Frame(image, 'bgr8', stamp, frame_id)
 
 
 def _view(

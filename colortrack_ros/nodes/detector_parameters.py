@@ -8,7 +8,8 @@ from typing import Any
 
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
-from colortrack_ros.detection.config import MAX_THREADS
+from colortrack_ros.detection.config import CHOICES
+from colortrack_ros.detection.config import RANGES
 from colortrack_ros.detection.reference import PRESETS
 from colortrack_ros.nodes.health import HEALTH
 from colortrack_ros.nodes.order import ORDER
@@ -20,6 +21,14 @@ from colortrack_ros.nodes.topics import PICTURE_DEPTH
 from colortrack_ros.nodes.topics import topic
 
 _DEFAULT = DetectorConfig()
+
+
+def _spec(name: str, description: str, unit: str = '') -> Spec:
+    """A row with the default, the range and the choices of the room."""
+    low, high = RANGES.get(name, (None, None))
+    choices = tuple(CHOICES.get(name, ()))
+    return Spec(name, getattr(_DEFAULT, name), description, unit, low, high, choices)
+
 
 TABLE = ParameterTable(
     [
@@ -69,13 +78,23 @@ TABLE = ParameterTable(
             minimum=1,
             maximum=99,
         ),
-        Spec(
-            'threads',
-            _DEFAULT.threads,
-            'Threads that work on a picture at the same time; 2 help from 1920x1080 on.',
-            minimum=1,
-            maximum=MAX_THREADS,
+        _spec('method', 'How objects are told from the rest.'),
+        _spec(
+            'moving_only',
+            'Of method color: whether what stands still is dropped, so that furniture of the '
+            'reference colors is not found.',
         ),
+        _spec('channel', 'Of method channel_difference: the channel from which others are taken.'),
+        _spec('channel_threshold', 'Of method channel_difference: what has to be left.', 'levels'),
+        _spec('background_model', 'Of method background: how the background is learned.'),
+        _spec(
+            'difference_threshold',
+            'Of moving_only and the median background: what differs by more from it moves.',
+            'levels',
+        ),
+        _spec('blur_sigma', 'Of method background: the Gaussian before the threshold.', 'px'),
+        _spec('learn_seconds', 'How long what moves is taken out of a new background.', 's'),
+        _spec('threads', 'Threads that work on a picture; 2 help from 1920x1080 on.'),
         Spec(
             'max_lag',
             0.05,

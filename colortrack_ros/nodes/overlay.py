@@ -91,14 +91,15 @@ class OverlayNode(Node):
         self._trails.update(tracks)
         if self._publisher.get_subscription_count() == 0:
             return
-        image = _writable_bgr(frame)
+        image = writable_bgr(frame)
         draw_tracks(image, tracks, self._trails)
         picture = dataclasses.replace(frame, image=image, encoding='bgr8')
         self._publisher.publish(image_of_frame(picture))
         self.health.gave_out(frame.stamp)
 
 
-def _writable_bgr(frame: Frame) -> NDArray[np.uint8]:
+def writable_bgr(frame: Frame) -> NDArray[np.uint8]:
+    """A copy of the frame's picture to draw on, (H, W, 3) BGR."""
     if frame.encoding == 'bgr8':
         return frame.image.copy()
     image: NDArray = cv2.cvtColor(frame.image, TO_BGR[frame.encoding])

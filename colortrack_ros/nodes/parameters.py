@@ -22,7 +22,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-_FOREIGN = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
+FOREIGN = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
 """Names (or their beginnings) of the parameters that rclpy declares on its own."""
 
 
@@ -234,7 +234,7 @@ def declare(
     overrides = {
         name: override.value
         for name, override in node._parameter_overrides.items()
-        if not name.startswith(_FOREIGN)
+        if not name.startswith(FOREIGN)
     }
     values, refused = table.consistent(overrides, build)
     for reason in refused.values():
@@ -244,7 +244,7 @@ def declare(
         node.declare_parameter(name, spec.shown(value), spec.descriptor(), ignore_override=True)
 
     def changed(parameters: Sequence[Parameter]) -> dict[str, Any] | None:
-        own = [p for p in parameters if not p.name.startswith(_FOREIGN)]
+        own = [p for p in parameters if not p.name.startswith(FOREIGN)]
         if not own:
             return None
         checked = {}
