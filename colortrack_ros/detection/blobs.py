@@ -29,6 +29,10 @@ class Runs:
     label: NDArray[np.uint8]
     stride: int
 
+    def take(self, kept: NDArray) -> 'Runs':
+        """Some of the runs, by a mask or by their numbers."""
+        return Runs(self.start[kept], self.end[kept], self.label[kept], self.stride)
+
 
 @dataclass(frozen=True)
 class Blobs:
@@ -50,6 +54,21 @@ class Blobs:
     box: NDArray[np.int64]
     runs: Runs
     first_run: NDArray[np.intp]
+
+    def take(self, kept: NDArray[np.bool_]) -> 'Blobs':
+        """Some of the blobs, in the same order."""
+        size = np.diff(np.append(self.first_run, len(self.runs.start)))
+        runs = self.runs.take(np.repeat(kept, size))
+        first_run = np.cumsum(size[kept]) - size[kept]
+        return Blobs(
+            self.label[kept],
+            self.area[kept],
+            self.mean[kept],
+            self.spread[kept],
+            self.box[kept],
+            runs,
+            first_run,
+        )
 
 
 Connect = Callable[[Runs], tuple[int, NDArray[np.intp]]]
@@ -134,10 +153,9 @@ def find_blobs(
     rank[kept] = np.arange(len(kept))
     order = np.argsort(rank[component], kind='stable')
     order = order[: np.count_nonzero(rank[component] < len(kept))]
-    runs = Runs(runs.start[order], runs.end[order], runs.label[order], runs.stride)
     blob = rank[component[order]]
     first = np.searchsorted(blob, np.arange(len(kept)))
-    return _measure(runs, first, area[kept])
+    return _measure(runs.take(order), first, area[kept])
 
 
 def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Blobs:

@@ -8,6 +8,8 @@ from colortrack_ros.detection.channel_difference import CHANNELS
 from colortrack_ros.detection.methods import METHODS
 from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.regions import Region
+from colortrack_ros.detection.shape import MEASURES
 
 MAX_COLORS = 254
 MAX_ELEMENT_SIZE = 99
@@ -17,7 +19,8 @@ CHOICES: dict[str, Collection[str]] = {
     'channel': CHANNELS,
     'background_model': ('median', *SUBTRACTORS),
 }
-RANGES = {
+RANGES: dict[str, tuple[float, float]] = {
+    **dict.fromkeys(MEASURES, (0.0, 1.0)),
     'channel_threshold': (0, 254),
     'difference_threshold': (0.0, 254.0),
     'blur_sigma': (0.0, 50.0),
@@ -40,6 +43,12 @@ class DetectorConfig:
     :param erosion_size: the same for the erosion (2.4), second [px]. Area, box and centroid are
         those of the eroded mask.
     :param opening_size: the same for an opening (2.6), last [px].
+    :param min_aspect: least ratio of a blob's minor to its major axis, 0..1.
+    :param min_extent: least ratio of its area to that of its box, 0..1.
+    :param min_circularity: least likeness to a disc, 0..1; a ball is above 0.9.
+    :param min_solidity: least ratio of its area to that of its convex hull, 0..1.
+    :param regions: polygons to look in and to ignore.
+    :param mask: path of a picture that is dark where not to look; empty for none.
     :param channel: of channel_difference: red, green or blue, from which the others are taken.
     :param channel_threshold: of channel_difference: what has to be left of it [levels].
     :param background_model: of background: median, mog2 or knn.
@@ -59,6 +68,12 @@ class DetectorConfig:
     closing_size: int = 1
     erosion_size: int = 3
     opening_size: int = 1
+    min_aspect: float = 0.0
+    min_extent: float = 0.0
+    min_circularity: float = 0.0
+    min_solidity: float = 0.0
+    regions: tuple[Region, ...] = ()
+    mask: str = ''
     channel: str = 'red'
     channel_threshold: int = 60
     background_model: str = 'median'
