@@ -125,11 +125,15 @@ def as_one(runs: Runs) -> tuple[int, NDArray[np.intp]]:
     return min(len(runs.start), 1), np.zeros(len(runs.start), np.intp)
 
 
+def positions(runs: Runs) -> NDArray[np.intp]:
+    """The pixels of runs, v stride + u, run by run."""
+    length = runs.end - runs.start
+    return np.arange(length.sum()) + np.repeat(runs.end - np.cumsum(length), length)
+
+
 def clear(image: LabelImage, runs: Runs) -> None:
     """Set the pixels of runs to 0, in place."""
-    length = runs.end - runs.start
-    position = np.arange(length.sum()) + np.repeat(runs.end - np.cumsum(length), length)
-    image.padded.reshape(-1)[position] = 0
+    image.padded.reshape(-1)[positions(runs)] = 0
 
 
 def find_blobs(

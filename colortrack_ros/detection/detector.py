@@ -20,6 +20,7 @@ from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import open_
 from colortrack_ros.detection.regions import Regions
 from colortrack_ros.detection.shape import keep_shapes
+from colortrack_ros.detection.split import split_touching
 
 SCORE_PIXELS = 16
 """Pixels of a blob that its score is the mean of, when it has more."""
@@ -78,6 +79,8 @@ class Detector:
         erode(image, config.erosion_size, method.labels)
         open_(image, config.opening_size, method.labels)
         blobs = find_blobs(image, config.min_area, config.max_area, method.connect)
+        if config.split and split_touching(image, blobs):
+            blobs = find_blobs(image, config.min_area, config.max_area, method.connect)
         blobs = keep_shapes(blobs, config)
         method.learn(frame, blobs)
         return Detections(self._rows(frame, blobs), frame.stamp, frame.frame_id)
