@@ -115,7 +115,7 @@ def test_a_false_detection_is_never_confirmed():
 
 
 @pytest.mark.parametrize(
-    ('step', 'why'), [(-1, 'went back by 1.0'), (5, 'jumped ahead by 5.0'), (0.5, ''), (0, '')]
+    ('step', 'why'), [(-1, 'went back by 1.0'), (5, 'jumped ahead by 5.0'), (0.25, ''), (0, '')]
 )
 def test_stamps_that_are_out_of_order_start_afresh_and_say_why(step, why):
     tracker = Tracker()
