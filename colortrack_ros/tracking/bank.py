@@ -94,18 +94,13 @@ class Bank:
         best = log[0].argmax(axis=0), np.arange(len(track))
         by_case = np.logaddexp.reduce(log, axis=1)
         total = np.logaddexp(by_case[0], by_case[1])
-        turned = np.exp(by_case[1] - total)
+        maneuvered = np.exp(by_case[1] - total)
         root = np.sqrt(det[0][best])
         predicted = 1 - np.sqrt(R[:, 0, 0] * R[:, 1, 1] - R[:, 0, 1] ** 2) / root
-        return total, turned, d2[0][best], predicted, e[best] / np.sqrt(root)[:, None]
+        return total, maneuvered, d2[0][best], predicted, e[best] / np.sqrt(root)[:, None]
 
     def maneuver(self, track: Indices, weight: Floats, T: Floats, speed: float) -> None:
         """Replace predictions by a mixture of going on and of having maneuvered.
-
-        A maneuver draws the velocity anew from N(0, speed^2), at any time t of the last T alike.
-        What was gained by the old velocity v since then is lost, what the new one brings is gained:
-        with T - t of mean T/2, mean square T^2/3 and variance T^2/12, the position moves by -v T/2
-        and is uncertain by v v^T T^2/12 + speed^2 T^2/3, correlated with the velocity.
 
         :param track: (K,) which tracks, each once.
         :param weight: (K,) probability of the maneuver.
@@ -113,20 +108,42 @@ class Bank:
         :param speed: standard deviation of the new velocity on each axis [px/s].
         """
         mean, cov = self.mean[:, track], self.cov[:, track]
-        new_mean, new_cov = mean.copy(), cov.copy()
-        half = mean[..., 2:4] * (T / 2)[:, None]
-        new_mean[..., :2] -= half
-        new_mean[..., 2:] = 0.0
-        new_cov[..., 2:4, :] = new_cov[..., :, 2:4] = 0.0
-        new_cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3
-        for axis in range(2):
-            new_cov[..., axis, axis] += (speed * T) ** 2 / 3
-            new_cov[..., axis, axis + 2] = new_cov[..., axis + 2, axis] = speed**2 * T / 2
-            new_cov[..., axis + 2, axis + 2] = speed**2
+        new_mean, new_cov = turned(mean, cov, T, speed)
         both = np.array([1 - weight, weight])[:, None]
         self.mean[:, track], self.cov[:, track] = mixture(
             both, np.array([mean, new_mean]), np.array([cov, new_cov])
         )
+
+    def resemblance(
+        self, lost: Indices, found: Indices, chance: Floats, T: Floats, speed: float
+    ) -> Floats:
+        """How likely tracks, with their velocities, are what has become of others.
+
+        :param lost: (K,) tracks unmeasured for a time.
+        :param found: (K,) others that have begun since.
+        :param chance: (K,) probability that the lost one has maneuvered.
+        :param T: (K,) time that there was for it [s].
+        :param speed: standard deviation of a new velocity on each axis [px/s].
+        :return: (K,) log of the likelihood against that of any velocity, N(0, speed^2) [1/px^2].
+        """
+        mean, cov = self.estimate()
+        one, P = mean[lost, :4], cov[lost, :4, :4]
+        other, other_P = mean[found, :4], cov[found, :4, :4]
+        log = [np.log1p(-chance), np.log(np.maximum(chance, TINY))]
+        for i, (center, spread) in enumerate([(one, P), turned(one, P, T, speed)]):
+            S, e = spread + other_P, other - center
+            d2 = (e * np.linalg.solve(S, e[..., None])[..., 0]).sum(axis=1)
+            log[i] = log[i] - 0.5 * (d2 + np.linalg.slogdet(S)[1]) - 2 * LOG_2PI
+        any_S = speed**2 * np.eye(2) + other_P[:, 2:, 2:]
+        v = other[:, 2:]
+        d2 = (v * np.linalg.solve(any_S, v[..., None])[..., 0]).sum(axis=1)
+        any_velocity = -0.5 * (d2 + np.linalg.slogdet(any_S)[1]) - LOG_2PI
+        return np.asarray(np.logaddexp(*log) - any_velocity)
+
+    def succeed(self, lost: Indices, found: Indices) -> None:
+        """Give tracks the filters of others, which are what has become of them."""
+        self.mean[:, lost], self.cov[:, lost] = self.mean[:, found], self.cov[:, found]
+        self.weight[:, lost] = self.weight[:, found]
 
     def correct(self, track: Indices, z: Floats, R: Floats, share: Floats | None = None) -> None:
         """Estimation, (2.26)-(2.28), with the covariance in Joseph form (Red object, (7)).
@@ -228,6 +245,31 @@ def mixture(weight: Floats, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:
     rest = mean - center
     outer = rest[..., :, None] * rest[..., None, :]
     return center, (weight[..., None] * (cov + outer)).sum(axis=0)
+
+
+def turned(mean: Floats, cov: Floats, T: Floats, speed: float) -> tuple[Floats, Floats]:
+    """Predictions after a maneuver.
+
+    It draws the velocity anew from N(0, speed^2), at any time t of the last T alike. What was
+    gained by the old velocity v since then is lost, what the new one brings is gained: with T - t
+    of mean T/2, mean square T^2/3 and variance T^2/12, the position moves by -v T/2 and is
+    uncertain by v v^T T^2/12 + speed^2 T^2/3, correlated with the velocity.
+
+    :param mean, cov: (..., K, n) and (..., K, n, n) without it.
+    :param T: (K,) [s].
+    :param speed: standard deviation of the new velocity on each axis [px/s].
+    """
+    mean, cov = mean.copy(), cov.copy()
+    half = mean[..., 2:4] * (T / 2)[:, None]
+    mean[..., :2] -= half
+    mean[..., 2:] = 0.0
+    cov[..., 2:4, :] = cov[..., :, 2:4] = 0.0
+    cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3
+    for axis in range(2):
+        cov[..., axis, axis] += (speed * T) ** 2 / 3
+        cov[..., axis, axis + 2] = cov[..., axis + 2, axis] = speed**2 * T / 2
+        cov[..., axis + 2, axis + 2] = speed**2
+    return mean, cov
 
 
 def invert(S: Floats) -> tuple[Floats, Floats]:

@@ -19,6 +19,7 @@ RECORD = np.dtype(
         ('state', 'u1'),
         ('born', 'i8'),
         ('updated', 'i8'),
+        ('origin', 'f8', 2),
         ('hits', 'u4'),
         ('misses', 'u4'),
         ('area', 'f4'),
@@ -32,10 +33,10 @@ RECORD = np.dtype(
 )
 """One track, besides its filter.
 
-born, updated: stamp of the first and of the last detection [ns]; hits, misses: frames with and
-without a detection; extent: reach of the object to the low and high side, by axis [px], see blobs;
-innovation: the last one, z - H x [px]; visible, hidden: probability that the object exists and can,
-or cannot, be seen.
+born, updated: stamp of the first and of the last detection [ns]; origin: where it began [px];
+hits, misses: frames with and without a detection; extent: reach of the object to the low and high
+side, by axis [px], see blobs; innovation: the last one, see Pairs; visible, hidden: probability
+that the object exists and can, or cannot, be seen.
 """
 
 NEW = 0.5
@@ -61,6 +62,7 @@ def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> ND
     records = np.zeros(len(new), RECORD)
     records['track_id'] = np.arange(first_id, first_id + len(new))
     records['born'] = stamp
+    records['origin'] = blobs.z[new]
     records['color'] = blobs.rows['color'][new]
     records['extent'] = blobs.reach[new]
     records['visible'] = NEW
@@ -76,6 +78,15 @@ def hit(
     records['hits'][track] += 1
     for name in ('area', 'box_w', 'box_h'):
         records[name][track] = rows[name]
+
+
+def succeed(records: NDArray[np.void], lost: NDArray[np.intp], found: NDArray[np.intp]) -> None:
+    """Let tracks go on as others, (K,) each; ID, birth, color and size stay."""
+    kept = ('track_id', 'born', 'origin', 'color', 'extent', 'hits')
+    for name in RECORD.names or ():
+        if name not in kept:
+            records[name][lost] = records[name][found]
+    records['hits'][lost] += records['hits'][found]
 
 
 def conceal(records: NDArray[np.void], dt: float, config: TrackerConfig) -> None:

@@ -5,6 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
@@ -16,6 +18,7 @@ from colortrack_ros.tracking import merged
 from colortrack_ros.tracking import regroup
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association import ASSOCIATORS
+from colortrack_ros.tracking.association.gnn import associate as gnn
 from colortrack_ros.tracking.bank import Bank
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.gating import candidates
@@ -73,6 +76,8 @@ class Tracker:
         dt = self._advance(detections.stamp)
         blobs = accept(detections.rows, self.config)
         self.dropped += len(detections.rows) - len(blobs.rows)
+        self._adaptation.learn_size(blobs.z, self.config.image_size)
+        self._log_density = math.log(self.config.clutter_density or self._adaptation.density)
         pairs, share = self._associate(blobs)
         free = np.ones(len(blobs.rows), bool)
         free[pairs.blob[share > 0.5]] = False
@@ -103,7 +108,6 @@ class Tracker:
         self._odds = np.log(seen / (1 - seen))
         self._unmeasured = (stamp - self._records['updated']) / NANOSECONDS
         self._chance = self._adaptation.chance(self._unmeasured, dt) * self.config.maneuvers
-        self._log_density = math.log(self.config.clutter_density or self._adaptation.density)
         return dt
 
     def _associate(self, blobs: Blobs) -> tuple[Pairs, Floats]:
@@ -264,13 +268,47 @@ class Tracker:
 
     def _settle(self, dt: float) -> None:
         """Let tracks be confirmed, coast, or end."""
+        before = self._records['state'].copy()
         keep = life.settle(self._records, self._now, self.config)
+        false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
+        self._adaptation.learn_false(false)
         keep &= life.present(self._records, *self._bank.estimate(), self._now, dt, self.config)
-        false = int(np.count_nonzero(~keep & (self._records['state'] == TENTATIVE)))
-        self._adaptation.learn_density(self._center, false)
+        found = np.flatnonzero(keep & (before == TENTATIVE) & (self._records['state'] == CONFIRMED))
+        lost = np.flatnonzero(keep & (self._records['state'] == COASTING))
+        reunited = self._reunite(lost, found, dt) if len(found) and len(lost) else found[:0]
+        keep[reunited] = False
+        self._adaptation.learn_births(len(found) - len(reunited))
         if not keep.all():
             self._bank.keep(keep)
             self._records = self._records[keep]
+
+    def _reunite(self, lost: Indices, found: Indices, dt: float) -> Indices:
+        """Tracks just confirmed that are what has become of coasting ones take their places.
+
+        What a single detection could not decide, the first few do: they are no clutter, and have a
+        velocity.
+
+        :return: the indices of those that have taken another's place.
+        """
+        records = self._records
+        pair = np.indices((len(lost), len(found))).reshape(2, -1)
+        one, other = lost[pair[0]], found[pair[1]]
+        T = (self._now - records['updated'][one]) / NANOSECONDS
+        fit = (records['born'][other] > records['updated'][one]) & (
+            records['color'][one] == records['color'][other]
+        )
+        chance = self._adaptation.chance(T, dt) * self.config.maneuvers
+        gain = self._bank.resemblance(one, other, chance, T, self._speed)
+        gain += np.log(np.maximum(records['hidden'][one], 1e-9))
+        gain -= np.log(
+            self._adaptation.birth_density(records['origin'][other], self.config.image_size)
+        )
+        gain[~fit] = -1.0
+        chosen, _ = gnn(one, other, gain)
+        one, other = one[chosen], other[chosen]
+        self._bank.succeed(one, other)
+        life.succeed(records, one, other)
+        return other
 
     def _rows(self) -> NDArray[np.void]:
         """Return the tracks as they are published."""
