@@ -18,6 +18,9 @@ from colortrack_ros.detection.methods import METHODS
 from colortrack_ros.detection.morphology import close
 from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import open_
+from colortrack_ros.detection.regions import Regions
+from colortrack_ros.detection.shape import keep_shapes
+from colortrack_ros.detection.split import split_touching
 
 SCORE_PIXELS = 16
 """Pixels of a blob that its score is the mean of, when it has more."""
@@ -43,9 +46,12 @@ class Detector:
         """Take another configuration; the next frame is detected with it.
 
         The background that was learned is kept.
+
+        :raises ValueError: when there is no picture at mask; the old configuration stays.
         """
-        self._config = config
+        self._regions = Regions(config.regions, config.mask)
         self._method = METHODS[config.method](config, self._background)
+        self._config = config
 
     def learn_background(self) -> None:
         """Forget the background: what stands still from the next frame on is background."""
@@ -68,10 +74,14 @@ class Detector:
             return Detections(stamp=frame.stamp, frame_id=frame.frame_id)
         config, method = self._config, self._method
         image = self._mask = method.label(frame)
+        self._regions.apply(image)
         close(image, config.closing_size, method.labels)
         erode(image, config.erosion_size, method.labels)
         open_(image, config.opening_size, method.labels)
         blobs = find_blobs(image, config.min_area, config.max_area, method.connect)
+        if config.split and split_touching(image, blobs):
+            blobs = find_blobs(image, config.min_area, config.max_area, method.connect)
+        blobs = keep_shapes(blobs, config)
         method.learn(frame, blobs)
         return Detections(self._rows(frame, blobs), frame.stamp, frame.frame_id)
 

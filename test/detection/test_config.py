@@ -7,6 +7,7 @@ import pytest
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.color_table import ColorTable
+from colortrack_ros.detection.config import RANGES
 from colortrack_ros.detection.reference import PRESETS
 
 LAB = (50.0, 10.0, 10.0)
@@ -43,13 +44,24 @@ def test_an_rgb_out_of_range_is_refused(rgb):
         ('erosion_size', 101),
         ('opening_size', -1),
         ('closing_size', 4),
-        ('threads', 0),
-        ('threads', 65),
+        ('method', 'magic'),
+        ('channel', 'cyan'),
+        ('background_model', 'mean'),
     ],
 )
 def test_a_parameter_out_of_range_is_refused_by_name(parameter, value):
     with pytest.raises(ValueError, match=rf'^{parameter} is .*, expected'):
         DetectorConfig(**{parameter: value})
+
+
+@pytest.mark.parametrize('parameter', RANGES)
+def test_a_number_out_of_its_range_is_refused_by_name(parameter):
+    low, high = RANGES[parameter]
+    for value in (low, high):
+        assert getattr(DetectorConfig(**{parameter: value}), parameter) == value
+    for value in (low - 1, high + 1, nan):
+        with pytest.raises(ValueError, match=rf'^{parameter} is .*, expected {low}\.\.{high}$'):
+            DetectorConfig(**{parameter: value})
 
 
 def test_a_color_without_a_name_is_refused():
