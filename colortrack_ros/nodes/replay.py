@@ -33,6 +33,7 @@ from colortrack_ros.nodes.recordings import BagRecording
 from colortrack_ros.nodes.recordings import Item
 from colortrack_ros.nodes.recordings import Recording
 from colortrack_ros.nodes.recordings import SourceRecording
+from colortrack_ros.nodes.replay_expected import ExpectedOutput
 from colortrack_ros.nodes.replay_output import BagOutput
 from colortrack_ros.nodes.replay_output import CsvOutput
 from colortrack_ros.nodes.replay_output import MotOutput
@@ -44,6 +45,9 @@ from colortrack_ros.nodes.replay_setup import Setup
 from colortrack_ros.nodes.runtime import SIGNALS
 from colortrack_ros.nodes.runtime import StartError
 from colortrack_ros.tracking import Tracker
+
+NODES = ('camera', 'detector', 'tracker')
+"""Whose parameters count; a bag is its own camera."""
 
 
 @dataclass
@@ -87,12 +91,13 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
-    setup = read_setup(arguments)
+    from_bag = is_bag(Path(arguments.input))
+    setup = read_setup(arguments, NODES[from_bag:])
     path = arguments.output or default_output(arguments.input)
     tally = Tally()
     broken = None
     with contextlib.ExitStack() as stack:
-        recording = _open(arguments, setup)
+        recording = _open(arguments, setup, from_bag=from_bag)
         stack.callback(recording.close)
         _make_room(arguments, path, recording)
         outputs = []
@@ -108,7 +113,10 @@ def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
     print(summary(recording, path, tally, seconds, interrupted=stop.is_set()))
     if broken:
         raise broken
-    return 0 if tally.frames or stop.is_set() else 1
+    differences = next((o.report() for o in outputs if isinstance(o, ExpectedOutput)), '')
+    if differences:
+        print(f'the tracks are not those of {arguments.expect}:\n{differences}')
+    return 0 if stop.is_set() or (tally.frames and not differences) else 1
 
 
 def _run(
@@ -163,11 +171,10 @@ def default_output(name: str) -> Path:
     return path.with_name(f'{path.name if path.is_dir() else path.stem}_tracks')
 
 
-def _open(arguments: argparse.Namespace, setup: Setup) -> Recording:
-    path = Path(arguments.input)
-    if is_bag(path):
+def _open(arguments: argparse.Namespace, setup: Setup, *, from_bag: bool) -> Recording:
+    if from_bag:
         restart = round(setup.tracker.config.max_dt * NANOSECONDS)
-        return BagRecording(path, arguments.topic, setup.topics, restart)
+        return BagRecording(Path(arguments.input), arguments.topic, setup.topics, restart)
     if arguments.topic:
         raise StartError(f'--topic {arguments.topic}: {arguments.input} is not a bag')
     return SourceRecording(arguments.input, setup.camera)
@@ -200,6 +207,8 @@ def _make_room(arguments: argparse.Namespace, path: Path, recording: Recording) 
 def _outputs(
     arguments: argparse.Namespace, path: Path, recording: Recording, setup: Setup
 ) -> Iterator[Output]:
+    if arguments.expect:
+        yield ExpectedOutput(arguments.expect)
     yield BagOutput(path, arguments.storage, setup)
     if arguments.csv:
         yield CsvOutput(arguments.csv)
