@@ -132,16 +132,16 @@ class ParameterTable:
     """The parameters of one kind of node.
 
     :param specs: the fixed ones.
-    :param each: those that exist once for each name in the list ``names_in``, as ``NAME.spec``.
-    :param names_in: the parameter that lists the names.
+    :param each: by the parameter that lists names, those that exist once for each NAME in it, as
+        ``NAME.spec``.
     """
 
     def __init__(
-        self, specs: Iterable[Spec], *, each: Iterable[Spec] = (), names_in: str = ''
+        self, specs: Iterable[Spec], each: Mapping[str, Iterable[Spec]] | None = None
     ) -> None:
         self.specs = {spec.name: spec for spec in specs}
-        self.each = {spec.name: spec for spec in each}
-        self.names_in = names_in
+        self.groups = {names: {s.name: s for s in group} for names, group in (each or {}).items()}
+        self.each = {name: spec for group in self.groups.values() for name, spec in group.items()}
 
     def find(self, name: str) -> Spec:
         """The row of a full parameter name.
@@ -160,11 +160,11 @@ class ParameterTable:
 
     def defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The given values, completed by the defaults of what is not given."""
-        names = values.get(self.names_in, getattr(self.specs.get(self.names_in), 'default', []))
-        every = {
-            **self.specs,
-            **{f'{name}.{suffix}': s for name in names for suffix, s in self.each.items()},
-        }
+        every = dict(self.specs)
+        for listing, group in self.groups.items():
+            names = values.get(listing, self.specs[listing].default)
+            if not self.specs[listing].optional or listing in values:
+                every |= {f'{name}.{key}': spec for name in names for key, spec in group.items()}
         return {n: s.default for n, s in every.items() if not s.optional} | dict(values)
 
     def consistent(
