@@ -81,7 +81,7 @@ class DetectorNode(Node):
         with self._lock:
             detections = self._detector.detect(frame)
             if self._debug_publisher.get_subscription_count() > 0:
-                mask = dataclasses.replace(frame, image=self._detector.mask(), encoding='mono8')
+                mask = dataclasses.replace(frame, image=self._detector.mask, encoding='mono8')
                 self._debug_publisher.publish(image_of_frame(mask))
         self._publisher.publish(cloud_of_detections(detections))
         self.health.gave_out(detections.stamp)

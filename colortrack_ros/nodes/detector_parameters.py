@@ -11,6 +11,7 @@ from colortrack_ros.detection.config import CHOICES
 from colortrack_ros.detection.config import RANGES
 from colortrack_ros.detection.reference import PRESETS
 from colortrack_ros.detection.regions import Region
+from colortrack_ros.detection.regions import Regions
 from colortrack_ros.nodes.health import HEALTH
 from colortrack_ros.nodes.order import ORDER
 from colortrack_ros.nodes.parameters import own_values
@@ -197,6 +198,7 @@ def build(values: Mapping[str, Any]) -> DetectorSetup:
     regions = tuple(_region(name, values) for name in values.get('regions', ()))
     own = own_values(DetectorConfig, values) | {'colors': colors, 'regions': regions}
     config = DetectorConfig(**own)
+    Regions(config.regions, config.mask)  # reads the picture of the mask
     return DetectorSetup(config, **own_values(DetectorSetup, values))
 
 
