@@ -24,12 +24,14 @@ class Blobs:
     :param R: (M, 2, 2) its covariance [px^2].
     :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px]; a
         detection without a box is a point.
+    :param joined: (M,) put together of several.
     """
 
     rows: NDArray[np.void]
     z: Floats
     R: Floats
     box: Floats
+    joined: NDArray[np.bool_]
 
     @property
     def reach(self) -> Floats:
@@ -70,4 +72,4 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     point = (size <= 0).any(axis=1) if config.use_boxes else np.ones(len(rows), bool)
     if point.any():
         box[point] = z[point, None]
-    return Blobs(rows, z, R, box)
+    return Blobs(rows, z, R, box, np.zeros(len(rows), bool))

@@ -226,10 +226,11 @@ class Tracker:
         extent = self._records['extent'][track]
         if not extent.any() and not blobs.size.any():
             return np.ones(len(track), bool)
-        alone = np.bincount(blob, minlength=1)[blob] == 1
+        alone = (np.bincount(blob, minlength=1)[blob] == 1) & ~blobs.joined[blob]
         size = extent.sum(axis=1)
         whole = alone & ~shape.difference(size, blobs.size[blob]).any(axis=1)
-        learned = shape.learn(extent, blobs.z[blob], blobs.box[blob], self._center[track], dt)
+        last = np.stack([self._records['box_w'][track], self._records['box_h'][track]], axis=1)
+        learned = shape.learn(extent, blobs.z[blob], blobs.box[blob], self._center[track], last, dt)
         learned[~alone] = extent[~alone]
         self._records['extent'][track] = learned
         growth = learned.sum(axis=1) - size
@@ -311,13 +312,15 @@ class Tracker:
         return other
 
     def _rows(self) -> NDArray[np.void]:
-        """Return the tracks as they are published."""
-        rows, records = np.zeros(len(self._records), TRACK), self._records
+        """Return the tracks as they are published; none that is outside the picture."""
+        inside = ~self._records['outside']
+        records = self._records if inside.all() else self._records[inside]
+        rows = np.zeros(len(records), TRACK)
         for name in ('track_id', 'color', 'state', 'hits', 'area', 'box_w', 'box_h'):
             rows[name] = records[name]
         mean, covariance = self._bank.estimate()
-        rows['u'], rows['v'], rows['du'], rows['dv'] = mean[:, :4].T
-        rows['covariance'] = covariance[:, :4, :4]
+        rows['u'], rows['v'], rows['du'], rows['dv'] = mean[inside, :4].T
+        rows['covariance'] = covariance[inside, :4, :4]
         rows['age'] = (self._now - records['born']) / NANOSECONDS
         rows['time_since_update'] = (self._now - records['updated']) / NANOSECONDS
         rows['score'] = records['visible'] + records['hidden']

@@ -160,7 +160,7 @@ def test_a_track_that_has_left_the_picture_is_not_coasted_back_in(size, coasting
 
 
 def test_a_track_that_nobody_knows_the_place_of_is_deleted():
-    tracker = Tracker(TrackerConfig(max_position_sigma=2.0))
+    tracker = Tracker(TrackerConfig(max_position_sigma=40.0))
     for k in range(5):
         tracker.update(points([(9, 9)], k * FRAME))
     alive = 0
