@@ -19,6 +19,9 @@ RATES = (20.0, 2.0)
 HOLD = 7
 """How many times slower they follow where something was found."""
 
+MARGIN = 4
+"""What belongs to an object beyond the box of its eroded blob [px]."""
+
 STRIPS = 8
 """Parts of the picture, of which one is followed in each frame."""
 
@@ -119,8 +122,11 @@ class BackgroundModel:
         self._followed[k, self._turn] = stamp
         top, bottom = (len(picture) * turn // STRIPS for turn in (self._turn, self._turn + 1))
         step = np.full((bottom - top, picture.shape[1], 1), np.clip(usual, 0, 255), np.uint8)
-        for u, v, w, h in boxes:
-            step[max(v - top, 0) : max(v + h - top, 0), u : u + w] //= HOLD
+        held = np.zeros(step.shape[:2], bool)
+        for left, upper, width, height in boxes:
+            rows = slice(max(upper - MARGIN - top, 0), max(upper + height + MARGIN - top, 0))
+            held[rows, max(left - MARGIN, 0) : left + width + MARGIN] = True
+        step[held] //= HOLD
         now, model = picture[top:bottom], self._models[k][top:bottom]
         up = np.minimum(np.maximum(now, model) - model, step)
         model -= np.minimum(model - np.minimum(now, model), step)

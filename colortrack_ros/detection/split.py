@@ -7,6 +7,10 @@ from numpy.typing import NDArray
 from colortrack_ros.detection.blobs import Blobs
 from colortrack_ros.detection.blobs import positions
 from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.shape import circularity
+
+ROUND = 0.95
+"""A blob more circular than this is one disc."""
 
 LEVELS = np.arange(0.95, 0.25, -0.05)
 """Cuts through the distance transform, shares of its greatest value."""
@@ -25,7 +29,8 @@ def split_touching(image: LabelImage, blobs: Blobs) -> bool:
     :returns: whether anything was cut.
     """
     changed = False
-    for k, (left, top, width, height) in enumerate(blobs.box):
+    for k in np.flatnonzero(circularity(blobs) < ROUND):
+        left, top, width, height = blobs.box[k]
         runs = blobs.take(np.arange(len(blobs.area)) == k).runs
         v, u = np.divmod(positions(runs), runs.stride)
         # With a margin, beyond which nothing belongs to the blob.
