@@ -26,8 +26,8 @@ from colortrack_ros.nodes.detector_parameters import build
 from colortrack_ros.nodes.detector_parameters import DetectorSetup
 from colortrack_ros.nodes.detector_parameters import TABLE
 from colortrack_ros.nodes.health import Health
+from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.order import Order
-from colortrack_ros.nodes.parameters import declare
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to

@@ -16,8 +16,8 @@ from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.messages import MessageError
 from colortrack_ros.nodes.health import Health
+from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.order import Order
-from colortrack_ros.nodes.parameters import declare
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to

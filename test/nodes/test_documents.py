@@ -2,6 +2,7 @@ from dataclasses import fields
 from pathlib import Path
 from xml.etree import ElementTree
 
+from pipeline import flat
 import pytest
 import readme_tables
 import yaml
@@ -22,16 +23,6 @@ BUILD = {
     'tracker': tracker_parameters.build,
     'overlay': dict,
 }
-
-
-def flat(tree: dict, prefix: str = '') -> dict:
-    values = {}
-    for key, value in tree.items():
-        if isinstance(value, dict):
-            values.update(flat(value, f'{prefix}{key}.'))
-        else:
-            values[prefix + key] = value
-    return values
 
 
 @pytest.mark.parametrize('path', PARAMS, ids=lambda p: p.name)
