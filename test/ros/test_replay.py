@@ -9,8 +9,6 @@ import shutil
 import signal
 import time
 
-from conftest import Process
-from conftest import wait_until
 import cv2
 import numpy as np
 import pytest
@@ -21,6 +19,8 @@ from recorded import NAMES
 from recorded import of_topic
 from recorded import read_bag
 from recorded import write_bag
+from ros_domain import Process
+from ros_domain import wait_until
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
