@@ -98,7 +98,7 @@ def skimage_textbook(image, color, min_area=20):
 
 
 def detector_time(image, count=1, last=(), threads=1):
-    detector = Detector(DetectorConfig(colors(count, last), threads=threads))
+    detector = Detector(DetectorConfig(colors=colors(count, last), threads=threads))
     frame = Frame(image)
     return milliseconds(lambda: detector.detect(frame))
 
@@ -117,7 +117,7 @@ def measure_size(image):
         'two threads': detector_time(image, threads=2),
         'opencv': milliseconds(lambda: opencv_textbook(image, color), 0.5, 3),
     }
-    found = len(Detector(DetectorConfig((color,))).detect(Frame(image)).rows)
+    found = len(Detector(DetectorConfig(colors=(color,))).detect(Frame(image)).rows)
     assert found == len(opencv_textbook(image, color)) == 5
     if skimage_color:
         result['skimage'] = milliseconds(lambda: skimage_textbook(image, color), 0.5, 1)
@@ -143,10 +143,10 @@ def measure_variants():
 
 def measure_configure():
     """Building the tables: milliseconds."""
-    detector = Detector(DetectorConfig(colors(1)))
+    detector = Detector(DetectorConfig(colors=colors(1)))
     return {
         f'{count} colors': milliseconds(
-            lambda count=count: detector.configure(DetectorConfig(colors(count))), 0.5
+            lambda count=count: detector.configure(DetectorConfig(colors=colors(count))), 0.5
         )
         for count in (1, 8)
     }

@@ -4,6 +4,7 @@ A picture of two million pixels with five objects has some hundred runs, so ever
 one pass that finds them is cheap.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,10 @@ class Runs:
     label: NDArray[np.uint8]
     stride: int
 
+    def take(self, kept: NDArray) -> 'Runs':
+        """Some of the runs, by a mask or by their numbers."""
+        return Runs(self.start[kept], self.end[kept], self.label[kept], self.stride)
+
 
 @dataclass(frozen=True)
 class Blobs:
@@ -49,6 +54,25 @@ class Blobs:
     box: NDArray[np.int64]
     runs: Runs
     first_run: NDArray[np.intp]
+
+    def take(self, kept: NDArray[np.bool_]) -> 'Blobs':
+        """Some of the blobs, in the same order."""
+        size = np.diff(np.append(self.first_run, len(self.runs.start)))
+        runs = self.runs.take(np.repeat(kept, size))
+        first_run = np.cumsum(size[kept]) - size[kept]
+        return Blobs(
+            self.label[kept],
+            self.area[kept],
+            self.mean[kept],
+            self.spread[kept],
+            self.box[kept],
+            runs,
+            first_run,
+        )
+
+
+Connect = Callable[[Runs], tuple[int, NDArray[np.intp]]]
+"""The number of components, and (R,) the one of each run."""
 
 
 def find_runs(image: LabelImage) -> Runs:
@@ -96,13 +120,32 @@ def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
     return int(np.count_nonzero(is_first)), (np.cumsum(is_first) - 1)[root]
 
 
-def find_blobs(image: LabelImage, min_area: int, max_area: int) -> Blobs:
+def as_one(runs: Runs) -> tuple[int, NDArray[np.intp]]:
+    """All runs as one component, connected or not."""
+    return min(len(runs.start), 1), np.zeros(len(runs.start), np.intp)
+
+
+def positions(runs: Runs) -> NDArray[np.intp]:
+    """The pixels of runs, v stride + u, run by run."""
+    length = runs.end - runs.start
+    return np.arange(length.sum()) + np.repeat(runs.end - np.cumsum(length), length)
+
+
+def clear(image: LabelImage, runs: Runs) -> None:
+    """Set the pixels of runs to 0, in place."""
+    image.padded.reshape(-1)[positions(runs)] = 0
+
+
+def find_blobs(
+    image: LabelImage, min_area: int, max_area: int, connect: Connect = connect
+) -> Blobs:
     """The 8-connected components of equal label, with Pegoretti 2021, (2.9) to (2.11).
 
     Every sum is of whole numbers and exact.
 
     :param image: the labels.
     :param min_area, max_area: other blobs are left out [px].
+    :param connect: tells which runs belong together.
     """
     runs = find_runs(image)
     count, component = connect(runs)
@@ -114,10 +157,9 @@ def find_blobs(image: LabelImage, min_area: int, max_area: int) -> Blobs:
     rank[kept] = np.arange(len(kept))
     order = np.argsort(rank[component], kind='stable')
     order = order[: np.count_nonzero(rank[component] < len(kept))]
-    runs = Runs(runs.start[order], runs.end[order], runs.label[order], runs.stride)
     blob = rank[component[order]]
     first = np.searchsorted(blob, np.arange(len(kept)))
-    return _measure(runs, first, area[kept])
+    return _measure(runs.take(order), first, area[kept])
 
 
 def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Blobs:

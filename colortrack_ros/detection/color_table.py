@@ -14,7 +14,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.detection.config import ReferenceColor
 from colortrack_ros.detection.lab import cube_root_or_line_slope
 from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import lab_from_rgb
@@ -22,6 +21,8 @@ from colortrack_ros.detection.lab import LINEAR
 from colortrack_ros.detection.lab import WHITE_TO_ONE
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
+from colortrack_ros.detection.pixels import rgb_of
+from colortrack_ros.detection.reference import ReferenceColor
 
 CUT, UNKNOWN = 255, 255
 """Entry of a cell whose colors may not belong together; of a color not yet computed."""
@@ -32,7 +33,6 @@ _TO_CELL = {
     'bgra8': cv2.COLOR_BGRA2BGR565,
     'rgba8': cv2.COLOR_RGBA2BGR565,
 }
-_RED_FIRST = ('rgb8', 'rgba8')
 _IN_CELL = np.stack(np.meshgrid(range(8), range(4), range(8), indexing='ij'), -1).reshape(-1, 3)
 STRIP = 1 << 17
 """Pixels that are worked on at a time."""
@@ -50,13 +50,6 @@ def _has_16_bit_lut() -> bool:
 
 HAS_16_BIT_LUT = _has_16_bit_lut()
 """OpenCV 5 indexes a table by 16 bits, 4.6 does not."""
-
-
-def rgb_of(pixels: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
-    """Red, green and blue, (N, 3), of pixels, (N, channels) or (N,)."""
-    if encoding == 'mono8':
-        return np.repeat(pixels.reshape(-1, 1), 3, axis=1)
-    return pixels[:, :3] if encoding in _RED_FIRST else pixels[:, 2::-1]
 
 
 def _corner(cell: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -91,29 +84,24 @@ def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return center, radius + _MARGIN
 
 
-def _distance_squared(lab: NDArray[np.float64], color: ReferenceColor) -> NDArray[np.float64]:
-    """D^2 of Pegoretti 2021, (2.1)."""
-    lightness, a, b = (lab[..., axis] - color.lab[axis] for axis in range(3))
-    return lightness * lightness + a * a + b * b
-
-
 class ColorTable:
     """Labels pixels: 0 for none of the colors, k + 1 for colors[k].
 
     A pixel belongs to a color where D < tolerance (2.2), computed in double precision as D^2 <
     tolerance^2; within tolerance of several, to the one with the smallest D; at equal D, to the
-    first.
+    first. D is the distance (2.1) or, for an ellipsoid, the distance with each axis stretched so
+    that D = tolerance on its surface.
 
     :param colors: 1 to 254 reference colors.
     :param threads: that work on a picture at the same time; the result is the same.
     """
 
     def __init__(self, colors: tuple[ReferenceColor, ...], threads: int = 1) -> None:
-        self._colors = colors
         self._threads = threads
         self._map = ThreadPoolExecutor(threads).map if threads > 1 else map
         self._lab = np.array([color.lab for color in colors])
         self._tolerance = np.array([color.tolerance for color in colors])
+        self._stretch = self._tolerance[:, None] / [color.axes for color in colors]
         self._cells = self._label_cells()
         self._exact = np.full(1 << 24, UNKNOWN, np.uint8)
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
@@ -122,13 +110,13 @@ class ColorTable:
         """(65536,) label of each cell, CUT where a look at the single color is needed."""
         center, radius = cell_bounds()
         cells = np.zeros(1 << 16, np.uint8)
-        for label, color in enumerate(self._colors, start=1):
-            offset = np.abs(center - color.lab)
-            nearest = (np.maximum(offset - radius, 0) ** 2).sum(axis=1)
-            farthest = ((offset + radius) ** 2).sum(axis=1)
-            touched = nearest < color.tolerance**2
-            whole = (farthest < color.tolerance**2) & (cells == 0)
-            cells[touched] = np.where(whole[touched], label, CUT)
+        for k, tolerance in enumerate(self._tolerance):
+            offset = np.abs(center - self._lab[k])
+            nearest = ((np.maximum(offset - radius, 0) * self._stretch[k]) ** 2).sum(axis=1)
+            farthest = (((offset + radius) * self._stretch[k]) ** 2).sum(axis=1)
+            touched = nearest < tolerance**2
+            whole = (farthest < tolerance**2) & (cells == 0)
+            cells[touched] = np.where(whole[touched], k + 1, CUT)
         return cells
 
     def label_colors(self, rgb: NDArray[np.integer]) -> NDArray[np.uint8]:
@@ -140,21 +128,23 @@ class ColorTable:
         lab = lab_from_rgb(rgb)
         labels = np.zeros(len(rgb), np.uint8)
         smallest = np.full(len(rgb), np.inf)
-        for label, color in enumerate(self._colors, start=1):
-            squared = _distance_squared(lab, color)
-            nearer = (squared < color.tolerance**2) & (squared < smallest)
-            labels[nearer] = label
+        for k, tolerance in enumerate(self._tolerance):
+            lightness, a, b = ((lab - self._lab[k]) * self._stretch[k]).T
+            squared = lightness * lightness + a * a + b * b
+            nearer = (squared < tolerance**2) & (squared < smallest)
+            labels[nearer] = k + 1
             smallest[nearer] = squared[nearer]
         return labels
 
     def closeness(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """1 - D / tolerance, D the distance (2.1) to the color of the label; 0 out of tolerance.
+        """1 - D / tolerance to the color of the label; 0 out of tolerance.
 
         :param rgb: (N, 3) red, green, blue.
         :param labels: (N,) of colors, not 0.
         """
-        distance = np.linalg.norm(lab_from_rgb(rgb) - self._lab[labels - 1], axis=1)
-        return np.maximum(1 - distance / self._tolerance[labels - 1], 0)
+        k = labels - 1
+        distance = np.linalg.norm((lab_from_rgb(rgb) - self._lab[k]) * self._stretch[k], axis=1)
+        return np.maximum(1 - distance / self._tolerance[k], 0)
 
     def label(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
         """The labels of a picture.

@@ -55,3 +55,9 @@ class LabelImage:
         """
         filled = np.flatnonzero(self.words != 0)
         return filled, self.words[filled].view(np.uint8).reshape(-1, WORD)
+
+    def positions(self) -> NDArray[np.intp]:
+        """(N,) the labeled pixels, v stride + u."""
+        filled, labels = self.content()
+        labeled = np.flatnonzero(labels)
+        return (filled * WORD)[labeled >> 3] + (labeled & 7)

@@ -1,11 +1,12 @@
-"""Messages as the bytes that a bag holds."""
+"""Messages as the bytes that a subscription or a bag holds."""
 
-import struct
 from typing import Any
 
 from rclpy.serialization import deserialize_message
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.messages.cdr import CdrError
+from colortrack_ros.messages.cdr import Reader
 from colortrack_ros.messages.errors import MessageError
 
 
@@ -15,13 +16,11 @@ def stamp_of_serialized(cdr: bytes) -> int:
     :raises MessageError: these are not the bytes of such a message, or it is no time.
     """
     try:
-        order = {0: '>', 1: '<'}[cdr[1]]  # the encapsulation header: 00 00 CDR_BE, 00 01 CDR_LE
-        sec, nanosec = struct.unpack_from(order + 'iI', cdr, 4)
-    except (struct.error, IndexError, KeyError) as error:
-        raise MessageError(f'not a serialized message with a header: {len(cdr)} bytes') from error
+        stamp, nanosec = Reader(cdr).stamp()
+    except CdrError as error:
+        raise MessageError(f'not a serialized message with a header: {error}') from error
     if nanosec >= NANOSECONDS:
         raise MessageError(f'stamp with {nanosec} ns: expected less than {NANOSECONDS}')
-    stamp: int = sec * NANOSECONDS + nanosec
     return stamp
 
 

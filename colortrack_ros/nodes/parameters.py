@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import dataclass
+from dataclasses import fields
 import difflib
 import math
 from typing import Any
@@ -38,6 +39,7 @@ class Spec:
     :param maximum: the greatest allowed value, None for no limit.
     :param choices: the allowed values of a string, empty for any.
     :param read_only: whether only the start sets it.
+    :param shown: what others see of the value, such as an address without its password.
     """
 
     name: str
@@ -48,6 +50,7 @@ class Spec:
     maximum: float | None = None
     choices: tuple[str, ...] = ()
     read_only: bool = False
+    shown: Callable[[Any], Any] = lambda value: value
 
     @property
     def optional(self) -> bool:
@@ -129,16 +132,16 @@ class ParameterTable:
     """The parameters of one kind of node.
 
     :param specs: the fixed ones.
-    :param each: those that exist once for each name in the list ``names_in``, as ``NAME.spec``.
-    :param names_in: the parameter that lists the names.
+    :param each: by the parameter that lists names, those that exist once for each NAME in it, as
+        ``NAME.spec``.
     """
 
     def __init__(
-        self, specs: Iterable[Spec], *, each: Iterable[Spec] = (), names_in: str = ''
+        self, specs: Iterable[Spec], each: Mapping[str, Iterable[Spec]] | None = None
     ) -> None:
         self.specs = {spec.name: spec for spec in specs}
-        self.each = {spec.name: spec for spec in each}
-        self.names_in = names_in
+        self.groups = {names: {s.name: s for s in group} for names, group in (each or {}).items()}
+        self.each = {name: spec for group in self.groups.values() for name, spec in group.items()}
 
     def find(self, name: str) -> Spec:
         """The row of a full parameter name.
@@ -157,11 +160,11 @@ class ParameterTable:
 
     def defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The given values, completed by the defaults of what is not given."""
-        names = values.get(self.names_in, getattr(self.specs.get(self.names_in), 'default', []))
-        every = {
-            **self.specs,
-            **{f'{name}.{suffix}': s for name in names for suffix, s in self.each.items()},
-        }
+        every = dict(self.specs)
+        for listing, group in self.groups.items():
+            names = values.get(listing, self.specs[listing].default)
+            if not self.specs[listing].optional or listing in values:
+                every |= {f'{name}.{key}': spec for name in names for key, spec in group.items()}
         return {n: s.default for n, s in every.items() if not s.optional} | dict(values)
 
     def consistent(
@@ -206,6 +209,11 @@ class ParameterTable:
             waiting = {name: waiting[name] for name in reasons}
 
 
+def own_values(setup: type, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Of the parameters those that a setup, a dataclass, has as fields of the same name."""
+    return {field.name: values[field.name] for field in fields(setup) if field.name in values}
+
+
 def declare(
     node: Node,
     table: ParameterTable,
@@ -232,8 +240,8 @@ def declare(
     for reason in refused.values():
         node.get_logger().error(f'Parameter refused: {reason}. The default stays in force.')
     for name, value in values.items():
-        descriptor = table.find(name).descriptor()
-        node.declare_parameter(name, value, descriptor, ignore_override=True)
+        spec = table.find(name)
+        node.declare_parameter(name, spec.shown(value), spec.descriptor(), ignore_override=True)
 
     def changed(parameters: Sequence[Parameter]) -> dict[str, Any] | None:
         own = [p for p in parameters if not p.name.startswith(FOREIGN)]
@@ -244,10 +252,8 @@ def declare(
             if parameter.type_ != Parameter.Type.NOT_SET:
                 spec = table.find(parameter.name)
                 checked[parameter.name] = spec.check(parameter.name, parameter.value)
-        current = {n: node.get_parameter(n).value for n in values if node.has_parameter(n)}
-        for parameter in own:
-            current.pop(parameter.name, None)
-        return current | checked
+        kept = {name: value for name, value in values.items() if name not in {p.name for p in own}}
+        return kept | checked
 
     def widen(parameters: list[Parameter]) -> list[Parameter]:
         """An int where a float is meant is taken as the float, before anybody looks at it."""
@@ -272,6 +278,7 @@ def declare(
     def take(parameters: list[Parameter]) -> None:
         after = changed(parameters)
         if after is not None:
+            values.clear()
             values.update(after)
             apply(build(table.defaults(after)))
 

@@ -9,9 +9,6 @@ import dataclasses
 from pathlib import Path
 from typing import NamedTuple
 
-from sensor_msgs.msg import CompressedImage
-from sensor_msgs.msg import PointCloud2
-
 from colortrack_ros.bags import BagError
 from colortrack_ros.bags import BagReader
 from colortrack_ros.bags import StampOrder
@@ -19,10 +16,9 @@ from colortrack_ros.bags import Topic
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.messages import detections_of_cloud
-from colortrack_ros.messages import frame_of_compressed
+from colortrack_ros.messages import detections_of_serialized_cloud
+from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
-from colortrack_ros.messages import message_of_serialized
 from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import stamp_of_serialized
 from colortrack_ros.nodes.runtime import StartError
@@ -223,5 +219,5 @@ def _content(cdr: bytes, kind: str) -> Frame | Detections:
     if kind == IMAGE:
         return frame_of_serialized_image(cdr)
     if kind == COMPRESSED:
-        return frame_of_compressed(message_of_serialized(cdr, CompressedImage))
-    return detections_of_cloud(message_of_serialized(cdr, PointCloud2))
+        return frame_of_serialized_compressed_image(cdr)
+    return detections_of_serialized_cloud(cdr)

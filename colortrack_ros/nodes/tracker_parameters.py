@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from dataclasses import fields
 from typing import Any
 
+from colortrack_ros.nodes.health import HEALTH
+from colortrack_ros.nodes.order import ORDER
+from colortrack_ros.nodes.parameters import own_values
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
@@ -27,6 +30,7 @@ def _spec(
 ) -> Spec:
     """A row whose default is that of the room."""
     default = getattr(_DEFAULT, name)
+    default = list(default) if isinstance(default, tuple) else default
     return Spec(name, default, description, unit, minimum, maximum, tuple(choices))
 
 
@@ -41,12 +45,21 @@ TABLE = ParameterTable(
         ),
         _spec(
             'process_noise',
-            'Standard deviation of the acceleration that the motion model does not know (sigma_s); '
-            '0: learned from the innovations.',
+            'Standard deviation of the acceleration that the motion model does not know (sigma_s). '
+            '0 learns it from the innovations.',
             'px/s^2',
             0.0,
             1e6,
         ),
+        _spec(
+            'acceleration',
+            'Known in advance, along u and v, such as gravity; for the motion models '
+            'known_acceleration and switched_pair.',
+            'px/s^2',
+            -1e6,
+            1e6,
+        ),
+        _spec('maneuvers', 'Whether objects may turn or bounce; how often is learned.'),
         _spec(
             'measurement_noise',
             'Standard deviation of a measured position, where a detection brings no covariance '
@@ -70,20 +83,11 @@ TABLE = ParameterTable(
         _spec(
             'initial_speed',
             'Standard deviation of the velocity of a new track, and of what a maneuver changes, on '
-            'each axis; 0: learned from the tracks.',
+            'each axis. 0 learns it from the tracks.',
             'px/s',
             0.0,
             1e6,
         ),
-        Spec(
-            'acceleration',
-            list(_DEFAULT.acceleration),
-            'Known acceleration [u, v], of the motion models known_acceleration and switched_pair.',
-            unit='px/s^2',
-            minimum=-1e6,
-            maximum=1e6,
-        ),
-        _spec('maneuvers', 'Whether objects may turn or bounce; how often is learned.'),
         _spec(
             'detection_probability',
             'That a visible object is detected in a frame.',
@@ -94,13 +98,33 @@ TABLE = ParameterTable(
         _spec(
             'clutter_density',
             'Detections a frame that belong to no track yet, false or new; sets the gate and the '
-            'cost of a miss. 0 means no gate.',
+            'cost of a miss. 0 learns it.',
             '1/px^2',
             0.0,
             1.0,
         ),
+        _spec(
+            'gating',
+            'Whether detections that are unlikely to be of a track are refused; if not, any may be '
+            'of any, and none is left over while a track is.',
+        ),
         _spec('confirm_hits', 'Detections that confirm a track, among', '', 1, 100),
         _spec('confirm_window', 'its first so many frames.', '', 1, 100),
+        _spec(
+            'max_position_sigma',
+            'A track whose position is known less well is deleted.',
+            'px',
+            1e-3,
+            1e9,
+        ),
+        _spec(
+            'image_size',
+            'Width and height of the picture; a track that has left it is deleted. 0 for not '
+            'known.',
+            'px',
+            0,
+            100_000,
+        ),
         _spec(
             'max_dt',
             'A longer jump of the stamps starts the tracker afresh.',
@@ -116,10 +140,12 @@ TABLE = ParameterTable(
             minimum=1e-9,
             maximum=1e3,
         ),
+        *ORDER,
         topic('detections_topic', 'detections', 'the detections'),
         topic('tracks_topic', 'tracks', 'the tracks that are published'),
         topic('markers_topic', 'tracks/markers', 'the markers that are published'),
         DEPTH,
+        *HEALTH,
     ]
 )
 
@@ -130,6 +156,11 @@ class TrackerSetup:
 
     config: TrackerConfig
     marker_scale: float
+    reorder_window: float
+    max_late: float
+    detections_topic: str
+    tracks_topic: str
+    markers_topic: str
 
 
 def build(values: Mapping[str, Any]) -> TrackerSetup:
@@ -137,9 +168,5 @@ def build(values: Mapping[str, Any]) -> TrackerSetup:
 
     :raises ValueError: the values do not fit together; the reason names the parameter.
     """
-    settings = {field.name: values[field.name] for field in fields(TrackerConfig)}
-    if len(settings['acceleration']) != 2:
-        raise ValueError(f'acceleration: expected [u, v], got {settings["acceleration"]}')
-    settings['acceleration'] = tuple(settings['acceleration'])
-    config = TrackerConfig(**settings)
-    return TrackerSetup(config, values['marker_scale'])
+    config = TrackerConfig(**{field.name: values[field.name] for field in fields(TrackerConfig)})
+    return TrackerSetup(config, **own_values(TrackerSetup, values))

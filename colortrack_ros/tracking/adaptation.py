@@ -7,8 +7,20 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-FIRST_NOISE, FIRST_SPEED, FIRST_RATE = 300.0, 500.0, 0.5
-"""Process noise [px/s^2], speed [px/s] and maneuvers [1/s] to start from."""
+FIRST_NOISE, FIRST_SPEED = 1000.0, 700.0
+"""Process noise [px/s^2] and speed [px/s] to start from."""
+
+FIRST_RATES = (0.5, 2.0)
+"""Maneuvers of an object in sight and out of sight to start from [1/s]."""
+
+FIRST_FALSE, LEAST_NEW = 0.003, 0.003
+"""False detections a frame to start from, and new objects a frame, at least."""
+
+FIRST_AREA = 3e5
+"""Of the picture, at least, while its size is not known [px^2]."""
+
+BORDER, ENTERING = 0.05, 0.9
+"""Width of the border, a share of the picture, and share of the new objects that begin there."""
 
 NOISE_RANGE = (1.0, 1e5)
 RATE_RANGE = (0.01, 20.0)
@@ -16,6 +28,9 @@ RATE_RANGE = (0.01, 20.0)
 
 GAIN = 0.2
 """Largest share of a frame in what is learned."""
+
+SLOW = 0.03
+"""Share of a frame in the rate of false detections."""
 
 FEW = 4.0
 """With so many tracks a frame has half of it."""
@@ -27,9 +42,12 @@ class Adaptation:
     def __init__(self) -> None:
         self._log_noise = math.log(FIRST_NOISE)
         self._speed2 = FIRST_SPEED**2
-        self._nis, self._product = 2.0, 0.0
-        self.rate = FIRST_RATE
-        """How often an object maneuvers [1/s]."""
+        self._nis, self._product, self._predicted = 2.0, 0.0, 0.5
+        self.rates = list(FIRST_RATES)
+        """How often objects in sight and out of sight maneuver [1/s]."""
+        self._false, self._frames, self._births = FIRST_FALSE, 3, LEAST_NEW
+        self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
+        self._area = FIRST_AREA
 
     @property
     def noise(self) -> float:
@@ -41,32 +59,89 @@ class Adaptation:
         """Root mean square of the velocity on each axis [px/s]."""
         return math.sqrt(self._speed2)
 
-    def learn(
-        self, nis: Floats, product: Floats, turned: Floats, velocity: Floats, dt: float
+    @property
+    def density(self) -> float:
+        """Detections a frame that belong to no track yet, false or new [1/px^2]."""
+        return (self._false + self._births) / self._area
+
+    def birth_density(self, z: Floats, image_size: tuple[int, int]) -> Floats:
+        """New objects a frame at z, (K, 2), (K,) [1/px^2]; most come in at the picture's border."""
+        if not all(image_size):
+            return np.full(len(z), self._births / self._area)
+        from_border = np.minimum(z, np.array(image_size) - z) / image_size
+        entering = from_border.min(axis=1) < BORDER
+        inner = (1 - 2 * BORDER) ** 2
+        share = np.where(entering, ENTERING / (1 - inner), (1 - ENTERING) / inner)
+        return np.asarray(self._births * share / self._area)
+
+    def chance(self, T: Floats, dt: float) -> Floats:
+        """Probability of a maneuver within T, (N,), of tracks last measured T ago [s]."""
+        seen, hidden = self.rates
+        return -np.expm1(-np.where(1.5 * dt < T, hidden, seen) * T)
+
+    def learn_size(self, z: Floats, image_size: tuple[int, int]) -> None:
+        """Take the detections of a frame, (M, 2) [px]: the box around all so far is the picture.
+
+        :param image_size: of the picture, if it is known.
+        """
+        if all(image_size):
+            self._area = float(np.prod(image_size))
+        elif len(z):
+            self._low = np.minimum(self._low, z.min(axis=0))
+            self._high = np.maximum(self._high, z.max(axis=0))
+            self._area = max(float(np.prod(self._high - self._low)), FIRST_AREA)
+
+    def learn_false(self, false: int) -> None:
+        """Take the number of tracks that ended in a frame without having been confirmed."""
+        self._frames += 1
+        self._false += max(SLOW, 1 / self._frames) * (false - self._false)
+
+    def learn_births(self, new: int) -> None:
+        """Take the number of tracks confirmed in a frame."""
+        self._births += SLOW * (max(new, LEAST_NEW) - self._births)
+
+    def learn_rates(self, turned: Floats, T: Floats, dt: float) -> None:
+        """Take the tracks measured in a frame: expectation-maximization of how often they turn.
+
+        :param turned: (K,) probability that the track has maneuvered since it was last measured.
+        :param T: (K,) when that was [s].
+        :param dt: since the last frame [s].
+        """
+        hidden = 1.5 * dt < T
+        for i, part in enumerate((~hidden, hidden)):
+            count, time = np.count_nonzero(part), float(T[part].sum())
+            if time > 0:
+                share = GAIN * count / (count + FEW)
+                rate = self.rates[i] + share * (float(turned[part].sum()) / time - self.rates[i])
+                self.rates[i] = min(max(rate, RATE_RANGE[0]), RATE_RANGE[1])
+
+    def learn_motion(
+        self, nis: Floats, product: Floats, predicted: Floats, turned: Floats, velocity: Floats
     ) -> None:
         """Take the tracks measured in this frame and in the last.
 
         With the right process noise innovations are white and NIS is 2 on average (Mehra 1970).
         Successive innovations alike say that the filter lags, the noise is too small; opposite
-        ones that it is too large. NIS above 2 says too small as well; below 2 it says nothing,
-        because the measurement noise may be smaller than given.
-        The rate of maneuvers is the share of tracks that made one (expectation-maximization).
+        ones that it is too large. NIS above 2 says too small as well; below 2 it says too large
+        as far as it is the prediction that is uncertain. The measurement noise may be smaller than
+        given.
 
         :param nis: (K,) innovations squared, normalized by their covariance.
         :param product: (K,) the same product of each innovation with the one before.
+        :param predicted: (K,) share of the prediction in that covariance.
         :param turned: (K,) probability that the track has maneuvered.
         :param velocity: (K, 2) [px/s].
-        :param dt: since the last frame [s].
         """
-        if not len(nis) or dt <= 0:
+        if not len(nis):
             return
         share = GAIN * len(nis) / (len(nis) + FEW)
-        calm = (1 - turned) / np.maximum(nis / 10, 1)
-        self._nis += share * (float((calm * nis).mean()) - self._nis)
-        self._product += share * (float((calm * product).mean()) - self._product)
-        drive = self._product / 2 + max(self._nis / 2 - 1, 0.0)
+        calm = (1 - turned) / np.maximum(nis / 10, 1) / len(nis)
+        self._nis += share * (float(calm @ nis) - self._nis)
+        self._product += share * (float(calm @ product) - self._product)
+        self._predicted += share * (float(predicted.sum()) / len(nis) - self._predicted)
+        excess, fit = self._nis / 2 - 1, self._predicted
+        drive = (1 - fit) * self._product / 2 + (excess if excess > 0 else fit * excess)
         low, high = map(math.log, NOISE_RANGE)
         self._log_noise = min(max(self._log_noise + share * drive, low), high)
-        self._speed2 += share * (float((velocity**2).mean()) - self._speed2) / 4
-        rate = self.rate + share * (float(turned.mean()) / dt - self.rate)
-        self.rate = min(max(rate, RATE_RANGE[0]), RATE_RANGE[1])
+        speed2 = float(np.vdot(velocity, velocity)) / velocity.size
+        self._speed2 += share * (speed2 - self._speed2) / 2

@@ -8,6 +8,9 @@ from colortrack_ros.tracking.motion import MotionModel
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
+LOG_2PI = float(np.log(2 * np.pi))
+TINY = 1e-300
+
 
 class Bank:
     """N tracks, with M filters each; the filters' weights are the probabilities of the modes.
@@ -21,9 +24,6 @@ class Bank:
         self.cov = np.zeros((model.modes, 0, model.size, model.size))
         self.weight = np.zeros((model.modes, 0))
 
-    def __len__(self) -> int:
-        return self.weight.shape[1]
-
     def predict(self, dt: float, variance: float) -> None:
         """One step of all filters (Pegoretti 2021, (2.21)-(2.22)).
 
@@ -35,10 +35,11 @@ class Bank:
         if self.model.modes > 1 and not self.model.selected:
             self._interact(self.model.switching(dt))
         F = self.model.transition(dt)
-        FF = np.einsum('mij,mkl->mikjl', F, F).reshape(len(F), F[0].size, F[0].size)
-        flat = self.cov.reshape(len(F), -1, F[0].size)
-        self.mean = self.mean @ F.transpose(0, 2, 1) + self.model.drift(dt)
-        self.cov = (flat @ FF.transpose(0, 2, 1)).reshape(self.cov.shape)
+        modes, n, _ = F.shape
+        FF = (F[:, :, None, :, None] * F[:, None, :, None, :]).reshape(modes, n * n, n * n)
+        flat = self.cov.reshape(modes, -1, n * n)
+        self.mean = self.mean @ F.swapaxes(1, 2) + self.model.drift(dt)
+        self.cov = (flat @ FF.swapaxes(1, 2)).reshape(self.cov.shape)
         self.cov += variance * self.model.noise(dt)[:, None]
 
     def _interact(self, switching: Floats) -> None:
@@ -48,7 +49,7 @@ class Bank:
         """
         joint = switching[:, :, None] * self.weight[:, None, :]
         self.weight = joint.sum(axis=0)
-        share = joint / np.maximum(self.weight, 1e-300)
+        share = joint / np.maximum(self.weight, TINY)
         self.mean, self.cov = mixture(share, self.mean[:, None], self.cov[:, None])
 
     def estimate(self) -> tuple[Floats, Floats]:
@@ -57,73 +58,127 @@ class Bank:
             return self.mean[0], self.cov[0]
         return mixture(self.weight, self.mean, self.cov)
 
-    def log_likelihoods(self, track: Indices, z: Floats, R: Floats) -> Floats:
-        """Log of weight * N(z; H x, S), S = H P H^T + R, of each mode.
+    def compare(
+        self, track: Indices, z: Floats, R: Floats, chance: Floats, T: Floats, speed: float
+    ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """How likely measurements are, of tracks that go on or have maneuvered.
+
+        Log of N(z; H x, S), S = H P H^T + R, summed over the modes by their weights, and over going
+        on and maneuvering. The determinant counts: what is uncertain pays.
 
         :param track: (K,) which track.
         :param z: (K, 2) measurement [px].
         :param R: (K, 2, 2) its covariance [px^2].
-        :return: (M, K).
+        :param chance: (K,) probability of a maneuver.
+        :param T: (K,) time that there was for it [s], see maneuver().
+        :param speed: standard deviation of a new velocity on each axis [px/s].
+        :return: the last fields of Pairs: the log, (K,); the probability that it was a maneuver,
+            (K,); of the likeliest mode, going on, the squared innovation normalized by S, (K,),
+            the share of P in S, (K,), and the innovation over the fourth root of det S, (K, 2).
         """
-        e = z - self.mean[:, track, :2]
-        density = log_normal(e, self.cov[:, track, :2, :2] + R)
-        if self.model.modes == 1:
-            return density
-        return density + np.log(np.maximum(self.weight[:, track], 1e-300))
+        mean, S = self.mean[:, track, :4], self.cov[:, track, :2, :2] + R
+        e, way = z - mean[..., :2], mean[..., 2:] * (T / 2)[:, None]
+        x, y = np.array([e, e + way]).transpose(3, 0, 1, 2)
+        a, b, c = (np.array([part, part]) for part in (S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]))
+        spread = (speed * T) ** 2 / 3
+        a[1] += way[..., 0] ** 2 / 3 + spread
+        b[1] += way[..., 0] * way[..., 1] / 3
+        c[1] += way[..., 1] ** 2 / 3 + spread
+        det = a * c - b * b
+        d2 = (c * x * x - 2 * b * x * y + a * y * y) / det
+        log = -0.5 * (d2 + np.log(det)) - LOG_2PI
+        log[0] += np.log1p(-chance)
+        log[1] += np.log(np.maximum(chance, TINY))
+        if self.model.modes > 1:
+            log += np.log(np.maximum(self.weight[:, track], TINY))
+        best = log[0].argmax(axis=0), np.arange(len(track))
+        by_case = np.logaddexp.reduce(log, axis=1)
+        total = np.logaddexp(by_case[0], by_case[1])
+        maneuvered = np.exp(by_case[1] - total)
+        root = np.sqrt(det[0][best])
+        predicted = 1 - np.sqrt(R[:, 0, 0] * R[:, 1, 1] - R[:, 0, 1] ** 2) / root
+        return total, maneuvered, d2[0][best], predicted, e[best] / np.sqrt(root)[:, None]
 
-    def innovation(self, track: Indices, z: Floats, R: Floats) -> tuple[Floats, Floats]:
-        """Of the likeliest mode: e = z - H x, (K, 2), and S^-1 e, (K, 2); see log_likelihoods."""
-        mode = self.weight[:, track].argmax(axis=0)
-        e = z - self.mean[mode, track, :2]
-        inverse, _ = invert(self.cov[mode, track, :2, :2] + R)
-        return e, (inverse @ e[:, :, None])[:, :, 0]
-
-    def kick(self, track: Indices, variance: Floats, T: Floats) -> None:
-        """Doubt the velocity: it may have changed at any time of the last T seconds alike.
+    def maneuver(self, track: Indices, weight: Floats, T: Floats, speed: float) -> None:
+        """Replace predictions by a mixture of going on and of having maneuvered.
 
         :param track: (K,) which tracks, each once.
-        :param variance: (K,) of the change on each axis [px^2/s^2].
+        :param weight: (K,) probability of the maneuver.
         :param T: (K,) [s].
+        :param speed: standard deviation of the new velocity on each axis [px/s].
         """
-        for axis in range(2):
-            self.cov[:, track, axis, axis] += variance * T**2 / 3
-            self.cov[:, track, axis, axis + 2] += variance * T / 2
-            self.cov[:, track, axis + 2, axis] += variance * T / 2
-            self.cov[:, track, axis + 2, axis + 2] += variance
+        mean, cov = self.mean[:, track], self.cov[:, track]
+        new_mean, new_cov = turned(mean, cov, T, speed)
+        both = np.array([1 - weight, weight])[:, None]
+        self.mean[:, track], self.cov[:, track] = mixture(
+            both, np.array([mean, new_mean]), np.array([cov, new_cov])
+        )
 
-    def correct(self, track: Indices, z: Floats, R: Floats, share: Floats) -> None:
+    def resemblance(
+        self, lost: Indices, found: Indices, chance: Floats, T: Floats, speed: float
+    ) -> Floats:
+        """How likely tracks, with their velocities, are what has become of others.
+
+        :param lost: (K,) tracks unmeasured for a time.
+        :param found: (K,) others that have begun since.
+        :param chance: (K,) probability that the lost one has maneuvered.
+        :param T: (K,) time that there was for it [s].
+        :param speed: standard deviation of a new velocity on each axis [px/s].
+        :return: (K,) log of the likelihood against that of any velocity, N(0, speed^2) [1/px^2].
+        """
+        mean, cov = self.estimate()
+        one, P = mean[lost, :4], cov[lost, :4, :4]
+        other, other_P = mean[found, :4], cov[found, :4, :4]
+        log = [np.log1p(-chance), np.log(np.maximum(chance, TINY))]
+        for i, (center, spread) in enumerate([(one, P), turned(one, P, T, speed)]):
+            S, e = spread + other_P, other - center
+            d2 = (e * np.linalg.solve(S, e[..., None])[..., 0]).sum(axis=1)
+            log[i] = log[i] - 0.5 * (d2 + np.linalg.slogdet(S)[1]) - 2 * LOG_2PI
+        any_S = speed**2 * np.eye(2) + other_P[:, 2:, 2:]
+        v = other[:, 2:]
+        d2 = (v * np.linalg.solve(any_S, v[..., None])[..., 0]).sum(axis=1)
+        any_velocity = -0.5 * (d2 + np.linalg.slogdet(any_S)[1]) - LOG_2PI
+        return np.asarray(np.logaddexp(*log) - any_velocity)
+
+    def succeed(self, lost: Indices, found: Indices) -> None:
+        """Give tracks the filters of others, which are what has become of them."""
+        self.mean[:, lost], self.cov[:, lost] = self.mean[:, found], self.cov[:, found]
+        self.weight[:, lost] = self.weight[:, found]
+
+    def correct(self, track: Indices, z: Floats, R: Floats, share: Floats | None = None) -> None:
         """Estimation, (2.26)-(2.28), with the covariance in Joseph form (Red object, (7)).
 
         A track with several measurements, or a doubtful one, becomes the mixture of what each
         would make of it, replaced by mean and covariance (PDA, Bar-Shalom and Tse 1975).
 
-        :param track: (K,) which tracks, ascending.
+        :param track: (K,) which tracks, ascending; each once if share is None.
         :param z: (K, 2) measurement [px].
         :param R: (K, 2, 2) its covariance [px^2].
         :param share: (K,) probability that it is the track's; what is left is that none is.
         """
         x, P = self.mean[:, track], self.cov[:, track]
-        K = P[..., :2] @ invert(P[..., :2, :2] + R)[0]
-        step = (K @ (z - x[..., :2])[..., None])[..., 0]
-        A = np.broadcast_to(np.eye(self.model.size), P.shape).copy()
+        inverse, det = invert(P[..., :2, :2] + R)
+        K = P[..., :2] @ inverse
+        e = (z - x[..., :2])[..., None]
+        step = (K @ e)[..., 0]
+        A = np.empty_like(P)
+        A[:] = np.eye(self.model.size)
         A[..., :2] -= K
         P = A @ P @ A.swapaxes(-1, -2) + K @ R @ K.swapaxes(-1, -2)
         P = (P + P.swapaxes(-1, -2)) / 2
-        single = bool((share == 1).all()) and bool((track[1:] != track[:-1]).all())
-        if single and (self.model.modes == 1 or self.model.selected):
+        if share is None and (self.model.modes == 1 or self.model.selected):
             self.mean[:, track], self.cov[:, track] = x + step, P
         else:
-            self._merge(track, step, P, share * self._posterior(track, z, R), share)
+            d2 = (e.swapaxes(-1, -2) @ inverse @ e)[..., 0, 0]
+            log = np.log(np.maximum(self.weight[:, track], TINY)) - 0.5 * (d2 + np.log(det))
+            weight = np.exp(log - log.max(axis=0))
+            weight /= weight.sum(axis=0)
+            share = np.ones(len(track)) if share is None else share
+            self._merge(track, step, P, share * weight, share)
         if self.model.selected:
-            measured = np.zeros(len(self), bool)
+            measured = np.zeros(self.weight.shape[1], bool)
             measured[track] = True
             self.weight = np.stack([measured, ~measured]).astype(float)
-
-    def _posterior(self, track: Indices, z: Floats, R: Floats) -> Floats:
-        """Weights of the modes after each measurement, (M, K)."""
-        log = self.log_likelihoods(track, z, R)
-        weight = np.exp(log - log.max(axis=0))
-        return weight / weight.sum(axis=0)
 
     def _merge(
         self, track: Indices, step: Floats, P: Floats, weight: Floats, share: Floats
@@ -133,25 +188,26 @@ class Bank:
         :param step: (M, K, n) from the prediction to each hypothesis.
         :param P: (M, K, n, n) of the hypotheses.
         :param weight: (M, K) of the hypotheses.
+        :param share: (K,) their sum over the modes.
         """
-        missed = np.ones(len(self))
-        np.subtract.at(missed, track, share)
-        none = self.weight * np.maximum(missed, 0.0)
-        total, shift, spread = none.copy(), np.zeros_like(self.mean), np.zeros_like(self.cov)
-        for m in range(self.model.modes):
-            np.add.at(total[m], track, weight[m])
-            np.add.at(shift[m], track, weight[m, :, None] * step[m])
-        scale = np.maximum(total, 1e-300)
-        shift /= scale[..., None]
-        rest = step - shift[:, track]
+        hit, place = np.unique(track, return_inverse=True)
+        missed = np.maximum(1 - np.bincount(place, share), 0.0)
+        none = self.weight[:, hit] * missed
+        total, shift = none.copy(), np.zeros_like(self.mean[:, hit])
+        where = np.arange(len(weight))[:, None], place
+        np.add.at(total, where, weight)
+        np.add.at(shift, where, weight[..., None] * step)
+        total = np.maximum(total, TINY)
+        shift /= total[..., None]
+        rest = step - shift[:, place]
+        spread = none[..., None, None] * (
+            self.cov[:, hit] + shift[..., :, None] * shift[..., None, :]
+        )
         P = weight[..., None, None] * (P + rest[..., :, None] * rest[..., None, :])
-        for m in range(self.model.modes):
-            np.add.at(spread[m], track, P[m])
-        alone = none[..., None, None] * (self.cov + shift[..., :, None] * shift[..., None, :])
-        hit = np.unique(track)
-        self.mean[:, hit] += shift[:, hit]
-        self.cov[:, hit] = ((alone + spread) / scale[..., None, None])[:, hit]
-        self.weight = total / total.sum(axis=0)
+        np.add.at(spread, where, P)
+        self.mean[:, hit] += shift
+        self.cov[:, hit] = spread / total[..., None, None]
+        self.weight[:, hit] = total / total.sum(axis=0)
 
     def append(self, z: Floats, R: Floats, spread: Floats) -> None:
         """New filters at rest with an honest doubt about it, (2.24)-(2.25).
@@ -165,10 +221,10 @@ class Bank:
         """
         mean = np.zeros((self.model.modes, len(z), self.model.size))
         mean[:, :, :2] = z
-        cov = np.broadcast_to(np.diag(spread**2), (*mean.shape, self.model.size)).copy()
+        cov = np.zeros((*mean.shape, self.model.size))
+        cov[:] = np.diag(spread**2)
         cov[:, :, :2, :2] = R
-        start = self.model.switching(1e3)[0]
-        weight = np.broadcast_to(start[:, None], mean.shape[:2])
+        weight = np.repeat(self.model.switching(1e3)[0][:, None], len(z), axis=1)
         self.mean = np.concatenate([self.mean, mean], axis=1)
         self.cov = np.concatenate([self.cov, cov], axis=1)
         self.weight = np.concatenate([self.weight, weight], axis=1)
@@ -191,16 +247,29 @@ def mixture(weight: Floats, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:
     return center, (weight[..., None] * (cov + outer)).sum(axis=0)
 
 
-def log_normal(e: Floats, S: Floats) -> Floats:
-    """Log of the density N(e; 0, S), with its determinant: what is uncertain pays.
+def turned(mean: Floats, cov: Floats, T: Floats, speed: float) -> tuple[Floats, Floats]:
+    """Predictions after a maneuver.
 
-    :param e: (..., 2).
-    :param S: (..., 2, 2).
-    :return: (...).
+    It draws the velocity anew from N(0, speed^2), at any time t of the last T alike. What was
+    gained by the old velocity v since then is lost, what the new one brings is gained: with T - t
+    of mean T/2, mean square T^2/3 and variance T^2/12, the position moves by -v T/2 and is
+    uncertain by v v^T T^2/12 + speed^2 T^2/3, correlated with the velocity.
+
+    :param mean, cov: (..., K, n) and (..., K, n, n) without it.
+    :param T: (K,) [s].
+    :param speed: standard deviation of the new velocity on each axis [px/s].
     """
-    inverse, det = invert(S)
-    d2 = (e[..., None, :] @ inverse @ e[..., :, None])[..., 0, 0]
-    return -0.5 * (d2 + np.log(4 * np.pi**2 * det))
+    mean, cov = mean.copy(), cov.copy()
+    half = mean[..., 2:4] * (T / 2)[:, None]
+    mean[..., :2] -= half
+    mean[..., 2:] = 0.0
+    cov[..., 2:4, :] = cov[..., :, 2:4] = 0.0
+    cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3
+    for axis in range(2):
+        cov[..., axis, axis] += (speed * T) ** 2 / 3
+        cov[..., axis, axis + 2] = cov[..., axis + 2, axis] = speed**2 * T / 2
+        cov[..., axis + 2, axis + 2] = speed**2
+    return mean, cov
 
 
 def invert(S: Floats) -> tuple[Floats, Floats]:

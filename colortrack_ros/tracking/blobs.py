@@ -7,7 +7,6 @@ another. Either way one of its two sides is still a side of the object, and give
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from colortrack_ros.tracking.intake import Blobs
 
@@ -28,7 +27,8 @@ FOLLOWING = 0.2
 """Share of a whole blob's size in the learned size."""
 
 GROWING, SHRINKING = 0.3, 2.0
-"""Time constants of the learned size towards a suddenly larger and towards a smaller blob [s]."""
+"""Time constants of the learned size towards a suddenly larger blob, or a smaller one that stays as
+it is, and towards a smaller one that does not [s]."""
 
 
 def slack(size: Floats) -> Floats:
@@ -71,32 +71,6 @@ def sides_of_one(center: Floats, expected: Floats, variance: Floats) -> Floats:
     return weight / weight.sum(axis=0)
 
 
-def sides_of_several(blob: Indices, expected: Floats, variance: Floats) -> Floats:
-    """Probabilities of the three centers of objects that share blobs.
-
-    By each axis the object predicted lowest owns the low side, the one predicted highest the high
-    side, with the probability that the prediction has them in the right order; the objects between
-    can be anywhere.
-
-    :param blob: (K,) which objects share a blob.
-    :param expected: (K, 2) predicted centers [px].
-    :param variance: (K, 2) of the predictions [px^2].
-    :return: (3, K, 2).
-    """
-    weight = np.full((3, *expected.shape), 1 / 3)
-    for axis in range(2):
-        order = np.lexsort((expected[:, axis], blob))
-        x, s2, b = expected[order, axis], variance[order, axis], blob[order]
-        first = np.append(True, b[1:] != b[:-1])
-        last = np.append(b[1:] != b[:-1], True)
-        right = ndtr(np.diff(x) / np.sqrt(s2[1:] + s2[:-1]))
-        low = np.where(first, np.append(right, 0.5), 1 - np.append(0.5, right))
-        outer = order[first | last]
-        low = low[first | last]
-        weight[:, outer, axis] = np.stack([low, np.zeros_like(low), 1 - low])
-    return weight
-
-
 def measure(blobs: Blobs, blob: Indices, extent: Floats, weight: Floats) -> tuple[Floats, Floats]:
     """The measurement of an object's center that a blob gives, and its covariance.
 
@@ -137,21 +111,26 @@ def join(blobs: Blobs, piece: Indices, whole: Indices) -> Blobs:
     np.maximum.at(box[:, 1], whole, box[piece, 1])
     z[whole] = box[whole].mean(axis=1)
     R[whole] = EDGE_VARIANCE * np.eye(2)
-    return Blobs(blobs.rows, z, R, box)
+    joined = blobs.joined.copy()
+    joined[whole] = True
+    return Blobs(blobs.rows, z, R, box, joined)
 
 
-def learn(extent: Floats, z: Floats, box: Floats, expected: Floats, dt: float) -> Floats:
+def learn(
+    extent: Floats, z: Floats, box: Floats, expected: Floats, last: Floats, dt: float
+) -> Floats:
     """The reach after one more blob that the object has for itself.
 
     It follows a whole blob, and one that grows as an object coming into view does. A sudden growth
     may be that of a merged blob, and is followed more slowly. Towards a smaller blob it goes
-    slowest, and only if the centroid is nearer to the prediction than what either side says: else
-    the object is not smaller but cut.
+    slowest, and only if the centroid is nearer to the prediction than what either side says, or the
+    blob stays as it is: else the object is not smaller but cut.
 
     :param extent: (K, 2, 2) of the object [px].
     :param z: (K, 2) centroid [px].
     :param box: (K, 2, 2) sides of the blob [px].
     :param expected: (K, 2) predicted center [px].
+    :param last: (K, 2) size of the last blob [px].
     :param dt: since the last frame [s].
     :return: (K, 2, 2) [px].
     """
@@ -162,6 +141,8 @@ def learn(extent: Floats, z: Floats, box: Floats, expected: Floats, dt: float) -
     step = 4 * TOLERANCE + 0.5 * size.max(axis=1, initial=0.0)
     growing = (excess > 0) & (excess < step[:, None]).all(axis=1)[:, None]
     cut = np.abs(centers(z, box, extent) - expected).argmin(axis=0) != 1
-    slow = np.where(excess > 0, 1 - np.exp(-dt / GROWING), ~cut * (1 - np.exp(-dt / SHRINKING)))
+    steady = (np.abs(blob - last) < TOLERANCE).all(axis=1)[:, None]
+    time = np.where((excess > 0) | steady, GROWING, np.where(cut, np.inf, SHRINKING))
+    slow = 1 - np.exp(-dt / time)
     rate = np.where(whole, FOLLOWING, np.where(growing, 1.0, slow))
     return extent + rate[:, None] * (reach - extent)

@@ -28,10 +28,16 @@ class TrackerConfig:
         on each axis [px/s]; 0: learned from the tracks.
     :param detection_probability: that a visible object is detected in a frame.
     :param clutter_density: detections a frame that belong to no track yet, false or new
-        [1/px^2]; it sets gate and cost of a miss. 0: no gate, and no miss while a pair is left.
+        [1/px^2]; it sets gate and cost of a miss. 0: learned.
+    :param gating: without it every detection may be any track's, and none is missed while a pair
+        is left.
     :param confirm_hits: detections that confirm a track, among
     :param confirm_window: its first so many frames.
     :param max_time_since_update: a track unmeasured for longer is deleted [s].
+    :param max_position_sigma: a track whose position is known less well, on the axis where it is
+        known least, is deleted [px].
+    :param image_size: width and height of the picture [px]; a track that has left it is deleted.
+        (0, 0): not known.
     :param max_dt: a longer jump of the stamps starts the tracker afresh [s].
     :raises ValueError: when a value is out of its range; the message says which and why.
     """
@@ -47,10 +53,13 @@ class TrackerConfig:
     color_gating: bool = True
     initial_speed: float = 0.0
     detection_probability: float = 0.95
-    clutter_density: float = 1e-6
+    clutter_density: float = 0.0
+    gating: bool = True
     confirm_hits: int = 3
     confirm_window: int = 4
     max_time_since_update: float = 1.5
+    max_position_sigma: float = 300.0
+    image_size: tuple[int, int] = (0, 0)
     max_dt: float = 2.0
 
     def __post_init__(self) -> None:
@@ -64,12 +73,21 @@ class TrackerConfig:
         self._ranged('confirm_hits', 1, 100)
         self._ranged('confirm_window', self.confirm_hits, 100)
         self._ranged('max_time_since_update', 0.0, 3600.0, 's')
+        self._ranged('max_position_sigma', 1e-3, 1e9, 'px')
         self._ranged('max_dt', 1e-3, 3600.0, 's')
+        self._paired('acceleration', -1e6, 1e6, 'px/s^2')
+        self._paired('image_size', 0, 100_000, 'px')
 
     def _named(self, name: str, known: Mapping[str, object]) -> None:
         value = getattr(self, name)
         if value not in known:
             raise ValueError(f'{name} is {value!r}, expected one of {", ".join(sorted(known))}')
+
+    def _paired(self, name: str, low: float, high: float, unit: str) -> None:
+        value = tuple(getattr(self, name))
+        object.__setattr__(self, name, value)
+        if len(value) != 2 or not all(math.isfinite(x) and low <= x <= high for x in value):
+            raise ValueError(f'{name} is {value!r}, expected two of {low:g} to {high:g} {unit}')
 
     def _ranged(self, name: str, low: float, high: float, unit: str = '') -> None:
         value = getattr(self, name)

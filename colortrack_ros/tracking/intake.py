@@ -5,9 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import DETECTION
 from colortrack_ros.tracking.config import TrackerConfig
 
 Floats = NDArray[np.float64]
+
+DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
+"""Where a row of DETECTION, seen as doubles, holds u, v, cov_uu, cov_uv, cov_vv, and, seen as
+singles, area, box_u, box_v, box_w, box_h, score."""
 
 
 @dataclass(frozen=True)
@@ -19,12 +24,14 @@ class Blobs:
     :param R: (M, 2, 2) its covariance [px^2].
     :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px]; a
         detection without a box is a point.
+    :param joined: (M,) put together of several.
     """
 
     rows: NDArray[np.void]
     z: Floats
     R: Floats
     box: Floats
+    joined: NDArray[np.bool_]
 
     @property
     def reach(self) -> Floats:
@@ -44,21 +51,25 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     :param config: says where the covariance comes from, and whether boxes are used.
     :return: the rows left, M <= N.
     """
-    names = [name for name in rows.dtype.names or () if name != 'color']
-    finite = np.isfinite([rows[name] for name in names]).all(axis=0)
-    a, b, c = rows['cov_uu'], rows['cov_uv'], rows['cov_vv']
-    none = (a == 0) & (b == 0) & (c == 0)
+    rows = np.ascontiguousarray(rows)
+    doubles = rows.view(np.float64).reshape(-1, DETECTION.itemsize // 8)[:, DOUBLES]
+    singles = rows.view(np.float32).reshape(-1, DETECTION.itemsize // 4)[:, SINGLES]
+    a, b, c = doubles[:, 2], doubles[:, 3], doubles[:, 4]
     with np.errstate(invalid='ignore', over='ignore'):
-        positive = (a > 0) & (c > 0) & (a * c > b * b)
-    good = finite & (none | positive)
-    rows, none = rows[good], none[good] | (not config.detection_covariance)
-    z = np.stack([rows['u'], rows['v']], axis=1)
-    R = np.stack([rows['cov_uu'], rows['cov_uv'], rows['cov_uv'], rows['cov_vv']], axis=1)
-    R = R.reshape(-1, 2, 2)
-    R[none] = config.measurement_noise**2 * np.eye(2)
-    low = np.stack([rows['box_u'], rows['box_v']], axis=1) - 0.5
-    size = np.stack([rows['box_w'], rows['box_h']], axis=1)
-    box = np.stack([low, low + size], axis=1).astype(float)
-    point = (size <= 0).any(axis=1) | (not config.use_boxes)
-    box[point] = z[point, None]
-    return Blobs(rows, z, R, box)
+        none = (a == 0) & (b == 0) & (c == 0)
+        good = none | ((a > 0) & (a * c > b * b))
+        good &= np.isfinite(doubles.sum(axis=1) + singles.sum(axis=1))
+    if not good.all():
+        rows, doubles, singles, none = rows[good], doubles[good], singles[good], none[good]
+    z, R = doubles[:, :2].copy(), doubles[:, [2, 3, 3, 4]].reshape(-1, 2, 2)
+    if not config.detection_covariance:
+        none[:] = True
+    if none.any():
+        R[none] = config.measurement_noise**2 * np.eye(2)
+    box, size = np.empty((len(rows), 2, 2)), singles[:, 3:5]
+    box[:, 0] = singles[:, 1:3] - 0.5
+    box[:, 1] = box[:, 0] + size
+    point = (size <= 0).any(axis=1) if config.use_boxes else np.ones(len(rows), bool)
+    if point.any():
+        box[point] = z[point, None]
+    return Blobs(rows, z, R, box, np.zeros(len(rows), bool))

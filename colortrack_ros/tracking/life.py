@@ -19,6 +19,7 @@ RECORD = np.dtype(
         ('state', 'u1'),
         ('born', 'i8'),
         ('updated', 'i8'),
+        ('origin', 'f8', 2),
         ('hits', 'u4'),
         ('misses', 'u4'),
         ('area', 'f4'),
@@ -26,16 +27,17 @@ RECORD = np.dtype(
         ('box_h', 'f4'),
         ('extent', 'f8', (2, 2)),
         ('innovation', 'f8', 2),
+        ('outside', '?'),
         ('visible', 'f8'),
         ('hidden', 'f8'),
     ]
 )
 """One track, besides its filter.
 
-born, updated: stamp of the first and of the last detection [ns]; hits, misses: frames with and
-without a detection; extent: reach of the object to the low and high side, by axis [px], see blobs;
-innovation: the last one, z - H x [px]; visible, hidden: probability that the object exists and can,
-or cannot, be seen.
+born, updated: stamp of the first and of the last detection [ns]; origin: where it began [px];
+hits, misses: frames with and without a detection; extent: reach of the object to the low and high
+side, by axis [px], see blobs; innovation: the last one, see Pairs; outside: predicted outside the
+picture; visible, hidden: probability that the object exists and can, or cannot, be seen.
 """
 
 NEW = 0.5
@@ -44,6 +46,9 @@ NEW = 0.5
 COVERED_EVERY = 10.0
 GONE_EVERY = 100.0
 """How long an object in sight stays so, until something covers it or it vanishes, on average [s]"""
+
+LEAVING = 3.5
+"""So many frames after it was last seen an object is taken to have left on its straight way."""
 
 
 def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> NDArray[np.void]:
@@ -58,6 +63,7 @@ def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> ND
     records = np.zeros(len(new), RECORD)
     records['track_id'] = np.arange(first_id, first_id + len(new))
     records['born'] = stamp
+    records['origin'] = blobs.z[new]
     records['color'] = blobs.rows['color'][new]
     records['extent'] = blobs.reach[new]
     records['visible'] = NEW
@@ -73,6 +79,15 @@ def hit(
     records['hits'][track] += 1
     for name in ('area', 'box_w', 'box_h'):
         records[name][track] = rows[name]
+
+
+def succeed(records: NDArray[np.void], lost: NDArray[np.intp], found: NDArray[np.intp]) -> None:
+    """Let tracks go on as others, (K,) each; ID, birth, color and size stay."""
+    kept = ('track_id', 'born', 'origin', 'color', 'extent', 'hits')
+    for name in RECORD.names or ():
+        if name not in kept:
+            records[name][lost] = records[name][found]
+    records['hits'][lost] += records['hits'][found]
 
 
 def conceal(records: NDArray[np.void], dt: float, config: TrackerConfig) -> None:
@@ -105,19 +120,51 @@ def reveal(records: NDArray[np.void], ratio: NDArray[np.float64]) -> None:
 
 
 def settle(records: NDArray[np.void], stamp: int, config: TrackerConfig) -> NDArray[np.bool_]:
-    """Confirm m of n, mark as coasting, and find the tracks that go on.
+    """Confirm m of n, mark as coasting, and find the tracks whose time is not over.
 
     :param records: (N,) of dtype RECORD.
     :param stamp: of this frame [ns].
     :param config: the limits.
     :return: (N,) True for tracks to keep.
     """
-    tentative = records['state'] == TENTATIVE
     measured = records['updated'] == stamp
-    confirm = tentative & (records['hits'] >= config.confirm_hits)
-    records['state'] = np.where(
-        tentative & ~confirm, TENTATIVE, np.where(measured, CONFIRMED, COASTING)
-    )
+    tentative = (records['state'] == TENTATIVE) & (records['hits'] < config.confirm_hits)
+    records['state'] = np.where(measured, CONFIRMED, COASTING)
+    records['state'][tentative] = TENTATIVE
     hopeless = records['misses'] > config.confirm_window - config.confirm_hits
     limit = round(config.max_time_since_update * NANOSECONDS)
-    return (stamp - records['updated'] <= limit) & ~(tentative & ~confirm & hopeless)
+    return (stamp - records['updated'] <= limit) & ~(tentative & hopeless)
+
+
+def present(
+    records: NDArray[np.void],
+    mean: NDArray[np.float64],
+    cov: NDArray[np.float64],
+    stamp: int,
+    dt: float,
+    config: TrackerConfig,
+) -> NDArray[np.bool_]:
+    """Find the tracks of which it is known where they are, and mark those outside the picture.
+
+    Outside is what, unmeasured, is predicted there wholly, by more than a standard deviation. If
+    it was seen up to a few frames ago and does not come back it has left. Had it been hidden
+    before, it may be still inside.
+
+    :param records: (N,) of dtype RECORD.
+    :param mean, cov: (N, n) and (N, n, n) estimates.
+    :param stamp: of this frame [ns].
+    :param dt: since the last frame [s].
+    :param config: the limits.
+    :return: (N,) True for tracks to keep.
+    """
+    sigma = np.sqrt(cov[:, [0, 1], [0, 1]])
+    keep = (sigma <= config.max_position_sigma).all(axis=1)
+    if all(config.image_size):
+        reach, unmeasured = records['extent'], stamp - records['updated']
+        before = mean[:, :2] + reach[:, 1] + sigma < -0.5
+        beyond = mean[:, :2] - reach[:, 0] - sigma > np.array(config.image_size) - 0.5
+        records['outside'] = (before | beyond).any(axis=1) & (unmeasured > 0)
+        leaving = (before & (mean[:, 2:4] <= 0)) | (beyond & (mean[:, 2:4] >= 0))
+        recent = unmeasured < LEAVING * dt * NANOSECONDS
+        keep &= np.logical_not(records['outside'] & leaving.any(axis=1) & recent)
+    return np.asarray(keep)

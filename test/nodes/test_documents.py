@@ -1,5 +1,6 @@
 from dataclasses import fields
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 import readme_tables
@@ -82,8 +83,20 @@ def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
         for bound in (spec.minimum, spec.maximum):
             if bound is None:
                 continue
-            many = isinstance(spec.default, list)
-            value = [bound] * len(spec.default) if many else type(spec.default)(bound)
+            several = isinstance(spec.default, list)
+            one = type(spec.default[0] if several else spec.default)(bound)
+            value = [one] * len(spec.default) if several else one
             reasons = table.consistent({name: value}, BUILD[node])[1].values()
             # refused alone only for what another parameter says
             assert all('expected' in reason for reason in reasons), reasons
+
+
+@pytest.mark.parametrize('node', readme_tables.NODES)
+def test_the_security_policy_gives_each_node_its_own_topics_and_no_others(node):
+    enclaves = ElementTree.parse(ROOT / 'params' / 'sros2_policy.xml').iter('enclave')
+    (own,) = [e for e in enclaves if e.get('path') == f'/colortrack/{node}']
+    allowed = {topic.text for topic in own.iter('topic')}
+    topics = {s.default for n, s in readme_tables.NODES[node].specs.items() if n.endswith('_topic')}
+    if 'camera/image_raw' in topics and node != 'overlay':
+        topics.add('camera/image_raw/compressed')
+    assert allowed == topics

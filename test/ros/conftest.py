@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import itertools
 import os
 from pathlib import Path
+import shutil
 import signal
 import subprocess
 import sys
@@ -26,6 +27,14 @@ use_transport_profile()
 _domains = itertools.count(os.getpid())
 
 
+def _executable(name: str) -> str:
+    """The one of this environment, or the one on the path, where colcon's may be."""
+    beside = Path(sys.executable).parent / name
+    found = str(beside) if beside.exists() else shutil.which(name)
+    assert found, f'there is no executable {name}: install the package first'
+    return found
+
+
 class Process:
     """A node as a user starts it: an executable on the path, with ROS arguments."""
 
@@ -33,7 +42,7 @@ class Process:
         self.log = log
         with log.open('w') as file:
             self.popen = subprocess.Popen(
-                [str(Path(sys.executable).parent / name), *arguments],
+                [_executable(name), *arguments],
                 env=env,
                 stdin=subprocess.DEVNULL,
                 stdout=file,
@@ -102,7 +111,7 @@ class Ros:
 
     def settle(self) -> None:
         """Let the nodes that are there find each other: what they send before that is lost."""
-        self.spin(lambda: False, 1.5)
+        self.spin(lambda: False, 1.0)
 
     def call(self, kind: type, name: str, request: object) -> object:
         """Call a service."""

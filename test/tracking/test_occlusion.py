@@ -47,7 +47,7 @@ def test_each_object_keeps_its_track_through_the_picture_and_behind_a_bar(bar):
 def test_without_boxes_the_cut_blobs_mislead():
     truth, detections = scene(procession(4), 220, (230, 310))
     blind = Tracker(replace(TrackerConfig(), use_boxes=False))
-    assert score(truth, run(blind, detections), 20.0).switches > 0
+    assert score(truth, run(blind, detections), 20.0).misses > 20
 
 
 def test_two_objects_that_cross_come_out_on_their_own_sides():

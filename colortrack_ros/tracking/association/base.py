@@ -5,17 +5,19 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
 
 class Associator(Protocol):
-    """Chooses among candidate pairs."""
+    """Decides among candidate pairs."""
 
-    def __call__(
-        self, track: NDArray[np.intp], detection: NDArray[np.intp], gain: NDArray[np.float64]
-    ) -> NDArray[np.intp]:
-        """Choose pairs, each track and each detection at most once.
+    def __call__(self, track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
+        """Choose pairs.
 
-        :param track: (K,) track of each candidate pair.
+        :param track: (K,) track of each candidate pair, ascending.
         :param detection: (K,) detection of each candidate pair.
-        :param gain: (K,) log-likelihood ratio of the pair against leaving both alone, positive.
-        :return: indices of the chosen pairs, ascending.
+        :param gain: (K,) log-likelihood ratio of the pair against leaving both alone.
+        :return: indices of the chosen pairs, ascending, and the probability that each is right,
+            which for hard decisions is 1.
         """

@@ -1,22 +1,59 @@
 """Global nearest neighbor: the assignment of greatest total gain (the Hungarian method)."""
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+
+from colortrack_ros.tracking.association.base import Floats
+from colortrack_ros.tracking.association.base import Indices
 
 
-def associate(
-    track: NDArray[np.intp], detection: NDArray[np.intp], gain: NDArray[np.float64]
-) -> NDArray[np.intp]:
+def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
     """Choose the pairs with the greatest sum of gains; see Associator.
 
-    A pair that is no candidate has gain 0, which is what a miss is worth.
+    Pairs worth more than the best alternatives of their track and of their detection together are
+    in every best assignment: exchanging them can only lose. Nearly all pairs are, and are taken in
+    bulk; what is left is solved as one sparse problem.
+    """
+    left = np.flatnonzero(gain > 0)
+    chosen = [left[:0]]
+    while len(left):
+        t, d, g = track[left], detection[left], gain[left]
+        sure = g > _alternative(t, g) + _alternative(d, g)
+        if not sure.any():
+            chosen.append(left[_solve(t, d, g)])
+            break
+        chosen.append(left[sure])
+        gone_t, gone_d = np.zeros(t.max() + 1, bool), np.zeros(d.max() + 1, bool)
+        gone_t[t[sure]] = gone_d[d[sure]] = True
+        left = left[~(gone_t[t] | gone_d[d])]
+    pairs = np.sort(np.concatenate(chosen))
+    return pairs, np.ones(len(pairs))
+
+
+def _alternative(owner: Indices, gain: Floats) -> Floats:
+    """For each pair the gain of its owner's best other pair, (K,); at least 0, a miss."""
+    best = np.zeros(owner.max() + 1)
+    np.maximum.at(best, owner, gain)
+    first = gain == best[owner]
+    second = np.zeros(len(best))
+    np.maximum.at(second, owner[~first], gain[~first])
+    tied = np.bincount(owner[first], minlength=len(best)) > 1
+    second[tied] = best[tied]
+    return np.where(first, second[owner], best[owner])
+
+
+def _solve(track: Indices, detection: Indices, gain: Floats) -> Indices:
+    """The best assignment by the method of Jonker and Volgenant 1987, on sparse costs.
+
+    Each track has a column of its own for a miss, so that every row can be matched.
     """
     tracks, row = np.unique(track, return_inverse=True)
     detections, column = np.unique(detection, return_inverse=True)
-    pair = np.full((len(tracks), len(detections)), -1)
-    table = np.zeros(pair.shape)
-    pair[row, column] = np.arange(len(track))
-    table[row, column] = gain
-    chosen = pair[linear_sum_assignment(table, maximize=True)]
-    return np.sort(chosen[chosen >= 0])
+    n, m = len(tracks), len(detections)
+    most = gain.max() + 1
+    cost = np.append(most - gain, np.full(n, most))
+    rows, columns = np.append(row, np.arange(n)), np.append(column, m + np.arange(n))
+    table = csr_matrix((cost, (rows, columns)), shape=(n, m + n))
+    _, matched = min_weight_full_bipartite_matching(table)
+    return np.flatnonzero(matched[row] == column)

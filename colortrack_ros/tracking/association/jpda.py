@@ -1,0 +1,37 @@
+"""Joint probabilistic data association: every pair by its probability."""
+
+import numpy as np
+
+from colortrack_ros.tracking.association.base import Floats
+from colortrack_ros.tracking.association.base import Indices
+
+ROUNDS = 50
+LEAST, LARGEST = 1e-4, 25.0
+"""Rounds of messages at most, the largest change that ends them, and the largest gain: exp(25) and
+1 are still summed exactly."""
+
+
+def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
+    """The marginal probability of each pair over all joint events; see Associator.
+
+    JPDA (Fortmann, Bar-Shalom and Scheffe 1983; Vidal 2009, 2.3.2) sums over all ways to give
+    detections to tracks, which are exponentially many. Belief propagation finds the marginals with
+    messages between tracks and detections, always converges, and is exact where there are no
+    cycles (Williams and Lau 2014).
+    """
+    if not len(track):
+        return track, gain
+    weight = np.exp(np.clip(gain, -LARGEST, LARGEST))
+    tracks, detections = track.max() + 1, detection.max() + 1
+    message = np.ones(len(track))
+    for _ in range(ROUNDS):
+        offered = weight * message
+        to_detection = weight / (1 + np.bincount(track, offered, tracks)[track] - offered)
+        total = np.bincount(detection, to_detection, detections)[detection]
+        change, message = message, 1 / (1 + total - to_detection)
+        if np.abs(change - message).max() < LEAST:
+            break
+    offered = weight * message
+    share = offered / (1 + np.bincount(track, offered, tracks)[track])
+    pairs = np.flatnonzero(share > LEAST)
+    return pairs, share[pairs]
