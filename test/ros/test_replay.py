@@ -7,6 +7,7 @@ from pathlib import Path
 import re
 import shutil
 import signal
+import sys
 import time
 
 import cv2
@@ -32,8 +33,8 @@ from colortrack_ros.data import TRACK
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import stamp_of
-from colortrack_ros.nodes.replay import default_output
 from colortrack_ros.nodes.replay import main
+from colortrack_ros.nodes.replay_run import default_output
 
 SCENE = 'scene:five?width=320&height=240&rate=6&duration=12'
 START = 1_700_000_000_123_456_789
@@ -403,6 +404,12 @@ def test_the_video_shows_every_frame_with_its_tracks(replay, bag, images):
         u, v = round(float(row['u'])), round(float(row['v']))
         reach = round(float(row['box_h']))
         assert changed[max(v - reach, 0) : v + reach, max(u - reach, 0) : u + reach].any()
+
+
+def test_a_missing_library_is_named(replay, bag, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'colortrack_ros.nodes.replay_run', None)
+    status, _, errors = replay(bag)
+    assert (status, 'pip install rosbags rich' in errors) == (1, True)
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
