@@ -9,13 +9,15 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 LOG_2PI = float(np.log(2 * np.pi))
-TINY = 1e-300
+TINY, LEAST_WEIGHT = 1e-300, 1e-12
+"""Next to nothing, and as little as a mode ever weighs: it must be able to come back."""
 
 
 class Bank:
     """N tracks, with M filters each; the filters' weights are the probabilities of the modes.
 
-    mean: (M, N, n); cov: (M, N, n, n); weight: (M, N).
+    mean: (M, N, n); cov: (M, N, n, n); weight: (M, N). design: (M, N, n, n), covariances of a model
+    that sets its gains by other process noise than there is; cov itself where it does not.
     """
 
     def __init__(self, model: MotionModel) -> None:
@@ -23,6 +25,7 @@ class Bank:
         self.mean = np.zeros((model.modes, 0, model.size))
         self.cov = np.zeros((model.modes, 0, model.size, model.size))
         self.weight = np.zeros((model.modes, 0))
+        self.design = self.cov
 
     def predict(self, dt: float, variance: float) -> None:
         """One step of all filters (Pegoretti 2021, (2.21)-(2.22)).
@@ -34,13 +37,18 @@ class Bank:
         """
         if self.model.modes > 1 and not self.model.selected:
             self._interact(self.model.switching(dt))
-        F = self.model.transition(dt)
+        F, Q = self.model.transition(dt), variance * self.model.noise(dt)
         modes, n, _ = F.shape
         FF = (F[:, :, None, :, None] * F[:, None, :, None, :]).reshape(modes, n * n, n * n)
-        flat = self.cov.reshape(modes, -1, n * n)
+        FF = FF.swapaxes(1, 2)
         self.mean = self.mean @ F.swapaxes(1, 2) + self.model.drift(dt)
-        self.cov = (flat @ FF.swapaxes(1, 2)).reshape(self.cov.shape)
-        self.cov += variance * self.model.noise(dt)[:, None]
+        self.cov = (self.cov.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape) + Q[:, None]
+        if self.model.trust is None:
+            self.design = self.cov
+        else:
+            Q = np.square(self.model.trust)[:, None, None] * Q
+            self.design = (self.design.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape)
+            self.design += Q[:, None]
 
     def _interact(self, switching: Floats) -> None:
         """Mix the modes (Blom and Bar-Shalom 1988; Vidal 2009, 2.3.1.2).
@@ -143,7 +151,7 @@ class Bank:
     def succeed(self, lost: Indices, found: Indices) -> None:
         """Give tracks the filters of others, which are what has become of them."""
         self.mean[:, lost], self.cov[:, lost] = self.mean[:, found], self.cov[:, found]
-        self.weight[:, lost] = self.weight[:, found]
+        self.design[:, lost], self.weight[:, lost] = self.design[:, found], self.weight[:, found]
 
     def correct(self, track: Indices, z: Floats, R: Floats, share: Floats | None = None) -> None:
         """Estimation, (2.26)-(2.28), with the covariance in Joseph form (Red object, (7)).
@@ -156,22 +164,20 @@ class Bank:
         :param R: (K, 2, 2) its covariance [px^2].
         :param share: (K,) probability that it is the track's; what is left is that none is.
         """
-        x, P = self.mean[:, track], self.cov[:, track]
-        inverse, det = invert(P[..., :2, :2] + R)
-        K = P[..., :2] @ inverse
+        x, design = self.mean[:, track], self.design[:, track]
+        inverse, det = invert(design[..., :2, :2] + R)
+        K = design[..., :2] @ inverse
         e = (z - x[..., :2])[..., None]
         step = (K @ e)[..., 0]
-        A = np.empty_like(P)
-        A[:] = np.eye(self.model.size)
-        A[..., :2] -= K
-        P = A @ P @ A.swapaxes(-1, -2) + K @ R @ K.swapaxes(-1, -2)
-        P = (P + P.swapaxes(-1, -2)) / 2
+        P = joseph(self.cov[:, track], K, R)
+        if self.model.trust is not None:
+            self.design[:, track] = joseph(design, K, R)
         if share is None and (self.model.modes == 1 or self.model.selected):
             self.mean[:, track], self.cov[:, track] = x + step, P
         else:
             d2 = (e.swapaxes(-1, -2) @ inverse @ e)[..., 0, 0]
             log = np.log(np.maximum(self.weight[:, track], TINY)) - 0.5 * (d2 + np.log(det))
-            weight = np.exp(log - log.max(axis=0))
+            weight = np.maximum(np.exp(log - log.max(axis=0)), LEAST_WEIGHT)
             weight /= weight.sum(axis=0)
             share = np.ones(len(track)) if share is None else share
             self._merge(track, step, P, share * weight, share)
@@ -226,13 +232,26 @@ class Bank:
         cov[:, :, :2, :2] = R
         weight = np.repeat(self.model.switching(1e3)[0][:, None], len(z), axis=1)
         self.mean = np.concatenate([self.mean, mean], axis=1)
+        self.design = np.concatenate([self.design, cov], axis=1)
         self.cov = np.concatenate([self.cov, cov], axis=1)
         self.weight = np.concatenate([self.weight, weight], axis=1)
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Drop the tracks where mask, (N,), is False."""
         self.mean, self.cov = self.mean[:, mask], self.cov[:, mask]
-        self.weight = self.weight[:, mask]
+        self.design, self.weight = self.design[:, mask], self.weight[:, mask]
+
+
+def joseph(P: Floats, K: Floats, R: Floats) -> Floats:
+    """Covariance after an update by any gain: (I - KH) P (I - KH)^T + K R K^T.
+
+    :param P: (..., n, n); K: (..., n, 2); R: (..., 2, 2).
+    """
+    A = np.empty_like(P)
+    A[:] = np.eye(P.shape[-1])
+    A[..., :2] -= K
+    P = A @ P @ A.swapaxes(-1, -2) + K @ R @ K.swapaxes(-1, -2)
+    return np.asarray((P + P.swapaxes(-1, -2)) / 2)
 
 
 def mixture(weight: Floats, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:

@@ -321,6 +321,7 @@ class Tracker:
         mean, covariance = self._bank.estimate()
         rows['u'], rows['v'], rows['du'], rows['dv'] = mean[inside, :4].T
         rows['covariance'] = covariance[inside, :4, :4]
+        rows['covariance'][:, [0, 1], [0, 1]] += self.config.centroid_bias**2
         rows['age'] = (self._now - records['born']) / NANOSECONDS
         rows['time_since_update'] = (self._now - records['updated']) / NANOSECONDS
         rows['score'] = records['visible'] + records['hidden']

@@ -21,6 +21,7 @@ PEGORETTI = TrackerConfig(
     process_noise=1.0,
     measurement_noise=1.0,
     detection_covariance=False,
+    centroid_bias=0.0,
     use_boxes=False,
     initial_speed=1.0,
     maneuvers=False,
