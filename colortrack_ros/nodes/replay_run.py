@@ -169,8 +169,8 @@ def default_output(name: str) -> Path:
 
 def _open(arguments: argparse.Namespace, setup: Setup, *, from_bag: bool) -> Recording:
     if from_bag:
-        restart = round(setup.tracker.config.max_dt * NANOSECONDS)
-        return BagRecording(Path(arguments.input), arguments.topic, setup.topics, restart)
+        max_late = round(setup.tracker.max_late * NANOSECONDS)
+        return BagRecording(Path(arguments.input), arguments.topic, setup.topics, max_late)
     if arguments.topic:
         raise StartError(f'--topic {arguments.topic}: {arguments.input} is not a bag')
     return SourceRecording(arguments.input, setup.camera)
