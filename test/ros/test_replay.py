@@ -20,8 +20,6 @@ from recorded import NAMES
 from recorded import of_topic
 from recorded import read_bag
 from recorded import write_bag
-from ros_domain import Process
-from ros_domain import wait_until
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
