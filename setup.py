@@ -7,7 +7,7 @@ from setuptools import setup
 
 NAME = 'colortrack_ros'
 
-EXECUTABLES = ('camera', 'detector', 'overlay', 'pipeline', 'tracker')
+EXECUTABLES = ('camera', 'detector', 'overlay', 'pipeline', 'tracker', 'window_tracker')
 
 # What a robot gets from apt: Jazzy as wheels, and the newest of the rest.
 STANDALONE = [

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from colortrack_ros.windows.config import WindowConfig
 
 Floats = NDArray[np.float64]
+Particles = NDArray[np.float32]
 
 
 class Swarm:
@@ -24,6 +25,8 @@ class Swarm:
     def __init__(self, config: WindowConfig) -> None:
         self._config = config
         self._rng = np.random.default_rng(config.seed)
+        first, last = config.swarm_first_inertia, config.swarm_last_inertia
+        self._inertia = np.linspace(first, last, config.swarm_iterations).tolist()  # (5.3)
 
     def search(self, velocity: Floats) -> Floats:
         """The best velocity of each target.
@@ -32,36 +35,34 @@ class Swarm:
             target has one at least.
         :return: (M, 2) [px/frame].
         """
-        config = self._config
-        low, high = np.nanmin(velocity, axis=1), np.nanmax(velocity, axis=1)
-        target = np.nanmean(velocity, axis=1)[:, None]
-        x = low[:, None] + self._draw(1, velocity.shape[0])[0] * (high - low)[:, None]
-        step, best = np.zeros_like(x), x.copy()
-        cost = _squared(x - target)
-        inertia = np.linspace(
-            config.swarm_first_inertia, config.swarm_last_inertia, config.swarm_iterations
-        )
-        for weight in inertia.tolist():
+        config, known = self._config, ~np.isnan(velocity)
+        found = np.where(known, velocity, 0.0)
+        target = found.sum(axis=1) / known.sum(axis=1)
+        rest = np.where(known, velocity - target[:, None], 0.0)
+        low, high = (side.T[..., None].astype(np.float32) for side in (rest.min(1), rest.max(1)))
+        # Particles are (2, M, P), from the target, so that all axes of an operation are long.
+        x = low + self._draw(1, len(target))[0] * (high - low)
+        step, best, cost = np.zeros_like(x), x.copy(), x[0] ** 2 + x[1] ** 2
+        for weight in self._inertia:
             common = _leading(best, cost)
-            own, shared = self._draw(2, len(x)) if config.swarm_random else (1.0, 1.0)
+            own, shared = self._draw(2, len(target)) if config.swarm_random else (1.0, 1.0)
             step *= weight  # (5.2)
             step += config.swarm_own * own * (best - x)
             step += config.swarm_common * shared * (common - x)
-            np.clip(step, -config.swarm_max_step, config.swarm_max_step, out=step)  # (5.4)
+            np.minimum(step, config.swarm_max_step, out=step)  # (5.4)
+            np.maximum(step, -config.swarm_max_step, out=step)
             x += step  # (5.1)
-            new = _squared(x - target)
+            new = x[0] ** 2 + x[1] ** 2
             better = new < cost
-            best[better], cost[better] = x[better], new[better]
-        return _leading(best, cost)[:, 0]
+            np.copyto(best, x, where=better)
+            np.copyto(cost, new, where=better)
+        return target + _leading(best, cost)[..., 0].T
 
-    def _draw(self, count: int, targets: int) -> Floats:
-        return self._rng.random((count, targets, self._config.swarm_particles, 2))
-
-
-def _squared(rest: Floats) -> Floats:
-    return np.einsum('mpi,mpi->mp', rest, rest)
+    def _draw(self, count: int, targets: int) -> Particles:
+        shape = count, 2, targets, self._config.swarm_particles
+        return self._rng.random(shape, dtype=np.float32)
 
 
-def _leading(best: Floats, cost: Floats) -> Floats:
-    """The best place of all particles, (M, 1, 2)."""
-    return np.take_along_axis(best, cost.argmin(axis=1)[:, None, None], axis=1)
+def _leading(best: Particles, cost: Particles) -> Particles:
+    """The best place of all particles, (2, M, 1)."""
+    return best[:, np.arange(len(cost)), cost.argmin(axis=1)][..., None]

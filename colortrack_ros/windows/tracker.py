@@ -82,7 +82,7 @@ class WindowTracker:
         self._records = np.zeros(0, RECORD)
         self._templates: list[Template] = []
         self._velocity = np.zeros((0, self.config.swarm_frames, 2, 2))
-        self._waiting = self.targets
+        self._waiting, self._offered = self.targets, _boxes(())
 
     def configure(self, config: WindowConfig) -> None:
         """Change the configuration; the targets live on."""
@@ -95,6 +95,10 @@ class WindowTracker:
         :param boxes: (N, 4) u, v of the top left pixel, width and height [px].
         """
         self._waiting = np.concatenate([self._waiting, _boxes(boxes)])
+
+    def offer(self, boxes: ArrayLike) -> None:
+        """Follow what is inside the boxes in the next frame, where no target is yet; see start."""
+        self._offered = np.concatenate([self._offered, _boxes(boxes)])
 
     def update(self, frame: Frame) -> Tracks:
         """Take the next frame.
@@ -110,7 +114,9 @@ class WindowTracker:
         self._correct(findings, believed, dt)
         self._renew(findings, believed)
         self._settle(frame)
-        self._begin(frame)
+        self._begin(frame, self._waiting)
+        self._begin(frame, self._unfollowed(self._offered))
+        self._waiting = self._offered = _boxes(())
         why, self._why = self._why, ''
         return Tracks(self._rows(), frame.stamp, frame.frame_id, why)
 
@@ -226,12 +232,17 @@ class WindowTracker:
         self._records, self._velocity = self._records[keep], self._velocity[keep]
         self._templates = [t for t, kept in zip(self._templates, keep, strict=True) if kept]
 
-    def _begin(self, frame: Frame) -> None:
-        """Cut the templates of the boxes that wait for this frame."""
-        boxes, self._waiting = self._waiting, _boxes(())
+    def _unfollowed(self, boxes: Floats) -> Floats:
+        """Those whose centers are in no target's box."""
+        gap = np.abs(_centers(boxes)[:, None] - self._bank.estimate()[0][:, :2])
+        inside = np.all(gap <= self._records['box'] / 2, axis=2)
+        return boxes[~np.any(inside, axis=1)]
+
+    def _begin(self, frame: Frame, boxes: Floats) -> None:
+        """Cut the templates of new targets."""
         if not len(boxes):
             return
-        center = boxes[:, :2] + (boxes[:, 2:] - 1) / 2
+        center = _centers(boxes)
         size = np.array(frame.image.shape[1::-1])
         with np.errstate(invalid='ignore'):
             good = ((center >= 0) & (center <= size - 1) & (boxes[:, 2:] >= 1)).all(axis=1)
@@ -286,6 +297,10 @@ class WindowTracker:
         similarity = np.where(records['hits'] > 1, records['similarity'], 1.0)
         rows['score'] = np.clip(similarity, 0, 1) * np.clip(left, 0, 1)
         return rows
+
+
+def _centers(boxes: Floats) -> Floats:
+    return boxes[:, :2] + (boxes[:, 2:] - 1) / 2
 
 
 def _boxes(values: ArrayLike) -> Floats:

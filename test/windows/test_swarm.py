@@ -30,7 +30,7 @@ def test_the_same_seed_gives_the_same_search_and_another_another():
 def test_particles_take_no_longer_steps_than_v_max():
     velocity = np.array([[[0.0, 0.0], [100.0, 100.0]]])
     config = WindowConfig(swarm_particles=1, swarm_iterations=1, swarm_max_step=0.5, seed=3)
-    start = np.random.default_rng(3).random((1, 1, 1, 2))[0, 0, 0] * 100
+    start = np.random.default_rng(3).random(2, dtype=np.float32) * 100
     assert np.abs(Swarm(config).search(velocity)[0] - start).max() <= 0.5
 
 

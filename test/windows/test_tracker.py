@@ -216,3 +216,13 @@ def test_the_same_stamp_twice_does_no_harm():
 def test_a_bad_setting_is_refused_by_its_name(name, value):
     with pytest.raises(ValueError, match=f'{name} is {value!r}, expected'):
         WindowConfig(**{name: value})
+
+
+def test_what_a_detector_finds_is_followed_unless_it_is_already():
+    tracker = WindowTracker(targets=[box((60, 50))])
+    for k in range(10):
+        picture, center = moving(k)
+        tracker.offer([box(center), [200, 150, 20, 24]])
+        rows = tracker.update(frame(picture, k)).rows
+    assert rows['track_id'].tolist() == [1, 2]
+    np.testing.assert_allclose([rows['u'][1], rows['v'][1]], [209.5, 161.5], atol=0.3)
