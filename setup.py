@@ -7,7 +7,11 @@ from setuptools import setup
 
 NAME = 'colortrack_ros'
 
+<<<<<<< HEAD
 EXECUTABLES = ('camera', 'detector', 'overlay', 'pipeline', 'replay', 'tracker')
+=======
+EXECUTABLES = ('camera', 'detector', 'overlay', 'pipeline', 'tracker', 'window_tracker')
+>>>>>>> windows
 
 # What a robot gets from apt: Jazzy as wheels, and the newest of the rest.
 STANDALONE = [

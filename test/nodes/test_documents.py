@@ -13,7 +13,9 @@ from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.nodes import camera_parameters
 from colortrack_ros.nodes import detector_parameters
 from colortrack_ros.nodes import tracker_parameters
+from colortrack_ros.nodes import window_tracker_parameters
 from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.windows import WindowConfig
 
 ROOT = Path(__file__).parents[2]
 PARAMS = sorted((ROOT / 'params').glob('*.yaml'))
@@ -22,6 +24,7 @@ BUILD = {
     'detector': detector_parameters.build,
     'tracker': tracker_parameters.build,
     'overlay': dict,
+    'window_tracker': window_tracker_parameters.build,
 }
 
 
@@ -62,11 +65,16 @@ def test_the_readme_names_every_field_of_the_messages():
 def test_every_setting_of_a_room_is_a_parameter():
     names = {field.name for field in fields(TrackerConfig)}
     assert names <= set(tracker_parameters.TABLE.specs)
+<<<<<<< HEAD
     names = {field.name for field in fields(DetectorConfig)}
     assert names <= set(detector_parameters.TABLE.specs)
+=======
+    names = {field.name for field in fields(WindowConfig)}
+    assert names <= set(window_tracker_parameters.TABLE.specs)
+>>>>>>> windows
 
 
-@pytest.mark.parametrize('node', ['detector', 'tracker', 'camera'])
+@pytest.mark.parametrize('node', ['detector', 'tracker', 'camera', 'window_tracker'])
 def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
     table = readme_tables.NODES[node]
     for name, spec in table.specs.items():
@@ -74,9 +82,14 @@ def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
         for bound in (spec.minimum, spec.maximum):
             if bound is None:
                 continue
+<<<<<<< HEAD
             several = isinstance(spec.default, list)
             one = type(spec.default[0] if several else spec.default)(bound)
             value = [one] * len(spec.default) if several else one
+=======
+            many = isinstance(spec.default, list | tuple)
+            value = [bound] * len(spec.default) if many else type(spec.default)(bound)
+>>>>>>> windows
             reasons = table.consistent({name: value}, BUILD[node])[1].values()
             # refused alone only for what another parameter says
             assert all('expected' in reason for reason in reasons), reasons
