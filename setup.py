@@ -7,11 +7,15 @@ from setuptools import setup
 
 NAME = 'colortrack_ros'
 
-<<<<<<< HEAD
-EXECUTABLES = ('camera', 'detector', 'overlay', 'pipeline', 'replay', 'tracker')
-=======
-EXECUTABLES = ('camera', 'detector', 'overlay', 'pipeline', 'tracker', 'window_tracker')
->>>>>>> windows
+EXECUTABLES = (
+    'camera',
+    'detector',
+    'overlay',
+    'pipeline',
+    'replay',
+    'tracker',
+    'window_tracker',
+)
 
 # What a robot gets from apt: Jazzy as wheels, and the newest of the rest.
 STANDALONE = [

@@ -8,11 +8,15 @@ import sys
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / 'colortrack_ros'
-<<<<<<< HEAD
-ROOMS_WITHOUT_ROS = ('bags', 'sources', 'scenes', 'detection', 'tracking', 'drawing')
-=======
-ROOMS_WITHOUT_ROS = ('sources', 'scenes', 'detection', 'tracking', 'windows', 'drawing')
->>>>>>> windows
+ROOMS_WITHOUT_ROS = (
+    'bags',
+    'sources',
+    'scenes',
+    'detection',
+    'tracking',
+    'windows',
+    'drawing',
+)
 ALLOWED = {
     'data': set(),
     'scenes': {'data'},

@@ -13,15 +13,15 @@ from visualization_msgs.msg import MarkerArray
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.messages import cloud_of_tracks
-from colortrack_ros.messages import detections_of_cloud
+from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.messages import MessageError
 from colortrack_ros.nodes.backlog import Backlog
 from colortrack_ros.nodes.health import Health
+from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.pairing import Pair
 from colortrack_ros.nodes.pairing import Pairing
-from colortrack_ros.nodes.parameters import declare
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to
@@ -43,24 +43,24 @@ class WindowTrackerNode(Node):
         self._setup: WindowTrackerSetup = declare(self, TABLE, build, self._apply)
         self._tracker = WindowTracker(self._setup.config, self._setup.targets)
         self._markers, self._pairing, self._alive = MarkerWriter(), Pairing(), 0
-        self._backlog: Backlog[Pair] = Backlog(self._setup.max_lag)
+        self._backlog: Backlog[Pair] = Backlog()
         self.health = Health(
             self,
             skipped=lambda: self._backlog.skipped,
             tracks=lambda: self._alive,
             refused_targets=lambda: self._tracker.refused,
         )
-        self._tracks_publisher = publish_on(self, PointCloud2, 'tracks_topic')
-        self._markers_publisher = publish_on(self, MarkerArray, 'markers_topic')
-        self._detects = bool(self.get_parameter('detections_topic').value)
+        self._backlog.max_lag = self._setup.max_lag
+        self._tracks_publisher = publish_on(self, PointCloud2, self._setup.tracks_topic)
+        self._markers_publisher = publish_on(self, MarkerArray, self._setup.markers_topic)
+        self._detects = self._setup.detections_topic != ''
         self._worker = threading.Thread(target=self._work, name='window_tracker')
         if subscribe:
-            subscribe_to(self, Image, 'image_topic', self._take_image, pictures=True)
+            subscribe_to(self, Image, self._setup.image_topic, self._take_image)
             self._worker.start()
         if subscribe and self._detects:
-            subscribe_to(
-                self, PointCloud2, 'detections_topic', self._take_detections, pictures=False
-            )
+            topic = self._setup.detections_topic
+            subscribe_to(self, PointCloud2, topic, self._take_detections)
 
     def process(self, frame: Frame, detections: Detections | None = None) -> None:
         """Track and publish."""
@@ -84,9 +84,9 @@ class WindowTrackerNode(Node):
             return self.health.refuse(str(error))
         return self._put(self._pairing.put_frame(frame) if self._detects else [(frame, None)])
 
-    def _take_detections(self, message: PointCloud2) -> None:
+    def _take_detections(self, cdr: bytes) -> None:
         try:
-            self._put(self._pairing.put_detections(detections_of_cloud(message)))
+            self._put(self._pairing.put_detections(detections_of_serialized_cloud(cdr)))
         except MessageError as error:
             self.health.refuse(str(error))
 

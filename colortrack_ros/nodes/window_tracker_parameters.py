@@ -6,9 +6,12 @@ from dataclasses import dataclass
 from dataclasses import fields
 from typing import Any
 
+from colortrack_ros.nodes.health import HEALTH
+from colortrack_ros.nodes.parameters import own_values
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
+from colortrack_ros.nodes.topics import PICTURE_DEPTH
 from colortrack_ros.nodes.topics import topic
 from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows.config import METHODS
@@ -163,7 +166,9 @@ TABLE = ParameterTable(
         topic('detections_topic', '', 'detections that start targets; empty: none'),
         topic('tracks_topic', 'tracks', 'the tracks that are published'),
         topic('markers_topic', 'tracks/markers', 'the markers that are published'),
+        PICTURE_DEPTH,
         DEPTH,
+        *HEALTH,
     ]
 )
 
@@ -179,6 +184,10 @@ class WindowTrackerSetup:
     targets: tuple[tuple[float, ...], ...]
     max_lag: float
     marker_scale: float
+    image_topic: str
+    detections_topic: str
+    tracks_topic: str
+    markers_topic: str
 
 
 def build(values: Mapping[str, Any]) -> WindowTrackerSetup:
@@ -193,4 +202,5 @@ def build(values: Mapping[str, Any]) -> WindowTrackerSetup:
         raise ValueError(
             f'targets: expected u, v, width, height of each box, at least 1 px, got {numbers}'
         )
-    return WindowTrackerSetup(config, boxes, values['max_lag'], values['marker_scale'])
+    own = own_values(WindowTrackerSetup, values) | {'targets': boxes}
+    return WindowTrackerSetup(config, **own)

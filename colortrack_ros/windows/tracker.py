@@ -173,8 +173,13 @@ class WindowTracker:
         """Let the filters doubt the velocity of targets that are not where it would lead them."""
         T = (self._now - self._records['updated'][track]) / NANOSECONDS
         T = np.maximum(T, 1e-3)
-        change = np.abs(z[track] - self._expected[track]).max(axis=1) / T
-        self._bank.kick(track, change**2, T)
+        variance = (np.abs(z[track] - self._expected[track]).max(axis=1) / T) ** 2
+        cov = self._bank.cov
+        for axis in range(2):  # it may have changed at any time of the last T seconds alike
+            cov[:, track, axis, axis] += variance * T**2 / 3
+            cov[:, track, axis, axis + 2] += variance * T / 2
+            cov[:, track, axis + 2, axis] += variance * T / 2
+            cov[:, track, axis + 2, axis + 2] += variance
         self._velocity[track] = np.nan
 
     def _correct(self, findings: Findings, believed: Bools, dt: float) -> None:

@@ -65,13 +65,10 @@ def test_the_readme_names_every_field_of_the_messages():
 def test_every_setting_of_a_room_is_a_parameter():
     names = {field.name for field in fields(TrackerConfig)}
     assert names <= set(tracker_parameters.TABLE.specs)
-<<<<<<< HEAD
     names = {field.name for field in fields(DetectorConfig)}
     assert names <= set(detector_parameters.TABLE.specs)
-=======
     names = {field.name for field in fields(WindowConfig)}
     assert names <= set(window_tracker_parameters.TABLE.specs)
->>>>>>> windows
 
 
 @pytest.mark.parametrize('node', ['detector', 'tracker', 'camera', 'window_tracker'])
@@ -82,14 +79,9 @@ def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
         for bound in (spec.minimum, spec.maximum):
             if bound is None:
                 continue
-<<<<<<< HEAD
-            several = isinstance(spec.default, list)
+            several = isinstance(spec.default, list | tuple)
             one = type(spec.default[0] if several else spec.default)(bound)
             value = [one] * len(spec.default) if several else one
-=======
-            many = isinstance(spec.default, list | tuple)
-            value = [bound] * len(spec.default) if many else type(spec.default)(bound)
->>>>>>> windows
             reasons = table.consistent({name: value}, BUILD[node])[1].values()
             # refused alone only for what another parameter says
             assert all('expected' in reason for reason in reasons), reasons
@@ -100,7 +92,11 @@ def test_the_security_policy_gives_each_node_its_own_topics_and_no_others(node):
     enclaves = ElementTree.parse(ROOT / 'params' / 'sros2_policy.xml').iter('enclave')
     (own,) = [e for e in enclaves if e.get('path') == f'/colortrack/{node}']
     allowed = {topic.text for topic in own.iter('topic')}
-    topics = {s.default for n, s in readme_tables.NODES[node].specs.items() if n.endswith('_topic')}
-    if 'camera/image_raw' in topics and node != 'overlay':
+    topics = {
+        s.default
+        for n, s in readme_tables.NODES[node].specs.items()
+        if n.endswith('_topic') and s.default
+    }
+    if 'camera/image_raw' in topics and node in ('camera', 'detector'):
         topics.add('camera/image_raw/compressed')
     assert allowed == topics

@@ -3,9 +3,9 @@ from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
-from pictures import frame
-from pictures import texture
 import pytest
+from windows_pictures import frame
+from windows_pictures import texture
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame

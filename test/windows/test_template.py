@@ -1,7 +1,7 @@
 import cv2
 import numpy as np
-from pictures import texture
 import pytest
+from windows_pictures import texture
 
 from colortrack_ros.windows.template import Region
 from colortrack_ros.windows.template import Template

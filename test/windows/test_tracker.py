@@ -1,12 +1,12 @@
 from dataclasses import replace
 
 import numpy as np
-from pictures import boxes
-from pictures import errors
-from pictures import frame
-from pictures import played
-from pictures import texture
 import pytest
+from windows_pictures import boxes
+from windows_pictures import errors
+from windows_pictures import frame
+from windows_pictures import played
+from windows_pictures import texture
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
