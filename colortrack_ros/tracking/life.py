@@ -81,15 +81,6 @@ def hit(
         records[name][track] = rows[name]
 
 
-def succeed(records: NDArray[np.void], lost: NDArray[np.intp], found: NDArray[np.intp]) -> None:
-    """Let tracks go on as others, (K,) each; ID, birth, color and size stay."""
-    kept = ('track_id', 'born', 'origin', 'color', 'extent', 'hits')
-    for name in RECORD.names or ():
-        if name not in kept:
-            records[name][lost] = records[name][found]
-    records['hits'][lost] += records['hits'][found]
-
-
 def conceal(records: NDArray[np.void], dt: float, config: TrackerConfig) -> None:
     """Existence before the detections: what is seen gets covered or goes, what is covered returns.
 
