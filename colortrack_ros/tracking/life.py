@@ -105,7 +105,7 @@ def reveal(records: NDArray[np.void], ratio: NDArray[np.float64]) -> None:
     :param ratio: (N,) likelihood of what was measured if the object is visible, against clutter.
     """
     visible = records['visible'] * ratio
-    total = visible + 1 - records['visible']
+    total = 1 + records['visible'] * (ratio - 1)
     records['visible'] = np.minimum(visible / total, 1.0)
     records['hidden'] = np.minimum(records['hidden'] / total, 1 - records['visible'])
 

@@ -91,7 +91,7 @@ class Tracker:
         new = np.flatnonzero(free)
         if len(new):
             self._tracks.append(blobs, new, self._stamp, outlook.speed, outlook.noise)
-        self._settle(outlook.speed)
+        self._settle(outlook.speed, again)
         why, self._why = self._why, ''
         rows = self._tracks.published(self._stamp, self.config.centroid_bias)
         return Tracks(rows, detections.stamp, detections.frame_id, why)
@@ -207,9 +207,8 @@ class Tracker:
             T = outlook.unmeasured[track[turned]]
             self._tracks.bank.maneuver(track[turned], taken.turned[turned], T, outlook.speed)
         self._tracks.bank.correct(pairs.track, pairs.z, pairs.R, None if hard else share)
-        if not again:
-            self._tracks.records['misses'] += 1
-            self._tracks.records['misses'][track] -= 1
+        self._tracks.records['misses'] += not again
+        self._tracks.records['misses'][track] -= 1
         life.hit(self._tracks.records, track, blobs.rows[blob], self._stamp)
 
     def _learn_sizes(
@@ -259,19 +258,20 @@ class Tracker:
         known = records['hits'][track] > 2
         self._adaptation.learn_rates(taken.turned[known], unmeasured[known], self._period)
 
-    def _settle(self, speed: float) -> None:
+    def _settle(self, speed: float, again: bool) -> None:
         """Let tracks be confirmed, coast, or end."""
         records, config = self._tracks.records, self.config
         before = records['state'].copy()
         keep = life.settle(records, self._stamp, config)
-        self._adaptation.learn_false(int(np.count_nonzero(~keep & (before == TENTATIVE))))
+        false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
         estimate = self._tracks.bank.estimate()
         keep &= life.present(records, *estimate, self._stamp, self._period, config)
         found = np.flatnonzero(keep & (before == TENTATIVE) & (records['state'] == CONFIRMED))
         lost = np.flatnonzero(keep & (records['state'] == COASTING))
         reunited = self._reunite(lost, found, speed) if len(found) and len(lost) else found[:0]
         keep[reunited] = False
-        self._adaptation.learn_births(len(found) - len(reunited))
+        if not again:
+            self._adaptation.learn_new(false, len(found) - len(reunited))
         if not keep.all():
             self._tracks.keep(keep)
 
