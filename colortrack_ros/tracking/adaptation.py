@@ -91,14 +91,11 @@ class Adaptation:
             self._high = np.maximum(self._high, z.max(axis=0))
             self._area = max(float(np.prod(self._high - self._low)), FIRST_AREA)
 
-    def learn_false(self, false: int) -> None:
-        """Take the number of tracks that ended in a frame without having been confirmed."""
+    def learn_new(self, false: int, true: int) -> None:
+        """Take the numbers of tracks that in a frame ended unconfirmed, and were confirmed."""
         self._frames += 1
         self._false += max(SLOW, 1 / self._frames) * (false - self._false)
-
-    def learn_births(self, new: int) -> None:
-        """Take the number of tracks confirmed in a frame."""
-        self._births += SLOW * (max(new, LEAST_NEW) - self._births)
+        self._births += SLOW * (max(true, LEAST_NEW) - self._births)
 
     def learn_rates(self, turned: Floats, T: Floats, dt: float) -> None:
         """Take the tracks measured in a frame: expectation-maximization of how often they turn.

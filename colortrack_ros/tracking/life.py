@@ -81,15 +81,6 @@ def hit(
         records[name][track] = rows[name]
 
 
-def succeed(records: NDArray[np.void], lost: NDArray[np.intp], found: NDArray[np.intp]) -> None:
-    """Let tracks go on as others, (K,) each; ID, birth, color and size stay."""
-    kept = ('track_id', 'born', 'origin', 'color', 'extent', 'hits')
-    for name in RECORD.names or ():
-        if name not in kept:
-            records[name][lost] = records[name][found]
-    records['hits'][lost] += records['hits'][found]
-
-
 def conceal(records: NDArray[np.void], dt: float, config: TrackerConfig) -> None:
     """Existence before the detections: what is seen gets covered or goes, what is covered returns.
 
@@ -114,7 +105,7 @@ def reveal(records: NDArray[np.void], ratio: NDArray[np.float64]) -> None:
     :param ratio: (N,) likelihood of what was measured if the object is visible, against clutter.
     """
     visible = records['visible'] * ratio
-    total = visible + 1 - records['visible']
+    total = 1 + records['visible'] * (ratio - 1)
     records['visible'] = np.minimum(visible / total, 1.0)
     records['hidden'] = np.minimum(records['hidden'] / total, 1 - records['visible'])
 

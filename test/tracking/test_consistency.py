@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from colortrack_ros.tracking.bank import Bank
 from colortrack_ros.tracking.motion import MOTION_MODELS
 
-RUNS, BATCH, DT, SIGMA_S, SIGMA_W, SPEED = 2000, 200, 1 / 24, 300.0, 1.5, 200.0
+RUNS, BATCH, DT, SIGMA_S, SIGMA_W, SPEED = 1000, 200, 1 / 24, 300.0, 1.5, 200.0
 GRAVITY = (30.0, 900.0)
 
 
