@@ -55,6 +55,13 @@ class Blobs:
     runs: Runs
     first_run: NDArray[np.intp]
 
+    @property
+    def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(N,) each, the second moments along the minor and the major axis [px^2]."""
+        (uu, uv), (_, vv) = self.spread.transpose(1, 2, 0)
+        middle, half = (uu + vv) / 2, np.hypot((uu - vv) / 2, uv)
+        return np.maximum(middle - half, 0), middle + half
+
     def take(self, kept: NDArray[np.bool_]) -> 'Blobs':
         """Some of the blobs, in the same order."""
         size = np.diff(np.append(self.first_run, len(self.runs.start)))

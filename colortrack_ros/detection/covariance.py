@@ -11,8 +11,14 @@ OUTLINE_VARIANCE = 0.06
 PIXELATION = 1 / 12
 """Variance of a position within its pixel [px^2], all that is known of a single one."""
 
-FLOOR = 0.0025
+FLOOR = 0.0028
 """What shading, blur and compression shift a whole outline by, at any size [px^2]."""
+
+SMEAR = 0.004
+"""Share of what makes a blob long: the ends of a smear fade unequally."""
+
+ROUND = 1.1
+"""Ratio of the second moments up to which a blob is not taken for a smear."""
 
 
 def centroid_covariance(blobs: Blobs, width: int, height: int) -> NDArray[np.float64]:
@@ -25,13 +31,15 @@ def centroid_covariance(blobs: Blobs, width: int, height: int) -> NDArray[np.flo
       are twice those of the area within: 2 S B OUTLINE_VARIANCE / N^2, which falls with the
       blob's diameter;
     - the grid: PIXELATION / N;
+    - the smear of a moving object: SMEAR times what the major second moment has beyond ROUND
+      times the minor one, up to twice the minor one: longer things are long by themselves;
     - FLOOR.
 
     A blob that touches the picture's border goes on behind it, nobody knows how far. With an
     extent e, the larger side of its box, and a hidden part between nothing and e, its true center
     is up to e / 2 farther out: e^2 / 12 is added in that direction.
 
-    The constants are fitted to rendered balls of 5 to 50 px radius. What hides a part of the
+    The constants are fitted to rendered balls of 8 to 50 px radius. What hides a part of the
     blob inside the picture does not show here.
 
     :param width, height: of the picture [px].
@@ -41,7 +49,9 @@ def centroid_covariance(blobs: Blobs, width: int, height: int) -> NDArray[np.flo
     left, top, box_width, box_height = blobs.box.T
     outline = (np.pi / 2 * (box_width + box_height))[:, None, None]
     covariance = 2 * OUTLINE_VARIANCE * outline / area**2 * blobs.spread
-    covariance += (PIXELATION / area + FLOOR) * np.eye(2)
+    minor, major = blobs.axes
+    smear = SMEAR * np.clip(major - ROUND * minor, 0, 2 * minor)[:, None, None]
+    covariance += (PIXELATION / area + smear + FLOOR) * np.eye(2)
     hidden = np.maximum(box_width, box_height) ** 2 / 12
     covariance[:, 0, 0] += np.where((left == 0) | (left + box_width == width), hidden, 0)
     covariance[:, 1, 1] += np.where((top == 0) | (top + box_height == height), hidden, 0)

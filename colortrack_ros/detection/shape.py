@@ -12,15 +12,14 @@ from colortrack_ros.detection.blobs import Blobs
 if TYPE_CHECKING:
     from colortrack_ros.detection.config import DetectorConfig
 
-PIXEL = np.eye(2) / 12
-"""Second moments of a pixel about its center [px^2]."""
+PIXEL = 1 / 12
+"""Second moment of a pixel about its center, on each axis [px^2]."""
 
 
 def aspect(blobs: Blobs) -> NDArray[np.float64]:
     """Minor over major axis of the ellipse with the blob's second moments."""
-    (uu, uv), (_, vv) = (blobs.spread + PIXEL).transpose(1, 2, 0)
-    middle, half = (uu + vv) / 2, np.hypot((uu - vv) / 2, uv)
-    return np.sqrt((middle - half) / (middle + half))
+    minor, major = blobs.axes
+    return np.sqrt((minor + PIXEL) / (major + PIXEL))
 
 
 def extent(blobs: Blobs) -> NDArray[np.float64]:
@@ -33,7 +32,7 @@ def circularity(blobs: Blobs) -> NDArray[np.float64]:
 
     Unlike 4 pi A / P^2 it does not suffer from the ragged outline of small blobs.
     """
-    inertia = np.trace(blobs.spread + PIXEL, axis1=1, axis2=2)
+    inertia = np.sum(blobs.axes, axis=0) + 2 * PIXEL
     return np.minimum(blobs.area / (2 * np.pi * inertia), 1)
 
 

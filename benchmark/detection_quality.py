@@ -1,0 +1,94 @@
+"""What each way to reject clutter, to bear changing light and to part blobs is worth.
+
+python benchmark/detection_quality.py prints the table and writes
+out/benchmark_detection_quality.json. The scenes bring their own truth.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.scenes import open_scene
+
+AREA = {'min_area': 200, 'max_area': 4000}
+SHAPE = {'min_circularity': 0.8, 'min_solidity': 0.9}
+MOVING = {'moving_only': True}
+
+RUNS = [
+    ('clutter', 25.0, 'color alone', {}),
+    ('clutter', 25.0, 'area', AREA),
+    ('clutter', 25.0, 'shape', SHAPE),
+    ('clutter', 25.0, 'moving only', MOVING),
+    ('clutter', 25.0, 'area and shape', {**AREA, **SHAPE}),
+    ('clutter', 25.0, 'moving only, area', {**AREA, **MOVING}),
+    ('clutter', 25.0, 'moving only, area, shape', {**AREA, **MOVING, **SHAPE}),
+    ('light', 25.0, 'color alone', {}),
+    ('light', 25.0, 'gray world', {'white_balance': 'gray_world'}),
+    ('light', 25.0, 'colors follow', {'follow_light': 60.0}),
+    ('light', 50.0, 'color alone, wide tolerance', {}),
+    ('light', 50.0, 'gray world, wide tolerance', {'white_balance': 'gray_world'}),
+    ('collision', 50.0, 'whole blobs', {}),
+    ('collision', 50.0, 'split', {'split': True}),
+    ('swarm?duration=5', 50.0, 'whole blobs', {}),
+    ('swarm?duration=5', 50.0, 'split', {'split': True}),
+    ('fast', 50.0, 'color alone', {}),
+    ('single', 50.0, 'color alone', {}),
+    ('single', 35.0, 'a tighter tolerance', {}),
+    ('single', 35.0, 'that grows by half', {'grow': 1.5}),
+    ('occlusion', 50.0, 'color alone', {}),
+]
+OUT = Path(__file__).parents[1] / 'out' / 'benchmark_detection_quality.json'
+
+
+def evaluate(scene, config, visible=0.5):
+    """Share of the balls found, false blobs a frame, RMSE [px], mean normalized squared error."""
+    detector = Detector(config)
+    sought, false, errors, squared = 0, 0, [], []
+    for k in range(len(scene)):
+        frame = Frame(scene.render(k), stamp=round(k * NANOSECONDS / scene.rate))
+        rows = detector.detect(frame).rows
+        is_false = np.ones(len(rows), bool)
+        for ball in scene.truth(k):
+            error = np.array([rows['u'] - ball['u'], rows['v'] - ball['v']]).T
+            distance = np.where(rows['color'] == ball['color'], np.linalg.norm(error, axis=1), 1e9)
+            is_false &= distance > 1.5 * ball['radius']
+            if ball['visible'] < visible:
+                continue
+            sought += 1
+            if distance.min(initial=1e9) < ball['radius']:
+                row, error = rows[distance.argmin()], error[distance.argmin()]
+                errors.append(distance.min())
+                covariance = [[row['cov_uu'], row['cov_uv']], [row['cov_uv'], row['cov_vv']]]
+                if ball['visible'] == 1:
+                    squared.append(error @ np.linalg.solve(covariance, error) / 2)
+        false += int(is_false.sum())
+    rmse = float(np.sqrt(np.mean(np.square(errors))))
+    return len(errors) / sought, false / len(scene), rmse, float(np.mean(squared))
+
+
+def main():
+    table = Table('scene', 'with', 'found', 'false a frame', 'RMSE [px]', 'NSE')
+    result = []
+    for spec, tolerance, what, parameters in RUNS:
+        scene = open_scene(spec)
+        colors = [ReferenceColor.from_rgb(*color, tolerance) for color in scene.colors.items()]
+        found, false, rmse, nse = evaluate(
+            scene, DetectorConfig(colors=tuple(colors), **parameters)
+        )
+        table.add_row(spec, what, f'{found:.1%}', f'{false:.2f}', f'{rmse:.2f}', f'{nse:.2f}')
+        result.append([spec, what, found, false, rmse, nse])
+    Console(width=100).print(table)
+    OUT.parent.mkdir(exist_ok=True)
+    OUT.write_text(json.dumps(result, indent=2) + '\n')
+
+
+if __name__ == '__main__':
+    main()
