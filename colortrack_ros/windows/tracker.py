@@ -4,15 +4,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
-from colortrack_ros.data import COASTING
-from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.tracking.bank import Bank
 from colortrack_ros.tracking.motion import MOTION_MODELS
 from colortrack_ros.windows.config import WindowConfig
+from colortrack_ros.windows.life import births
+from colortrack_ros.windows.life import RECORD
+from colortrack_ros.windows.life import rows
 from colortrack_ros.windows.matching import find
 from colortrack_ros.windows.matching import Findings
 from colortrack_ros.windows.matching import region
@@ -23,36 +23,12 @@ from colortrack_ros.windows.template import Template
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-RECORD = np.dtype(
-    [
-        ('track_id', 'u4'),
-        ('born', 'i8'),
-        ('updated', 'i8'),
-        ('hits', 'u4'),
-        ('box', 'f4', 2),
-        ('similarity', 'f8'),
-        ('usual', 'f8'),
-        ('last', 'f8', (2, 2)),
-        ('drift', 'f8', (2, 2)),
-    ]
-)
-"""One target, besides its filter and its template.
-
-born, updated: stamp of the first and of the last valid match [ns]; hits: their number; box: width
-and height of the object [px]; similarity: of the last valid match, 0 before the first; usual:
-mean distance of matches from where they were expected [px]; last: (u, v) that matching and filter
-gave in the last frame [px]; drift: covariance of what the template has moved on the object [px^2].
-"""
-
 SIGMAS = 3.0
 GREATEST = 3.0
 """The search region holds so many standard deviations, up to so many times its normal size."""
 
 MEMORY = 20
 """Matches that the mean distance goes back."""
-
-CHANGED = 1.0
-"""Variance of the place of a new template, times that of a match."""
 
 LEAST = 5
 """Pixels that a template is wide and high, at least."""
@@ -118,7 +94,9 @@ class WindowTracker:
         self._begin(frame, self._unfollowed(self._offered))
         self._waiting = self._offered = _boxes(())
         why, self._why = self._why, ''
-        return Tracks(self._rows(), frame.stamp, frame.frame_id, why)
+        patience = self.config.max_time_since_update
+        tracks = rows(self._records, *self._bank.estimate(), self._now, patience)
+        return Tracks(tracks, frame.stamp, frame.frame_id, why)
 
     def _advance(self, stamp: int) -> float:
         """Predict to the stamp, or start afresh; return dt [s]."""
@@ -201,12 +179,20 @@ class WindowTracker:
         usual[learn] = np.where(np.isinf(usual), far, usual + share * step)[learn]
 
     def _steer(self, track: NDArray[np.intp], z: Floats, dt: float) -> None:
-        """Give the filters the velocity that the swarm has found, (5.5)."""
-        self._velocity[track] = np.roll(self._velocity[track], 1, axis=1)
-        self._velocity[track, 0, 0] = z[track] - self._records['last'][track, 0]
-        self._velocity[track, 0, 1] = self._bank.mean[0, track, 2:] * dt
-        past = self._velocity[track].reshape(len(track), -1, 2)
-        self._bank.mean[0, track, 2:] = self._swarm.search(past) / dt
+        """Give the filters the velocity that the swarm has found, (5.5).
+
+        After a gap matching tells no velocity: where it was in the last frame is a prediction. In
+        the frame of a turn the filter tells none: it cannot know when it was.
+        """
+        step = z[track] - self._records['last'][track, 0]
+        step[self._records['updated'][track] < self._now - round(dt * NANOSECONDS)] = np.nan
+        past = np.roll(self._velocity[track], 1, axis=1)
+        turned = np.isnan(past).all(axis=(1, 2, 3)) & ~np.isnan(step[:, 0])
+        past[:, 0, 0] = step
+        past[:, 0, 1] = np.where(turned[:, None], np.nan, self._bank.mean[0, track, 2:] * dt)
+        self._velocity[track] = past
+        best = self._swarm.search(past.reshape(len(track), -1, 2))
+        self._bank.mean[0, track, 2:] = best / dt
 
     def _renew(self, findings: Findings, believed: Bools) -> None:
         """Take new templates from this frame: all of them, or with drift compensation few.
@@ -224,7 +210,7 @@ class WindowTracker:
             else:
                 worn = part is not None
             if part is not None and worn:
-                self._records['drift'][i] += CHANGED * np.nan_to_num(findings.R[i])
+                self._records['drift'][i] += np.nan_to_num(findings.R[i])
                 self._templates[i] = Template(part.window(place[i], template.picture.shape))
 
     def _settle(self, frame: Frame) -> None:
@@ -268,12 +254,7 @@ class WindowTracker:
         R = np.broadcast_to(ROUNDING**2 * np.eye(2), (len(center), 2, 2))
         spread = np.repeat([0.0, self.config.initial_speed], 2)
         self._bank.append(center, R, spread)
-        new = np.zeros(len(center), RECORD)
-        new['track_id'] = self._next_id + np.arange(len(center))
-        new['born'] = new['updated'] = self._now
-        new['hits'], new['usual'] = 1, np.inf
-        new['box'] = box
-        new['last'] = center[:, None]
+        new = births(center, box, self._now, self._next_id)
         self._next_id += len(new)
         self._records = np.concatenate([self._records, new])
         none = np.full((len(new), self.config.swarm_frames, 2, 2), np.nan)
@@ -282,26 +263,6 @@ class WindowTracker:
     @property
     def _now(self) -> int:
         return self._stamp or 0
-
-    def _rows(self) -> NDArray[np.void]:
-        """Return the tracks as they are published."""
-        records, rows = self._records, np.zeros(len(self._records), TRACK)
-        for name in ('track_id', 'hits'):
-            rows[name] = records[name]
-        rows['box_w'], rows['box_h'] = records['box'].T
-        rows['area'] = records['box'].prod(axis=1)
-        mean, covariance = self._bank.estimate()
-        rows['u'], rows['v'], rows['du'], rows['dv'] = mean.T
-        rows['covariance'] = covariance
-        rows['covariance'][:, :2, :2] += records['drift']
-        rows['state'] = np.where(records['updated'] == self._now, CONFIRMED, COASTING)
-        rows['age'] = (self._now - records['born']) / NANOSECONDS
-        since = (self._now - records['updated']) / NANOSECONDS
-        rows['time_since_update'] = since
-        left = 1 - since / max(self.config.max_time_since_update, 1e-3)
-        similarity = np.where(records['hits'] > 1, records['similarity'], 1.0)
-        rows['score'] = np.clip(similarity, 0, 1) * np.clip(left, 0, 1)
-        return rows
 
 
 def _centers(boxes: Floats) -> Floats:

@@ -80,6 +80,7 @@ def test_detections_start_targets_in_the_picture_that_they_are_of(ros):
     publisher, tracks, _ = ready(ros)
     detected = ros.node.create_publisher(PointCloud2, 'detections', 10)
     assert ros.spin(lambda: detected.get_subscription_count() == 1), ros.outputs()
+    ros.settle()
     for k in range(20):
         publisher.publish(image(k))
         ros.spin(lambda: False, 0.05)

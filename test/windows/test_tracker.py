@@ -94,6 +94,16 @@ def test_the_rule_of_the_document_believes_a_filter_at_rest():
     assert last('confidence') < 0.1
 
 
+@pytest.mark.parametrize('method', [K, PSO])
+def test_the_filter_learns_another_velocity_at_once(method):
+    tracker = WindowTracker(WindowConfig(method=method), [box((60, 50))])
+    for k in range(14):
+        picture = moving(k if k < 10 else 20 - k, (9.0, 2.0))[0]
+        rows = tracker.update(frame(picture, k)).rows
+    # the last step before the turn was up, all since are down
+    np.testing.assert_allclose([rows['du'][0], rows['dv'][0]], [-216, -48], atol=25)
+
+
 def test_a_track_has_the_fields_of_its_message():
     tracker = WindowTracker(targets=[box((60, 50))])
     for k in range(8):
