@@ -64,8 +64,8 @@ class TrackerNode(Node):
         self._alive = len(tracks.rows)
         if dropped > self._dropped:
             self.health.refuse(
-                f'{dropped - self._dropped} of {len(detections.rows)} detections: expected finite '
-                'numbers and a covariance that is positive definite or all zero'
+                f'{dropped - self._dropped} of {len(detections.rows)} detections: expected '
+                'positions within 1e6 px, and a covariance that is positive definite or all zero'
             )
             self._dropped = dropped
         if tracks.restarted:

@@ -14,6 +14,9 @@ DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
 """Where a row of DETECTION, seen as doubles, holds u, v, cov_uu, cov_uv, cov_vv, and, seen as
 singles, area, box_u, box_v, box_w, box_h, score."""
 
+FARTHEST = 1e6
+"""No picture has a place farther out [px]; a covariance and an area are at most its square."""
+
 
 @dataclass(frozen=True)
 class Blobs:
@@ -45,7 +48,7 @@ class Blobs:
 
 
 def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
-    """Leave out rows that are not finite, or whose covariance is none.
+    """Leave out rows that are not finite or absurdly large, or whose covariance is none.
 
     :param rows: (N,) of dtype DETECTION.
     :param config: says where the covariance comes from, and whether boxes are used.
@@ -58,7 +61,9 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     with np.errstate(invalid='ignore', over='ignore'):
         none = (a == 0) & (b == 0) & (c == 0)
         good = none | ((a > 0) & (a * c > b * b))
-        good &= np.isfinite(doubles.sum(axis=1) + singles.sum(axis=1))
+        good &= (np.abs(doubles[:, :2]) <= FARTHEST).all(axis=1)  # neither is NaN
+        good &= (np.abs(doubles[:, 2:]) <= FARTHEST**2).all(axis=1)
+        good &= (np.abs(singles) <= FARTHEST**2).all(axis=1)
     if not good.all():
         rows, doubles, singles, none = rows[good], doubles[good], singles[good], none[good]
     z, R = doubles[:, :2].copy(), doubles[:, [2, 3, 3, 4]].reshape(-1, 2, 2)

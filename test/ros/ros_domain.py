@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 import contextlib
+import fcntl
 import itertools
 import os
 from pathlib import Path
@@ -10,7 +11,9 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
+from typing import TextIO
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
@@ -32,6 +35,19 @@ def _executable(name: str) -> str:
     found = str(beside) if beside.exists() else shutil.which(name)
     assert found, f'there is no executable {name}: install the package first'
     return found
+
+
+def free_domain() -> tuple[int, TextIO]:
+    """A domain that no other test run on this machine has, and what keeps it ours."""
+    while True:
+        domain = 1 + next(_domains) % 100
+        lock = (Path(tempfile.gettempdir()) / f'colortrack_test_domain_{domain}').open('w')
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            lock.close()
+        else:
+            return domain, lock
 
 
 def remove_orphans() -> None:
@@ -87,7 +103,7 @@ class Ros:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.domain = 1 + next(_domains) % 100
+        self.domain, self._lock = free_domain()
         self.processes: list[Process] = []
         self.context = Context()
         rclpy.init(context=self.context, domain_id=self.domain)
@@ -151,3 +167,4 @@ class Ros:
         self.executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
+        self._lock.close()
