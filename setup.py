@@ -11,6 +11,7 @@ EXECUTABLES = (
     'camera',
     'detector',
     'overlay',
+    'pick_color',
     'pipeline',
     'replay',
     'tracker',
@@ -47,7 +48,7 @@ setup(
     install_requires=['setuptools'],
     extras_require={
         'standalone': STANDALONE,
-        'demo': ['rich'],
+        'demo': ['rich', 'ruamel.yaml'],
         'replay': ['rich', 'rosbags>=0.11'],
         'test': ['hypothesis', 'motmetrics', 'mypy', 'pytest', 'ruff', 'types-PyYAML'],
     },
