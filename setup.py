@@ -7,7 +7,15 @@ from setuptools import setup
 
 NAME = 'colortrack_ros'
 
-EXECUTABLES = ('camera', 'detector', 'overlay', 'pipeline', 'tracker')
+EXECUTABLES = (
+    'camera',
+    'detector',
+    'overlay',
+    'pipeline',
+    'replay',
+    'tracker',
+    'window_tracker',
+)
 
 # What a robot gets from apt: Jazzy as wheels, and the newest of the rest.
 STANDALONE = [
@@ -40,6 +48,7 @@ setup(
     extras_require={
         'standalone': STANDALONE,
         'demo': ['rich'],
+        'replay': ['rich', 'rosbags>=0.11'],
         'test': ['hypothesis', 'motmetrics', 'mypy', 'pytest', 'ruff', 'types-PyYAML'],
     },
     zip_safe=True,

@@ -32,7 +32,9 @@ def main(prefix: Path) -> int:
     ):
         assert (prefix / file).is_file(), f'not installed: {file}'
     packages = next(prefix.glob('lib/python*/site-packages'))
-    env = os.environ | {'PYTHONPATH': str(packages), 'AMENT_PREFIX_PATH': str(prefix)}
+    env = dict(os.environ)
+    for name, path in (('PYTHONPATH', packages), ('AMENT_PREFIX_PATH', prefix)):
+        env[name] = os.pathsep.join(filter(None, [str(path), env.get(name)]))
     tracker = subprocess.Popen([prefix / 'lib/colortrack_ros/tracker'], env=env, cwd=prefix)
     rclpy.init()
     node = rclpy.create_node('try_install')

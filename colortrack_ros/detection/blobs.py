@@ -4,12 +4,14 @@ A picture of two million pixels with five objects has some hundred runs, so ever
 one pass that finds them is cheap.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.label_image import WORD
 
 
 @dataclass(frozen=True)
@@ -19,13 +21,17 @@ class Runs:
     :param start, end: (R,) first position and the one after the last, counted through an image
         of width stride.
     :param label: (R,) label of the pixels.
-    :param stride: width of the image they are counted in, one more than the picture's.
+    :param stride: width of the padded image they are counted in [px].
     """
 
     start: NDArray[np.intp]
     end: NDArray[np.intp]
     label: NDArray[np.uint8]
     stride: int
+
+    def take(self, kept: NDArray) -> 'Runs':
+        """Some of the runs, by a mask or by their numbers."""
+        return Runs(self.start[kept], self.end[kept], self.label[kept], self.stride)
 
 
 @dataclass(frozen=True)
@@ -49,50 +55,100 @@ class Blobs:
     runs: Runs
     first_run: NDArray[np.intp]
 
+    def take(self, kept: NDArray[np.bool_]) -> 'Blobs':
+        """Some of the blobs, in the same order."""
+        size = np.diff(np.append(self.first_run, len(self.runs.start)))
+        runs = self.runs.take(np.repeat(kept, size))
+        first_run = np.cumsum(size[kept]) - size[kept]
+        return Blobs(
+            self.label[kept],
+            self.area[kept],
+            self.mean[kept],
+            self.spread[kept],
+            self.box[kept],
+            runs,
+            first_run,
+        )
 
-def find_runs(padded: NDArray[np.uint8]) -> Runs:
-    """The runs of a label image.
 
-    :param padded: (H, W + 1) contiguous, its last column 0, so that no run leaves its row.
-    """
-    flat = padded.reshape(-1)
-    change = np.flatnonzero(flat[1:] != flat[:-1]) + 1
-    if flat[0]:
-        change = np.concatenate([[0], change])
-    before, after = flat[change - 1], flat[change]
-    start = change[after != 0]
-    return Runs(start, change[before != 0], flat[start], padded.shape[1])
+Connect = Callable[[Runs], tuple[int, NDArray[np.intp]]]
+"""The number of components, and (R,) the one of each run."""
+
+
+def find_runs(image: LabelImage) -> Runs:
+    """The runs of a label image."""
+    words, labels = image.content()
+    flat = labels.reshape(-1)
+    before, after = np.zeros((2, len(flat)), np.uint8)
+    before[1:], after[:-1] = flat[:-1], flat[1:]
+    gap = np.diff(words) > 1
+    before[WORD::WORD][gap] = 0
+    after[WORD - 1 : -1 : WORD][gap] = 0
+    first = np.flatnonzero((flat != before) & (flat != 0))
+    last = np.flatnonzero((flat != after) & (flat != 0))
+    start = words[first // WORD] * WORD + first % WORD
+    end = words[last // WORD] * WORD + last % WORD + 1
+    return Runs(start, end, flat[first], image.stride)
 
 
 def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
     """8-connected components of equal label.
 
     Two runs touch where the one, moved down a row and widened by a pixel on both sides, meets the
-    other: runs are sorted, so those it meets are neighbors in the list.
+    other: runs are sorted, so those it meets are neighbors in the list. Each component is a tree
+    of runs that hang on the first one; trees that touch are joined, all at once, until none do.
 
     :returns: their number, and (R,) the component of each run, counted in raster order.
     """
+    number = np.arange(len(runs.start))
     first = np.searchsorted(runs.end, runs.start + runs.stride, 'left')
     behind = np.searchsorted(runs.start, runs.end + runs.stride, 'right')
     met = np.maximum(behind - first, 0)
-    upper = np.repeat(np.arange(len(met)), met)
-    lower = np.arange(len(upper)) - np.repeat(np.cumsum(met) - met, met) + first[upper]
-    same = runs.label[upper] == runs.label[lower]
-    upper, lower = upper[same], lower[same]
-    links = coo_array((np.ones(len(upper), np.int8), (upper, lower)), (len(met), len(met)))
-    return connected_components(links, directed=False)
+    upper = np.repeat(number, met)
+    lower = np.arange(len(upper)) + np.repeat(first - np.cumsum(met) + met, met)
+    root = number
+    apart = runs.label[upper] == runs.label[lower]
+    while apart.any():
+        upper, lower = upper[apart], lower[apart]
+        one, other = root[upper], root[lower]
+        root = root.copy()
+        np.minimum.at(root, np.maximum(one, other), np.minimum(one, other))
+        while not np.array_equal(root, above := root[root]):
+            root = above
+        apart = root[upper] != root[lower]
+    is_first = root == number
+    return int(np.count_nonzero(is_first)), (np.cumsum(is_first) - 1)[root]
 
 
-def find_blobs(padded: NDArray[np.uint8], min_area: int, max_area: int) -> Blobs:
-    """The 8-connected components of a label image, with Pegoretti 2021, (2.9) to (2.11).
+def as_one(runs: Runs) -> tuple[int, NDArray[np.intp]]:
+    """All runs as one component, connected or not."""
+    return min(len(runs.start), 1), np.zeros(len(runs.start), np.intp)
+
+
+def positions(runs: Runs) -> NDArray[np.intp]:
+    """The pixels of runs, v stride + u, run by run."""
+    length = runs.end - runs.start
+    return np.arange(length.sum()) + np.repeat(runs.end - np.cumsum(length), length)
+
+
+def clear(image: LabelImage, runs: Runs) -> None:
+    """Set the pixels of runs to 0, in place."""
+    image.padded.reshape(-1)[positions(runs)] = 0
+
+
+def find_blobs(
+    image: LabelImage, min_area: int, max_area: int, connect: Connect = connect
+) -> Blobs:
+    """The 8-connected components of equal label, with Pegoretti 2021, (2.9) to (2.11).
 
     Every sum is of whole numbers and exact.
 
-    :param padded: (H, W + 1) labels, contiguous, its last column 0.
+    :param image: the labels.
     :param min_area, max_area: other blobs are left out [px].
+    :param connect: tells which runs belong together.
     """
-    runs = find_runs(padded)
-    count, component = connect(runs) if len(runs.start) else (0, np.zeros(0, np.intp))
+    runs = find_runs(image)
+    count, component = connect(runs)
     length = runs.end - runs.start
     area = np.bincount(component, length, count).astype(np.int64)
     kept = np.flatnonzero((area >= min_area) & (area <= max_area))
@@ -101,10 +157,9 @@ def find_blobs(padded: NDArray[np.uint8], min_area: int, max_area: int) -> Blobs
     rank[kept] = np.arange(len(kept))
     order = np.argsort(rank[component], kind='stable')
     order = order[: np.count_nonzero(rank[component] < len(kept))]
-    runs = Runs(runs.start[order], runs.end[order], runs.label[order], runs.stride)
     blob = rank[component[order]]
     first = np.searchsorted(blob, np.arange(len(kept)))
-    return _measure(runs, first, area[kept])
+    return _measure(runs.take(order), first, area[kept])
 
 
 def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Blobs:

@@ -2,26 +2,30 @@
 
 The answer depends on a pixel's three bytes alone. The 2^24 colors are grouped into 2^16 cells
 (5 bits of red, 6 of green, 5 of blue), and a bound of CIELAB over each cell tells whether all of
-its colors belong to the same reference color or none. One look-up for a pixel settles those. In
-the cells that a sphere's surface cuts, each color is computed exactly when it is first seen, and
+its colors belong to the same reference color or none. One look-up for a pixel settles those. A
+cell that a sphere's surface may cut is computed, color by color, when it is first seen, and
 remembered.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.detection.config import ReferenceColor
 from colortrack_ros.detection.lab import cube_root_or_line_slope
 from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.lab import LINEAR
 from colortrack_ros.detection.lab import WHITE_TO_ONE
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.label_image import WORD
+from colortrack_ros.detection.pixels import rgb_of
+from colortrack_ros.detection.reference import ReferenceColor
 
 CUT, UNKNOWN = 255, 255
-"""Entry of a cell whose colors do not belong together; of a color not yet computed."""
+"""Entry of a cell whose colors may not belong together; of a color not yet computed."""
 
 _TO_CELL = {
     'bgr8': cv2.COLOR_BGR2BGR565,
@@ -29,8 +33,10 @@ _TO_CELL = {
     'bgra8': cv2.COLOR_BGRA2BGR565,
     'rgba8': cv2.COLOR_RGBA2BGR565,
 }
-_RED_GREEN_BLUE = {'bgr8': (2, 1, 0), 'rgb8': (0, 1, 2), 'bgra8': (2, 1, 0), 'rgba8': (0, 1, 2)}
-_STRIP = 1 << 16
+_IN_CELL = np.stack(np.meshgrid(range(8), range(4), range(8), indexing='ij'), -1).reshape(-1, 3)
+STRIP = 1 << 17
+"""Pixels that are worked on at a time."""
+
 _MARGIN = 1e-6
 
 
@@ -46,16 +52,9 @@ HAS_16_BIT_LUT = _has_16_bit_lut()
 """OpenCV 5 indexes a table by 16 bits, 4.6 does not."""
 
 
-def rgb_of(image: NDArray[np.uint8], encoding: str, v: NDArray, u: NDArray) -> NDArray[np.uint8]:
-    """The colors of single pixels.
-
-    :param v, u: (N,) rows and columns.
-    :returns: (N, 3) red, green, blue.
-    """
-    pixels = image[v, u]
-    if encoding == 'mono8':
-        return np.repeat(pixels.reshape(-1, 1), 3, axis=1)
-    return pixels[:, _RED_GREEN_BLUE[encoding]]
+def _corner(cell: NDArray[np.intp]) -> NDArray[np.intp]:
+    """(N, 3), the least red, green, blue of each cell."""
+    return np.stack([cell >> 11 << 3, (cell >> 5 & 63) << 2, (cell & 31) << 3], axis=-1)
 
 
 @lru_cache(maxsize=1)
@@ -67,9 +66,8 @@ def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
     :returns: centers and radii, both (65536, 3).
     """
-    cell = np.arange(1 << 16)
-    low = np.stack([(cell >> 11) << 3, (cell >> 5 & 63) << 2, (cell & 31) << 3], axis=-1)
-    low_linear, high_linear = LINEAR[low], LINEAR[low + np.array([7, 3, 7])]
+    low = _corner(np.arange(1 << 16))
+    low_linear, high_linear = LINEAR[low], LINEAR[low + _IN_CELL[-1]]
     center = lab_from_linear((low_linear + high_linear) / 2)
     half = (high_linear - low_linear) / 2
     steep = cube_root_or_line_slope(low_linear @ WHITE_TO_ONE.T)
@@ -86,44 +84,42 @@ def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return center, radius + _MARGIN
 
 
-def _distance_squared(lab: NDArray[np.float64], color: ReferenceColor) -> NDArray[np.float64]:
-    """D^2 of Pegoretti 2021, (2.1)."""
-    lightness, a, b = (lab[..., axis] - color.lab[axis] for axis in range(3))
-    return lightness * lightness + a * a + b * b
-
-
 class ColorTable:
     """Labels pixels: 0 for none of the colors, k + 1 for colors[k].
 
     A pixel belongs to a color where D < tolerance (2.2), computed in double precision as D^2 <
     tolerance^2; within tolerance of several, to the one with the smallest D; at equal D, to the
-    first.
+    first. D is the distance (2.1) or, for an ellipsoid, the distance with each axis stretched so
+    that D = tolerance on its surface.
 
     :param colors: 1 to 254 reference colors.
+    :param threads: that work on a picture at the same time; the result is the same.
     """
 
-    def __init__(self, colors: tuple[ReferenceColor, ...]) -> None:
-        self._colors = colors
+    def __init__(self, colors: tuple[ReferenceColor, ...], threads: int = 1) -> None:
+        self._threads = threads
+        self._map = ThreadPoolExecutor(threads).map if threads > 1 else map
         self._lab = np.array([color.lab for color in colors])
         self._tolerance = np.array([color.tolerance for color in colors])
+        self._stretch = self._tolerance[:, None] / [color.axes for color in colors]
         self._cells = self._label_cells()
         self._exact = np.full(1 << 24, UNKNOWN, np.uint8)
-        self._gray = self.label_colors(np.repeat(np.arange(256, dtype=np.uint8)[:, None], 3, 1))
+        self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
 
     def _label_cells(self) -> NDArray[np.uint8]:
         """(65536,) label of each cell, CUT where a look at the single color is needed."""
         center, radius = cell_bounds()
         cells = np.zeros(1 << 16, np.uint8)
-        for label, color in enumerate(self._colors, start=1):
-            offset = np.abs(center - color.lab)
-            nearest = (np.maximum(offset - radius, 0) ** 2).sum(axis=1)
-            farthest = ((offset + radius) ** 2).sum(axis=1)
-            touched = nearest < color.tolerance**2
-            whole = (farthest < color.tolerance**2) & (cells == 0)
-            cells[touched] = np.where(whole[touched], label, CUT)
+        for k, tolerance in enumerate(self._tolerance):
+            offset = np.abs(center - self._lab[k])
+            nearest = ((np.maximum(offset - radius, 0) * self._stretch[k]) ** 2).sum(axis=1)
+            farthest = (((offset + radius) * self._stretch[k]) ** 2).sum(axis=1)
+            touched = nearest < tolerance**2
+            whole = (farthest < tolerance**2) & (cells == 0)
+            cells[touched] = np.where(whole[touched], k + 1, CUT)
         return cells
 
-    def label_colors(self, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def label_colors(self, rgb: NDArray[np.integer]) -> NDArray[np.uint8]:
         """The definition, color by color in double precision.
 
         :param rgb: (N, 3) red, green, blue.
@@ -132,62 +128,84 @@ class ColorTable:
         lab = lab_from_rgb(rgb)
         labels = np.zeros(len(rgb), np.uint8)
         smallest = np.full(len(rgb), np.inf)
-        for label, color in enumerate(self._colors, start=1):
-            squared = _distance_squared(lab, color)
-            nearer = (squared < color.tolerance**2) & (squared < smallest)
-            labels[nearer] = label
+        for k, tolerance in enumerate(self._tolerance):
+            lightness, a, b = ((lab - self._lab[k]) * self._stretch[k]).T
+            squared = lightness * lightness + a * a + b * b
+            nearer = (squared < tolerance**2) & (squared < smallest)
+            labels[nearer] = k + 1
             smallest[nearer] = squared[nearer]
         return labels
 
     def closeness(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """1 - D / tolerance, D the distance (2.1) to the color of the label; 0 out of tolerance.
+        """1 - D / tolerance to the color of the label; 0 out of tolerance.
 
         :param rgb: (N, 3) red, green, blue.
         :param labels: (N,) of colors, not 0.
         """
-        distance = np.linalg.norm(lab_from_rgb(rgb) - self._lab[labels - 1], axis=1)
-        return np.maximum(1 - distance / self._tolerance[labels - 1], 0)
+        k = labels - 1
+        distance = np.linalg.norm((lab_from_rgb(rgb) - self._lab[k]) * self._stretch[k], axis=1)
+        return np.maximum(1 - distance / self._tolerance[k], 0)
 
-    def label_image(self, image: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
+    def label(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
         """The labels of a picture.
 
-        :param image: (H, W, channels) or (H, W), not empty; rows may be padded.
-        :returns: (H, W) labels, a view of (H, W + 1) whose last column is 0.
+        One thread works in strips that stay in the processor's cache from step to step; several
+        take a part each, because handing over the interpreter costs more than the cache saves.
+
+        :param picture: (H, W, channels) or (H, W), not empty; rows may be padded.
         """
-        height, width = image.shape[:2]
-        padded = np.empty((height, width + 1), np.uint8)
-        padded[:, width] = 0
-        labels = padded[:, :width]
+        height, width = picture.shape[:2]
+        image = LabelImage.empty(height, width)
+        rows = max(1, STRIP // width) if self._threads == 1 else -(-height // self._threads)
+
+        def label_strip(top: int) -> None:
+            bottom = top + rows
+            self._label_strip(picture[top:bottom], encoding, image.strip(top, bottom))
+
+        for _ in self._map(label_strip, range(0, height, rows)):
+            pass
+        return image
+
+    def _label_strip(self, picture: NDArray[np.uint8], encoding: str, image: LabelImage) -> None:
+        shape = picture.shape[:2]
         if encoding == 'mono8':
-            labels[...] = cv2.LUT(image.reshape(height, width), self._gray)
-            return labels
-        cells = cv2.cvtColor(image, _TO_CELL[encoding]).view(np.uint16).reshape(height, width)
-        self._look_up(cells, labels)
-        self._look_closer(image, encoding, padded)
-        return labels
-
-    def _look_up(self, cells: NDArray[np.uint16], labels: NDArray[np.uint8]) -> None:
-        if HAS_16_BIT_LUT:
-            cv2.LUT(cells, self._cells, dst=labels)
+            cv2.LUT(picture.reshape(shape), self._gray, dst=image.pixels)
             return
-        # In strips, because take widens the indices to 64 bits: they should stay in the cache.
-        rows = max(1, _STRIP // cells.shape[1])
-        for top in range(0, len(cells), rows):
-            labels[top : top + rows] = self._cells.take(cells[top : top + rows], mode='clip')
+        cells = cv2.cvtColor(picture, _TO_CELL[encoding]).view(np.uint16).reshape(shape)
+        if HAS_16_BIT_LUT:
+            cv2.LUT(cells, self._cells, dst=image.pixels)
+        else:
+            image.pixels[...] = self._cells.take(cells, mode='clip')
+        self._look_closer(picture, encoding, image)
 
-    def _look_closer(
-        self, image: NDArray[np.uint8], encoding: str, padded: NDArray[np.uint8]
-    ) -> None:
+    def _look_closer(self, picture: NDArray[np.uint8], encoding: str, image: LabelImage) -> None:
         """Replace CUT by the label of the single color, in place."""
-        flat = padded.reshape(-1)
-        cut = np.flatnonzero(flat == CUT)
+        words, found = image.content()
+        cut = np.flatnonzero(found == CUT)
         if not cut.size:
             return
-        rgb = rgb_of(image, encoding, *np.divmod(cut, padded.shape[1]))
-        index = rgb @ np.array([1 << 16, 1 << 8, 1], np.int64)
-        labels = self._exact[index]
-        new = np.flatnonzero(labels == UNKNOWN)
-        if new.size:
-            labels[new] = self.label_colors(rgb[new])
-            self._exact[index[new]] = labels[new]
-        flat[cut] = labels
+        position = (words * WORD)[cut >> 3] + (cut & 7)
+        row = words // (image.stride // WORD)
+        pixel = position - (row * (image.stride - image.width))[cut >> 3]
+        pixels = picture.reshape(-1, picture.shape[2]).take(pixel, axis=0)
+        rgb = rgb_of(pixels, encoding).astype(np.int32)
+        color = rgb[:, 0] << 16 | rgb[:, 1] << 8 | rgb[:, 2]
+        labels = self._exact.take(color)
+        unknown = color[labels == UNKNOWN]
+        if unknown.size:
+            self._compute_cells(unknown)
+            labels = self._exact.take(color)
+        image.padded.reshape(-1)[position] = labels
+
+    def _compute_cells(self, colors: NDArray[np.int32]) -> None:
+        """Label every color of the cells that the given colors are in, and remember it.
+
+        :param colors: (N,) red << 16 | green << 8 | blue.
+        """
+        cells = np.unique(colors >> 8 & 0xF800 | colors >> 5 & 0x07E0 | colors >> 3 & 0x001F)
+        rgb = (_corner(cells)[:, None] + _IN_CELL).reshape(-1, 3)
+        labels = self.label_colors(rgb)
+        self._exact[rgb @ [1 << 16, 1 << 8, 1]] = labels
+        labels = labels.reshape(len(cells), -1)
+        whole = (labels == labels[:, :1]).all(axis=1)
+        self._cells[cells[whole]] = labels[whole, 0]

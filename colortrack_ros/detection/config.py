@@ -1,68 +1,50 @@
-"""What a person sets: the reference colors, and how a mask becomes blobs."""
+"""What a person sets: what to look for, and how a mask becomes blobs."""
 
-from collections.abc import Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 
-from colortrack_ros.detection.lab import lab_from_linear
-from colortrack_ros.detection.lab import linear_from_srgb
+from colortrack_ros.detection.background import SUBTRACTORS
+from colortrack_ros.detection.channel_difference import CHANNELS
+from colortrack_ros.detection.methods import METHODS
+from colortrack_ros.detection.reference import expect
+from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.regions import Region
+from colortrack_ros.detection.shape import MEASURES
 
 MAX_COLORS = 254
-MAX_TOLERANCE = 200.0
 MAX_ELEMENT_SIZE = 99
-LAB_RANGES = (('L', 0.0, 100.0), ('a', -128.0, 128.0), ('b', -128.0, 128.0))
 
-
-def expect(valid: bool, name: str, value: object, expected: str) -> None:
-    """Raise ValueError with a reason that names the parameter, the value and the range."""
-    if not valid:
-        raise ValueError(f'{name} is {value!r}, expected {expected}')
-
-
-@dataclass(frozen=True)
-class ReferenceColor:
-    """A color to look for: the pixels with D < tolerance, Pegoretti 2021, (2.1) and (2.2).
-
-    :param name: what the color is called in parameters and messages.
-    :param lab: L 0..100, a and b -128..128, true CIELAB (D65).
-    :param tolerance: tau, the radius of the sphere around lab [CIELAB units], above 0, at most 200.
-    """
-
-    name: str
-    lab: tuple[float, float, float]
-    tolerance: float = 25.0
-
-    def __post_init__(self) -> None:
-        expect(self.name != '', 'colors', self.name, 'a name that is not empty')
-        expect(len(self.lab) == 3, f'{self.name}.lab', self.lab, 'three numbers [L, a, b]')
-        for (axis, low, high), value in zip(LAB_RANGES, self.lab, strict=True):
-            expect(low <= value <= high, f'{self.name}.lab', self.lab, f'{axis} in {low}..{high}')
-        expect(
-            0 < self.tolerance <= MAX_TOLERANCE,
-            f'{self.name}.tolerance',
-            self.tolerance,
-            f'above 0, at most {MAX_TOLERANCE}',
-        )
-
-    @classmethod
-    def from_rgb(
-        cls, name: str, rgb: Sequence[float], tolerance: float = tolerance
-    ) -> 'ReferenceColor':
-        """The reference color of an sRGB value.
-
-        :param rgb: red, green, blue, 0..255.
-        :raises ValueError: when rgb is out of its range, or as the constructor does.
-        """
-        valid = len(rgb) == 3 and all(0 <= value <= 255 for value in rgb)
-        expect(valid, f'{name}.rgb', tuple(rgb), 'three numbers [r, g, b] in 0..255')
-        lightness, a, b = lab_from_linear(linear_from_srgb(rgb)).tolist()
-        return cls(name, (lightness, a, b), tolerance)
+CHOICES: dict[str, Collection[str]] = {
+    'method': METHODS,
+    'white_balance': ('none', 'gray_world'),
+    'channel': CHANNELS,
+    'background_model': ('median', *SUBTRACTORS),
+}
+RANGES: dict[str, tuple[float, float]] = {
+    'grow': (1.0, 10.0),
+    'follow_light': (0.0, 100.0),
+    **dict.fromkeys(MEASURES, (0.0, 1.0)),
+    'channel_threshold': (0, 254),
+    'difference_threshold': (0.0, 254.0),
+    'blur_sigma': (0.0, 50.0),
+    'learn_seconds': (0.0, 3600.0),
+    'threads': (1, 64),
+}
+"""Least and greatest value of parameters that stand for themselves."""
 
 
 @dataclass(frozen=True)
 class DetectorConfig:
     """How a picture becomes detections.
 
+    :param method: color, channel_difference or background.
     :param colors: at least one; a pixel within tolerance of several belongs to the nearest.
+    :param grow: of color: how many times the tolerance of the pixels that a blob grows by, once a
+        pixel within tolerance has started it; 1 for none.
+    :param white_balance: of color: none, or gray_world, which keeps the mean of each channel at
+        what it was in the first frame.
+    :param follow_light: of color: how far the reference colors may follow slow changes of what is
+        found [CIELAB units], 0 for not at all.
     :param min_area: blobs with fewer pixels are dropped [px].
     :param max_area: blobs with more pixels are dropped [px]; by default none.
     :param closing_size: side of the square structuring element of a closing (2.7), first [px],
@@ -70,16 +52,58 @@ class DetectorConfig:
     :param erosion_size: the same for the erosion (2.4), second [px]. Area, box and centroid are
         those of the eroded mask.
     :param opening_size: the same for an opening (2.6), last [px].
+    :param split: cut blobs of touching objects at their necks.
+    :param min_aspect: least ratio of a blob's minor to its major axis, 0..1.
+    :param min_extent: least ratio of its area to that of its box, 0..1.
+    :param min_circularity: least likeness to a disc, 0..1; a ball is above 0.9.
+    :param min_solidity: least ratio of its area to that of its convex hull, 0..1.
+    :param regions: polygons to look in and to ignore.
+    :param mask: path of a picture that is dark where not to look; empty for none.
+    :param channel: of channel_difference: red, green or blue, from which the others are taken.
+    :param channel_threshold: of channel_difference: what has to be left of it [levels].
+    :param background_model: of background: median, mog2 or knn.
+    :param moving_only: of color: drop pixels that are like the learned background, so that clutter
+        of the reference colors that stands still is not found.
+    :param difference_threshold: a pixel moves when it differs from the background by more, in the
+        mean of the channels [levels]; of moving_only and the median background.
+    :param blur_sigma: of background: of the Gaussian before the threshold [px], 0 for none.
+    :param learn_seconds: how long what moves is taken out of a new background [s].
+    :param threads: that work on a picture at the same time; 2 help from 1920x1080 on.
     """
 
-    colors: tuple[ReferenceColor, ...] = (ReferenceColor.from_rgb('red', (205, 58, 34)),)
+    method: str = 'color'
+    colors: tuple[ReferenceColor, ...] = (ReferenceColor.from_rgb('red', (205, 58, 34), 50.0),)
+    grow: float = 1.0
+    white_balance: str = 'none'
+    follow_light: float = 0.0
     min_area: int = 20
     max_area: int = 1_000_000_000
     closing_size: int = 1
     erosion_size: int = 3
     opening_size: int = 1
+    split: bool = False
+    min_aspect: float = 0.0
+    min_extent: float = 0.0
+    min_circularity: float = 0.0
+    min_solidity: float = 0.0
+    regions: tuple[Region, ...] = ()
+    mask: str = ''
+    channel: str = 'red'
+    channel_threshold: int = 60
+    background_model: str = 'median'
+    moving_only: bool = False
+    difference_threshold: float = 8.0
+    blur_sigma: float = 1.5
+    learn_seconds: float = 1.0
+    threads: int = 1
 
     def __post_init__(self) -> None:
+        for name, choices in CHOICES.items():
+            value = getattr(self, name)
+            expect(value in choices, name, value, f'one of {", ".join(choices)}')
+        for name, (low, high) in RANGES.items():
+            value = getattr(self, name)
+            expect(low <= value <= high, name, value, f'{low}..{high}')
         names = [color.name for color in self.colors]
         expect(1 <= len(names) <= MAX_COLORS, 'colors', names, f'1 to {MAX_COLORS} names')
         expect(len(set(names)) == len(names), 'colors', names, 'each name once')

@@ -7,39 +7,61 @@ from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
+from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.blobs import Blobs
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.blobs import sample_pixels
-from colortrack_ros.detection.color_table import ColorTable
-from colortrack_ros.detection.color_table import rgb_of
 from colortrack_ros.detection.config import DetectorConfig
-from colortrack_ros.detection.config import expect
 from colortrack_ros.detection.covariance import centroid_covariance
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.methods import METHODS
 from colortrack_ros.detection.morphology import close
 from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import open_
+from colortrack_ros.detection.regions import Regions
+from colortrack_ros.detection.shape import keep_shapes
+from colortrack_ros.detection.split import split_touching
 
-SCORE_PIXELS = 64
+SCORE_PIXELS = 16
 """Pixels of a blob that its score is the mean of, when it has more."""
 
 
 class Detector:
-    """Finds blobs of the reference colors: Pegoretti 2021, 3.1.1.
+    """Finds blobs: Pegoretti 2021, 3.1.1, or another method.
 
-    Color distance (2.1), threshold (2.2), erosion (2.4), 8-connected components, area and
-    centroid by moments (2.9)-(2.11). A blob is of one color; area, box and centroid are those of
-    the mask after the erosion.
+    The method says which pixels belong to which color, by default by color distance (2.1) and
+    threshold (2.2). Then, for all methods, closing (2.7), erosion (2.4), opening (2.6), 8-connected
+    components, area and centroid by moments (2.9)-(2.11). A blob is of one color; area, box and
+    centroid are those of the mask at the end.
 
     :param config: what to look for.
     """
 
     def __init__(self, config: DetectorConfig) -> None:
+        self._background = BackgroundModel()
+        self._mask = LabelImage.empty(0, 0)
         self.configure(config)
 
     def configure(self, config: DetectorConfig) -> None:
-        """Take another configuration; the next frame is detected with it."""
-        self._table = ColorTable(config.colors)
+        """Take another configuration; the next frame is detected with it.
+
+        The background that was learned is kept.
+
+        :raises ValueError: when there is no picture at mask; the old configuration stays.
+        """
+        self._regions = Regions(config.regions, config.mask)
+        self._method = METHODS[config.method](config, self._background)
         self._config = config
+
+    def learn_background(self) -> None:
+        """Forget the background: what stands still from the next frame on is background."""
+        self._background.restart()
+        self._method.restart()
+
+    @property
+    def mask(self) -> NDArray[np.uint8]:
+        """(H, W) of the last frame, 255 where a blob may be, 0 elsewhere."""
+        return np.where(self._mask.pixels != 0, np.uint8(255), np.uint8(0))
 
     def detect(self, frame: Frame) -> Detections:
         """The blobs of a frame, largest area first; at equal area, in raster order.
@@ -50,13 +72,17 @@ class Detector:
         check_image(frame)
         if not frame.image.size:
             return Detections(stamp=frame.stamp, frame_id=frame.frame_id)
-        config = self._config
-        labels = self._table.label_image(frame.image, frame.encoding)
-        close(labels, config.closing_size, len(config.colors))
-        erode(labels, config.erosion_size)
-        open_(labels, config.opening_size, len(config.colors))
-        assert labels.base is not None
-        blobs = find_blobs(labels.base, config.min_area, config.max_area)
+        config, method = self._config, self._method
+        image = self._mask = method.label(frame)
+        self._regions.apply(image)
+        close(image, config.closing_size, method.labels)
+        erode(image, config.erosion_size, method.labels)
+        open_(image, config.opening_size, method.labels)
+        blobs = find_blobs(image, config.min_area, config.max_area, method.connect)
+        if config.split and split_touching(image, blobs):
+            blobs = find_blobs(image, config.min_area, config.max_area, method.connect)
+        blobs = keep_shapes(blobs, config)
+        method.learn(frame, blobs)
         return Detections(self._rows(frame, blobs), frame.stamp, frame.frame_id)
 
     def _rows(self, frame: Frame, blobs: Blobs) -> NDArray[np.void]:
@@ -76,17 +102,20 @@ class Detector:
     def _score(self, frame: Frame, blobs: Blobs) -> NDArray[np.float64]:
         """(N,) mean closeness to the color over the blob, over SCORE_PIXELS of it at most."""
         blob, position = sample_pixels(blobs, SCORE_PIXELS)
-        rgb = rgb_of(frame.image, frame.encoding, *np.divmod(position, blobs.runs.stride))
-        closeness = self._table.closeness(rgb, blobs.label[blob])
+        pixel = np.divmod(position, blobs.runs.stride)
+        closeness = self._method.closeness(frame, pixel, blobs.label[blob])
         count = len(blobs.area)
         return np.bincount(blob, closeness, count) / np.bincount(blob, minlength=count)
 
 
 def check_image(frame: Frame) -> None:
     """Raise ValueError when a frame's encoding is not known or does not fit its picture."""
-    expect(frame.encoding in ENCODINGS, 'encoding', frame.encoding, f'one of {list(ENCODINGS)}')
-    channels = ENCODINGS[frame.encoding]
-    shape = frame.image.shape
-    valid = shape[2:] == (channels,) or (len(shape) == 2 and channels == 1)
-    expect(valid, 'image.shape', shape, f'(height, width, {channels}) for {frame.encoding}')
-    expect(frame.image.dtype == np.uint8, 'image.dtype', str(frame.image.dtype), 'uint8')
+    if frame.encoding not in ENCODINGS:
+        raise ValueError(f'encoding is {frame.encoding!r}, expected one of {list(ENCODINGS)}')
+    channels, shape = ENCODINGS[frame.encoding], frame.image.shape
+    if not (shape[2:] == (channels,) or (len(shape) == 2 and channels == 1)):
+        raise ValueError(
+            f'image.shape is {shape}, expected (height, width, {channels}) for {frame.encoding}'
+        )
+    if frame.image.dtype != np.uint8:
+        raise ValueError(f'image.dtype is {frame.image.dtype}, expected uint8')

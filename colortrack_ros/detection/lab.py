@@ -63,10 +63,10 @@ def lab_from_linear(linear: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([116 * fy - 16, 500 * (fx - fy), 200 * (fy - fz)], axis=-1)
 
 
-def lab_from_rgb(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
+def lab_from_rgb(rgb: NDArray[np.integer]) -> NDArray[np.float64]:
     """CIELAB of 8-bit sRGB colors.
 
-    :param rgb: (..., 3) uint8.
+    :param rgb: (..., 3) whole numbers, 0..255.
     :returns: (..., 3) L 0..100, a and b signed.
     """
     return lab_from_linear(LINEAR[rgb])

@@ -1,57 +1,64 @@
 """Morphology of label images, each color for itself, with a square structuring element.
 
-What lies outside of the picture neither erodes nor grows a blob at its border.
+What lies outside of the picture neither erodes nor grows a blob at its border. All work in place;
+size is the side of the structuring element [px], 1 for none, and count the greatest label.
 """
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Labels = NDArray[np.uint8]
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.label_image import WORD
 
 
 def _square(size: int) -> NDArray[np.uint8]:
     return np.ones((size, size), np.uint8)
 
 
-def erode(labels: Labels, size: int) -> None:
-    """Erosion, Pegoretti 2021, (2.4), in place.
+def erode(image: LabelImage, size: int, count: int) -> None:
+    """Erosion, Pegoretti 2021, (2.4).
 
-    A pixel stays where its whole neighborhood has one label: where the least label around it is
-    also the greatest. That is the erosion of each color's mask, in two passes for any number.
-
-    :param labels: (H, W).
-    :param size: side of the structuring element [px], 1 for none.
+    The least label around a pixel is 0 unless its whole neighborhood is labeled. That is the
+    erosion of each color's mask in one pass for any number of them, as long as no two colors lie
+    side by side; if they do, a pixel stays where the least label is also the greatest.
     """
     if size == 1:
         return
-    greatest = cv2.dilate(labels, _square(size))
-    cv2.erode(labels, _square(size), dst=labels)
-    labels[labels != greatest] = 0
+    most = cv2.dilate(image.padded, _square(size)) if count > 1 and _colors_touch(image) else None
+    cv2.erode(image.pixels, _square(size), dst=image.pixels)
+    if most is not None:
+        image.padded[image.padded != most] = 0
 
 
-def open_(labels: Labels, size: int, count: int) -> None:
-    """Opening, Pegoretti 2021, (2.6), in place.
+def _colors_touch(image: LabelImage) -> bool:
+    """Whether two colors lie side by side; True, now and then, when they only nearly do."""
+    filled, labels = image.content()
+    flat = labels.reshape(-1)
+    # The words above those of the first row are words of the last.
+    above = image.words[filled - image.stride // WORD].view(np.uint8)
+    return _differ(flat[1:], flat[:-1]) or _differ(flat, above)
 
-    :param labels: (H, W), 0 to count.
-    :param size: side of the structuring element [px], 1 for none.
-    """
+
+def _differ(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> bool:
+    return bool(((one != other) & (one != 0) & (other != 0)).any())
+
+
+def open_(image: LabelImage, size: int, count: int) -> None:
+    """Opening, Pegoretti 2021, (2.6)."""
     if size == 1:
         return
+    labels = image.pixels
     for label in range(1, count + 1):
         mask = (labels == label).view(np.uint8)
-        opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _square(size))
-        labels[mask != opened] = 0
+        labels[mask != cv2.morphologyEx(mask, cv2.MORPH_OPEN, _square(size))] = 0
 
 
-def close(labels: Labels, size: int, count: int) -> None:
-    """Closing, Pegoretti 2021, (2.7), in place; where colors meet, the first one fills.
-
-    :param labels: (H, W), 0 to count.
-    :param size: side of the structuring element [px], 1 for none.
-    """
+def close(image: LabelImage, size: int, count: int) -> None:
+    """Closing, Pegoretti 2021, (2.7); where colors meet, the first one fills."""
     if size == 1:
         return
+    labels = image.pixels
     for label in range(1, count + 1):
         mask = (labels == label).view(np.uint8)
         closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _square(size))

@@ -28,6 +28,7 @@ REACH = 20_000.0
 FADE_STEPS = 10
 GRAY = (170, 170, 170)
 GOLDEN = 0.61803398875
+LUMA = (0.114, 0.587, 0.299)
 
 _TURN = np.linspace(0, 2 * np.pi, 65)
 _CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
@@ -140,4 +141,5 @@ def _draw_label(
     y = int(np.clip(top - margin, h + 2 * margin, height))
     cv2.rectangle(image, (x, y - h - 2 * margin), (x + w + 2 * margin, y), color, cv2.FILLED)
     place = (x + margin, y - margin)
-    cv2.putText(image, text, place, cv2.FONT_HERSHEY_SIMPLEX, size, (0, 0, 0), stroke, cv2.LINE_AA)
+    ink = (0, 0, 0) if np.dot(color, LUMA) > 90 else (255, 255, 255)
+    cv2.putText(image, text, place, cv2.FONT_HERSHEY_SIMPLEX, size, ink, stroke, cv2.LINE_AA)

@@ -7,15 +7,19 @@ from colortrack_ros.messages.camera_info import load_camera_info
 from colortrack_ros.messages.clouds import cloud_of_detections
 from colortrack_ros.messages.clouds import cloud_of_tracks
 from colortrack_ros.messages.clouds import detections_of_cloud
+from colortrack_ros.messages.clouds import detections_of_serialized_cloud
 from colortrack_ros.messages.clouds import tracks_of_cloud
+from colortrack_ros.messages.clouds import tracks_of_serialized_cloud
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.header import stamp_of
 from colortrack_ros.messages.images import compressed_of_frame
 from colortrack_ros.messages.images import frame_of_image
+from colortrack_ros.messages.images import frame_of_serialized_compressed_image
 from colortrack_ros.messages.images import frame_of_serialized_image
 from colortrack_ros.messages.images import image_of_frame
 from colortrack_ros.messages.markers import MarkerWriter
+from colortrack_ros.messages.serialized import stamp_of_serialized
 
 __all__ = [
     'MarkerWriter',
@@ -24,11 +28,15 @@ __all__ = [
     'cloud_of_tracks',
     'compressed_of_frame',
     'detections_of_cloud',
+    'detections_of_serialized_cloud',
     'frame_of_image',
+    'frame_of_serialized_compressed_image',
     'frame_of_serialized_image',
     'header_of',
     'image_of_frame',
     'load_camera_info',
     'stamp_of',
+    'stamp_of_serialized',
     'tracks_of_cloud',
+    'tracks_of_serialized_cloud',
 ]

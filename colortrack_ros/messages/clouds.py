@@ -15,6 +15,7 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.header import stamp_of
+from colortrack_ros.messages.serialized import message_of_serialized
 
 _DATATYPES = {
     'i1': PointField.INT8,
@@ -67,6 +68,24 @@ def tracks_of_cloud(message: PointCloud2) -> Tracks:
     :raises MessageError: a field is missing or has another type, or sizes do not agree.
     """
     return Tracks(_rows(message, TRACK), stamp_of(message.header), message.header.frame_id)
+
+
+def detections_of_serialized_cloud(cdr: bytes) -> Detections:
+    """The detections of a serialized message.
+
+    :param cdr: as a subscription with ``raw=True`` hands it over.
+    :raises MessageError: as :func:`detections_of_cloud`, and for bytes of something else.
+    """
+    return detections_of_cloud(message_of_serialized(cdr, PointCloud2))
+
+
+def tracks_of_serialized_cloud(cdr: bytes) -> Tracks:
+    """The tracks of a serialized message.
+
+    :param cdr: as a subscription with ``raw=True`` hands it over.
+    :raises MessageError: as :func:`tracks_of_cloud`, and for bytes of something else.
+    """
+    return tracks_of_cloud(message_of_serialized(cdr, PointCloud2))
 
 
 def _cloud(rows: NDArray[np.void], stamp: int, frame_id: str) -> PointCloud2:

@@ -1,7 +1,7 @@
 """sensor_msgs/Image <-> Frame."""
 
 import array
-import struct
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,7 +11,8 @@ from sensor_msgs.msg import Image
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
-from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.messages.cdr import CdrError
+from colortrack_ros.messages.cdr import Reader
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.header import stamp_of
@@ -67,31 +68,41 @@ def frame_of_serialized_image(cdr: bytes) -> Frame:
         not agree.
     """
     try:
-        order = {0: '>', 1: '<'}[cdr[1]]  # the encapsulation header: 00 00 CDR_BE, 00 01 CDR_LE
-        sec, nanosec, length = struct.unpack_from(order + 'iII', cdr, 4)
-        frame_id, at = _string(cdr, 16, length)
-        height, width, length = struct.unpack_from(order + 'III', cdr, at)
-        encoding, at = _string(cdr, at + 12, length, aligned=1)
-        at = _aligned(at + 1)  # is_bigendian says nothing about bytes
-        step, size = struct.unpack_from(order + 'II', cdr, at)
-        data = memoryview(cdr)[at + 8 : at + 8 + size]
-    except (struct.error, IndexError, KeyError, UnicodeDecodeError) as error:
+        reader = Reader(cdr)
+        stamp, frame_id = reader.header()
+        height, width = reader.uint32(), reader.uint32()
+        encoding = reader.string()
+        reader.byte()  # is_bigendian says nothing about bytes
+        step = reader.uint32()
+        data = reader.bytes_()
+    except CdrError as error:
         raise MessageError(f'not a serialized sensor_msgs/Image: {error}') from error
-    image = _view(data, height, width, encoding, step)
-    return Frame(image, encoding, sec * NANOSECONDS + nanosec, frame_id)
+    return Frame(_view(data, height, width, encoding, step), encoding, stamp, frame_id)
 
 
-def _string(cdr: bytes, start: int, length: int, aligned: int = 4) -> tuple[str, int]:
-    """A CDR string of ``length`` bytes, its ending zero included, and where the next item is."""
-    end = start + length
-    if not 0 < length <= len(cdr) - start:
-        raise IndexError(f'a string of {length} bytes at byte {start} of {len(cdr)}')
-    return str(cdr[start : end - 1], 'utf-8'), end if aligned == 1 else _aligned(end)
+def frame_of_serialized_compressed_image(cdr: bytes) -> Frame:
+    """The Frame of a serialized CompressedImage, decoded to bgr8.
 
-
-def _aligned(at: int) -> int:
-    """The next place for an item of four bytes, counted from the end of the 4-byte header."""
-    return (at + 3) & ~3
+    :param cdr: as a subscription with ``raw=True`` hands it over.
+    :raises MessageError: these are not the bytes of a CompressedImage, or not a picture.
+    """
+    try:
+        reader = Reader(cdr)
+        stamp, frame_id = reader.header()
+        kind = reader.string()
+        data = reader.bytes_()
+    except CdrError as error:
+        raise MessageError(f'not a serialized sensor_msgs/CompressedImage: {error}') from error
+    image: Any  # cv2 has None, or pixels of any kind, for its type
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    except cv2.error:  # no data, or a picture of an absurd size
+        image = None
+    if image is None:
+        raise MessageError(
+            f'compressed image of {len(data)} bytes, format {kind!r}: expected a JPEG or PNG'
+        )
+    return Frame(image, 'bgr8', stamp, frame_id)
 
 
 def _view(

@@ -18,15 +18,16 @@ class Backlog(Generic[Item]):
     A short delay is caught up with nothing lost; a worker that is slower than what arrives gets
     the newest item each time, not a growing delay.
 
-    :param max_lag: how long [s] working off what waits may take.
+    :ivar max_lag: how long [s] working off what waits may take.
+    :ivar skipped: how many items have been.
     """
 
-    def __init__(self, max_lag: float) -> None:
+    def __init__(self, max_lag: float = 0.0) -> None:
         self.max_lag = max_lag
         self.skipped = 0
+        self.closed = False
         self._items: deque[Item] = deque()
         self._ready = threading.Condition()
-        self._closed = False
         self._costs: deque[float] = deque(maxlen=COSTS)
 
     def put(self, item: Item) -> None:
@@ -40,11 +41,14 @@ class Backlog(Generic[Item]):
                 self.skipped += 1
             self._ready.notify()
 
-    def get(self) -> Item | None:
-        """The oldest item that is left, once there is one; None when closed."""
+    def get(self, timeout: float | None = None) -> Item | None:
+        """The oldest item that is left, once there is one; None when closed.
+
+        :param timeout: return None when none has come for so long [s].
+        """
         with self._ready:
-            self._ready.wait_for(lambda: self._items or self._closed)
-            return None if self._closed else self._items.popleft()
+            self._ready.wait_for(lambda: self._items or self.closed, timeout)
+            return self._items.popleft() if self._items and not self.closed else None
 
     def took(self, seconds: float) -> None:
         """Tell how long the work on an item took."""
@@ -54,5 +58,5 @@ class Backlog(Generic[Item]):
     def close(self) -> None:
         """End the waiting in :meth:`get`."""
         with self._ready:
-            self._closed = True
+            self.closed = True
             self._ready.notify_all()

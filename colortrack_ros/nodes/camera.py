@@ -12,19 +12,21 @@ from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import SetBool
 
 from colortrack_ros.data import Frame
 from colortrack_ros.messages import compressed_of_frame
+from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import header_of
 from colortrack_ros.messages import image_of_frame
-from colortrack_ros.messages import stamp_of
+from colortrack_ros.messages import MessageError
 from colortrack_ros.nodes.camera_parameters import build
 from colortrack_ros.nodes.camera_parameters import CameraSetup
 from colortrack_ros.nodes.camera_parameters import TABLE
 from colortrack_ros.nodes.health import Health
+from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.pacer import Pacer
 from colortrack_ros.nodes.pacer import Window
-from colortrack_ros.nodes.parameters import declare
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.runtime import StartError
 from colortrack_ros.nodes.topics import publish_on
@@ -62,18 +64,24 @@ class CameraNode(Node):
         except SourceError as error:
             raise StartError(str(error)) from error
         self._state = 'playing'
+        self._trouble = ''
         self.health = Health(
-            self, source=lambda: self._state, skipped=lambda: self._grabber.skipped
+            self,
+            lambda: self._trouble,
+            source=lambda: self._state,
+            skipped=lambda: self._grabber.skipped,
         )
-        self._images = publish_on(self, Image, 'image_topic')
-        self._infos = publish_on(self, CameraInfo, 'camera_info_topic')
-        self._jpegs = self.create_publisher(
-            CompressedImage, f'{self._images.topic_name}/compressed', 5
-        )
+        self._images = publish_on(self, Image, self._setup.image_topic)
+        self._infos = publish_on(self, CameraInfo, self._setup.camera_info_topic)
+        # Beside the images, wherever they have been remapped to.
+        self._jpegs = publish_on(self, CompressedImage, f'{self._images.topic_name}/compressed')
         self._answers: Subscription | None = None
         self._window = Window(IN_FLIGHT, PATIENCE)
         self._listen()
         self._closing = threading.Event()
+        self._going = threading.Event()
+        self._going.set()
+        self.create_service(SetBool, '~/pause', self._pause)
         self._pacer = Pacer(self._closing.wait)
         self._base: int | None = None
         self._thread = threading.Thread(target=self._play, name='camera')
@@ -95,12 +103,14 @@ class CameraNode(Node):
         """Have the detections tell when a frame is consumed, where that is the pace."""
         if self._setup.as_consumed and self._deliver is None and self._answers is None:
             self._answers = subscribe_to(
-                self,
-                PointCloud2,
-                'detections_topic',
-                lambda message: self._window.answer(stamp_of(message.header)),
-                pictures=False,
+                self, PointCloud2, self._setup.detections_topic, self._take_answer
             )
+
+    def _take_answer(self, cdr: bytes) -> None:
+        try:
+            self._window.answer(detections_of_serialized_cloud(cdr).stamp)
+        except MessageError as error:
+            self.health.refuse(str(error))
 
     def _play(self) -> None:
         self._await_subscribers()
@@ -118,11 +128,26 @@ class CameraNode(Node):
             if frame is None:
                 return self._end()
             failures = 0
-            self._state = 'playing'
+            self._state, self._trouble = 'playing', ''
+            if self._is_held():
+                continue
             stamped = self._stamped(frame)
             self._pace(stamped.stamp)
             self._publish(stamped)
         return None
+
+    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._going.clear() if request.data else self._going.set()
+        response.success = True
+        response.message = 'paused' if request.data else 'playing'
+        return response
+
+    def _is_held(self) -> bool:
+        """Wait while a recording is paused; whether this frame is not to be published."""
+        if self._grabber.live:
+            return not self._going.is_set()
+        self._going.wait()
+        return self._closing.is_set()
 
     def _await_subscribers(self) -> None:
         wanted = self._setup.wait_for_subscribers
@@ -170,7 +195,7 @@ class CameraNode(Node):
     def _recover(self, error: SourceError, failures: int) -> None:
         """Open a live source again, after a pause that grows with the failures in a row."""
         pause = PAUSES[min(failures, len(PAUSES) - 1)]
-        self._state = f'failed: {error}'
+        self._state, self._trouble = 'failed', str(error)
         self.get_logger().error(f'{error} Next try in {pause:g} s.')
         self._closing.wait(pause)
         if not self._closing.is_set():
@@ -183,7 +208,9 @@ class CameraNode(Node):
         if self._closing.is_set():
             return
         self._state = 'ended'
-        self.get_logger().info(f'{self._setup.source} has ended: no more frames are published.')
+        self.get_logger().info(
+            f'{self.get_parameter("source").value} has ended: no more frames are published.'
+        )
         if self._setup.exit_at_end:
             self._window.drain()
             self._on_end()
@@ -191,6 +218,7 @@ class CameraNode(Node):
     def close(self) -> None:
         """End the threads and close the source."""
         self._closing.set()
+        self._going.set()
         self._grabber.close()
         self._thread.join()
 

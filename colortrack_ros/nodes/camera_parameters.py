@@ -7,10 +7,14 @@ from typing import Any
 from sensor_msgs.msg import CameraInfo
 
 from colortrack_ros.messages import load_camera_info
+from colortrack_ros.nodes.health import HEALTH
+from colortrack_ros.nodes.parameters import own_values
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
+from colortrack_ros.nodes.topics import PICTURE_DEPTH
 from colortrack_ros.nodes.topics import topic
+from colortrack_ros.sources.stream import without_secrets
 
 TABLE = ParameterTable(
     [
@@ -20,6 +24,7 @@ TABLE = ParameterTable(
             'A device (its number or /dev/video*), a video file, an rtsp:// or http:// stream, a '
             'folder or glob of pictures, or scene:NAME.',
             read_only=True,
+            shown=without_secrets,
         ),
         Spec(
             'rate',
@@ -51,7 +56,9 @@ TABLE = ParameterTable(
         topic('image_topic', 'camera/image_raw', 'the pictures that are published'),
         topic('camera_info_topic', 'camera/camera_info', 'the calibration that is published'),
         topic('detections_topic', 'detections', 'the detections that rate -1 waits for'),
+        PICTURE_DEPTH,
         DEPTH,
+        *HEALTH,
     ]
 )
 
@@ -68,6 +75,9 @@ class CameraSetup:
     camera_info: CameraInfo
     jpeg_quality: int
     wait_for_subscribers: int
+    image_topic: str
+    camera_info_topic: str
+    detections_topic: str
 
     @property
     def as_consumed(self) -> bool:
@@ -82,9 +92,5 @@ def build(values: Mapping[str, Any]) -> CameraSetup:
     """
     if -1.0 < values['rate'] < 0.0:
         raise ValueError(f'rate: expected -1, 0, or a positive number, got {values["rate"]}')
-    names = ('source', 'rate', 'loop', 'exit_at_end', 'frame_id', 'jpeg_quality')
-    return CameraSetup(
-        **{name: values[name] for name in names},
-        wait_for_subscribers=values['wait_for_subscribers'],
-        camera_info=load_camera_info(values['camera_info_url']),
-    )
+    info = load_camera_info(values['camera_info_url'])
+    return CameraSetup(camera_info=info, **own_values(CameraSetup, values))

@@ -1,6 +1,7 @@
 """``make demo``: the nodes as processes of their own, their tracks as a live table, and a video."""
 
 import argparse
+from collections.abc import Iterable
 from collections.abc import Sequence
 import os
 from pathlib import Path
@@ -17,6 +18,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
@@ -42,7 +44,7 @@ class Recorder(Node):
     def __init__(self, out: Path) -> None:
         super().__init__('demo')
         self.tracks = Tracks()
-        self.ids: set[int] = set()
+        self.objects: dict[int, np.void] = {}
         self.messages = self.frames = 0
         self.latencies: list[float] = []
         self.heard = time.monotonic()
@@ -61,7 +63,8 @@ class Recorder(Node):
         self.heard = time.monotonic()
         self.latencies.append((time.time_ns() - self.tracks.stamp) / NANOSECONDS)
         rows = self.tracks.rows
-        self.ids.update(rows['track_id'][rows['state'] != TENTATIVE].tolist())
+        confirmed = rows[rows['state'] != TENTATIVE]
+        self.objects.update(zip(confirmed['track_id'].tolist(), confirmed, strict=True))
 
     def _take_picture(self, cdr: bytes) -> None:
         frame = frame_of_serialized_image(cdr)
@@ -86,18 +89,26 @@ class Recorder(Node):
         self._video = cv2.VideoWriter(str(self._out / 'demo.mp4'), codec, rate, size)
         self._video.write(self._first[1])
 
+    def is_complete(self) -> bool:
+        """Whether all nodes but the camera are there."""
+        listeners = self.count_subscribers('camera/image_raw') + self.count_subscribers(
+            'detections'
+        )
+        publishers = ('detections', 'tracks', 'overlay/image_raw')
+        return listeners == 3 and all(self.count_publishers(topic) for topic in publishers)
+
     def close(self) -> None:
         """Finish the video."""
         if self._video is not None:
             self._video.release()
 
 
-def table_of(tracks: Tracks) -> Table:
-    """The tracks as a table for a terminal."""
-    table = Table(title=f'tracks at {tracks.stamp / NANOSECONDS:.2f} s')
+def table_of(rows: Iterable[np.void], title: str) -> Table:
+    """Tracks as a table for a terminal."""
+    table = Table(title=title)
     for column in ('id', 'state', 'u [px]', 'v [px]', 'du [px/s]', 'dv [px/s]', 'age [s]', 'hits'):
         table.add_column(column, justify='left' if column == 'state' else 'right')
-    for row in tracks.rows:
+    for row in rows:
         sigma_u, sigma_v = np.sqrt(np.diag(row['covariance'])[:2])
         table.add_row(
             str(row['track_id']),
@@ -115,6 +126,7 @@ def table_of(tracks: Tracks) -> Table:
 def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='make demo', description=__doc__)
     parser.add_argument('--source', default='scene:occlusion', help='as the camera takes it')
+    parser.add_argument('--params', default='', help='parameters of the nodes')
     parser.add_argument('--color', default='', help='r,g,b of the objects, 0..255')
     parser.add_argument('--tolerance', default='', help='in CIELAB units')
     parser.add_argument('--seconds', type=float, default=21.0, help='how long at the most')
@@ -129,11 +141,10 @@ def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
     return arguments
 
 
-def _start(name: str, *parameters: str) -> subprocess.Popen[bytes]:
-    """A node as a process of its own, with the package's parameters and some others."""
+def _start(name: str, params: str, *parameters: str) -> subprocess.Popen[bytes]:
+    """A node as a process of its own, with a file of parameters and some others."""
     options = [word for parameter in parameters for word in ('-p', parameter)]
     code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
-    params = str(share_file('params/colortrack.yaml'))
     command = [sys.executable, '-c', code, '--ros-args', '--params-file', params, *options]
     return subprocess.Popen([*command, '--log-level', 'warn'])
 
@@ -147,19 +158,24 @@ def main(args: Sequence[str] | None = None) -> int:
     use_transport_profile()
     color = [f'red.rgb:={arguments.color}'] if arguments.color else []
     tolerance = [f'red.tolerance:={arguments.tolerance}'] if arguments.tolerance else []
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     recorder = Recorder(arguments.out)
-    nodes = [_start('tracker'), _start('detector', *color, *tolerance), _start('overlay')]
-    nodes.append(
-        _start(
-            'camera',
-            f'source:={arguments.source}',
-            'wait_for_subscribers:=2',
-            'exit_at_end:=true',
-        )
-    )
+    params = arguments.params or str(share_file('params/colortrack.yaml'))
+    nodes = [
+        _start('tracker', params),
+        _start('detector', params, *color, *tolerance),
+        _start('overlay', params),
+    ]
+    executor = SingleThreadedExecutor()
+    executor.add_node(recorder)
     try:
-        status = _watch(recorder, nodes[-1], arguments.seconds)
+        while not recorder.is_complete():
+            executor.spin_once(timeout_sec=0.1)
+        play = (f'source:={arguments.source}', 'wait_for_subscribers:=2', 'exit_at_end:=true')
+        nodes.append(_start('camera', params, *play))
+        status = _watch(recorder, executor, nodes[-1], arguments.seconds)
+    except KeyboardInterrupt:
+        status = 0
     finally:
         for node in nodes:
             node.send_signal(signal.SIGINT)
@@ -169,29 +185,33 @@ def main(args: Sequence[str] | None = None) -> int:
     return status or _report(recorder, arguments.out)
 
 
-def _watch(recorder: Recorder, camera: subprocess.Popen[bytes], seconds: float) -> int:
+def _watch(
+    recorder: Recorder,
+    executor: SingleThreadedExecutor,
+    camera: subprocess.Popen[bytes],
+    seconds: float,
+) -> int:
     """Show the table until the camera ends or the time is over."""
-    executor = SingleThreadedExecutor()
-    executor.add_node(recorder)
-    started = time.monotonic()
-    with Live(table_of(recorder.tracks), refresh_per_second=10, console=Console()) as live:
+    end: float | None = None
+    with Live(refresh_per_second=10, transient=True) as live:
         while True:
             executor.spin_once(timeout_sec=0.1)
-            live.update(table_of(recorder.tracks))
+            title = f'tracks of frame {recorder.messages}'
+            live.update(table_of(recorder.tracks.rows, title))
             now = time.monotonic()
-            if recorder.messages == 0 and camera.poll() is None:
-                started = now
-            if now - started > seconds:
-                return 0
-            if camera.poll() is not None and now - recorder.heard > QUIET:
-                return camera.returncode
+            if end is None and recorder.messages:
+                end = now + seconds
+            ended = camera.poll() is not None and now - recorder.heard > QUIET
+            if ended or (end is not None and now > end):
+                return camera.poll() or 0
 
 
 def _report(recorder: Recorder, out: Path) -> int:
     console = Console()
     latency = 1e3 * float(np.median(recorder.latencies)) if recorder.latencies else 0.0
+    console.print(table_of(recorder.objects.values(), 'objects, when last seen'))
     console.print(
-        f'{recorder.messages} frames tracked, {len(recorder.ids)} objects, '
+        f'{recorder.messages} frames tracked, {len(recorder.objects)} objects, '
         f'median latency from camera to tracks {latency:.1f} ms'
     )
     console.print(f'Look at {out / "demo.png"} and {out / "demo.mp4"}')

@@ -1,6 +1,8 @@
 """What an operator sees of a node: counters on /diagnostics and throttled log lines."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from dataclasses import field
 from statistics import median
 import threading
 
@@ -11,34 +13,66 @@ from rclpy.clock import Clock
 from rclpy.clock import ClockType
 from rclpy.node import Node
 
+from colortrack_ros.nodes.parameters import Spec
+
 PERIOD = 1.0
 THROTTLE = 5.0
+OTHER_CLOCK = 3600.0
+"""Stamps farther away from now [s] are of another clock, as in an old recording: no latency."""
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+
+def _limit(name: str, default: float, description: str) -> Spec:
+    return Spec(name, default, description, unit='s', minimum=0.0, maximum=3600.0)
+
+
+HEALTH = (
+    _limit('warn_latency', 0.5, 'Diagnostics warn when the median time since the stamp is longer.'),
+    _limit('error_latency', 5.0, 'Diagnostics report an error when it is longer than this.'),
+    _limit('warn_silence', 2.0, 'Diagnostics warn when nothing has come in for longer.'),
+    _limit('error_silence', 60.0, 'Diagnostics report an error when it is longer than this.'),
+)
+"""The rows of the thresholds in a parameter table."""
+
+
+@dataclass
+class _Counts:
+    """Of one period."""
+
+    taken: int = 0
+    given: int = 0
+    refused: int = 0
+    latencies: list[float] = field(default_factory=list)
 
 
 class Health:
     """Counts what a node takes in, gives out, skips and refuses, and publishes it every second.
 
-    :param node: whose health it is.
+    :param node: whose health it is, with the parameters HEALTH declared.
+    :param trouble: what is wrong at the moment, empty when nothing is.
     :param facts: further values to show, each a function that returns it.
     """
 
-    def __init__(self, node: Node, **facts: Callable[[], object]) -> None:
-        self._node = node
-        self._facts = facts
+    def __init__(
+        self, node: Node, trouble: Callable[[], str] = str, **facts: Callable[[], object]
+    ) -> None:
+        self.refused = 0
+        self._node, self._trouble, self._facts = node, trouble, facts
         self._lock = threading.Lock()
-        self._taken = self._given = self.refused = 0
-        self._refused_before = 0
+        self._counts = _Counts()
         self._reason = ''
-        self._latencies: list[float] = []
-        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         # Not the node's clock: a simulated one may stand still.
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(PERIOD, self.publish, clock=steady)
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._heard = self._steady.now()
+        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        node.create_timer(PERIOD, self.publish, clock=self._steady)
 
     def took_in(self) -> None:
         """Count a message or a frame that came in."""
         with self._lock:
-            self._taken += 1
+            self._counts.taken += 1
+            self._heard = self._steady.now()
 
     def gave_out(self, stamp: int) -> None:
         """Count a message that went out.
@@ -47,41 +81,59 @@ class Health:
         """
         latency = (self._node.get_clock().now().nanoseconds - stamp) * 1e-9
         with self._lock:
-            self._given += 1
-            self._latencies.append(latency)
+            self._counts.given += 1
+            if abs(latency) < OTHER_CLOCK:
+                self._counts.latencies.append(latency)
 
     def refuse(self, reason: str) -> None:
         """Count input that cannot be right, and say why, at most once in a while."""
         with self._lock:
             self.refused += 1
+            self._counts.refused += 1
             self._reason = reason
         self._node.get_logger().warning(f'Refused: {reason}', throttle_duration_sec=THROTTLE)
 
     def publish(self) -> None:
         """Publish the counts since the last time."""
         with self._lock:
-            taken, given, latencies = self._taken, self._given, self._latencies
+            counts, self._counts = self._counts, _Counts()
+            silence = (self._steady.now() - self._heard).nanoseconds * 1e-9
             refused, reason = self.refused, self._reason
-            self._taken = self._given = 0
-            self._latencies = []
-        new = refused - self._refused_before
-        self._refused_before = refused
+        latency = median(counts.latencies) if counts.latencies else None
+        level, message = self._judge(counts, latency, silence)
         values = {
-            'rate in [Hz]': f'{taken / PERIOD:.1f}',
-            'rate out [Hz]': f'{given / PERIOD:.1f}',
-            'latency from stamp, median [ms]': f'{median(latencies) * 1e3:.1f}'
-            if latencies
-            else 'none',
+            'rate in [Hz]': f'{counts.taken / PERIOD:.1f}',
+            'rate out [Hz]': f'{counts.given / PERIOD:.1f}',
+            'latency from stamp, median [ms]': f'{latency * 1e3:.1f}' if latency else 'none',
             'refused': refused,
             'last refusal': reason,
             **{name.replace('_', ' '): fact() for name, fact in self._facts.items()},
         }
         status = DiagnosticStatus(
-            level=DiagnosticStatus.WARN if new else DiagnosticStatus.OK,
+            level=level,
             name=self._node.get_fully_qualified_name(),
-            message=f'{new} refused: {reason}' if new else 'working' if given else 'idle',
+            message=message,
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = self._node.get_clock().now().to_msg()
-        self._publisher.publish(message)
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(array)
+
+    def _judge(self, counts: _Counts, latency: float | None, silence: float) -> tuple[bytes, str]:
+        """The level and what it is about, the worst first."""
+        limit = {spec.name: self._node.get_parameter(spec.name).value for spec in HEALTH}
+        late = 0.0 if latency is None else latency
+        lateness = f'{late:.3f} s from stamp to output'
+        quiet = f'nothing has come in for {silence:.0f} s'
+        refusal = f'{counts.refused} refused: {self._reason}'
+        findings = (
+            (ERROR, self._trouble(), self._trouble() != ''),
+            (ERROR, lateness, late > limit['error_latency']),
+            (ERROR, quiet, silence > limit['error_silence']),
+            (WARN, refusal, counts.refused > 0),
+            (WARN, lateness, late > limit['warn_latency']),
+            (WARN, quiet, silence > limit['warn_silence']),
+        )
+        return next(
+            ((level, message) for level, message, found in findings if found), (OK, 'working')
+        )

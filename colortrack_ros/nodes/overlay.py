@@ -17,12 +17,14 @@ from colortrack_ros.drawing import Trails
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
-from colortrack_ros.messages import tracks_of_cloud
+from colortrack_ros.messages import tracks_of_serialized_cloud
+from colortrack_ros.nodes.health import HEALTH
 from colortrack_ros.nodes.health import Health
-from colortrack_ros.nodes.parameters import declare
+from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import DEPTH
+from colortrack_ros.nodes.topics import PICTURE_DEPTH
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to
 from colortrack_ros.nodes.topics import topic
@@ -42,7 +44,9 @@ TABLE = ParameterTable(
         topic('image_topic', 'camera/image_raw', 'the pictures'),
         topic('tracks_topic', 'tracks', 'the tracks'),
         topic('overlay_topic', 'overlay/image_raw', 'the pictures with the tracks drawn on them'),
+        PICTURE_DEPTH,
         DEPTH,
+        *HEALTH,
     ]
 )
 
@@ -52,14 +56,14 @@ class OverlayNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('overlay', allow_undeclared_parameters=True, **options)
-        declare(self, TABLE, dict, lambda _: None)
+        setup = declare(self, TABLE, dict, lambda _: None)
         self._trails = Trails()
         self._frames: dict[int, Frame] = {}
         self._tracks: dict[int, Tracks] = {}
         self.health = Health(self)
-        self._publisher = publish_on(self, Image, 'overlay_topic')
-        subscribe_to(self, Image, 'image_topic', self._take_image, pictures=True)
-        subscribe_to(self, PointCloud2, 'tracks_topic', self._take_tracks, pictures=False)
+        self._publisher = publish_on(self, Image, setup['overlay_topic'])
+        subscribe_to(self, Image, setup['image_topic'], self._take_image)
+        subscribe_to(self, PointCloud2, setup['tracks_topic'], self._take_tracks)
 
     def _take_image(self, cdr: bytes) -> None:
         try:
@@ -68,9 +72,9 @@ class OverlayNode(Node):
             return self.health.refuse(str(error))
         return self._take(self._frames, frame)
 
-    def _take_tracks(self, message: PointCloud2) -> None:
+    def _take_tracks(self, cdr: bytes) -> None:
         try:
-            tracks = tracks_of_cloud(message)
+            tracks = tracks_of_serialized_cloud(cdr)
         except MessageError as error:
             return self.health.refuse(str(error))
         return self._take(self._tracks, tracks)
@@ -87,14 +91,15 @@ class OverlayNode(Node):
         self._trails.update(tracks)
         if self._publisher.get_subscription_count() == 0:
             return
-        image = _writable_bgr(frame)
+        image = writable_bgr(frame)
         draw_tracks(image, tracks, self._trails)
         picture = dataclasses.replace(frame, image=image, encoding='bgr8')
         self._publisher.publish(image_of_frame(picture))
         self.health.gave_out(frame.stamp)
 
 
-def _writable_bgr(frame: Frame) -> NDArray[np.uint8]:
+def writable_bgr(frame: Frame) -> NDArray[np.uint8]:
+    """A copy of the frame's picture to draw on, (H, W, 3) BGR."""
     if frame.encoding == 'bgr8':
         return frame.image.copy()
     image: NDArray = cv2.cvtColor(frame.image, TO_BGR[frame.encoding])

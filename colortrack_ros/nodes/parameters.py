@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from dataclasses import dataclass
+from dataclasses import fields
 import difflib
 import math
 from typing import Any
@@ -17,11 +18,8 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange
 from rcl_interfaces.msg import IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor
-from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
-from rclpy.parameter import Parameter
 
-_FOREIGN = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
+FOREIGN = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
 """Names (or their beginnings) of the parameters that rclpy declares on its own."""
 
 
@@ -38,6 +36,7 @@ class Spec:
     :param maximum: the greatest allowed value, None for no limit.
     :param choices: the allowed values of a string, empty for any.
     :param read_only: whether only the start sets it.
+    :param shown: what others see of the value, such as an address without its password.
     """
 
     name: str
@@ -48,6 +47,7 @@ class Spec:
     maximum: float | None = None
     choices: tuple[str, ...] = ()
     read_only: bool = False
+    shown: Callable[[Any], Any] = lambda value: value
 
     @property
     def optional(self) -> bool:
@@ -129,16 +129,16 @@ class ParameterTable:
     """The parameters of one kind of node.
 
     :param specs: the fixed ones.
-    :param each: those that exist once for each name in the list ``names_in``, as ``NAME.spec``.
-    :param names_in: the parameter that lists the names.
+    :param each: by the parameter that lists names, those that exist once for each NAME in it, as
+        ``NAME.spec``.
     """
 
     def __init__(
-        self, specs: Iterable[Spec], *, each: Iterable[Spec] = (), names_in: str = ''
+        self, specs: Iterable[Spec], each: Mapping[str, Iterable[Spec]] | None = None
     ) -> None:
         self.specs = {spec.name: spec for spec in specs}
-        self.each = {spec.name: spec for spec in each}
-        self.names_in = names_in
+        self.groups = {names: {s.name: s for s in group} for names, group in (each or {}).items()}
+        self.each = {name: spec for group in self.groups.values() for name, spec in group.items()}
 
     def find(self, name: str) -> Spec:
         """The row of a full parameter name.
@@ -157,11 +157,11 @@ class ParameterTable:
 
     def defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The given values, completed by the defaults of what is not given."""
-        names = values.get(self.names_in, getattr(self.specs.get(self.names_in), 'default', []))
-        every = {
-            **self.specs,
-            **{f'{name}.{suffix}': s for name in names for suffix, s in self.each.items()},
-        }
+        every = dict(self.specs)
+        for listing, group in self.groups.items():
+            names = values.get(listing, self.specs[listing].default)
+            if not self.specs[listing].optional or listing in values:
+                every |= {f'{name}.{key}': spec for name in names for key, spec in group.items()}
         return {n: s.default for n, s in every.items() if not s.optional} | dict(values)
 
     def consistent(
@@ -206,76 +206,6 @@ class ParameterTable:
             waiting = {name: waiting[name] for name in reasons}
 
 
-def declare(
-    node: Node,
-    table: ParameterTable,
-    build: Callable[[Mapping[str, Any]], Any],
-    apply: Callable[[Any], None],
-) -> Any:
-    """Declare the table's parameters, check them now and whenever somebody sets them.
-
-    A bad value is refused with its reason in the log (on start) or in the answer (at run time), and
-    the old one, on start the default, stays in force. The node has to allow undeclared parameters,
-    so that those of a new NAME can be set.
-
-    :param build: makes the configuration from all values, raises ValueError with a reason.
-    :param apply: takes a configuration into use, when somebody has changed a parameter.
-    :return: the configuration to start with.
-    """
-    # rclpy has no public way to see the overrides of names that are not declared.
-    overrides = {
-        name: override.value
-        for name, override in node._parameter_overrides.items()
-        if not name.startswith(_FOREIGN)
-    }
-    values, refused = table.consistent(overrides, build)
-    for reason in refused.values():
-        node.get_logger().error(f'Parameter refused: {reason}. The default stays in force.')
-    for name, value in values.items():
-        descriptor = table.find(name).descriptor()
-        node.declare_parameter(name, value, descriptor, ignore_override=True)
-
-    def changed(parameters: Sequence[Parameter]) -> dict[str, Any] | None:
-        own = [p for p in parameters if not p.name.startswith(_FOREIGN)]
-        if not own:
-            return None
-        checked = {}
-        for parameter in own:
-            if parameter.type_ != Parameter.Type.NOT_SET:
-                spec = table.find(parameter.name)
-                checked[parameter.name] = spec.check(parameter.name, parameter.value)
-        current = {n: node.get_parameter(n).value for n in values if node.has_parameter(n)}
-        for parameter in own:
-            current.pop(parameter.name, None)
-        return current | checked
-
-    def widen(parameters: list[Parameter]) -> list[Parameter]:
-        """An int where a float is meant is taken as the float, before anybody looks at it."""
-        widened = []
-        for parameter in parameters:
-            try:
-                value = table.find(parameter.name).check(parameter.name, parameter.value)
-            except ValueError:
-                value = []  # refused below, with its reason
-            widened.append(parameter if value == [] else Parameter(parameter.name, value=value))
-        return widened
-
-    def check(parameters: list[Parameter]) -> SetParametersResult:
-        try:
-            after = changed(parameters)
-            if after is not None:
-                build(table.defaults(after))
-        except ValueError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
-
-    def take(parameters: list[Parameter]) -> None:
-        after = changed(parameters)
-        if after is not None:
-            values.update(after)
-            apply(build(table.defaults(after)))
-
-    node.add_pre_set_parameters_callback(widen)
-    node.add_on_set_parameters_callback(check)
-    node.add_post_set_parameters_callback(take)
-    return build(values)
+def own_values(setup: type, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Of the parameters those that a setup, a dataclass, has as fields of the same name."""
+    return {field.name: values[field.name] for field in fields(setup) if field.name in values}

@@ -1,7 +1,6 @@
 """Publishers and subscriptions with the package's quality of service, open to overrides."""
 
 from collections.abc import Callable
-from typing import Any
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -9,15 +8,27 @@ from rclpy.qos import QoSProfile
 from rclpy.qos import ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
+from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import Image
 
 from colortrack_ros.nodes.parameters import Spec
 
-DEPTH = Spec(
-    'queue_depth',
+PICTURES = (Image, CompressedImage)
+
+PICTURE_DEPTH = Spec(
+    'image_queue_depth',
     5,
-    'Messages that wait in the queue of each publisher and subscription.',
+    'Images that wait in the queue of each publisher and subscription.',
     minimum=1,
     maximum=1000,
+    read_only=True,
+)
+DEPTH = Spec(
+    'queue_depth',
+    100,
+    'Other messages that wait in the queue of each publisher and subscription.',
+    minimum=1,
+    maximum=10000,
     read_only=True,
 )
 
@@ -27,33 +38,36 @@ def topic(name: str, default: str, content: str) -> Spec:
     return Spec(name, default, f'Topic of {content}.', read_only=True)
 
 
-def publish_on(node: Node, kind: type, parameter: str) -> Publisher:
-    """A reliable publisher on the topic that a parameter names; every subscriber can hear it."""
+def publish_on(node: Node, kind: type, name: str) -> Publisher:
+    """A reliable publisher; every subscriber can hear it."""
     return node.create_publisher(
         kind,
-        node.get_parameter(parameter).value,
-        _profile(node, ReliabilityPolicy.RELIABLE),
+        name,
+        QoSProfile(depth=_depth(node, kind), reliability=ReliabilityPolicy.RELIABLE),
         qos_overriding_options=QoSOverridingOptions.with_default_policies(),
     )
 
 
 def subscribe_to(
-    node: Node, kind: type, parameter: str, callback: Callable[[Any], None], *, pictures: bool
+    node: Node, kind: type, name: str, callback: Callable[[bytes], None]
 ) -> Subscription:
-    """A subscription to the topic that a parameter names.
+    """A subscription that hands over serialized bytes: what cannot be read is the node's to refuse.
 
-    :param pictures: take them best effort, as serialized bytes: what is late is not sent again.
+    Pictures are taken best effort: what is late is not sent again.
     """
-    reliability = ReliabilityPolicy.BEST_EFFORT if pictures else ReliabilityPolicy.RELIABLE
+    best_effort = kind in PICTURES
+    reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
     return node.create_subscription(
         kind,
-        node.get_parameter(parameter).value,
+        name,
         callback,
-        _profile(node, reliability),
+        QoSProfile(depth=_depth(node, kind), reliability=reliability),
         qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        raw=pictures,
+        raw=True,
     )
 
 
-def _profile(node: Node, reliability: ReliabilityPolicy) -> QoSProfile:
-    return QoSProfile(depth=node.get_parameter(DEPTH.name).value, reliability=reliability)
+def _depth(node: Node, kind: type) -> int:
+    spec = PICTURE_DEPTH if kind in PICTURES else DEPTH
+    depth: int = node.get_parameter(spec.name).value
+    return depth

@@ -1,18 +1,23 @@
 """The node that turns detections into tracks."""
 
+import threading
 from typing import Any
 
+from rclpy.clock import Clock
+from rclpy.clock import ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import Detections
 from colortrack_ros.messages import cloud_of_tracks
-from colortrack_ros.messages import detections_of_cloud
+from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.messages import MessageError
 from colortrack_ros.nodes.health import Health
-from colortrack_ros.nodes.parameters import declare
+from colortrack_ros.nodes.live_parameters import declare
+from colortrack_ros.nodes.order import Order
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to
@@ -20,6 +25,9 @@ from colortrack_ros.nodes.tracker_parameters import build
 from colortrack_ros.nodes.tracker_parameters import TABLE
 from colortrack_ros.nodes.tracker_parameters import TrackerSetup
 from colortrack_ros.tracking import Tracker
+
+IDLE = 0.1
+"""How often [s] it is looked whether waiting messages have to wait any longer."""
 
 
 class TrackerNode(Node):
@@ -31,36 +39,70 @@ class TrackerNode(Node):
 
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
         super().__init__('tracker', allow_undeclared_parameters=True, **options)
+        self._lock = threading.Lock()  # in a pipeline, frames come from the camera's thread
         self._setup: TrackerSetup = declare(self, TABLE, build, self._apply)
         self._tracker = Tracker(self._setup.config)
         self._markers = MarkerWriter()
-        self._alive = 0
+        self._alive = self._dropped = 0
         self.health = Health(self, tracks=lambda: self._alive)
-        self._tracks_publisher = publish_on(self, PointCloud2, 'tracks_topic')
-        self._markers_publisher = publish_on(self, MarkerArray, 'markers_topic')
+        self._order: Order[Detections] = Order(self.process, self.health.refuse)
+        self._apply(self._setup)
+        self._tracks_publisher = publish_on(self, PointCloud2, self._setup.tracks_topic)
+        self._markers_publisher = publish_on(self, MarkerArray, self._setup.markers_topic)
+        self.create_service(Trigger, '~/reset', self._reset)
         if subscribe:
-            subscribe_to(self, PointCloud2, 'detections_topic', self._receive, pictures=False)
+            subscribe_to(self, PointCloud2, self._setup.detections_topic, self._receive)
+            self._idle = 0.0
+            self.create_timer(IDLE, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def process(self, detections: Detections) -> None:
         """Track and publish."""
         self.health.took_in()
-        tracks = self._tracker.update(detections)
+        with self._lock:
+            tracks = self._tracker.update(detections)
+            dropped = self._tracker.dropped
         self._alive = len(tracks.rows)
+        if dropped > self._dropped:
+            self.health.refuse(
+                f'{dropped - self._dropped} of {len(detections.rows)} detections: expected finite '
+                'numbers and a covariance that is positive definite or all zero'
+            )
+            self._dropped = dropped
         if tracks.restarted:
-            self.get_logger().warning(f'The tracker started afresh: {tracks.restarted}')
+            self.get_logger().warning(
+                f'The tracker started afresh: {tracks.restarted}', throttle_duration_sec=1.0
+            )
         self._tracks_publisher.publish(cloud_of_tracks(tracks))
         self._markers_publisher.publish(self._markers.write(tracks, self._setup.marker_scale))
         self.health.gave_out(tracks.stamp)
 
-    def _receive(self, message: PointCloud2) -> None:
+    def _receive(self, cdr: bytes) -> None:
+        self._idle = 0.0
         try:
-            self.process(detections_of_cloud(message))
+            detections = detections_of_serialized_cloud(cdr)
+            self._order.push(detections.stamp, detections)
         except MessageError as error:
             self.health.refuse(str(error))
 
+    def _look(self) -> None:
+        """What waits for its place waits no longer when nothing comes."""
+        self._idle += IDLE
+        if self._idle > self._order.window:
+            self._order.flush()
+
+    def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            self._tracker.reset('a call of ~/reset')
+        response.success = True
+        response.message = 'all tracks are dropped with the next frame'
+        return response
+
     def _apply(self, setup: TrackerSetup) -> None:
+        with self._lock:
+            if setup.config != self._setup.config:
+                self._tracker.configure(setup.config)
         self._setup = setup
-        self._tracker.configure(setup.config)
+        self._order.window, self._order.max_late = setup.reorder_window, setup.max_late
 
 
 def main() -> int:

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from dataclasses import fields
 from typing import Any
 
+from colortrack_ros.nodes.health import HEALTH
+from colortrack_ros.nodes.order import ORDER
+from colortrack_ros.nodes.parameters import own_values
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
@@ -145,10 +148,12 @@ TABLE = ParameterTable(
             minimum=1e-9,
             maximum=1e3,
         ),
+        *ORDER,
         topic('detections_topic', 'detections', 'the detections'),
         topic('tracks_topic', 'tracks', 'the tracks that are published'),
         topic('markers_topic', 'tracks/markers', 'the markers that are published'),
         DEPTH,
+        *HEALTH,
     ]
 )
 
@@ -159,6 +164,11 @@ class TrackerSetup:
 
     config: TrackerConfig
     marker_scale: float
+    reorder_window: float
+    max_late: float
+    detections_topic: str
+    tracks_topic: str
+    markers_topic: str
 
 
 def build(values: Mapping[str, Any]) -> TrackerSetup:
@@ -167,4 +177,4 @@ def build(values: Mapping[str, Any]) -> TrackerSetup:
     :raises ValueError: the values do not fit together; the reason names the parameter.
     """
     config = TrackerConfig(**{field.name: values[field.name] for field in fields(TrackerConfig)})
-    return TrackerSetup(config, values['marker_scale'])
+    return TrackerSetup(config, **own_values(TrackerSetup, values))

@@ -39,7 +39,7 @@ def value_noise(seed: tuple[int, ...], height: int, width: int, cell: float) -> 
     """Return (height, width), smooth noise in [-1, 1] whose bumps are about `cell` px wide."""
     rows, row_weights = _grid(height, cell)
     columns, column_weights = _grid(width, cell)
-    lattice = 2 * uniform(seed, rows[-1] + 2, columns[-1] + 2) - 1
+    lattice = 2 * uniform(seed, rows.max(initial=0) + 2, columns.max(initial=0) + 2) - 1
     w = row_weights[:, None]
     bands = lattice[rows] * (1 - w) + lattice[rows + 1] * w
     return bands[:, columns] * (1 - column_weights) + bands[:, columns + 1] * column_weights

@@ -48,26 +48,28 @@ class Tracker:
         """Detections refused so far: not finite, or with a covariance that is none."""
         self.repeated = 0
         """Detections refused so far: the same as before, with the same stamp."""
-        self._why = ''
-        self._start(1)
+        self._start(1, '')
 
-    def _start(self, first_id: int) -> None:
+    def _start(self, first_id: int, why: str) -> None:
         model = MOTION_MODELS[self.config.motion_model](self.config.acceleration)
         self._tracks = Population(model, first_id)
         self._adaptation = Adaptation()
         self._started, self._stamp, self._period = False, 0, 1 / 30
         self._known_rows = np.zeros(0, DETECTION)
+        self._why = why
 
-    def reset(self) -> None:
-        """Forget all tracks. IDs go on: none is used twice."""
-        self._start(self._tracks.next_id)
+    def reset(self, why: str = '') -> None:
+        """Forget all tracks. IDs go on: none is used twice.
+
+        :param why: what the next Tracks tell as the reason.
+        """
+        self._start(self._tracks.next_id, why)
 
     def configure(self, config: TrackerConfig) -> None:
         """Change the configuration; tracks live on, unless the motion model is another."""
         old, self.config = self.config, config
         if old.motion_model != config.motion_model:
-            self.reset()
-            self._why = f'motion_model changed from {old.motion_model} to {config.motion_model}'
+            self.reset(f'motion_model changed from {old.motion_model} to {config.motion_model}')
 
     def update(self, detections: Detections) -> Tracks:
         """Take the detections of one frame.
@@ -100,12 +102,10 @@ class Tracker:
         """Go to the stamp, or start afresh; return dt [s]."""
         dt = (stamp - self._stamp) / NANOSECONDS if self._started else 0.0
         if dt < 0:
-            self._why = f'the stamp went back by {-dt:.6f} s'
+            self.reset(f'the stamp went back by {-dt:.6f} s')
         elif dt > self.config.max_dt:
-            self._why = f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s'
-        if not 0 <= dt <= self.config.max_dt:
-            self.reset()
-            dt = 0.0
+            self.reset(f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s')
+        dt = dt if self._started else 0.0
         self._started, self._stamp = True, stamp
         self._period = dt or self._period
         return dt

@@ -10,7 +10,7 @@ from colortrack_ros.detection import ReferenceColor
 
 @st.composite
 def colors(draw, most=4):
-    """Reference colors inside and outside of what a screen can show, any tolerance."""
+    """Reference colors inside and outside of what a screen can show, spheres and ellipsoids."""
     count = draw(st.integers(1, most))
     number = st.floats(-80, 80)
     return tuple(
@@ -18,6 +18,7 @@ def colors(draw, most=4):
             f'color{k}',
             (draw(st.floats(0, 100)), draw(number), draw(number)),
             tolerance=draw(st.floats(1, 90)),
+            tolerance_lab=draw(st.none() | st.tuples(*[st.floats(1, 90)] * 3)),
         )
         for k in range(count)
     )

@@ -47,7 +47,7 @@ RADIUS = {'ball': 22, 'ball2': 26, 'ball4': 50}
 @pytest.mark.parametrize('name', TOLERANCE)
 def test_the_ball_is_found_and_nothing_else(name):
     color = ReferenceColor('ball', GREEN, TOLERANCE[name])
-    detector = Detector(DetectorConfig((color,), min_area=150, closing_size=9))
+    detector = Detector(DetectorConfig(colors=(color,), min_area=150, closing_size=9))
     video = cv2.VideoCapture(str(VIDEOS / f'{name}.mp4'))
     found, unseen = [], []
     for number in range(10_000):

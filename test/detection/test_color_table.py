@@ -22,10 +22,10 @@ def test_the_mask_is_that_of_the_float_computation(has_lut, frame, colors):
     table = ColorTable(colors)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(color_table, 'HAS_16_BIT_LUT', has_lut)
-        labels = table.label_image(frame.image, frame.encoding)
+        labels = table.label(frame.image, frame.encoding).pixels
     np.testing.assert_array_equal(labels, textbook.labels(frame, colors))
     np.testing.assert_array_equal(
-        table.label_image(frame.image, frame.encoding), labels, 'the second time, from memory'
+        table.label(frame.image, frame.encoding).pixels, labels, 'the second time, from memory'
     )
 
 
@@ -37,7 +37,7 @@ def test_all_colors_around_a_boundary_are_exact():
         ReferenceColor.from_rgb('a', (200, 60, 90), 40.0),
         ReferenceColor.from_rgb('b', (150, 90, 90), 30.0),
     )
-    labels = ColorTable(colors).label_image(image, 'rgb8')
+    labels = ColorTable(colors).label(image, 'rgb8').pixels
     np.testing.assert_array_equal(labels, textbook.labels(frame, colors))
     assert set(np.unique(labels)) == {0, 1, 2}
 
@@ -46,7 +46,7 @@ def test_at_equal_distance_the_first_color_wins():
     lab = (50.0, 20.0, 20.0)
     colors = (ReferenceColor('a', lab, 200.0), ReferenceColor('b', lab, 200.0))
     image = np.full((2, 3, 3), 128, np.uint8)
-    assert (ColorTable(colors).label_image(image, 'bgr8') == 1).all()
+    assert (ColorTable(colors).label(image, 'bgr8').pixels == 1).all()
 
 
 def test_the_largest_number_of_colors():
@@ -56,6 +56,17 @@ def test_the_largest_number_of_colors():
         for k in range(254)
     )
     image = random.integers(0, 256, (40, 50, 3), dtype=np.uint8)
-    labels = ColorTable(colors).label_image(image, 'rgb8')
+    labels = ColorTable(colors).label(image, 'rgb8').pixels
     np.testing.assert_array_equal(labels, textbook.labels(Frame(image, 'rgb8'), colors))
     assert labels.max() == 254
+
+
+@pytest.mark.parametrize('height', [1, 2, 3, 301])
+def test_threads_and_strips_do_not_change_the_result(height):
+    random = np.random.default_rng(5)
+    image = random.integers(90, 160, (height, 1000, 3), dtype=np.uint8)
+    colors = (ReferenceColor('gray', (50.0, 0.0, 0.0), 12.0),)
+    expected = textbook.labels(Frame(image), colors)
+    for threads in (1, 2, 3):
+        labels = ColorTable(colors, threads).label(image, 'bgr8').pixels
+        np.testing.assert_array_equal(labels, expected)

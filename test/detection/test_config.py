@@ -1,10 +1,14 @@
 from math import inf
 from math import nan
 
+import numpy as np
 import pytest
 
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.color_table import ColorTable
+from colortrack_ros.detection.config import RANGES
+from colortrack_ros.detection.reference import PRESETS
 
 LAB = (50.0, 10.0, 10.0)
 
@@ -40,6 +44,9 @@ def test_an_rgb_out_of_range_is_refused(rgb):
         ('erosion_size', 101),
         ('opening_size', -1),
         ('closing_size', 4),
+        ('method', 'magic'),
+        ('channel', 'cyan'),
+        ('background_model', 'mean'),
     ],
 )
 def test_a_parameter_out_of_range_is_refused_by_name(parameter, value):
@@ -47,6 +54,48 @@ def test_a_parameter_out_of_range_is_refused_by_name(parameter, value):
         DetectorConfig(**{parameter: value})
 
 
+@pytest.mark.parametrize('parameter', RANGES)
+def test_a_number_out_of_its_range_is_refused_by_name(parameter):
+    low, high = RANGES[parameter]
+    for value in (low, high):
+        assert getattr(DetectorConfig(**{parameter: value}), parameter) == value
+    for value in (low - 1, high + 1, nan):
+        with pytest.raises(ValueError, match=rf'^{parameter} is .*, expected {low}\.\.{high}$'):
+            DetectorConfig(**{parameter: value})
+
+
 def test_a_color_without_a_name_is_refused():
     with pytest.raises(ValueError, match='colors is'):
         ReferenceColor('', LAB)
+
+
+@pytest.mark.parametrize('axes', [(0, 1, 1), (1, 201, 1), (1, 1, nan), (1, 1)])
+def test_an_ellipsoid_out_of_range_is_refused(axes):
+    with pytest.raises(ValueError, match=r'red\.tolerance_lab is .*, expected three numbers'):
+        ReferenceColor('red', LAB, tolerance_lab=axes)
+
+
+def test_an_unknown_preset_is_refused_with_those_there_are():
+    with pytest.raises(ValueError, match=r"ball\.preset is 'pink', expected one of red, orange"):
+        ReferenceColor.from_preset('ball', 'pink')
+
+
+@pytest.mark.parametrize(
+    ('name', 'rgbs'),
+    {
+        'red': [(200, 40, 35), (160, 25, 30), (205, 58, 34), (230, 30, 40)],
+        'orange': [(235, 130, 30), (250, 150, 50), (220, 110, 25)],
+        'yellow': [(235, 205, 45), (250, 225, 80), (214, 170, 40)],
+        'green': [(50, 150, 60), (30, 110, 45), (70, 190, 70)],
+        'cyan': [(40, 180, 190), (60, 200, 215)],
+        'blue': [(35, 75, 175), (38, 84, 176), (20, 40, 130), (30, 90, 220)],
+        'magenta': [(190, 40, 150), (220, 60, 180)],
+        'white': [(250, 250, 250), (225, 228, 230)],
+        'black': [(15, 15, 15), (35, 32, 30)],
+    }.items(),
+)
+def test_presets_hold_the_colors_of_their_name_and_no_gray(name, rgbs):
+    table = ColorTable(tuple(ReferenceColor.from_preset(preset, preset) for preset in PRESETS))
+    labels = table.label_colors(np.array(rgbs))
+    assert [list(PRESETS)[label - 1] for label in labels if label] == [name] * len(rgbs)
+    assert not table.label_colors(np.array([(128, 128, 128), (90, 85, 80), (205, 160, 132)])).any()

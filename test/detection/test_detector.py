@@ -37,7 +37,15 @@ def scene(discs, shape=(120, 160), background=(110, 120, 115), color=(30, 40, 22
 )
 def test_detections_are_those_of_the_textbook(frame, colors, sizes, limits):
     assume(textbook.is_decided(frame, colors))
-    config = DetectorConfig(colors, *limits, *sizes)
+    closing, erosion, opening = sizes
+    config = DetectorConfig(
+        colors=colors,
+        min_area=limits[0],
+        max_area=limits[1],
+        closing_size=closing,
+        erosion_size=erosion,
+        opening_size=opening,
+    )
     detections = Detector(config).detect(frame)
     rows = detections.rows
     names = ('area', 'u', 'v', 'box_u', 'box_v', 'box_w', 'box_h', 'color')

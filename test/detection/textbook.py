@@ -38,9 +38,10 @@ def rgb(frame):
 
 
 def distances(frame, colors):
-    """(H, W, number of colors) of (2.1)."""
+    """(H, W, number of colors) of (2.1); of an ellipsoid, as if it were a sphere of tolerance."""
     difference = lab(rgb(frame))[..., None, :] - np.array([color.lab for color in colors])
-    return np.sqrt((difference**2).sum(axis=-1))
+    squares = [(difference[..., k, :] / color.axes) ** 2 for k, color in enumerate(colors)]
+    return np.sqrt(np.sum(squares, axis=-1)).transpose(1, 2, 0) * [c.tolerance for c in colors]
 
 
 def labels(frame, colors):

@@ -22,6 +22,11 @@ def test_a_slow_worker_gets_the_newest_and_the_rest_is_counted():
 
 
 def test_closing_ends_the_waiting():
-    backlog = Backlog(max_lag=0.05)
+    backlog = Backlog()
     backlog.close()
     assert backlog.get() is None
+    assert backlog.closed
+
+
+def test_waiting_ends_after_the_timeout():
+    assert Backlog().get(timeout=0.01) is None

@@ -29,6 +29,7 @@ def test_every_detections_message_gives_one_of_tracks_and_one_of_markers(ros):
     publisher = ros.node.create_publisher(PointCloud2, 'detections', 10)
     assert ros.spin(lambda: publisher.get_subscription_count() == 1)
     assert ros.spin(lambda: ros.node.count_publishers('tracks/markers') == 1)
+    ros.settle()
     sent = [detections(k, [(100 + 2.0 * k, 50)] if k < 10 else []) for k in range(60)]
     for k, message in enumerate(sent):
         publisher.publish(message)
@@ -51,6 +52,7 @@ def test_a_stamp_that_goes_back_starts_afresh_and_deletes_all_markers(ros):
     publisher = ros.node.create_publisher(PointCloud2, 'detections', 10)
     assert ros.spin(lambda: publisher.get_subscription_count() == 1)
     assert ros.spin(lambda: ros.node.count_publishers('tracks/markers') == 1)
+    ros.settle()
     for count, k in enumerate([*range(10), 0]):
         publisher.publish(detections(k, [(100, 50)]))
         assert ros.spin(lambda count=count: len(markers) == count + 1)

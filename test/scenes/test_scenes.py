@@ -25,6 +25,11 @@ DIGESTS = {
     'clutter': '81b5ad70e2882168',
     'light': '247655e48938b455',
     'fast': 'b32e0a1f71c8177f',
+    'window_texture': '3af825f8b1d1afe5',
+    'window_clutter': '6208d16e35924a11',
+    'window_partial': 'c71d726b7ad06bd6',
+    'window_hidden': 'db164c9e340e5b1c',
+    'window_jump': '64be306c64324f10',
 }
 """SHA-256 of frame 250 with all options at their defaults, first 16 digits."""
 
@@ -69,6 +74,15 @@ def test_scenes_last_as_long_as_pegorettis_videos():
     for name in SCENES:
         scene = open_scene(name)
         assert (scene.width, scene.height, scene.rate, len(scene)) == (1280, 720, 24.0, 500)
+
+
+@pytest.mark.parametrize('name', SCENES)
+@pytest.mark.parametrize('query', ['width=16&height=16', 'width=33&height=999&duration=0.01'])
+def test_every_scene_can_be_rendered_in_any_size(name, query):
+    scene = open_scene(f'{name}?{query}')
+    for k in (0, len(scene) // 2, len(scene) - 1):
+        assert scene.render(k).shape == (scene.height, scene.width, 3)
+        assert scene.truth(k).dtype == TRUTH
 
 
 def test_options_set_size_rate_noise_and_length():

@@ -33,8 +33,8 @@ smears = st.tuples(st.floats(-12, 12), st.floats(-12, 12))
 def test_a_ball_covers_a_disc_around_its_center_however_it_moves(center, smear, radius):
     center, smear = np.array(center), np.array(smear)
     area, u, v = moments(coverage(lambda image: draw_ball(image, center, smear, radius, RED)))
-    assert area == pytest.approx(np.pi * radius**2, rel=0.02)
-    assert (u, v) == pytest.approx(tuple(center), abs=0.03)
+    assert area == pytest.approx(np.pi * radius**2, rel=0.03)
+    assert (u, v) == pytest.approx(tuple(center), abs=0.05)
 
 
 @settings(max_examples=60, deadline=None)
@@ -43,7 +43,8 @@ def test_a_rectangle_covers_its_area_around_its_center(center, smear, half):
     center, smear, half = np.array(center), np.array(smear), np.array(half)
     area, u, v = moments(coverage(lambda image: draw_rectangle(image, center, smear, half, RED)))
     assert area == pytest.approx(4 * half[0] * half[1], rel=0.01)
-    assert (u, v) == pytest.approx(tuple(center), abs=0.03)
+    # Half a pixel's worth counts at the pixel's center, up to a quarter pixel off.
+    assert (u, v) == pytest.approx(tuple(center), abs=0.125 / (2 * half.min()) + 0.01)
 
 
 @settings(max_examples=60, deadline=None)

@@ -1,0 +1,80 @@
+"""What moves, whatever its color."""
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+from colortrack_ros.detection.background_model import BackgroundModel
+from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import clear
+from colortrack_ros.detection.blobs import connect
+from colortrack_ros.detection.blobs import find_blobs
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.pixels import channels_of
+
+if TYPE_CHECKING:
+    from colortrack_ros.detection.config import DetectorConfig
+
+SUBTRACTORS = {
+    'mog2': lambda: cv2.createBackgroundSubtractorMOG2(detectShadows=False),
+    'knn': lambda: cv2.createBackgroundSubtractorKNN(detectShadows=False),
+}
+
+
+class Background:
+    """Background subtraction and the clean-up of De Bem 2007, section 3.
+
+    The subtraction is smoothed with a Gaussian, cut at a threshold, and freed of components that
+    are smaller than min_area (area opening). The opening comes with the rest of the morphology.
+
+    :param config: background_model, difference_threshold, blur_sigma, min_area, learn_seconds.
+    """
+
+    labels = 1
+    connect = staticmethod(connect)
+
+    def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:
+        self._config, self._model = config, background
+        self.restart()
+
+    def restart(self) -> None:
+        """Make OpenCV's subtractor afresh."""
+        name = self._config.background_model
+        self._subtractor = SUBTRACTORS[name]() if name in SUBTRACTORS else None
+
+    def label(self, frame: Frame) -> LabelImage:
+        """1 for what differs from the background."""
+        picture = channels_of(frame)
+        threshold = self._config.difference_threshold
+        if self._subtractor is None:
+            difference = self._difference(picture)
+        else:
+            difference = self._subtractor.apply(picture)
+            threshold = 127.0
+        if self._config.blur_sigma > 0:
+            difference = cv2.GaussianBlur(difference, (0, 0), self._config.blur_sigma)
+        image = LabelImage.empty(*picture.shape[:2])
+        cv2.threshold(difference, threshold, 1, cv2.THRESH_BINARY, dst=image.pixels)
+        clear(image, find_blobs(image, 1, self._config.min_area - 1).runs)
+        return image
+
+    def _difference(self, picture: NDArray) -> NDArray:
+        """(H, W) mean of the channels' distances to the background, 0 before there is one."""
+        if not self._model.knows(picture):
+            return np.zeros(picture.shape[:2], np.uint8)
+        self._model.relight(picture)
+        return self._model.difference(picture)
+
+    def closeness(
+        self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray
+    ) -> NDArray[np.float64]:
+        """1: there is no reference color."""
+        return np.ones(len(label))
+
+    def learn(self, frame: Frame, blobs: Blobs) -> None:
+        """The background follows the frame, but for what was found."""
+        seconds = self._config.learn_seconds
+        self._model.follow(channels_of(frame), frame.stamp, blobs.box, seconds)

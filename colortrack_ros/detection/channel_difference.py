@@ -1,0 +1,71 @@
+"""The largest object of a primary color: Red object, equations (8) to (12)."""
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+from colortrack_ros.detection.background_model import BackgroundModel
+from colortrack_ros.detection.blobs import as_one
+from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.pixels import rgb_of
+from colortrack_ros.detection.pixels import split_rgb
+
+if TYPE_CHECKING:
+    from colortrack_ros.detection.config import DetectorConfig
+
+CHANNELS = ('red', 'green', 'blue')
+REGION = 0.10
+"""Half the side of the region of interest, a share of the picture's width and height."""
+
+
+class ChannelDifference:
+    """R - G - B above a threshold, or another channel minus the other two.
+
+    With the mask O, the row sums H (8) and the column sums V (9), the object is where V and H are
+    greatest, x = argmax V, y = argmax H (10). Its centroid is that of all mask pixels in the
+    region of plus and minus 10 % of the picture around (x, y), (11) and (12), connected or not.
+
+    :param config: channel and channel_threshold.
+    """
+
+    labels = 1
+    connect = staticmethod(as_one)
+
+    def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:
+        self._channel = CHANNELS.index(config.channel)
+        self._threshold = config.channel_threshold
+
+    def label(self, frame: Frame) -> LabelImage:
+        """1 for the mask inside the region of interest."""
+        height, width = frame.image.shape[:2]
+        channels = split_rgb(frame.image, frame.encoding)
+        minuend = channels.pop(self._channel)
+        # Saturates at 0, which is below any threshold.
+        difference = cv2.subtract(cv2.subtract(minuend, channels[0]), channels[1])
+        image = LabelImage.empty(height, width)
+        cv2.threshold(difference, self._threshold, 1, cv2.THRESH_BINARY, dst=image.pixels)
+        v, u = np.divmod(image.positions(), image.stride)
+        if not v.size:
+            return image
+        y, x = np.bincount(v).argmax(), np.bincount(u).argmax()
+        outside = (np.abs(v - y) > REGION * height) | (np.abs(u - x) > REGION * width)
+        image.pixels[v[outside], u[outside]] = 0
+        return image
+
+    def closeness(
+        self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray
+    ) -> NDArray[np.float64]:
+        """The difference of the channels over the greatest one possible."""
+        rgb = rgb_of(frame.image[pixel], frame.encoding).astype(float)
+        others = np.delete(rgb, self._channel, axis=1).sum(axis=1)
+        return np.clip((rgb[:, self._channel] - others) / 255, 0, 1)
+
+    def learn(self, frame: Frame, blobs: Blobs) -> None:
+        """Nothing: every frame stands for itself."""
+
+    def restart(self) -> None:
+        """Nothing was learned."""

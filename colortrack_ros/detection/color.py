@@ -1,0 +1,127 @@
+"""Objects by their color: Pegoretti 2021, 3.1.1."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+from colortrack_ros.detection.background_model import BackgroundModel
+from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import clear
+from colortrack_ros.detection.blobs import connect
+from colortrack_ros.detection.blobs import find_runs
+from colortrack_ros.detection.blobs import sample_pixels
+from colortrack_ros.detection.color_table import ColorTable
+from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.light import ColorFollower
+from colortrack_ros.detection.light import GrayWorld
+from colortrack_ros.detection.morphology import erode
+from colortrack_ros.detection.pixels import channels_of
+from colortrack_ros.detection.pixels import rgb_of
+from colortrack_ros.detection.reference import MAX_TOLERANCE
+from colortrack_ros.detection.reference import ReferenceColor
+
+if TYPE_CHECKING:
+    from colortrack_ros.detection.config import DetectorConfig
+
+FOLLOW_PIXELS = 16
+"""Pixels of a blob that a reference color follows."""
+
+
+class Color:
+    """Color distance (2.1) and threshold (2.2), and what makes them good for real rooms.
+
+    With grow above 1, a pixel within tolerance starts a blob, and those within grow times the
+    tolerance that are connected to it belong to it.
+
+    With moving_only a pixel counts only where it differs from the learned background: things of
+    the reference color that stand still are not found, and what passes in front of them is.
+    """
+
+    connect = staticmethod(connect)
+
+    def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:
+        self.labels = len(config.colors)
+        self._config, self._background = config, background
+        self._follower = ColorFollower(config.colors, config.follow_light)
+        self._gray_world = GrayWorld()
+        self._take(config.colors)
+
+    def _take(self, colors: tuple[ReferenceColor, ...]) -> None:
+        """Make the tables."""
+        config = self._config
+        self._table = ColorTable(colors, config.threads)
+        if config.grow > 1:
+            self._loose = ColorTable(tuple(_grown(c, config.grow) for c in colors), config.threads)
+
+    def label(self, frame: Frame) -> LabelImage:
+        """The reference color that each pixel is within tolerance of."""
+        picture = frame.image
+        if self._config.white_balance == 'gray_world':
+            picture = self._gray_world.balance(picture)
+        self._picture = picture
+        image = self._table.label(picture, frame.encoding)
+        if self._config.grow > 1:
+            image = self._grow(image, self._loose.label(picture, frame.encoding))
+        if self._config.moving_only:
+            self._drop_background(frame, image)
+        return image
+
+    def _grow(self, tight: LabelImage, loose: LabelImage) -> LabelImage:
+        """The components of the loose image that hold a pixel of the tight one, after erosion."""
+        erode(tight, self._config.erosion_size, self.labels)
+        runs = find_runs(loose)
+        count, component = connect(runs)
+        started = np.zeros(count, bool)
+        started[component[np.searchsorted(runs.start, tight.positions(), 'right') - 1]] = True
+        clear(loose, runs.take(~started[component]))
+        return loose
+
+    def _drop_background(self, frame: Frame, image: LabelImage) -> None:
+        """Set pixels to 0 that are like the background, all of them before there is one."""
+        picture = channels_of(frame)
+        if not self._background.knows(picture):
+            image.padded[...] = 0
+            return
+        self._background.relight(picture)
+        position = image.positions()
+        v, u = np.divmod(position, image.stride)
+        difference = self._background.difference_at(picture, v * image.width + u)
+        still = difference <= self._config.difference_threshold
+        image.padded.reshape(-1)[position[still]] = 0
+
+    def closeness(
+        self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray
+    ) -> NDArray[np.float64]:
+        """1 - D / tolerance."""
+        return self._table.closeness(rgb_of(self._picture[pixel], frame.encoding), label)
+
+    def learn(self, frame: Frame, blobs: Blobs) -> None:
+        """The background follows the frame but for what was found, and the colors what was."""
+        config = self._config
+        if config.moving_only:
+            picture = channels_of(frame)
+            self._background.follow(picture, frame.stamp, blobs.box, config.learn_seconds)
+        if config.follow_light > 0:
+            blob, position = sample_pixels(blobs, FOLLOW_PIXELS)
+            pixels = self._picture[np.divmod(position, blobs.runs.stride)]
+            lab = lab_from_rgb(rgb_of(pixels, frame.encoding))
+            colors = self._follower.follow(lab, blobs.label[blob] - 1, frame.stamp)
+            if colors is not None:
+                self._take(colors)
+
+    def restart(self) -> None:
+        """The light of the next frame is the first, and the colors are as configured."""
+        self._gray_world.restart()
+        self._follower = ColorFollower(self._config.colors, self._config.follow_light)
+        self._take(self._config.colors)
+
+
+def _grown(color: ReferenceColor, factor: float) -> ReferenceColor:
+    """The same color with a larger tolerance."""
+    first, second, third = (min(factor * axis, MAX_TOLERANCE) for axis in color.axes)
+    tolerance = min(factor * color.tolerance, MAX_TOLERANCE)
+    return replace(color, tolerance=tolerance, tolerance_lab=(first, second, third))

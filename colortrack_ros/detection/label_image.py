@@ -1,0 +1,63 @@
+"""A label image, and where in it there is anything at all."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+WORD = 8
+
+
+@dataclass(frozen=True)
+class LabelImage:
+    """One byte for each pixel: 0 for none of the colors, k + 1 for color k.
+
+    The rows are padded with zeros, by at least one byte, to whole words of eight: a run ends with
+    its row, and who looks for content steps over eight empty pixels at a time.
+
+    :param padded: (H, stride) contiguous, 0 from column width on.
+    :param width: of the picture [px].
+    """
+
+    padded: NDArray[np.uint8]
+    width: int
+
+    @classmethod
+    def empty(cls, height: int, width: int) -> 'LabelImage':
+        """One whose pixels are not yet set."""
+        padded = np.empty((height, (width // WORD + 1) * WORD), np.uint8)
+        padded[:, width:] = 0
+        return cls(padded, width)
+
+    @property
+    def stride(self) -> int:
+        """Width of the padded image [px]; positions are counted in it."""
+        return self.padded.shape[1]
+
+    @property
+    def pixels(self) -> NDArray[np.uint8]:
+        """(H, W) view without the padding."""
+        return self.padded[:, : self.width]
+
+    @property
+    def words(self) -> NDArray[np.uint64]:
+        """(H stride / 8,) view."""
+        return self.padded.reshape(-1).view(np.uint64)
+
+    def strip(self, top: int, bottom: int) -> 'LabelImage':
+        """Some of the rows, a view."""
+        return LabelImage(self.padded[top:bottom], self.width)
+
+    def content(self) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
+        """The words that are not empty.
+
+        :returns: their numbers, (N,) ascending, and a copy of their labels, (N, 8).
+        """
+        filled = np.flatnonzero(self.words != 0)
+        return filled, self.words[filled].view(np.uint8).reshape(-1, WORD)
+
+    def positions(self) -> NDArray[np.intp]:
+        """(N,) the labeled pixels, v stride + u."""
+        filled, labels = self.content()
+        labeled = np.flatnonzero(labels)
+        return (filled * WORD)[labeled >> 3] + (labeled & 7)

@@ -1,0 +1,96 @@
+"""Light that changes: pictures as they would be in the first light, and colors that follow it."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.reference import LAB_RANGES
+from colortrack_ros.detection.reference import ReferenceColor
+
+GRID = 16384
+"""Pixels that the light is estimated from."""
+
+FOLLOW_SECONDS = 1.0
+"""Time constant of a reference color that follows what is found."""
+
+STEP = 1.0
+"""How far it has to go before the tables are made anew [CIELAB units]."""
+
+ALPHA = 3
+"""First channel that is not light."""
+
+
+class GrayWorld:
+    """Keeps the mean of each channel at what it was in the first picture.
+
+    That is the gray-world assumption, the mean of a scene does not change, but relative: the
+    colors that were picked in the first light stay what they were.
+    """
+
+    def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
+        """Take the light of the next picture as the first."""
+        self._first = np.zeros(0)
+
+    def balance(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The picture in the first light, of the same shape; at first the picture itself."""
+        step = max(1, int(np.sqrt(picture.shape[0] * picture.shape[1] / GRID)))
+        mean = np.maximum(np.atleast_1d(picture[::step, ::step].mean(axis=(0, 1))), 1.0)
+        if self._first.shape != mean.shape:
+            self._first = mean
+        gain = self._first / mean
+        gain[ALPHA:] = 1.0
+        levels = np.clip(np.rint(np.arange(256)[:, None] * gain), 0, 255).astype(np.uint8)
+        if (levels == np.arange(256)[:, None]).all():
+            return picture
+        balanced: NDArray[np.uint8] = np.empty(picture.shape, np.uint8)
+        cv2.LUT(picture, levels[:, None], dst=balanced)
+        return balanced
+
+
+class ColorFollower:
+    """Lets reference colors follow what is found of them, slowly and not far.
+
+    :param colors: as configured.
+    :param bound: how far one may go [CIELAB units].
+    """
+
+    def __init__(self, colors: tuple[ReferenceColor, ...], bound: float) -> None:
+        self._colors, self._bound = colors, bound
+        self._lab = np.array([color.lab for color in colors])
+        self._way = np.zeros_like(self._lab)
+        self._taken = self._way.copy()
+        self._stamp: int | None = None
+
+    def follow(
+        self, lab: NDArray[np.float64], color: NDArray[np.integer], stamp: int
+    ) -> tuple[ReferenceColor, ...] | None:
+        """Go towards the mean of the pixels found, with the time constant FOLLOW_SECONDS.
+
+        :param lab: (N, 3) pixels of blobs.
+        :param color: (N,) index of their color.
+        :param stamp: of the frame [ns].
+        :returns: the colors, or None while they are within STEP of those returned last.
+        """
+        elapsed = 0 if self._stamp is None else max(stamp - self._stamp, 0) / NANOSECONDS
+        self._stamp = stamp
+        for k in np.unique(color):
+            mean = lab[color == k].mean(axis=0)
+            way = self._way[k]
+            way += (mean - self._lab[k] - way) * -np.expm1(-elapsed / FOLLOW_SECONDS)
+            length = float(np.linalg.norm(way))
+            if length > self._bound:
+                way *= self._bound / length
+        if np.abs(self._way - self._taken).max() < STEP:
+            return None
+        self._taken = self._way.copy()
+        low, high = np.array([limits[1:] for limits in LAB_RANGES]).T
+        return tuple(
+            replace(color, lab=tuple(np.clip(lab, low, high).tolist()))
+            for color, lab in zip(self._colors, self._lab + self._way, strict=True)
+        )

@@ -1,0 +1,47 @@
+"""What every way to tell objects from the rest has in common."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import Connect
+from colortrack_ros.detection.label_image import LabelImage
+
+
+class Method(Protocol):
+    """Tells which pixels of a frame belong to which color.
+
+    It is made with two arguments.
+
+    :param config: of the detector.
+    :param background: what the detector has learned so far, for methods that need it.
+    """
+
+    @property
+    def labels(self) -> int:
+        """The greatest label there is."""
+
+    @property
+    def connect(self) -> Connect:
+        """How runs of pixels become blobs."""
+
+    def label(self, frame: Frame) -> LabelImage:
+        """The label of each pixel: 0 for none, k + 1 for the color with the index k."""
+
+    def closeness(
+        self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray
+    ) -> NDArray[np.float64]:
+        """How well single pixels fit to their label, 0..1, 1 when exactly.
+
+        :param pixel: (N,) rows and columns.
+        :param label: (N,) of the blobs that the pixels are in.
+        """
+
+    def learn(self, frame: Frame, blobs: Blobs) -> None:
+        """Take what was found in the frame into account from the next frame on."""
+
+    def restart(self) -> None:
+        """Forget what was learned."""

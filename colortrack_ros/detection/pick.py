@@ -1,0 +1,137 @@
+"""A reference color read from a picture."""
+
+from dataclasses import dataclass
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+from colortrack_ros.detection.config import DetectorConfig
+from colortrack_ros.detection.detector import check_image
+from colortrack_ros.detection.detector import Detector
+from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.pixels import split_rgb
+from colortrack_ros.detection.reference import expect
+from colortrack_ros.detection.reference import ReferenceColor
+
+WINDOW = 3
+"""Half the side of the square around a point whose color is looked at first [px]."""
+
+TOLERANCES = np.arange(4.0, 81.0, 2.0)
+"""Tolerances that a region around a point is tried with."""
+
+STABLE = 0.05
+"""Growth of a region that is stable, over a step of the tolerance up and one down."""
+
+LARGEST = 0.25
+"""Share of the picture that a region may have."""
+
+MARGIN = 1.5
+"""Tolerance over the distance that nearly all pixels of the region keep."""
+
+NEARLY_ALL = 98.0
+"""Percentile of the distances."""
+
+
+@dataclass(frozen=True)
+class PickedColor:
+    """A color that was read, and what the detector makes of it in the same picture.
+
+    :param color: lab is the median of the region, tolerance comes from its spread.
+    :param area: expected [px], of the detected blob nearest to where the color was picked.
+    """
+
+    color: ReferenceColor
+    area: int
+
+
+def pick_color(
+    frame: Frame,
+    u: int,
+    v: int,
+    width: int = 1,
+    height: int = 1,
+    name: str = 'picked',
+    config: DetectorConfig | None = None,
+) -> PickedColor:
+    """Read the color of what is at a pixel, or of a box.
+
+    The region around a single pixel is the first that hardly grows with the tolerance (Matas 2004
+    calls such regions maximally stable); that of a box is the box.
+
+    :param u, v: the pixel, or the top left one of the box [px].
+    :param width, height: of the box [px]; 1 and 1 for a pixel.
+    :param name: of the color.
+    :param config: of the detector that the area is measured with, but for its colors.
+    :raises ValueError: when the pixel or the box is not inside of the picture.
+    """
+    check_image(frame)
+    rows, columns = frame.image.shape[:2]
+    valid = width >= 1 and height >= 1 and 0 <= u <= columns - width and 0 <= v <= rows - height
+    given = (u, v, width, height)
+    expect(valid, 'box', given, f'u, v, width, height in the picture of {columns} x {rows} px')
+    rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
+    is_pixel = width == height == 1
+    region = np.zeros((rows, columns), bool)
+    region[v : v + height, u : u + width] = True
+    if is_pixel:
+        region = _stable_region(rgb, u, v)
+    middle = np.median(lab_from_rgb(rgb[region]), axis=0).round(1)
+    distance = np.linalg.norm(lab_from_rgb(rgb[region]) - middle, axis=1)
+    usual, most = np.percentile(distance, [50, NEARLY_ALL])
+    tolerance = MARGIN * most
+    if is_pixel:
+        tolerance = min(tolerance, max(_near(rgb, region, middle), usual))
+    tolerance = round(float(np.clip(tolerance, TOLERANCES[0], TOLERANCES[-1])), 1)
+    color = ReferenceColor(name, tuple(middle.tolist()), tolerance)
+    config = replace(config or DetectorConfig(), colors=(color,))
+    found = Detector(config).detect(frame).rows
+    away = np.hypot(found['u'] - u - (width - 1) / 2, found['v'] - v - (height - 1) / 2)
+    area = int(found['area'][away.argmin()]) if len(found) else int(region.sum())
+    return PickedColor(color, area)
+
+
+def _near(rgb: NDArray[np.uint8], region: NDArray[np.bool_], middle: NDArray) -> float:
+    """How near to the color of a region nearly all of its surroundings do not come."""
+    rows, columns = np.flatnonzero(region.any(axis=1)), np.flatnonzero(region.any(axis=0))
+    reach = max(len(rows), len(columns)) // 2 + 2 * WINDOW
+    top, left = max(rows[0] - reach, 0), max(columns[0] - reach, 0)
+    around = np.s_[top : rows[-1] + reach + 1, left : columns[-1] + reach + 1]
+    # The outline, where colors mix, belongs to neither.
+    outline = np.ones((2 * WINDOW + 1, 2 * WINDOW + 1), np.uint8)
+    outside = cv2.dilate(region[around].view(np.uint8), outline) == 0
+    distance = np.linalg.norm(lab_from_rgb(rgb[around][outside]) - middle, axis=1)
+    return float(np.percentile(distance, 100 - NEARLY_ALL)) if len(distance) else np.inf
+
+
+def _stable_region(rgb: NDArray[np.uint8], u: int, v: int) -> NDArray[np.bool_]:
+    """The connected pixels around (u, v), with the first tolerance at which they hardly grow."""
+    window = rgb[max(v - WINDOW, 0) : v + WINDOW + 1, max(u - WINDOW, 0) : u + WINDOW + 1]
+    seed = np.median(lab_from_rgb(window.reshape(-1, 3)), axis=0)
+    distance = np.linalg.norm(lab_from_rgb(rgb) - seed, axis=-1)
+    distance[v, u] = 0
+    parts = [cv2.connectedComponents((distance < t).astype(np.uint8))[1] for t in TOLERANCES]
+    regions = [part == part[v, u] for part in parts]
+    area = np.array([np.count_nonzero(region) for region in regions], float)
+    growth = (area[2:] - area[:-2]) / area[1:-1]
+    # What is smaller than the window is noise, what fills the picture is its background.
+    growth[(area[1:-1] < WINDOW**2) | (area[1:-1] > LARGEST * distance.size)] = np.inf
+    first = np.flatnonzero(growth <= max(STABLE, growth.min()))[0]
+    region = regions[first + 1]
+    inner = cv2.erode(region.view(np.uint8), np.ones((3, 3), np.uint8)) != 0
+    return inner if inner.any() else region
+
+
+def side_by_side(frame: Frame, detector: Detector) -> NDArray[np.uint8]:
+    """The picture, the mask and the blobs beside each other, (H, 3 W, 3) BGR."""
+    rows = detector.detect(frame).rows
+    picture = np.stack(split_rgb(frame.image, frame.encoding)[::-1], axis=-1)
+    blobs = picture.copy()
+    for row in rows:
+        left, top, width, height = (int(row[name]) for name in ('box_u', 'box_v', 'box_w', 'box_h'))
+        cv2.rectangle(blobs, (left, top), (left + width - 1, top + height - 1), (255, 255, 255), 2)
+        center = round(float(row['u'])), round(float(row['v']))
+        cv2.drawMarker(blobs, center, (255, 255, 255), cv2.MARKER_CROSS, 9, 1)
+    return np.hstack([picture, np.repeat(detector.mask[..., None], 3, axis=2), blobs])

@@ -1,0 +1,97 @@
+"""The colors to look for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from colortrack_ros.detection.lab import lab_from_linear
+from colortrack_ros.detection.lab import linear_from_srgb
+
+MAX_TOLERANCE = 200.0
+LAB_RANGES = (('L', 0.0, 100.0), ('a', -128.0, 128.0), ('b', -128.0, 128.0))
+
+Triple = tuple[float, float, float]
+
+
+def expect(valid: bool, name: str, value: object, expected: str) -> None:
+    """Raise ValueError with a reason that names the parameter, the value and the range."""
+    if not valid:
+        raise ValueError(f'{name} is {value!r}, expected {expected}')
+
+
+@dataclass(frozen=True)
+class ReferenceColor:
+    """A color to look for: the pixels with D < tolerance, Pegoretti 2021, (2.1) and (2.2).
+
+    :param name: what the color is called in parameters and messages.
+    :param lab: L 0..100, a and b -128..128, true CIELAB (D65).
+    :param tolerance: tau, the radius of the sphere around lab [CIELAB units], above 0, at most 200.
+    :param tolerance_lab: half axes [dL, da, db] of an ellipsoid around lab, in place of the
+        sphere [CIELAB units], each above 0, at most 200: a wide dL and narrow da, db take in the
+        light and the dark side of a thing.
+    """
+
+    name: str
+    lab: Triple
+    tolerance: float = 25.0
+    tolerance_lab: Triple | None = None
+
+    def __post_init__(self) -> None:
+        expect(self.name != '', 'colors', self.name, 'a name that is not empty')
+        name = f'{self.name}.lab'
+        expect(len(self.lab) == 3, name, self.lab, 'three numbers [L, a, b]')
+        for (axis, low, high), value in zip(LAB_RANGES, self.lab, strict=True):
+            expect(low <= value <= high, name, self.lab, f'{axis} in {low}..{high}')
+        limits = f'above 0, at most {MAX_TOLERANCE}'
+        valid = 0 < self.tolerance <= MAX_TOLERANCE
+        expect(valid, f'{self.name}.tolerance', self.tolerance, limits)
+        valid = len(self.axes) == 3 and all(0 < axis <= MAX_TOLERANCE for axis in self.axes)
+        limits = f'three numbers [dL, da, db], each {limits}'
+        expect(valid, f'{self.name}.tolerance_lab', self.tolerance_lab, limits)
+
+    @property
+    def axes(self) -> Triple:
+        """Half axes of what is tolerated around lab [CIELAB units]."""
+        return self.tolerance_lab or (self.tolerance, self.tolerance, self.tolerance)
+
+    @classmethod
+    def from_rgb(
+        cls,
+        name: str,
+        rgb: Sequence[float],
+        tolerance: float = tolerance,
+        tolerance_lab: Triple | None = None,
+    ) -> 'ReferenceColor':
+        """The reference color of an sRGB value.
+
+        :param rgb: red, green, blue, 0..255.
+        :raises ValueError: when rgb is out of its range, or as the constructor does.
+        """
+        valid = len(rgb) == 3 and all(0 <= value <= 255 for value in rgb)
+        expect(valid, f'{name}.rgb', tuple(rgb), 'three numbers [r, g, b] in 0..255')
+        lightness, a, b = lab_from_linear(linear_from_srgb(rgb)).tolist()
+        return cls(name, (lightness, a, b), tolerance, tolerance_lab)
+
+    @classmethod
+    def from_preset(cls, name: str, preset: str) -> 'ReferenceColor':
+        """A color that everybody knows by its name.
+
+        :param preset: a key of PRESETS.
+        :raises ValueError: for another name.
+        """
+        expect(preset in PRESETS, f'{name}.preset', preset, f'one of {", ".join(PRESETS)}')
+        lab, axes = PRESETS[preset]
+        return cls(name, lab, tolerance_lab=axes)
+
+
+PRESETS: dict[str, tuple[Triple, Triple]] = {
+    'red': ((43.0, 60.0, 40.0), (30.0, 28.0, 28.0)),
+    'orange': ((65.0, 40.0, 62.0), (25.0, 18.0, 32.0)),
+    'yellow': ((82.0, 0.0, 70.0), (25.0, 18.0, 38.0)),
+    'green': ((55.0, -46.0, 36.0), (38.0, 30.0, 30.0)),
+    'cyan': ((70.0, -32.0, -18.0), (28.0, 20.0, 18.0)),
+    'blue': ((36.0, 16.0, -54.0), (28.0, 28.0, 32.0)),
+    'magenta': ((48.0, 66.0, -28.0), (30.0, 32.0, 28.0)),
+    'white': ((96.0, 0.0, 0.0), (14.0, 10.0, 10.0)),
+    'black': ((6.0, 0.0, 0.0), (18.0, 12.0, 12.0)),
+}
+"""Names, and lab and tolerance_lab of painted things in daylight."""

@@ -1,0 +1,68 @@
+"""The parts of the picture in which to look."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.reference import expect
+
+
+@dataclass(frozen=True)
+class Region:
+    """A polygon to look in, or not to look in.
+
+    :param name: of the region.
+    :param polygon: (u, v) of at least three corners [px].
+    :param ignore: do not look in it.
+    """
+
+    name: str
+    polygon: tuple[tuple[float, float], ...]
+    ignore: bool = False
+
+    def __post_init__(self) -> None:
+        name = f'{self.name}.polygon'
+        expect(len(self.polygon) >= 3, name, self.polygon, 'at least three corners (u, v)')
+        valid = np.shape(self.polygon)[1:] == (2,) and bool(np.isfinite(self.polygon).all())
+        expect(valid, name, self.polygon, 'corners (u, v) of finite numbers')
+        expect(np.abs(self.polygon).max() < 1e6, name, self.polygon, 'corners within 1e6 px')
+
+
+class Regions:
+    """Where blobs may be: in a region to look in, if there are any, and in none to ignore.
+
+    :param regions: polygons.
+    :param mask: path of a picture that is dark where not to look, empty for none; it is scaled to
+        the frames.
+    :raises ValueError: when there is no such picture.
+    """
+
+    def __init__(self, regions: tuple[Region, ...], mask: str) -> None:
+        self._regions = regions
+        self._picture = cv2.imread(mask, cv2.IMREAD_GRAYSCALE) if mask else None
+        expect(not mask or self._picture is not None, 'mask', mask, 'the path of a picture')
+        self._allowed: LabelImage | None = None
+
+    def apply(self, image: LabelImage) -> None:
+        """Set what is outside to 0, in place."""
+        if not self._regions and self._picture is None:
+            return
+        if self._allowed is None or self._allowed.padded.shape != image.padded.shape:
+            self._allowed = self._draw(*image.pixels.shape)
+        np.bitwise_and(image.words, self._allowed.words, out=image.words)
+
+    def _draw(self, height: int, width: int) -> LabelImage:
+        look_in = [region for region in self._regions if not region.ignore]
+        allowed = LabelImage.empty(height, width)
+        canvas: NDArray[np.uint8] = np.full((height, width), 0 if look_in else 255, np.uint8)
+        for region in sorted(self._regions, key=lambda region: region.ignore):
+            corners = np.rint(region.polygon).astype(np.int32)
+            cv2.fillPoly(canvas, [corners], (0 if region.ignore else 255,))
+        if self._picture is not None:
+            scaled = cv2.resize(self._picture, (width, height), interpolation=cv2.INTER_NEAREST)
+            canvas[scaled < 128] = 0
+        allowed.pixels[...] = canvas
+        return allowed

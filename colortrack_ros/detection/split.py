@@ -1,0 +1,74 @@
+"""Blobs of touching objects, cut apart."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import positions
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.shape import circularity
+
+ROUND = 0.95
+"""A blob more circular than this is one disc."""
+
+LEVELS = np.arange(0.95, 0.25, -0.05)
+"""Cuts through the distance transform, shares of its greatest value."""
+
+PROMINENCE = 1.25
+"""How much farther from the outline than its neck a part has to come."""
+
+
+def split_touching(image: LabelImage, blobs: Blobs) -> bool:
+    """Cut blobs at their necks, in place, with a line of label 0.
+
+    Where two discs touch, the distance to the outline has two peaks, and between them a neck that
+    is lower. A blob is cut when, at some level, it falls into parts that all rise by PROMINENCE
+    above it; each pixel goes to the nearest part.
+
+    :returns: whether anything was cut.
+    """
+    changed = False
+    for k in np.flatnonzero(circularity(blobs) < ROUND):
+        left, top, width, height = blobs.box[k]
+        runs = blobs.take(np.arange(len(blobs.area)) == k).runs
+        v, u = np.divmod(positions(runs), runs.stride)
+        # With a margin, beyond which nothing belongs to the blob.
+        mask = np.zeros((height + 2, width + 2), np.uint8)
+        mask[v - top + 1, u - left + 1] = 1
+        cores = _cores(mask)
+        if cores is None:
+            continue
+        line = _watershed(cores)[v - top + 1, u - left + 1]
+        image.pixels[v[line], u[line]] = 0
+        changed = True
+    return changed
+
+
+def _cores(mask: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
+    """The middles of the parts of a blob, or None when it has but one."""
+    distance = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    best, most = None, 1
+    for level in LEVELS * float(distance.max()):
+        count, part = cv2.connectedComponents((distance > level).view(np.uint8))
+        if count <= most + 1:
+            continue
+        peak = np.zeros(count)
+        np.maximum.at(peak, part.reshape(-1), distance.reshape(-1))
+        prominent = (peak >= PROMINENCE * level) & (np.arange(count) > 0)
+        if prominent.sum() > most:
+            best, most = prominent[part], int(prominent.sum())
+    return best
+
+
+def _watershed(cores: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The pixels before a change of the nearest core, to the right or in the row below."""
+    _, nearest = cv2.distanceTransformWithLabels(
+        (~cores).view(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_CCOMP
+    )
+    line = np.zeros(cores.shape, bool)
+    line[:, :-1] = nearest[:, :-1] != nearest[:, 1:]
+    line[:-1] |= nearest[:-1] != nearest[1:]
+    line[:-1, :-1] |= nearest[:-1, :-1] != nearest[1:, 1:]
+    line[:-1, 1:] |= nearest[:-1, 1:] != nearest[1:, :-1]
+    return line

@@ -1,0 +1,62 @@
+"""Reading serialized messages without a copy of what is large in them."""
+
+import struct
+
+from colortrack_ros.data import NANOSECONDS
+
+
+class CdrError(ValueError):
+    """The bytes end too early or cannot be what is read."""
+
+
+class Reader:
+    """The fields of a message in their order, from its bytes in CDR (OMG DDS-XTYPES 1.3, 7.4).
+
+    :param cdr: with the encapsulation header of four bytes, from which alignment counts.
+    """
+
+    def __init__(self, cdr: bytes) -> None:
+        if len(cdr) < 4 or cdr[0] != 0 or cdr[1] > 1:
+            raise CdrError(f'encapsulation {bytes(cdr[:2]).hex()}: expected 0000 or 0001')
+        self._cdr, self._at = memoryview(cdr), 4
+        self._uint32 = struct.Struct(('>' if cdr[1] == 0 else '<') + 'I')
+
+    def uint32(self) -> int:
+        """A uint32."""
+        at = (self._at + 3) & ~3
+        if at + 4 > len(self._cdr):
+            raise CdrError(f'it ends at byte {len(self._cdr)}')
+        self._at = at + 4
+        number: int = self._uint32.unpack_from(self._cdr, at)[0]
+        return number
+
+    def byte(self) -> int:
+        """A uint8 or bool."""
+        return self._take(1)[0]
+
+    def string(self) -> str:
+        """A string."""
+        try:
+            return str(self._take(self.uint32()), 'utf-8').rstrip('\0')
+        except UnicodeDecodeError as error:
+            raise CdrError(f'a string that is not UTF-8: {error}') from error
+
+    def bytes_(self) -> memoryview:
+        """A sequence of uint8, a view."""
+        return self._take(self.uint32())
+
+    def stamp(self) -> tuple[int, int]:
+        """A builtin_interfaces/Time: all of it [ns], and its nanosec alone."""
+        seconds = (self.uint32() ^ 1 << 31) - (1 << 31)  # an int32
+        nanosec = self.uint32()
+        return seconds * NANOSECONDS + nanosec, nanosec
+
+    def header(self) -> tuple[int, str]:
+        """A std_msgs/Header: its stamp [ns] and frame_id."""
+        return self.stamp()[0], self.string()
+
+    def _take(self, size: int) -> memoryview:
+        if self._at + size > len(self._cdr):
+            raise CdrError(f'{size} bytes at byte {self._at} of {len(self._cdr)}')
+        self._at += size
+        return self._cdr[self._at - size : self._at]

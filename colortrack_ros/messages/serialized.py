@@ -1,0 +1,35 @@
+"""Messages as the bytes that a subscription or a bag holds."""
+
+from typing import Any
+
+from rclpy.serialization import deserialize_message
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.messages.cdr import CdrError
+from colortrack_ros.messages.cdr import Reader
+from colortrack_ros.messages.errors import MessageError
+
+
+def stamp_of_serialized(cdr: bytes) -> int:
+    """The stamp [ns] of a serialized message that begins with a header.
+
+    :raises MessageError: these are not the bytes of such a message, or it is no time.
+    """
+    try:
+        stamp, nanosec = Reader(cdr).stamp()
+    except CdrError as error:
+        raise MessageError(f'not a serialized message with a header: {error}') from error
+    if nanosec >= NANOSECONDS:
+        raise MessageError(f'stamp with {nanosec} ns: expected less than {NANOSECONDS}')
+    return stamp
+
+
+def message_of_serialized(cdr: bytes, kind: type) -> Any:
+    """The message of a type from its bytes.
+
+    :raises MessageError: these are not the bytes of such a message.
+    """
+    try:
+        return deserialize_message(cdr, kind)
+    except (RuntimeError, ValueError) as error:  # of rmw; of a string that is not UTF-8
+        raise MessageError(f'not a serialized {kind.__name__}: {len(cdr)} bytes') from error

@@ -1,0 +1,134 @@
+import re
+import sqlite3
+
+import pytest
+from rclpy.serialization import serialize_message
+from rosbags.highlevel import AnyReader
+from std_msgs.msg import String
+import yaml
+
+from colortrack_ros.bags import BagError
+from colortrack_ros.bags import BagReader
+from colortrack_ros.bags import BagWriter
+from colortrack_ros.bags import is_bag
+from colortrack_ros.bags import is_only_a_bag
+from colortrack_ros.bags import STORAGES
+from colortrack_ros.bags import Topic
+
+TOPICS = {'/talk': 'std_msgs/msg/String', '/more/talk': 'std_msgs/msg/String'}
+START = 1_700_000_000_000_000_000
+
+
+def write(path, storage='mcap', count=5):
+    bag = BagWriter(path, TOPICS, storage)
+    for k in range(count):
+        for topic in TOPICS:
+            bag.write(topic, START + k, serialize_message(String(data=f'{topic} {k}')))
+    bag.close()
+    return path
+
+
+def only_file(path):
+    (file,) = (p for p in path.iterdir() if p.name != 'metadata.yaml')
+    return file
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+@pytest.mark.parametrize('single', [False, True], ids=['folder', 'file'])
+def test_what_is_written_is_read_again(tmp_path, storage, single):
+    path = write(tmp_path / 'bag', storage)
+    path = only_file(path) if single else path
+    assert is_bag(path)
+    reader = BagReader(path)
+    assert reader.topics == [Topic(name, TOPICS[name], 5) for name in sorted(TOPICS)]
+    assert reader.duration in (4, 5)
+    messages = list(reader.messages(reader.topics[1]))
+    reader.close()
+    assert messages == [(START + k, serialize_message(String(data=f'/talk {k}'))) for k in range(5)]
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+def test_the_same_messages_give_the_same_bytes(tmp_path, storage):
+    one, other = (write(tmp_path / name / 'bag', storage) for name in 'ab')
+    for file in one.iterdir():
+        assert file.read_bytes() == (other / file.name).read_bytes(), file.name
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+def test_players_find_definitions_hashes_and_quality_of_service(tmp_path, storage):
+    path = write(tmp_path / 'bag', storage)
+    with AnyReader([path]) as reader:  # compares the hash with that of the definition
+        assert {c.msgdef.data for c in reader.connections} == {'string data\n'}
+        texts = [reader.deserialize(cdr, c.msgtype).data for c, _, cdr in reader.messages()]
+    assert texts[:2] == ['/talk 0', '/more/talk 0']
+    info = yaml.safe_load((path / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+    assert (info['version'], info['storage_identifier']) == (9, storage)
+    assert info['starting_time']['nanoseconds_since_epoch'] == START
+    for topic in info['topics_with_message_count']:
+        described = topic['topic_metadata']
+        # as `ros2 topic info --verbose` shows it for std_msgs/msg/String
+        assert described['type_description_hash'] == (
+            'RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18'
+        )
+        (qos,) = described['offered_qos_profiles']
+        assert (qos['reliability'], qos['durability'], qos['history']) == (
+            'reliable', 'volatile', 'keep_last',
+        )  # fmt: skip
+    if storage == 'mcap':
+        assert b'ros2msg' in only_file(path).read_bytes()
+    else:
+        with sqlite3.connect(only_file(path)) as file:
+            (count,) = file.execute('SELECT COUNT(*) FROM messages').fetchone()
+        assert count == 10
+
+
+def test_an_empty_bag_is_a_bag(tmp_path):
+    reader = BagReader(write(tmp_path / 'bag', count=0))
+    assert reader.topics == []
+    reader.close()
+
+
+def test_a_bag_that_is_there_is_not_overwritten(tmp_path):
+    path = write(tmp_path / 'bag')
+    with pytest.raises(BagError, match='is there already'):
+        BagWriter(path, TOPICS)
+    assert is_only_a_bag(path)
+    (path / 'notes.txt').write_text('mine')
+    assert not is_only_a_bag(path)
+    assert not is_only_a_bag(path / 'notes.txt')
+
+
+def broken(path, how):
+    file = only_file(path)
+    content = bytearray(file.read_bytes())
+    if how == 'cut':
+        content = content[: len(content) // 2]
+    elif how == 'empty':
+        content = bytearray()
+    elif how == 'noise':
+        content[10:] = bytes(len(content) - 10)
+    file.write_bytes(content)
+    return path
+
+
+def read_all(path):
+    reader = BagReader(path)
+    return [list(reader.messages(topic)) for topic in reader.topics]
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+@pytest.mark.parametrize('how', ['cut', 'empty', 'noise'])
+def test_a_broken_file_is_an_error_in_one_line(tmp_path, storage, how):
+    path = broken(write(tmp_path / 'bag', storage, 2000), how)
+    for part in (path, only_file(path)):
+        with pytest.raises(BagError, match=re.escape(str(part))) as caught:
+            read_all(part)
+        assert '\n' not in str(caught.value)
+
+
+def test_a_folder_without_its_metadata_says_what_to_do(tmp_path):
+    path = write(tmp_path / 'bag')
+    (path / 'metadata.yaml').unlink()
+    assert is_bag(path)
+    with pytest.raises(BagError, match='ros2 bag reindex'):
+        BagReader(path)

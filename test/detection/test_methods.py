@@ -1,0 +1,142 @@
+from dataclasses import replace
+
+from hypothesis import given
+from hypothesis import settings
+from hypothesis import strategies as st
+import numpy as np
+import pictures
+import pytest
+import textbook
+
+from colortrack_ros.data import ENCODINGS
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection.background_model import _median_of_five
+
+RATE = 25
+PLAIN = {'closing_size': 1, 'erosion_size': 1, 'opening_size': 1}
+ORDER = {'red': (0, 1, 2), 'green': (1, 0, 2), 'blue': (2, 0, 1)}
+
+
+def channel_difference(frame, channel, threshold):
+    """(8) to (12) of the document, indices from 0: area, u, v, box; or nothing."""
+    wanted, one, other = (textbook.rgb(frame)[..., k].astype(int) for k in ORDER[channel])
+    mask = wanted - one - other > threshold
+    y, x = mask.sum(axis=1).argmax(), mask.sum(axis=0).argmax()
+    v, u = np.indices(mask.shape)
+    height, width = mask.shape
+    v, u = np.nonzero(mask & (abs(v - y) <= 0.1 * height) & (abs(u - x) <= 0.1 * width))
+    if not len(u):
+        return None
+    return len(u), u.mean(), v.mean(), u.min(), v.min(), np.ptp(u) + 1, np.ptp(v) + 1
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    frame=pictures.frames(),
+    channel=st.sampled_from(['red', 'green', 'blue']),
+    threshold=st.integers(0, 200),
+)
+def test_channel_difference_is_that_of_the_document(frame, channel, threshold):
+    config = DetectorConfig(
+        method='channel_difference',
+        channel=channel,
+        channel_threshold=threshold,
+        min_area=1,
+        **PLAIN,
+    )
+    rows = Detector(config).detect(frame).rows
+    expected = channel_difference(frame, channel, threshold)
+    if expected is None:
+        assert len(rows) == 0
+        return
+    (row,) = rows
+    names = ('area', 'u', 'v', 'box_u', 'box_v', 'box_w', 'box_h')
+    np.testing.assert_allclose([row[name] for name in names], expected)
+    assert 0 < row['score'] <= 1
+
+
+def test_channel_difference_takes_the_largest_object():
+    image = np.full((100, 200, 3), 90, np.uint8)
+    image[20:30, 20:30] = image[60:90, 140:170] = (20, 20, 250)
+    config = DetectorConfig(method='channel_difference', channel_threshold=100, **PLAIN)
+    (row,) = Detector(config).detect(Frame(image)).rows
+    assert 140 <= row['u'] < 170
+    assert 60 <= row['v'] < 90
+
+
+def film(path, light=lambda k: 1.0, encoding='bgr8', shape=(120, 160)):
+    """Frames of a noisy gray wall, with a bright disc of radius 8 on the path (None: away)."""
+    random = np.random.default_rng(0)
+    channels = ENCODINGS[encoding]
+    wall = random.integers(70, 110, (*shape, channels)).astype(float)
+    v, u = np.indices(shape)
+    for k, position in enumerate(path):
+        image = wall * light(k) + random.normal(0, 2, wall.shape)
+        if position is not None:
+            disc = (u - position[0]) ** 2 + (v - position[1]) ** 2 <= 8**2
+            image[disc] = 180 * light(k)
+        stamp = k * NANOSECONDS // RATE
+        yield Frame(np.clip(image, 0, 255).astype(np.uint8), encoding, stamp)
+
+
+def moving(config, frames):
+    """Number of blobs and distance to the path in each frame."""
+    detector = Detector(config)
+    return [detector.detect(frame).rows for frame in frames]
+
+
+@pytest.mark.parametrize('encoding', ENCODINGS)
+@pytest.mark.parametrize('model', ['median', 'mog2', 'knn'])
+def test_background_finds_what_moves_in_every_encoding(model, encoding):
+    path = [None] * 30 + [(20 + 2 * k, 60) for k in range(50)]
+    config = DetectorConfig(method='background', background_model=model, opening_size=3)
+    found = moving(config, film(path, encoding=encoding))
+    assert not any(len(rows) for rows in found[5:30])
+    for (u, v), rows in zip(path[31:], found[31:], strict=True):
+        assert len(rows) == 1
+        assert np.hypot(rows['u'][0] - u, rows['v'][0] - v) < 2
+
+
+def test_background_keeps_an_object_that_rests_and_forgets_where_it_was_at_first():
+    path = [(40, 60)] * 2 + [(40 + 2 * k, 60) for k in range(40)] + [(118, 60)] * 150
+    config = DetectorConfig(method='background', opening_size=3)
+    found = moving(config, film(path))
+    assert all(len(rows) == 1 for rows in found[60:])
+    assert all(abs(rows['u'][0] - 118) < 1 for rows in found[60:])
+
+
+def test_background_does_not_see_a_light_that_is_switched():
+    config = DetectorConfig(method='background', opening_size=3)
+    found = moving(config, film([None] * 60, light=lambda k: 1.0 if k < 30 else 0.55))
+    assert sum(map(len, found)) == 0
+
+
+def test_background_is_learned_again_on_request_and_after_a_change_of_size():
+    config = DetectorConfig(method='background', learn_seconds=0.2)
+    detector = Detector(config)
+    frames = list(film([None] * 10 + [(60, 60)] * 20))
+    counts = [len(detector.detect(frame).rows) for frame in frames]
+    assert counts[-1] == 1
+    detector.learn_background()
+    assert sum(len(detector.detect(frame).rows) for frame in frames[-5:]) == 0
+    smaller = [replace(frame, image=frame.image[:80]) for frame in frames[-5:]]
+    assert sum(len(detector.detect(frame).rows) for frame in smaller) == 0
+
+
+def test_the_mask_is_that_of_the_last_frame():
+    image = np.full((40, 50, 3), 90, np.uint8)
+    image[10:20, 20:30] = (34, 58, 205)
+    detector = Detector(DetectorConfig())
+    assert detector.mask.shape == (0, 0)
+    detector.detect(Frame(image))
+    expected = np.zeros((40, 50), np.uint8)
+    expected[11:19, 21:29] = 255
+    np.testing.assert_array_equal(detector.mask, expected)
+
+
+def test_the_median_of_five_is_the_median():
+    samples = np.random.default_rng(0).integers(0, 256, (5, 40, 50, 3), dtype=np.uint8)
+    np.testing.assert_array_equal(_median_of_five(*samples), np.median(samples, axis=0))

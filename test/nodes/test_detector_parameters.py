@@ -1,0 +1,47 @@
+import pytest
+
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.nodes.detector_parameters import build
+from colortrack_ros.nodes.detector_parameters import TABLE
+
+
+def colors(**values):
+    given = {name.replace('__', '.'): value for name, value in values.items()}
+    return build(TABLE.defaults(given)).config.colors
+
+
+def test_a_color_is_given_as_lab_rgb_or_preset():
+    assert colors(colors=['b'], b__lab=[50.0, 10.0, 20.0], b__tolerance=9.0) == (
+        ReferenceColor('b', (50.0, 10.0, 20.0), 9.0),
+    )
+    assert colors(colors=['b'], b__rgb=[1.0, 2.0, 3.0], b__tolerance=9.0) == (
+        ReferenceColor.from_rgb('b', (1.0, 2.0, 3.0), 9.0),
+    )
+    assert colors(colors=['b'], b__preset='blue') == (ReferenceColor.from_preset('b', 'blue'),)
+    (color,) = colors(colors=['b'], b__preset='blue', b__tolerance_lab=[9.0, 8.0, 7.0])
+    assert color.axes == (9.0, 8.0, 7.0)
+
+
+@pytest.mark.parametrize(
+    ('values', 'reason'),
+    [
+        ({'colors': []}, r'colors is \[\], expected 1 to 254 names'),
+        ({'colors': ['b', 'b'], 'b__preset': 'blue'}, 'each name once'),
+        ({'colors': ['b']}, 'b: expected b.lab, b.rgb or b.preset, got none of them'),
+        (
+            {'colors': ['b'], 'b__lab': [1.0, 2.0, 3.0], 'b__rgb': [1.0, 2.0, 3.0]},
+            'b: expected one of lab, rgb and preset, got lab and rgb',
+        ),
+        ({'colors': ['b'], 'b__lab': [1.0, 2.0]}, r'b.lab is \(1.0, 2.0\), expected three numbers'),
+        ({'colors': ['b'], 'b__rgb': [1.0, 2.0, 256.0]}, 'b.rgb is .*256.0.*, expected .*0..255'),
+        ({'red__tolerance': 0.0}, 'red.tolerance is 0.0, expected above 0, at most 200'),
+        ({'min_area': 9, 'max_area': 8}, 'max_area is 8, expected at least min_area, 9 px'),
+        ({'mask': '/no/such.png'}, 'mask is .*/no/such.png'),
+        ({'regions': ['door'], 'door__polygon': [1.0, 2.0, 3.0]}, 'door.polygon: expected pairs'),
+        ({'regions': ['door']}, 'door.polygon is .*expected at least three corners'),
+        ({'erosion_size': 4}, 'erosion_size is 4, expected an odd number in 1..99'),
+    ],
+)
+def test_values_that_do_not_fit_are_refused_by_name_value_and_range(values, reason):
+    with pytest.raises(ValueError, match=reason):
+        colors(**values)
