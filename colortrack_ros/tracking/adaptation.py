@@ -104,12 +104,12 @@ class Adaptation:
         :param T: (K,) when that was [s].
         :param dt: since the last frame [s].
         """
-        hidden = 1.5 * dt < T
-        for i, part in enumerate((~hidden, hidden)):
-            count, time = np.count_nonzero(part), float(T[part].sum())
+        part = (1.5 * dt < T).astype(np.intp)
+        counts, times, turns = (np.bincount(part, x, 2).tolist() for x in (None, T, turned))
+        for i, (count, time, turn) in enumerate(zip(counts, times, turns, strict=True)):
             if time > 0:
                 share = GAIN * count / (count + FEW)
-                rate = self.rates[i] + share * (float(turned[part].sum()) / time - self.rates[i])
+                rate = self.rates[i] + share * (turn / time - self.rates[i])
                 self.rates[i] = min(max(rate, RATE_RANGE[0]), RATE_RANGE[1])
 
     def learn_motion(

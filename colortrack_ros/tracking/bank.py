@@ -235,12 +235,18 @@ class Bank:
         cov[:] = np.diag(spread**2)
         cov[:, :, :2, :2] = R
         weight = np.repeat(self.model.switching(1e3)[0][:, None], len(z), axis=1)
-        self.mean = np.concatenate([self.mean, mean], axis=1)
-        self.design = np.concatenate([self.design, cov], axis=1)
-        self.cov = np.concatenate([self.cov, cov], axis=1)
-        self.weight = np.concatenate([self.weight, weight], axis=1)
+        self._hold(
+            np.concatenate([self.mean, mean], axis=1),
+            np.concatenate([self.cov, cov], axis=1),
+            self.design if self.model.trust is None else np.concatenate([self.design, cov], axis=1),
+            np.concatenate([self.weight, weight], axis=1),
+        )
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Drop the tracks where mask, (N,), is False."""
-        self.mean, self.cov = self.mean[:, mask], self.cov[:, mask]
-        self.design, self.weight = self.design[:, mask], self.weight[:, mask]
+        design = self.design if self.model.trust is None else self.design[:, mask]
+        self._hold(self.mean[:, mask], self.cov[:, mask], design, self.weight[:, mask])
+
+    def _hold(self, mean: Floats, cov: Floats, design: Floats, weight: Floats) -> None:
+        self.mean, self.cov, self.weight = mean, cov, weight
+        self.design = cov if self.model.trust is None else design

@@ -36,10 +36,10 @@ class Blobs:
     box: Floats
     joined: NDArray[np.bool_]
 
-    @property
-    def reach(self) -> Floats:
-        """(M, 2, 2) how far the box reaches from the centroid, low and high side, by axis [px]."""
-        return np.stack([self.z - self.box[:, 0], self.box[:, 1] - self.z], axis=1)
+    def reach(self, which: NDArray[np.intp]) -> Floats:
+        """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
+        z, box = self.z[which], self.box[which]
+        return np.stack([z - box[:, 0], box[:, 1] - z], axis=1)
 
     @property
     def size(self) -> Floats:
@@ -72,9 +72,11 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     if none.any():
         R[none] = config.measurement_noise**2 * np.eye(2)
     box, size = np.empty((len(rows), 2, 2)), singles[:, 3:5]
-    box[:, 0] = singles[:, 1:3] - 0.5
-    box[:, 1] = box[:, 0] + size
-    point = (size <= 0).any(axis=1) if config.use_boxes else np.ones(len(rows), bool)
-    if point.any():
+    if config.use_boxes:
+        box[:, 0] = singles[:, 1:3] - 0.5
+        box[:, 1] = box[:, 0] + size
+        point = (size <= 0).any(axis=1)
         box[point] = z[point, None]
+    else:
+        box[:] = z[:, None]
     return Blobs(rows, z, R, box, np.zeros(len(rows), bool))

@@ -65,7 +65,7 @@ def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> ND
     records['born'] = stamp
     records['origin'] = blobs.z[new]
     records['color'] = blobs.rows['color'][new]
-    records['extent'] = blobs.reach[new]
+    records['extent'] = blobs.reach(new)
     records['visible'] = NEW
     hit(records, slice(None), blobs.rows[new], stamp)
     return records

@@ -38,6 +38,7 @@ class Outlook:
     :param noise: standard deviation of the acceleration on each axis [px/s^2].
     :param speed: standard deviation of a new velocity on each axis [px/s].
     :param density: log of the density of detections that belong to no track [1/px^2].
+    :param sized: there are tracks or blobs that have a size.
     """
 
     bank: Bank
@@ -51,6 +52,7 @@ class Outlook:
     noise: float
     speed: float
     density: float
+    sized: bool
 
     def candidates(self, blobs: Blobs, config: TrackerConfig) -> tuple[Indices, Indices]:
         """All pairs whose gain may be positive.
@@ -72,7 +74,8 @@ class Outlook:
         bound = 2 * (self.odds - self.density - math.log(np.pi)) - np.log(S[..., 0] * S[..., 1])
         bound[1] += 2 * np.log(np.maximum(self.chance, 1e-300))
         half = np.sqrt(np.maximum(bound, 0.0)[..., None] * (variance + widest))
-        half += self.records['extent'].sum(axis=1) / 2
+        if self.sized:
+            half += self.records['extent'].sum(axis=1) / 2
         if not config.gating:
             half[:] = FAR
         low = np.minimum(-half[0], -way - half[1])
@@ -93,8 +96,8 @@ class Outlook:
         :param shared: (K,) pairs whose blob is shared by several tracks.
         """
         z, R = blobs.z[blob], blobs.R[blob]
-        extent = self.records['extent'][track]
-        if extent.any():
+        if self.sized:
+            extent = self.records['extent'][track]
             expected, variance = self.center[track], self.variance[track]
             center = centers(z, blobs.box[blob], extent)
             weight = sides_of_one(center, expected, variance)

@@ -67,14 +67,15 @@ class Population:
         :param bias: standard deviation to add to the position on each axis [px].
         :return: of dtype TRACK.
         """
-        inside = ~self.records['outside']
-        records = self.records if inside.all() else self.records[inside]
+        records, (mean, covariance) = self.records, self.bank.estimate()
+        if records['outside'].any():
+            inside = ~records['outside']
+            records, mean, covariance = records[inside], mean[inside], covariance[inside]
         rows = np.zeros(len(records), TRACK)
         for name in ('track_id', 'color', 'state', 'hits', 'area', 'box_w', 'box_h'):
             rows[name] = records[name]
-        mean, covariance = self.bank.estimate()
-        rows['u'], rows['v'], rows['du'], rows['dv'] = mean[inside, :4].T
-        rows['covariance'] = covariance[inside, :4, :4]
+        rows['u'], rows['v'], rows['du'], rows['dv'] = mean[:, :4].T
+        rows['covariance'] = covariance[:, :4, :4]
         rows['covariance'][:, [0, 1], [0, 1]] += bias**2
         rows['age'] = (stamp - records['born']) / NANOSECONDS
         rows['time_since_update'] = (stamp - records['updated']) / NANOSECONDS

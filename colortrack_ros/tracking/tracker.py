@@ -48,23 +48,22 @@ class Tracker:
         """Detections refused so far: not finite, or with a covariance that is none."""
         self.repeated = 0
         """Detections refused so far: the same as before, with the same stamp."""
-        self._why = ''
-        self._start(1)
+        self._start(1, '')
 
-    def _start(self, first_id: int) -> None:
+    def _start(self, first_id: int, why: str) -> None:
         model = MOTION_MODELS[self.config.motion_model](self.config.acceleration)
         self._tracks = Population(model, first_id)
         self._adaptation = Adaptation()
         self._started, self._stamp, self._period = False, 0, 1 / 30
         self._known_rows = np.zeros(0, DETECTION)
+        self._why = why
 
     def reset(self, why: str = '') -> None:
         """Forget all tracks. IDs go on: none is used twice.
 
         :param why: what the next Tracks tell as the reason.
         """
-        self._why = why
-        self._start(self._tracks.next_id)
+        self._start(self._tracks.next_id, why)
 
     def configure(self, config: TrackerConfig) -> None:
         """Change the configuration; tracks live on, unless the motion model is another."""
@@ -136,6 +135,7 @@ class Tracker:
         mean, cov = tracks.bank.estimate()
         seen = config.detection_probability * tracks.records['visible']
         unmeasured = (self._stamp - tracks.records['updated']) / NANOSECONDS
+        sized = config.use_boxes and bool(blobs.size.any() or tracks.records['extent'].any())
         return Outlook(
             bank=tracks.bank,
             records=tracks.records,
@@ -148,6 +148,7 @@ class Tracker:
             noise=noise,
             speed=config.initial_speed or learned.speed,
             density=math.log(config.clutter_density or learned.density),
+            sized=sized,
         )
 
     def _associate(self, outlook: Outlook, blobs: Blobs) -> tuple[Pairs, Floats]:
@@ -172,7 +173,7 @@ class Tracker:
 
         :param free: (M,) blobs that no track has taken; pieces are no longer free.
         """
-        if not self._tracks.records['extent'].any():
+        if not outlook.sized:
             return blobs, pairs, share
         taken = np.where(outlook.unmeasured > 0, -1, -2)
         taken[pairs.track[share > 0.5]] = pairs.blob[share > 0.5]
@@ -219,9 +220,9 @@ class Tracker:
 
         While an object grows into view its centroid moves at half its speed.
         """
-        extent = self._tracks.records['extent'][track]
-        if not extent.any() and not blobs.size.any():
+        if not outlook.sized:
             return np.ones(len(track), bool)
+        extent = self._tracks.records['extent'][track]
         alone = (np.bincount(blob, minlength=1)[blob] == 1) & ~blobs.joined[blob]
         size = extent.sum(axis=1)
         whole = alone & ~shape.difference(size, blobs.size[blob]).any(axis=1)

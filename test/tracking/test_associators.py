@@ -38,6 +38,14 @@ def test_gnn_has_the_total_of_the_dense_assignment(seed, shape, density, levels)
     np.testing.assert_allclose(gain[chosen].sum(), best, rtol=1e-12)
 
 
+def test_gnn_has_it_when_much_is_left_to_solve():
+    table = table_of(0, (150, 150), 0.1, None)
+    track, detection = np.nonzero(table)
+    chosen, _ = ASSOCIATORS['gnn'](track, detection, table[track, detection])
+    best = table[linear_sum_assignment(table, maximize=True)].sum()
+    np.testing.assert_allclose(table[track, detection][chosen].sum(), best, rtol=1e-12)
+
+
 @random_tables
 @settings(max_examples=100, deadline=None)
 def test_nearest_gives_each_track_its_own_best_or_none(seed, shape, density, levels):
