@@ -88,13 +88,13 @@ def find_runs(image: LabelImage) -> Runs:
     flat = labels.reshape(-1)
     before, after = np.zeros((2, len(flat)), np.uint8)
     before[1:], after[:-1] = flat[:-1], flat[1:]
-    gap = np.diff(words) > 1
+    gap = words[1:] - words[:-1] > 1
     before[WORD::WORD][gap] = 0
     after[WORD - 1 : -1 : WORD][gap] = 0
     first = np.flatnonzero((flat != before) & (flat != 0))
     last = np.flatnonzero((flat != after) & (flat != 0))
-    start = words[first // WORD] * WORD + first % WORD
-    end = words[last // WORD] * WORD + last % WORD + 1
+    start = (words * WORD)[first >> 3] + (first & 7)
+    end = (words * WORD)[last >> 3] + (last & 7) + 1
     return Runs(start, end, flat[first], image.stride)
 
 
@@ -162,11 +162,10 @@ def find_blobs(
     kept = kept[np.argsort(-area[kept], kind='stable')]
     rank = np.full(count, len(kept))
     rank[kept] = np.arange(len(kept))
-    order = np.argsort(rank[component], kind='stable')
-    order = order[: np.count_nonzero(rank[component] < len(kept))]
-    blob = rank[component[order]]
-    first = np.searchsorted(blob, np.arange(len(kept)))
-    return _measure(runs.take(order), first, area[kept])
+    blob = rank[component]
+    order = np.argsort(blob, kind='stable')
+    first = np.searchsorted(blob[order], np.arange(len(kept) + 1))
+    return _measure(runs.take(order[: first[-1]]), first[:-1], area[kept])
 
 
 def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Blobs:
@@ -181,9 +180,10 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
     top = row[first]
     box_left = np.minimum.reduceat(left, first)
     width = np.maximum.reduceat(right, first) - box_left
-    height = np.maximum.reduceat(row, first) + 1 - top
+    behind = np.append(first[1:], len(row))
+    height = row[behind - 1] + 1 - top
     # Counted from the corner of the box, which keeps the sums small.
-    size = np.diff(np.append(first, len(row)))
+    size = behind - first
     left, row = left - np.repeat(box_left, size), row - np.repeat(top, size)
     sum_u = length * left + length * (length - 1) // 2
     sum_uu = length * left * (left + length - 1) + (length - 1) * length * (2 * length - 1) // 6

@@ -64,7 +64,7 @@ def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     L is monotone in red, green and blue. For a and b the mean value theorem bounds the way from
     the middle of the cell by the largest slope in it, and f' of CIE 1976 falls monotonically.
 
-    :returns: centers and radii, both (65536, 3).
+    :returns: centers and radii, both (3, 65536).
     """
     low = _corner(np.arange(1 << 16))
     low_linear, high_linear = LINEAR[low], LINEAR[low + _IN_CELL[-1]]
@@ -81,7 +81,7 @@ def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         falling = flat[:, [plus]] * WHITE_TO_ONE[plus] - steep[:, [minus]] * WHITE_TO_ONE[minus]
         slope = np.maximum(np.abs(rising), np.abs(falling))
         radius[:, axis] = scale * (slope * half).sum(axis=1)
-    return center, radius + _MARGIN
+    return np.ascontiguousarray(center.T), np.ascontiguousarray(radius.T) + _MARGIN
 
 
 class ColorTable:
@@ -111,9 +111,10 @@ class ColorTable:
         center, radius = cell_bounds()
         cells = np.zeros(1 << 16, np.uint8)
         for k, tolerance in enumerate(self._tolerance):
-            offset = np.abs(center - self._lab[k])
-            nearest = ((np.maximum(offset - radius, 0) * self._stretch[k]) ** 2).sum(axis=1)
-            farthest = (((offset + radius) * self._stretch[k]) ** 2).sum(axis=1)
+            stretch = self._stretch[k, :, None]
+            offset = np.abs(center - self._lab[k, :, None])
+            nearest = ((np.maximum(offset - radius, 0) * stretch) ** 2).sum(axis=0)
+            farthest = (((offset + radius) * stretch) ** 2).sum(axis=0)
             touched = nearest < tolerance**2
             whole = (farthest < tolerance**2) & (cells == 0)
             cells[touched] = np.where(whole[touched], k + 1, CUT)
@@ -143,7 +144,8 @@ class ColorTable:
         :param labels: (N,) of colors, not 0.
         """
         k = labels - 1
-        distance = np.linalg.norm((lab_from_rgb(rgb) - self._lab[k]) * self._stretch[k], axis=1)
+        offset = (lab_from_rgb(rgb) - self._lab[k]) * self._stretch[k]
+        distance = np.sqrt((offset * offset).sum(axis=1))
         return np.maximum(1 - distance / self._tolerance[k], 0)
 
     def label(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:

@@ -57,9 +57,8 @@ def lab_from_linear(linear: NDArray[np.float64]) -> NDArray[np.float64]:
     :returns: (..., 3) L 0..100, a and b signed.
     """
     red, green, blue = linear[..., 0], linear[..., 1], linear[..., 2]
-    fx, fy, fz = (
-        cube_root_or_line(row[0] * red + row[1] * green + row[2] * blue) for row in WHITE_TO_ONE
-    )
+    xyz = [row[0] * red + row[1] * green + row[2] * blue for row in WHITE_TO_ONE]
+    fx, fy, fz = cube_root_or_line(np.array(xyz))
     return np.stack([116 * fy - 16, 500 * (fx - fy), 200 * (fy - fz)], axis=-1)
 
 

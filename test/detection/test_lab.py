@@ -39,4 +39,4 @@ def test_every_color_of_a_cell_is_within_its_bounds():
     center, radius = cell_bounds()
     for _ in range(10):
         rgb = (low + random.integers(0, [8, 4, 8], low.shape)).astype(np.uint8)
-        assert (np.abs(lab_from_rgb(rgb) - center) <= radius).all()
+        assert (np.abs(lab_from_rgb(rgb).T - center) <= radius).all()
