@@ -22,6 +22,10 @@ EXPLAINED = 0.6
 """Then the similarity falls by no more than this share of what the likeness falls by."""
 
 
+PROVED = 12
+"""Valid matches after which a template shows the target and nothing that was about to cover it."""
+
+
 class Region:
     """A part of a picture.
 
@@ -48,10 +52,19 @@ class Template:
     """The look of a target.
 
     :param picture: (h, w) gray levels, float32, both odd.
+    :param last: the template before this one.
     """
 
-    def __init__(self, picture: Picture) -> None:
+    def __init__(self, picture: Picture, last: 'Template | None' = None) -> None:
         self.picture = picture
+        self.matches = 0
+        """Valid matches so far."""
+        self.former: Template | None = last
+        """The last one that had proved itself, for when this one is not found."""
+        if last is not None and last.matches < PROVED:
+            self.former = last.former
+        if self.former is not None:
+            self.former.former = None
         self.fresh = (0.0, 0.0)
         """Similarity and likeness of the first match since the picture was taken, 0 until then."""
         self._worn = 0
@@ -63,6 +76,7 @@ class Template:
         """
         if self.fresh == (0.0, 0.0):
             self.fresh = similarity, likeness
+        self.matches += 1
         loss = self.fresh[1] - likeness
         self._worn = self._worn + 1 if loss > renewal else 0
         explained = self.fresh[0] - similarity <= EXPLAINED * loss

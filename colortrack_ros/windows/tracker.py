@@ -211,7 +211,14 @@ class WindowTracker:
                 worn = part is not None
             if part is not None and worn:
                 self._records['drift'][i] += np.nan_to_num(findings.R[i])
-                self._templates[i] = Template(part.window(place[i], template.picture.shape))
+                self._templates[i] = Template(
+                    part.window(place[i], template.picture.shape), template
+                )
+            elif self.config.drift_compensation and not believed[i] and template.former:
+                # It may have taken on what covers the target: try the one before, by turns.
+                former, template.former = template.former, None
+                former.former = template
+                self._templates[i] = former
 
     def _settle(self, frame: Frame) -> None:
         """Give up targets whose center has left the picture, or that were not seen for long."""

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from windows_pictures import texture
 
+from colortrack_ros.windows.template import PROVED
 from colortrack_ros.windows.template import Region
 from colortrack_ros.windows.template import Template
 
@@ -72,3 +73,14 @@ def test_a_template_wears_out_by_a_turn_at_once_and_by_another_look_after_a_whil
     template = Template(texture(12, 15, 15))
     worn = [template.wears(s, s, 0.03) for s in (0.99, 0.95, 0.94, 0.99, 0.95, 0.95, 0.95)]
     assert worn == [False, False, False, False, False, False, True]
+
+
+def test_a_template_remembers_the_last_one_that_has_proved_itself():
+    proved = Template(texture(13, 15, 15))
+    for _ in range(PROVED):
+        proved.wears(0.99, 0.99, 0.03)
+    brief = Template(texture(14, 15, 15), proved)
+    latest = Template(texture(15, 15, 15), brief)
+    assert brief.former is proved
+    assert latest.former is proved
+    assert Template(texture(16, 15, 15)).former is None

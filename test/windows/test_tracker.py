@@ -69,6 +69,11 @@ def test_the_filter_carries_a_target_past_a_cover_and_the_swarm_no_worse(scene):
     assert rmse[PSO] <= rmse[K]
 
 
+def test_a_template_that_has_taken_on_the_cover_is_not_the_end():
+    error, _ = errors('partial', WindowConfig(), seed=15)
+    assert np.linalg.norm(error[-1], axis=1).max() < 0.5
+
+
 @pytest.mark.parametrize('method', METHODS)
 def test_sudden_changes_of_direction_lose_nobody(method):
     error, _ = errors('jump', WindowConfig(method=method))

@@ -22,9 +22,9 @@ def frame(picture, k=0, rate=24.0):
 
 
 @cache
-def played(name, options='width=640&height=480&duration=10.5'):
+def played(name, seed=0):
     """Frames (gray) and truth of a scene."""
-    scene = open_scene(f'window_{name}?{options}')
+    scene = open_scene(f'window_{name}?width=640&height=480&duration=10.5&seed={seed}')
     pictures = [cv2.cvtColor(scene.render(k), cv2.COLOR_BGR2GRAY) for k in range(len(scene))]
     return [frame(p, k, scene.rate) for k, p in enumerate(pictures)], [
         scene.truth(k) for k in range(len(scene))
@@ -37,10 +37,10 @@ def boxes(truth):
     return np.stack([truth['u'] - r + 0.5, truth['v'] - r + 0.5, 2 * r, 2 * r], axis=1)
 
 
-def errors(name, config, objects=None):
+def errors(name, config, objects=None, seed=0):
     """Errors (frames, objects, 2) [px] of the first `objects` of a scene, NaN for no track, and
     covariances (frames, objects, 2, 2)."""
-    frames, truth = played(name)
+    frames, truth = played(name, seed)
     count = objects or len(truth[0])
     tracker = WindowTracker(config, boxes(truth[0][:count]))
     error = np.full((len(frames), count, 2), np.nan)
