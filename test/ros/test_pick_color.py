@@ -76,6 +76,7 @@ def test_what_cannot_be_done_is_said_in_one_line(tmp_path, capsys, arguments, sa
 def test_a_topic_is_read(ros, tmp_path):
     ros.start('camera', source=SCENE, loop='true')
     assert ros.spin(lambda: ros.node.count_publishers('camera/image_raw') == 1), ros.outputs()
-    process = ros.start('pick_color', '--', '/camera/image_raw', *center())
+    output = str(tmp_path / 'picked.png')
+    process = ros.start('pick_color', '--', '/camera/image_raw', *center(), '--output', output)
     assert ros.spin(lambda: process.popen.poll() is not None), ros.outputs()
     assert 'lab: [' in process.output
