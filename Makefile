@@ -15,7 +15,7 @@ PYTHON_IN = $(RUN) $(VENV)/bin/python
 
 UBUNTU = opencv-python-headless==4.6.0.66 numpy==1.26.4 scipy==1.11.4
 
-BENCHMARKS = $(filter-out %/points.py,$(wildcard benchmark/*.py))
+BENCHMARKS = $(filter-out %/points.py %/peers.py,$(wildcard benchmark/*.py))
 
 .PHONY: bench demo test test-ubuntu lint docs clean
 
