@@ -15,7 +15,9 @@ PYTHON_IN = $(RUN) $(VENV)/bin/python
 
 UBUNTU = opencv-python-headless==4.6.0.66 numpy==1.26.4 scipy==1.11.4
 
-.PHONY: demo test test-ubuntu lint docs clean
+BENCHMARKS = $(filter-out %/points.py %/peers.py,$(wildcard benchmark/*.py))
+
+.PHONY: bench demo test test-ubuntu lint docs clean
 
 demo: $(VENV)/demo
 	$(PYTHON_IN) -m colortrack_ros.nodes.demo --source '$(SOURCE)' --params '$(PARAMS)' \
@@ -27,6 +29,10 @@ test: lint
 # The same tests with the versions that Ubuntu 24.04 has.
 test-ubuntu: .venv-ubuntu/test
 	$(RUN) .venv-ubuntu/bin/python -m pytest $(TESTS)
+
+# Tables on the terminal, the same numbers as JSON in out/.
+bench: .venv-bench/bench
+	for script in $(BENCHMARKS); do $(RUN) .venv-bench/bin/python $$script || exit 1; done
 
 lint: $(VENV)/test
 	$(PYTHON_IN) -m ruff format --check .
@@ -47,5 +53,12 @@ lint: $(VENV)/test
 docs: $(VENV)/test
 	$(PYTHON_IN) test/readme_tables.py
 
+%/bench: setup.py benchmark/requirements.txt
+	$(RUN) $(PYTHON) -m venv $*
+	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check -e '.[standalone,demo]'
+	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
+		-r benchmark/requirements.txt
+	touch $@
+
 clean:
-	rm -rf $(VENV) .venv-ubuntu build install log out
+	rm -rf $(VENV) .venv-ubuntu .venv-bench build install log out

@@ -7,7 +7,16 @@ from setuptools import setup
 
 NAME = 'colortrack_ros'
 
-EXECUTABLES = ('camera', 'detector', 'overlay', 'pipeline', 'replay', 'tracker')
+EXECUTABLES = (
+    'camera',
+    'detector',
+    'overlay',
+    'pick_color',
+    'pipeline',
+    'replay',
+    'tracker',
+    'window_tracker',
+)
 
 # What a robot gets from apt: Jazzy as wheels, and the newest of the rest.
 STANDALONE = [
@@ -39,7 +48,7 @@ setup(
     install_requires=['setuptools'],
     extras_require={
         'standalone': STANDALONE,
-        'demo': ['rich'],
+        'demo': ['rich', 'ruamel.yaml'],
         'replay': ['rich', 'rosbags>=0.11'],
         'test': ['hypothesis', 'motmetrics', 'mypy', 'pytest', 'ruff', 'types-PyYAML'],
     },

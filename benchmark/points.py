@@ -7,22 +7,31 @@ import numpy as np
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.scenes import detections_of as detections_of_scene
+from colortrack_ros.scenes import open_scene
 
 RATE = 30
 WIDTH, HEIGHT = 1920.0, 1080.0
+SEEN = 0.25
+"""An object of which no such part is visible is hidden."""
 
 
 @dataclass(frozen=True)
 class Sequence:
     """What a tracker is given and what it should find.
 
-    truth: for each frame rows of (object, u, v); detections: of the same frames; size: of the
-    picture [px].
+    truth: for each frame rows of (object, u, v); hidden: for each frame how many more there are
+    that cannot be seen; detections: of the same frames; size: of the picture [px]; step: the
+    largest way of an object from frame to frame [px]; max_distance: of a track from its object
+    [px].
     """
 
     truth: list[np.ndarray]
+    hidden: list[int]
     detections: list[Detections]
     size: tuple[int, int]
+    step: float
+    max_distance: float
 
 
 def detections_of(z, k, rate=RATE, noise=1.0):
@@ -74,7 +83,8 @@ def cruise(
         false = rng.uniform(0, size, (rng.poisson(clutter * count), 2))
         truth.append(np.column_stack([names, position]))
         detections.append(detections_of(rng.permutation(np.concatenate([real, false])), k))
-    return Sequence(truth, detections, (int(size[0]), int(size[1])))
+    picture = (int(size[0]), int(size[1]))
+    return Sequence(truth, [0] * frames, detections, picture, speed[1], 10.0)
 
 
 def labels(path, drop=0.0, seed=0):
@@ -91,4 +101,23 @@ def labels(path, drop=0.0, seed=0):
         seen = rng.permutation(rows[rng.random(len(rows)) >= drop, 1:])
         detections.append(detections_of(seen, k, noise=2.0))
     width, height = table[:, 2:].max(axis=0) + 1
-    return Sequence(truth, detections, (int(width), int(height)))
+    return Sequence(truth, [0] * len(truth), detections, (int(width), int(height)), 60.0, 30.0)
+
+
+def of_scene(name, **worse):
+    """A scene as a perfect detector sees it.
+
+    :param worse: arguments of detections_of.
+    """
+    scene = open_scene(name)
+    truth, hidden, step, last = [], [], 0.0, {}
+    for k in range(len(scene)):
+        rows = scene.truth(k)
+        seen = rows[rows['visible'] >= SEEN]
+        truth.append(np.column_stack([seen['id'], seen['u'], seen['v']]))
+        hidden.append(len(rows) - len(seen))
+        here = {int(row['id']): np.array([row['u'], row['v']]) for row in rows}
+        ways = [np.hypot(*(here[i] - last[i])) for i in here.keys() & last.keys()]
+        step, last = max([step, *ways]), here
+    found = [detections_of_scene(scene, k, **worse) for k in range(len(scene))]
+    return Sequence(truth, hidden, found, (scene.width, scene.height), step, 20.0)

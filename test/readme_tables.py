@@ -7,6 +7,7 @@ from colortrack_ros.nodes import camera_parameters
 from colortrack_ros.nodes import detector_parameters
 from colortrack_ros.nodes import overlay
 from colortrack_ros.nodes import tracker_parameters
+from colortrack_ros.nodes import window_tracker_parameters
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 
@@ -16,6 +17,7 @@ NODES = {
     'detector': detector_parameters.TABLE,
     'tracker': tracker_parameters.TABLE,
     'overlay': overlay.TABLE,
+    'window_tracker': window_tracker_parameters.TABLE,
 }
 
 

@@ -61,11 +61,21 @@ class Tally:
         self.matched: list[np.ndarray] = []
         self.seen: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
 
-    def add(self, objects: object, hypotheses: object) -> None:
-        """Take one frame: rows of (object, u, v) and rows of (track_id, u, v)."""
+    def add(self, objects: object, hypotheses: object, hidden: int = 0) -> None:
+        """Take one frame.
+
+        :param objects: rows of (object, u, v).
+        :param hypotheses: rows of (track_id, u, v).
+        :param hidden: objects that are there but cannot be seen, besides the others: so many tracks
+            that are near none of these are forgiven, the farthest first.
+        """
         truth = np.asarray(objects, float).reshape(-1, 3)
         tracks = np.asarray(hypotheses, float).reshape(-1, 3)
         distance = cdist(truth[:, 1:], tracks[:, 1:])
+        nearest = distance.min(axis=0, initial=np.inf)
+        order = np.argsort(-nearest, kind='stable')
+        order = order[max(0, min(hidden, np.count_nonzero(nearest > self.max_distance))) :]
+        tracks, distance = tracks[order], distance[:, order]
         ids, names = truth[:, 0].astype(int), tracks[:, 0].astype(int)
         self.seen[0].append(ids)
         self.seen[1].append(names)

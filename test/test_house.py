@@ -8,13 +8,23 @@ import sys
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / 'colortrack_ros'
-ROOMS_WITHOUT_ROS = ('bags', 'sources', 'scenes', 'detection', 'tracking', 'drawing')
+ROOMS_WITHOUT_ROS = (
+    'bags',
+    'sources',
+    'scenes',
+    'detection',
+    'tracking',
+    'windows',
+    'drawing',
+)
 ALLOWED = {
     'data': set(),
     'scenes': {'data'},
     'sources': {'data', 'scenes'},
     'detection': {'data'},
     'tracking': {'data'},
+    # the bank of Kalman filters is one
+    'windows': {'data', 'tracking'},
     'drawing': {'data'},
     'messages': {'data'},
     'bags': {'data'},

@@ -6,6 +6,7 @@ from colortrack_ros.bags.reader import BagReader
 from colortrack_ros.bags.reader import is_bag
 from colortrack_ros.bags.reader import Topic
 from colortrack_ros.bags.writer import BagWriter
+from colortrack_ros.bags.writer import canonical
 from colortrack_ros.bags.writer import is_only_a_bag
 from colortrack_ros.bags.writer import STORAGES
 
@@ -16,6 +17,7 @@ __all__ = [
     'BagWriter',
     'StampOrder',
     'Topic',
+    'canonical',
     'is_bag',
     'is_only_a_bag',
 ]

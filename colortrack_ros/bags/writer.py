@@ -34,6 +34,17 @@ _QOS = Qos(
 )
 """What `ros2 bag play` publishes with: every subscriber hears a reliable publisher."""
 
+_TYPES = get_typestore(Stores.ROS2_JAZZY)
+
+
+def canonical(cdr: bytes, kind: str) -> bytes:
+    """The same message with zeros between its fields, where Fast CDR leaves what was in memory.
+
+    :param cdr: a serialized message.
+    :param kind: its type.
+    """
+    return bytes(_TYPES.serialize_cdr(_TYPES.deserialize_cdr(cdr, kind), kind))
+
 
 class BagWriter:
     """A rosbag2 as Jazzy writes it, with message definitions, type hashes and QoS.
@@ -54,10 +65,9 @@ class BagWriter:
             self._writer.open()
         except OSError as error:
             raise BagError(f'{path}: cannot be written: {error.strerror}') from error
-        types = get_typestore(Stores.ROS2_JAZZY)
         self._connections = {
             topic: self._writer.add_connection(
-                topic, kind, typestore=types, offered_qos_profiles=[_QOS]
+                topic, kind, typestore=_TYPES, offered_qos_profiles=[_QOS]
             )
             for topic, kind in topics.items()
         }
@@ -67,7 +77,7 @@ class BagWriter:
 
         :param topic: one of those given at the start.
         :param log_time: when it would have been recorded [ns], not negative.
-        :param cdr: the serialized message.
+        :param cdr: the serialized message, see :func:`canonical`.
         """
         self._writer.write(self._connections[topic], log_time, cdr)
 

@@ -24,9 +24,9 @@ from colortrack_ros.nodes.camera_parameters import build
 from colortrack_ros.nodes.camera_parameters import CameraSetup
 from colortrack_ros.nodes.camera_parameters import TABLE
 from colortrack_ros.nodes.health import Health
+from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.pacer import Pacer
 from colortrack_ros.nodes.pacer import Window
-from colortrack_ros.nodes.parameters import declare
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.runtime import StartError
 from colortrack_ros.nodes.topics import publish_on

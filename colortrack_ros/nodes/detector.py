@@ -1,6 +1,7 @@
 """The node that turns pictures into detections."""
 
 from collections.abc import Callable
+import dataclasses
 import threading
 import time
 from typing import Any
@@ -10,6 +11,7 @@ from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool
+from std_srvs.srv import Trigger
 
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
@@ -17,14 +19,15 @@ from colortrack_ros.detection import Detector
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
+from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
 from colortrack_ros.nodes.backlog import Backlog
 from colortrack_ros.nodes.detector_parameters import build
 from colortrack_ros.nodes.detector_parameters import DetectorSetup
 from colortrack_ros.nodes.detector_parameters import TABLE
 from colortrack_ros.nodes.health import Health
+from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.order import Order
-from colortrack_ros.nodes.parameters import declare
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to
@@ -61,7 +64,9 @@ class DetectorNode(Node):
         self._order: Order[Frame] = Order(self.process, self.health.refuse)
         self._apply(self._setup)
         self._publisher = publish_on(self, PointCloud2, self._setup.detections_topic)
+        self._debug_publisher = publish_on(self, Image, self._setup.debug_topic)
         self.create_service(SetBool, '~/pause', self._pause)
+        self.create_service(Trigger, '~/learn_background', self._learn_background)
         self._worker = threading.Thread(target=self._work, name='detector')
         if subscribe:
             kind, name, self._read = READERS[self._setup.image_transport]
@@ -75,6 +80,9 @@ class DetectorNode(Node):
         self.health.took_in()
         with self._lock:
             detections = self._detector.detect(frame)
+            if self._debug_publisher.get_subscription_count() > 0:
+                mask = dataclasses.replace(frame, image=self._detector.mask, encoding='mono8')
+                self._debug_publisher.publish(image_of_frame(mask))
         self._publisher.publish(cloud_of_detections(detections))
         self.health.gave_out(detections.stamp)
         self._deliver(detections)
@@ -101,6 +109,13 @@ class DetectorNode(Node):
         self._paused = request.data
         response.success = True
         response.message = 'paused' if self._paused else 'working'
+        return response
+
+    def _learn_background(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            self._detector.learn_background()
+        response.success = True
+        response.message = 'the background is learned anew from the next frame on'
         return response
 
     def _apply(self, setup: DetectorSetup) -> None:

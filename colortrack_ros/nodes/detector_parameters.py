@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from dataclasses import fields
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +10,8 @@ from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.config import CHOICES
 from colortrack_ros.detection.config import RANGES
 from colortrack_ros.detection.reference import PRESETS
+from colortrack_ros.detection.regions import Region
+from colortrack_ros.detection.regions import Regions
 from colortrack_ros.nodes.health import HEALTH
 from colortrack_ros.nodes.order import ORDER
 from colortrack_ros.nodes.parameters import own_values
@@ -78,6 +79,24 @@ TABLE = ParameterTable(
             minimum=1,
             maximum=99,
         ),
+        Spec(
+            'regions',
+            (str,),
+            'Names of the regions to look in or to ignore.',
+        ),
+        Spec('mask', '', 'Path of a picture that is dark where not to look; empty for none.'),
+        _spec('split', 'Whether blobs of touching objects are cut at their necks.'),
+        _spec('min_aspect', "Least ratio of a blob's minor to its major axis."),
+        _spec('min_extent', "Least ratio of a blob's area to that of its box."),
+        _spec('min_circularity', 'Least likeness of a blob to a disc; a ball is above 0.9.'),
+        _spec('min_solidity', "Least ratio of a blob's area to that of its convex hull."),
+        _spec('grow', 'How many times the tolerance of the pixels that a blob grows by; 1: none.'),
+        _spec('white_balance', 'Whether the mean of each channel is kept as in the first frame.'),
+        _spec(
+            'follow_light',
+            'How far the reference colors may follow slow changes of what is found.',
+            'CIELAB units',
+        ),
         _spec('method', 'How objects are told from the rest.'),
         _spec(
             'moving_only',
@@ -113,36 +132,46 @@ TABLE = ParameterTable(
             read_only=True,
         ),
         topic('detections_topic', 'detections', 'the detections that are published'),
+        topic('debug_topic', 'detector/mask', 'the mask, published while somebody subscribes'),
         PICTURE_DEPTH,
         DEPTH,
         *HEALTH,
     ],
-    each=[
-        Spec(
-            'lab', (float,), 'The reference color [L, a, b] in CIELAB (D65); or give rgb or preset.'
-        ),
-        Spec(
-            'rgb', (float,), 'The reference color [r, g, b], sRGB, 0..255; or give lab or preset.'
-        ),
-        Spec('preset', '', 'A color that everybody knows by its name.', choices=('', *PRESETS)),
-        Spec(
-            'tolerance_lab',
-            (float,),
-            'Half axes [dL, da, db] of an ellipsoid in place of the sphere of tolerance.',
-            unit='CIELAB units',
-            minimum=0.0,
-            maximum=200.0,
-        ),
-        Spec(
-            'tolerance',
-            _DEFAULT.colors[0].tolerance,
-            'Pixels closer to the reference color belong to it (tau).',
-            unit='CIELAB units',
-            minimum=0.0,
-            maximum=200.0,
-        ),
-    ],
-    names_in='colors',
+    each={
+        'colors': [
+            Spec(
+                'lab',
+                (float,),
+                'The reference color [L, a, b] in CIELAB (D65); or give rgb or preset.',
+            ),
+            Spec(
+                'rgb',
+                (float,),
+                'The reference color [r, g, b], sRGB, 0..255; or give lab or preset.',
+            ),
+            Spec('preset', '', 'A color that everybody knows by its name.', choices=('', *PRESETS)),
+            Spec(
+                'tolerance_lab',
+                (float,),
+                'Half axes [dL, da, db] of an ellipsoid in place of the sphere of tolerance.',
+                unit='CIELAB units',
+                minimum=0.0,
+                maximum=200.0,
+            ),
+            Spec(
+                'tolerance',
+                _DEFAULT.colors[0].tolerance,
+                'Pixels closer to the reference color belong to it (tau).',
+                unit='CIELAB units',
+                minimum=0.0,
+                maximum=200.0,
+            ),
+        ],
+        'regions': [
+            Spec('polygon', (float,), 'Corners [u1, v1, u2, v2, ...].', unit='px'),
+            Spec('ignore', False, 'Whether not to look in it; else to look nowhere outside.'),
+        ],
+    },
 )
 
 
@@ -157,6 +186,7 @@ class DetectorSetup:
     image_topic: str
     image_transport: str
     detections_topic: str
+    debug_topic: str
 
 
 def build(values: Mapping[str, Any]) -> DetectorSetup:
@@ -165,9 +195,19 @@ def build(values: Mapping[str, Any]) -> DetectorSetup:
     :raises ValueError: the values do not fit together; the reason names the parameter.
     """
     colors = tuple(_color(name, values) for name in values['colors'])
-    names = [field.name for field in fields(DetectorConfig) if field.name != 'colors']
-    config = DetectorConfig(colors=colors, **{name: values[name] for name in names})
+    regions = tuple(_region(name, values) for name in values.get('regions', ()))
+    own = own_values(DetectorConfig, values) | {'colors': colors, 'regions': regions}
+    config = DetectorConfig(**own)
+    Regions(config.regions, config.mask)  # reads the picture of the mask
     return DetectorSetup(config, **own_values(DetectorSetup, values))
+
+
+def _region(name: str, values: Mapping[str, Any]) -> Region:
+    corners = values.get(f'{name}.polygon', [])
+    if len(corners) % 2:
+        raise ValueError(f'{name}.polygon: expected pairs of u and v, got {len(corners)} numbers')
+    pairs = tuple(zip(corners[::2], corners[1::2], strict=True))
+    return Region(name, pairs, values[f'{name}.ignore'])
 
 
 def _color(name: str, values: Mapping[str, Any]) -> ReferenceColor:

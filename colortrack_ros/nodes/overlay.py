@@ -20,7 +20,7 @@ from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.nodes.health import HEALTH
 from colortrack_ros.nodes.health import Health
-from colortrack_ros.nodes.parameters import declare
+from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import DEPTH

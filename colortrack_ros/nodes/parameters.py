@@ -18,9 +18,6 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange
 from rcl_interfaces.msg import IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor
-from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
-from rclpy.parameter import Parameter
 
 FOREIGN = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
 """Names (or their beginnings) of the parameters that rclpy declares on its own."""
@@ -132,16 +129,16 @@ class ParameterTable:
     """The parameters of one kind of node.
 
     :param specs: the fixed ones.
-    :param each: those that exist once for each name in the list ``names_in``, as ``NAME.spec``.
-    :param names_in: the parameter that lists the names.
+    :param each: by the parameter that lists names, those that exist once for each NAME in it, as
+        ``NAME.spec``.
     """
 
     def __init__(
-        self, specs: Iterable[Spec], *, each: Iterable[Spec] = (), names_in: str = ''
+        self, specs: Iterable[Spec], each: Mapping[str, Iterable[Spec]] | None = None
     ) -> None:
         self.specs = {spec.name: spec for spec in specs}
-        self.each = {spec.name: spec for spec in each}
-        self.names_in = names_in
+        self.groups = {names: {s.name: s for s in group} for names, group in (each or {}).items()}
+        self.each = {name: spec for group in self.groups.values() for name, spec in group.items()}
 
     def find(self, name: str) -> Spec:
         """The row of a full parameter name.
@@ -160,11 +157,11 @@ class ParameterTable:
 
     def defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The given values, completed by the defaults of what is not given."""
-        names = values.get(self.names_in, getattr(self.specs.get(self.names_in), 'default', []))
-        every = {
-            **self.specs,
-            **{f'{name}.{suffix}': s for name in names for suffix, s in self.each.items()},
-        }
+        every = dict(self.specs)
+        for listing, group in self.groups.items():
+            names = values.get(listing, self.specs[listing].default)
+            if not self.specs[listing].optional or listing in values:
+                every |= {f'{name}.{key}': spec for name in names for key, spec in group.items()}
         return {n: s.default for n, s in every.items() if not s.optional} | dict(values)
 
     def consistent(
@@ -212,77 +209,3 @@ class ParameterTable:
 def own_values(setup: type, values: Mapping[str, Any]) -> dict[str, Any]:
     """Of the parameters those that a setup, a dataclass, has as fields of the same name."""
     return {field.name: values[field.name] for field in fields(setup) if field.name in values}
-
-
-def declare(
-    node: Node,
-    table: ParameterTable,
-    build: Callable[[Mapping[str, Any]], Any],
-    apply: Callable[[Any], None],
-) -> Any:
-    """Declare the table's parameters, check them now and whenever somebody sets them.
-
-    A bad value is refused with its reason in the log (on start) or in the answer (at run time), and
-    the old one, on start the default, stays in force. The node has to allow undeclared parameters,
-    so that those of a new NAME can be set.
-
-    :param build: makes the configuration from all values, raises ValueError with a reason.
-    :param apply: takes a configuration into use, when somebody has changed a parameter.
-    :return: the configuration to start with.
-    """
-    # rclpy has no public way to see the overrides of names that are not declared.
-    overrides = {
-        name: override.value
-        for name, override in node._parameter_overrides.items()
-        if not name.startswith(FOREIGN)
-    }
-    values, refused = table.consistent(overrides, build)
-    for reason in refused.values():
-        node.get_logger().error(f'Parameter refused: {reason}. The default stays in force.')
-    for name, value in values.items():
-        spec = table.find(name)
-        node.declare_parameter(name, spec.shown(value), spec.descriptor(), ignore_override=True)
-
-    def changed(parameters: Sequence[Parameter]) -> dict[str, Any] | None:
-        own = [p for p in parameters if not p.name.startswith(FOREIGN)]
-        if not own:
-            return None
-        checked = {}
-        for parameter in own:
-            if parameter.type_ != Parameter.Type.NOT_SET:
-                spec = table.find(parameter.name)
-                checked[parameter.name] = spec.check(parameter.name, parameter.value)
-        kept = {name: value for name, value in values.items() if name not in {p.name for p in own}}
-        return kept | checked
-
-    def widen(parameters: list[Parameter]) -> list[Parameter]:
-        """An int where a float is meant is taken as the float, before anybody looks at it."""
-        widened = []
-        for parameter in parameters:
-            try:
-                value = table.find(parameter.name).check(parameter.name, parameter.value)
-            except ValueError:
-                value = []  # refused below, with its reason
-            widened.append(parameter if value == [] else Parameter(parameter.name, value=value))
-        return widened
-
-    def check(parameters: list[Parameter]) -> SetParametersResult:
-        try:
-            after = changed(parameters)
-            if after is not None:
-                build(table.defaults(after))
-        except ValueError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
-
-    def take(parameters: list[Parameter]) -> None:
-        after = changed(parameters)
-        if after is not None:
-            values.clear()
-            values.update(after)
-            apply(build(table.defaults(after)))
-
-    node.add_pre_set_parameters_callback(widen)
-    node.add_on_set_parameters_callback(check)
-    node.add_post_set_parameters_callback(take)
-    return build(values)

@@ -139,12 +139,13 @@ class BagRecording(Recording):
     :param path: of the bag.
     :param topic: the one to work on, or empty for the one that the parameters mean.
     :param topics: full names of the nodes' topics, ``image`` and ``detections``.
-    :param restart: a jump of the stamps back by more than this [ns] is a new start.
+    :param max_late: what comes later than the window by more than this [ns] is not late: time has
+        gone back.
     :raises BagError: it cannot be opened.
     :raises StartError: no topic in it is the one.
     """
 
-    def __init__(self, path: Path, topic: str, topics: Mapping[str, str], restart: int) -> None:
+    def __init__(self, path: Path, topic: str, topics: Mapping[str, str], max_late: int) -> None:
         super().__init__()
         self._reader = BagReader(path)
         try:
@@ -152,7 +153,7 @@ class BagRecording(Recording):
         except StartError as error:
             self._reader.close()
             raise StartError(f'{path}: {error}') from error
-        self._order: StampOrder[tuple[int, bytes]] = StampOrder(WINDOW, restart)
+        self._order: StampOrder[tuple[int, bytes]] = StampOrder(WINDOW, WINDOW + max_late)
         self.label = f'{path}, {self._topic.name}'
         self.total = self._topic.size
         self.rate = (self.total - 1) * NANOSECONDS / max(self._reader.duration, 1)

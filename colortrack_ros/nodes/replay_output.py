@@ -2,15 +2,20 @@
 
 from abc import ABC
 from abc import abstractmethod
+from collections.abc import Iterator
 import csv
 import itertools
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.bags import BagWriter
+from colortrack_ros.bags import canonical
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.data import TENTATIVE
@@ -26,7 +31,7 @@ from colortrack_ros.nodes.recordings import Item
 from colortrack_ros.nodes.replay_setup import Setup
 from colortrack_ros.nodes.runtime import StartError
 
-MARKERS = 'visualization_msgs/msg/MarkerArray'
+KINDS = {'detections': CLOUD, 'tracks': CLOUD, 'markers': 'visualization_msgs/msg/MarkerArray'}
 
 STATE = ('u', 'v', 'du', 'dv')
 BEFORE = ('track_id', 'color', 'state')
@@ -34,12 +39,14 @@ AFTER = ('age', 'time_since_update', 'hits', 'area', 'box_w', 'box_h', 'score')
 UPPER = np.triu_indices(len(STATE))
 COLUMNS = (
     'stamp',
+    'frame',
     *BEFORE,
     *STATE,
     *(f'cov_{a}_{b}' for a, b in itertools.combinations_with_replacement(STATE, 2)),
     *AFTER,
 )
-"""Columns of the CSV: stamp [ns], and the fields of a track; of the covariance the upper half."""
+"""Columns of the CSV: stamp [ns], number of the frame from 1, and the fields of a track; of the
+covariance the upper half."""
 
 
 class Output(ABC):
@@ -63,21 +70,21 @@ class BagOutput(Output):
     def __init__(self, path: Path, storage: str, setup: Setup) -> None:
         self._topics = setup.topics
         self._scale = setup.tracker.marker_scale
-        kinds = {'detections': CLOUD, 'tracks': CLOUD, 'markers': MARKERS}
-        self._bag = BagWriter(path, {self._topics[k]: kind for k, kind in kinds.items()}, storage)
+        topics = {self._topics[name]: kind for name, kind in KINDS.items()}
+        self._bag = BagWriter(path, topics, storage)
         self._markers = MarkerWriter()
 
     def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
         """One message on each topic; recorded detections stay as they were."""
-        messages = {
-            'detections': item.cdr
-            if isinstance(item.content, Detections)
-            else serialize_message(cloud_of_detections(detections)),
-            'tracks': serialize_message(cloud_of_tracks(tracks)),
-            'markers': serialize_message(self._markers.write(tracks, self._scale)),
-        }
-        for name, cdr in messages.items():
-            self._bag.write(self._topics[name], item.log_time, cdr)
+        recorded = isinstance(item.content, Detections)
+        self._add('detections', item, None if recorded else cloud_of_detections(detections))
+        self._add('tracks', item, cloud_of_tracks(tracks))
+        self._add('markers', item, self._markers.write(tracks, self._scale))
+
+    def _add(self, name: str, item: Item, message: PointCloud2 | MarkerArray | None) -> None:
+        """A message, or where there is none, the recorded one."""
+        cdr = canonical(serialize_message(message), KINDS[name]) if message else item.cdr
+        self._bag.write(self._topics[name], item.log_time, cdr)
 
     def close(self) -> None:
         """Write the index and the metadata."""
@@ -94,15 +101,20 @@ class CsvOutput(Output):
 
     def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
         """The tracks."""
-        for row in tracks.rows:
-            values = [row[name].item() for name in (*BEFORE, *STATE)]
-            values += row['covariance'][UPPER].tolist()
-            values += [row[name] for name in AFTER]
-            self._table.writerow([tracks.stamp, *values])
+        self._table.writerows(lines_of(item, tracks))
 
     def close(self) -> None:
         """Finish the file."""
         self._file.close()
+
+
+def lines_of(item: Item, tracks: Tracks) -> Iterator[list[Any]]:
+    """The values of each track, as many as there are COLUMNS."""
+    for row in tracks.rows:
+        values = [row[name].item() for name in (*BEFORE, *STATE)]
+        values += row['covariance'][UPPER].tolist()
+        values += [row[name] for name in AFTER]
+        yield [tracks.stamp, item.number, *values]
 
 
 class MotOutput(Output):

@@ -25,7 +25,6 @@ from colortrack_ros.nodes.params_file import read_params_file
 from colortrack_ros.nodes.runtime import StartError
 from colortrack_ros.nodes.tracker_parameters import TrackerSetup
 
-NODES = ('detector', 'tracker')
 TABLES: dict[str, tuple[ParameterTable, Callable[[Mapping[str, Any]], Any]]] = {
     'camera': (camera_parameters.TABLE, dict),
     'detector': (detector_parameters.TABLE, detector_parameters.build),
@@ -38,7 +37,7 @@ TABLES: dict[str, tuple[ParameterTable, Callable[[Mapping[str, Any]], Any]]] = {
 class Setup:
     """What the nodes of the same parameters would have.
 
-    :param camera: values of the camera's parameters.
+    :param camera: values of the camera's parameters; empty where a bag is its own camera.
     :param topics: full names by ``image``, ``detections``, ``tracks`` and ``markers``.
     """
 
@@ -63,6 +62,7 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
     add('--video', type=Path, help='write the overlay to this .mp4')
     add('--csv', type=Path, help='write the tracks to this file')
     add('--mot', type=Path, help='write the tracks to this file, in the form of MOTChallenge')
+    add('--expect', type=Path, metavar='CSV', help='compare the tracks with those of this file')
     add('--force', action='store_true', help='overwrite what is there')
     ros = parser.add_argument_group('ROS arguments')
     ros.add_argument('--params-file', type=Path, action='append', default=[], metavar='YAML')
@@ -71,22 +71,24 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
     return parser.parse_args([word for word in args if word not in ('--ros-args', '--')])
 
 
-def read_setup(arguments: argparse.Namespace) -> Setup:
+def read_setup(arguments: argparse.Namespace, nodes: Sequence[str]) -> Setup:
     """The parameters that the files and the command line give, checked as the nodes check them.
 
+    :param nodes: those that the recording does not replace.
     :raises StartError: a value is refused, or a file cannot be read.
     """
     try:
         given = [item for path in arguments.params_file for item in read_params_file(path)]
         given += [read_assignment(text) for text in arguments.param]
         namespace, remaps = _read_remaps(arguments.remap)
-        namespace = namespace or _only_namespace(given)
+        namespace = namespace or _only_namespace(given, nodes)
     except ValueError as error:
         raise StartError(str(error)) from error
     base = namespace.rstrip('/')
     values = {
         node: _values(f'{base}/{node}', given, table, build)
         for node, (table, build) in TABLES.items()
+        if node in nodes
     }
 
     def resolved(node: str, topic: str) -> str:
@@ -97,7 +99,7 @@ def read_setup(arguments: argparse.Namespace) -> Setup:
         return full
 
     return Setup(
-        camera=values['camera'],
+        camera=values.get('camera', {}),
         detector=detector_parameters.build(values['detector']),
         tracker=tracker_parameters.build(values['tracker']),
         topics={
@@ -161,9 +163,9 @@ def _read_remaps(texts: Sequence[str]) -> tuple[str, list[tuple[str, str, str]]]
     return namespace, remaps
 
 
-def _only_namespace(given: Sequence[Given]) -> str:
+def _only_namespace(given: Sequence[Given], nodes: Sequence[str]) -> str:
     """The namespace that the parameters are for, where nobody says."""
-    namespaces = namespaces_of(given, NODES)
+    namespaces = namespaces_of(given, nodes)
     if len(namespaces) > 1:
         raise ValueError(
             f'the parameters are for several namespaces, {", ".join(sorted(namespaces))}: choose '

@@ -70,8 +70,8 @@ def run(
     try:
         nodes = make_nodes(stop.set)
         _spin(nodes, stop)
-    except StartError as error:
-        rclpy.logging.get_logger('colortrack_ros').fatal(str(error))
+    except (StartError, RuntimeError) as error:  # of rclpy, where a node cannot be made
+        rclpy.logging.get_logger('colortrack_ros').fatal(_one_line(error))
         return 1
     finally:
         for node in nodes:

@@ -16,8 +16,8 @@ from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.messages import MessageError
 from colortrack_ros.nodes.health import Health
+from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.order import Order
-from colortrack_ros.nodes.parameters import declare
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to
@@ -64,8 +64,8 @@ class TrackerNode(Node):
         self._alive = len(tracks.rows)
         if dropped > self._dropped:
             self.health.refuse(
-                f'{dropped - self._dropped} of {len(detections.rows)} detections: expected finite '
-                'numbers and a covariance that is positive definite or all zero'
+                f'{dropped - self._dropped} of {len(detections.rows)} detections: expected '
+                'positions within 1e6 px, and a covariance that is positive definite or all zero'
             )
             self._dropped = dropped
         if tracks.restarted:

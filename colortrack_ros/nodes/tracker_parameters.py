@@ -73,6 +73,14 @@ TABLE = ParameterTable(
             'Whether the covariance that a detection brings is used; if not, measurement_noise '
             'holds for all.',
         ),
+        _spec(
+            'centroid_bias',
+            'Standard deviation of what is systematic about centroids, on each axis, which no '
+            'filter averages out; adds to the published covariance.',
+            'px',
+            0.0,
+            1e3,
+        ),
         _spec('color_gating', 'Whether a track takes only detections of its own color.'),
         _spec(
             'use_boxes',

@@ -22,6 +22,11 @@ from colortrack_ros.scenes.rooms import fast
 from colortrack_ros.scenes.rooms import light
 from colortrack_ros.scenes.scene import Scene
 from colortrack_ros.scenes.scene import TRUTH
+from colortrack_ros.scenes.windows import window_clutter
+from colortrack_ros.scenes.windows import window_hidden
+from colortrack_ros.scenes.windows import window_jump
+from colortrack_ros.scenes.windows import window_partial
+from colortrack_ros.scenes.windows import window_texture
 
 __all__ = ['BLACKOUT', 'SCENES', 'TRUTH', 'Options', 'Scene', 'detections_of', 'open_scene']
 
@@ -40,6 +45,11 @@ SCENES: dict[str, Callable[[Options], Scene]] = {
     'clutter': clutter,
     'light': light,
     'fast': fast,
+    'window_texture': window_texture,
+    'window_clutter': window_clutter,
+    'window_partial': window_partial,
+    'window_hidden': window_hidden,
+    'window_jump': window_jump,
 }
 """Every scene by its name: a function that builds it."""
 

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from colortrack_ros.scenes.curves import Curve
 from colortrack_ros.scenes.options import Options
+from colortrack_ros.scenes.patches import draw_patch
+from colortrack_ros.scenes.patches import paint_patch
+from colortrack_ros.scenes.patches import Patch
 from colortrack_ros.scenes.shapes import Ball
 from colortrack_ros.scenes.shapes import Cover
 from colortrack_ros.scenes.shapes import draw_ball
@@ -95,7 +98,9 @@ class Scene:
             self._things, self._center[:, k], self._smear[:, k], self._half[:, k], self._bgr[:, k],
             strict=True,
         ):  # fmt: skip
-            if isinstance(thing, Ball) or thing.round:
+            if isinstance(thing, Patch):
+                draw_patch(image, center, float(half[0]), self._turn(thing, k), thing)
+            elif isinstance(thing, Ball) or thing.round:
                 draw_ball(image, center, smear, float(half[0]), bgr)
             else:
                 draw_rectangle(image, center, smear, half, bgr)
@@ -149,8 +154,13 @@ class Scene:
         ):
             if isinstance(thing, Ball):
                 number += 1
-                if number not in unseen:
-                    paint_disc(mask, center, half[0], names.index(thing.color) + 1)
+                if number in unseen:
+                    continue
+                value = names.index(thing.color) + 1
+                if isinstance(thing, Patch):
+                    paint_patch(mask, center, half[0], self._turn(thing, k), value)
+                else:
+                    paint_disc(mask, center, half[0], value)
             elif thing.round:
                 paint_disc(mask, center, half[0], 0)
             else:
@@ -164,6 +174,9 @@ class Scene:
         if not 0 <= k < len(self):
             raise IndexError(f'frame {k} of scene {self.name}: expected 0 to {len(self) - 1}')
         return k
+
+    def _turn(self, patch: Patch, k: int) -> float:
+        return float(patch.turn.value(np.array([k / self.rate]))[0, 0])
 
     def _brightness(self, thing: Ball | Prop, t: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return (K, 3), the BGR color of a thing at each frame."""

@@ -7,14 +7,20 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-FIRST_NOISE, FIRST_SPEED = 300.0, 500.0
+FIRST_NOISE, FIRST_SPEED = 1000.0, 700.0
 """Process noise [px/s^2] and speed [px/s] to start from."""
 
 FIRST_RATES = (0.5, 2.0)
 """Maneuvers of an object in sight and out of sight to start from [1/s]."""
 
-FIRST_FALSE, LEAST_NEW = 0.01, 0.01
-"""False detections a frame to start from, and new objects a frame."""
+FIRST_FALSE, LEAST_NEW = 0.003, 0.003
+"""False detections a frame to start from, and new objects a frame, at least."""
+
+FIRST_AREA = 3e5
+"""Of the picture, at least, while its size is not known [px^2]."""
+
+BORDER, ENTERING = 0.05, 0.9
+"""Width of the border, a share of the picture, and share of the new objects that begin there."""
 
 NOISE_RANGE = (1.0, 1e5)
 RATE_RANGE = (0.01, 20.0)
@@ -39,8 +45,9 @@ class Adaptation:
         self._nis, self._product, self._predicted = 2.0, 0.0, 0.5
         self.rates = list(FIRST_RATES)
         """How often objects in sight and out of sight maneuver [1/s]."""
-        self._false = FIRST_FALSE
+        self._false, self._frames, self._births = FIRST_FALSE, 3, LEAST_NEW
         self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
+        self._area = FIRST_AREA
 
     @property
     def noise(self) -> float:
@@ -55,24 +62,40 @@ class Adaptation:
     @property
     def density(self) -> float:
         """Detections a frame that belong to no track yet, false or new [1/px^2]."""
-        width, height = np.maximum(self._high - self._low, 100.0)
-        return (self._false + LEAST_NEW) / float(width * height)
+        return (self._false + self._births) / self._area
+
+    def birth_density(self, z: Floats, image_size: tuple[int, int]) -> Floats:
+        """New objects a frame at z, (K, 2), (K,) [1/px^2]; most come in at the picture's border."""
+        if not all(image_size):
+            return np.full(len(z), self._births / self._area)
+        from_border = np.minimum(z, np.array(image_size) - z) / image_size
+        entering = from_border.min(axis=1) < BORDER
+        inner = (1 - 2 * BORDER) ** 2
+        share = np.where(entering, ENTERING / (1 - inner), (1 - ENTERING) / inner)
+        return np.asarray(self._births * share / self._area)
 
     def chance(self, T: Floats, dt: float) -> Floats:
         """Probability of a maneuver within T, (N,), of tracks last measured T ago [s]."""
         seen, hidden = self.rates
         return -np.expm1(-np.where(1.5 * dt < T, hidden, seen) * T)
 
-    def learn_density(self, z: Floats, false: int) -> None:
-        """Take a frame.
+    def learn_size(self, z: Floats, image_size: tuple[int, int]) -> None:
+        """Take the detections of a frame, (M, 2) [px]: the box around all so far is the picture.
 
-        :param z: (M, 2) where tracks are [px]; the area is that of the box around all so far.
-        :param false: how many tracks ended in it without having been confirmed.
+        :param image_size: of the picture, if it is known.
         """
-        if len(z):
+        if all(image_size):
+            self._area = float(np.prod(image_size))
+        elif len(z):
             self._low = np.minimum(self._low, z.min(axis=0))
             self._high = np.maximum(self._high, z.max(axis=0))
-        self._false += SLOW * (false - self._false)
+            self._area = max(float(np.prod(self._high - self._low)), FIRST_AREA)
+
+    def learn_new(self, false: int, true: int) -> None:
+        """Take the numbers of tracks that in a frame ended unconfirmed, and were confirmed."""
+        self._frames += 1
+        self._false += max(SLOW, 1 / self._frames) * (false - self._false)
+        self._births += SLOW * (max(true, LEAST_NEW) - self._births)
 
     def learn_rates(self, turned: Floats, T: Floats, dt: float) -> None:
         """Take the tracks measured in a frame: expectation-maximization of how often they turn.
@@ -81,12 +104,12 @@ class Adaptation:
         :param T: (K,) when that was [s].
         :param dt: since the last frame [s].
         """
-        hidden = 1.5 * dt < T
-        for i, part in enumerate((~hidden, hidden)):
-            count, time = np.count_nonzero(part), float(T[part].sum())
+        part = (1.5 * dt < T).astype(np.intp)
+        counts, times, turns = (np.bincount(part, x, 2).tolist() for x in (None, T, turned))
+        for i, (count, time, turn) in enumerate(zip(counts, times, turns, strict=True)):
             if time > 0:
                 share = GAIN * count / (count + FEW)
-                rate = self.rates[i] + share * (float(turned[part].sum()) / time - self.rates[i])
+                rate = self.rates[i] + share * (turn / time - self.rates[i])
                 self.rates[i] = min(max(rate, RATE_RANGE[0]), RATE_RANGE[1])
 
     def learn_motion(
@@ -118,4 +141,4 @@ class Adaptation:
         low, high = map(math.log, NOISE_RANGE)
         self._log_noise = min(max(self._log_noise + share * drive, low), high)
         speed2 = float(np.vdot(velocity, velocity)) / velocity.size
-        self._speed2 += share * (speed2 - self._speed2) / 4
+        self._speed2 += share * (speed2 - self._speed2) / 2

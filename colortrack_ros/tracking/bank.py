@@ -3,19 +3,25 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.tracking.gaussian import invert
+from colortrack_ros.tracking.gaussian import joseph
+from colortrack_ros.tracking.gaussian import mixture
+from colortrack_ros.tracking.gaussian import turned
 from colortrack_ros.tracking.motion import MotionModel
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 LOG_2PI = float(np.log(2 * np.pi))
-TINY = 1e-300
+TINY, LEAST_WEIGHT = 1e-300, 1e-12
+"""Next to nothing, and as little as a mode ever weighs: it must be able to come back."""
 
 
 class Bank:
     """N tracks, with M filters each; the filters' weights are the probabilities of the modes.
 
-    mean: (M, N, n); cov: (M, N, n, n); weight: (M, N).
+    mean: (M, N, n); cov: (M, N, n, n); weight: (M, N). design: (M, N, n, n), covariances of a model
+    that sets its gains by other process noise than there is; cov itself where it does not.
     """
 
     def __init__(self, model: MotionModel) -> None:
@@ -23,6 +29,7 @@ class Bank:
         self.mean = np.zeros((model.modes, 0, model.size))
         self.cov = np.zeros((model.modes, 0, model.size, model.size))
         self.weight = np.zeros((model.modes, 0))
+        self.design = self.cov
 
     def predict(self, dt: float, variance: float) -> None:
         """One step of all filters (Pegoretti 2021, (2.21)-(2.22)).
@@ -34,13 +41,18 @@ class Bank:
         """
         if self.model.modes > 1 and not self.model.selected:
             self._interact(self.model.switching(dt))
-        F = self.model.transition(dt)
+        F, Q = self.model.transition(dt), variance * self.model.noise(dt)
         modes, n, _ = F.shape
         FF = (F[:, :, None, :, None] * F[:, None, :, None, :]).reshape(modes, n * n, n * n)
-        flat = self.cov.reshape(modes, -1, n * n)
+        FF = FF.swapaxes(1, 2)
         self.mean = self.mean @ F.swapaxes(1, 2) + self.model.drift(dt)
-        self.cov = (flat @ FF.swapaxes(1, 2)).reshape(self.cov.shape)
-        self.cov += variance * self.model.noise(dt)[:, None]
+        self.cov = (self.cov.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape) + Q[:, None]
+        if self.model.trust is None:
+            self.design = self.cov
+        else:
+            Q = np.square(self.model.trust)[:, None, None] * Q
+            self.design = (self.design.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape)
+            self.design += Q[:, None]
 
     def _interact(self, switching: Floats) -> None:
         """Mix the modes (Blom and Bar-Shalom 1988; Vidal 2009, 2.3.1.2).
@@ -94,18 +106,13 @@ class Bank:
         best = log[0].argmax(axis=0), np.arange(len(track))
         by_case = np.logaddexp.reduce(log, axis=1)
         total = np.logaddexp(by_case[0], by_case[1])
-        turned = np.exp(by_case[1] - total)
+        maneuvered = np.exp(by_case[1] - total)
         root = np.sqrt(det[0][best])
         predicted = 1 - np.sqrt(R[:, 0, 0] * R[:, 1, 1] - R[:, 0, 1] ** 2) / root
-        return total, turned, d2[0][best], predicted, e[best] / np.sqrt(root)[:, None]
+        return total, maneuvered, d2[0][best], predicted, e[best] / np.sqrt(root)[:, None]
 
     def maneuver(self, track: Indices, weight: Floats, T: Floats, speed: float) -> None:
         """Replace predictions by a mixture of going on and of having maneuvered.
-
-        A maneuver draws the velocity anew from N(0, speed^2), at any time t of the last T alike.
-        What was gained by the old velocity v since then is lost, what the new one brings is gained:
-        with T - t of mean T/2, mean square T^2/3 and variance T^2/12, the position moves by -v T/2
-        and is uncertain by v v^T T^2/12 + speed^2 T^2/3, correlated with the velocity.
 
         :param track: (K,) which tracks, each once.
         :param weight: (K,) probability of the maneuver.
@@ -113,20 +120,42 @@ class Bank:
         :param speed: standard deviation of the new velocity on each axis [px/s].
         """
         mean, cov = self.mean[:, track], self.cov[:, track]
-        new_mean, new_cov = mean.copy(), cov.copy()
-        half = mean[..., 2:4] * (T / 2)[:, None]
-        new_mean[..., :2] -= half
-        new_mean[..., 2:] = 0.0
-        new_cov[..., 2:4, :] = new_cov[..., :, 2:4] = 0.0
-        new_cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3
-        for axis in range(2):
-            new_cov[..., axis, axis] += (speed * T) ** 2 / 3
-            new_cov[..., axis, axis + 2] = new_cov[..., axis + 2, axis] = speed**2 * T / 2
-            new_cov[..., axis + 2, axis + 2] = speed**2
+        new_mean, new_cov = turned(mean, cov, T, speed)
         both = np.array([1 - weight, weight])[:, None]
         self.mean[:, track], self.cov[:, track] = mixture(
             both, np.array([mean, new_mean]), np.array([cov, new_cov])
         )
+
+    def resemblance(
+        self, lost: Indices, found: Indices, chance: Floats, T: Floats, speed: float
+    ) -> Floats:
+        """How likely tracks, with their velocities, are what has become of others.
+
+        :param lost: (K,) tracks unmeasured for a time.
+        :param found: (K,) others that have begun since.
+        :param chance: (K,) probability that the lost one has maneuvered.
+        :param T: (K,) time that there was for it [s].
+        :param speed: standard deviation of a new velocity on each axis [px/s].
+        :return: (K,) log of the likelihood against that of any velocity, N(0, speed^2) [1/px^2].
+        """
+        mean, cov = self.estimate()
+        one, P = mean[lost, :4], cov[lost, :4, :4]
+        other, other_P = mean[found, :4], cov[found, :4, :4]
+        log = [np.log1p(-chance), np.log(np.maximum(chance, TINY))]
+        for i, (center, spread) in enumerate([(one, P), turned(one, P, T, speed)]):
+            S, e = spread + other_P, other - center
+            d2 = (e * np.linalg.solve(S, e[..., None])[..., 0]).sum(axis=1)
+            log[i] = log[i] - 0.5 * (d2 + np.linalg.slogdet(S)[1]) - 2 * LOG_2PI
+        any_S = speed**2 * np.eye(2) + other_P[:, 2:, 2:]
+        v = other[:, 2:]
+        d2 = (v * np.linalg.solve(any_S, v[..., None])[..., 0]).sum(axis=1)
+        any_velocity = -0.5 * (d2 + np.linalg.slogdet(any_S)[1]) - LOG_2PI
+        return np.asarray(np.logaddexp(*log) - any_velocity)
+
+    def succeed(self, lost: Indices, found: Indices) -> None:
+        """Give tracks the filters of others, which are what has become of them."""
+        self.mean[:, lost], self.cov[:, lost] = self.mean[:, found], self.cov[:, found]
+        self.design[:, lost], self.weight[:, lost] = self.design[:, found], self.weight[:, found]
 
     def correct(self, track: Indices, z: Floats, R: Floats, share: Floats | None = None) -> None:
         """Estimation, (2.26)-(2.28), with the covariance in Joseph form (Red object, (7)).
@@ -139,22 +168,20 @@ class Bank:
         :param R: (K, 2, 2) its covariance [px^2].
         :param share: (K,) probability that it is the track's; what is left is that none is.
         """
-        x, P = self.mean[:, track], self.cov[:, track]
-        inverse, det = invert(P[..., :2, :2] + R)
-        K = P[..., :2] @ inverse
+        x, design = self.mean[:, track], self.design[:, track]
+        inverse, det = invert(design[..., :2, :2] + R)
+        K = design[..., :2] @ inverse
         e = (z - x[..., :2])[..., None]
         step = (K @ e)[..., 0]
-        A = np.empty_like(P)
-        A[:] = np.eye(self.model.size)
-        A[..., :2] -= K
-        P = A @ P @ A.swapaxes(-1, -2) + K @ R @ K.swapaxes(-1, -2)
-        P = (P + P.swapaxes(-1, -2)) / 2
+        P = joseph(self.cov[:, track], K, R)
+        if self.model.trust is not None:
+            self.design[:, track] = joseph(design, K, R)
         if share is None and (self.model.modes == 1 or self.model.selected):
             self.mean[:, track], self.cov[:, track] = x + step, P
         else:
             d2 = (e.swapaxes(-1, -2) @ inverse @ e)[..., 0, 0]
             log = np.log(np.maximum(self.weight[:, track], TINY)) - 0.5 * (d2 + np.log(det))
-            weight = np.exp(log - log.max(axis=0))
+            weight = np.maximum(np.exp(log - log.max(axis=0)), LEAST_WEIGHT)
             weight /= weight.sum(axis=0)
             share = np.ones(len(track)) if share is None else share
             self._merge(track, step, P, share * weight, share)
@@ -208,37 +235,18 @@ class Bank:
         cov[:] = np.diag(spread**2)
         cov[:, :, :2, :2] = R
         weight = np.repeat(self.model.switching(1e3)[0][:, None], len(z), axis=1)
-        self.mean = np.concatenate([self.mean, mean], axis=1)
-        self.cov = np.concatenate([self.cov, cov], axis=1)
-        self.weight = np.concatenate([self.weight, weight], axis=1)
+        self._hold(
+            np.concatenate([self.mean, mean], axis=1),
+            np.concatenate([self.cov, cov], axis=1),
+            self.design if self.model.trust is None else np.concatenate([self.design, cov], axis=1),
+            np.concatenate([self.weight, weight], axis=1),
+        )
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Drop the tracks where mask, (N,), is False."""
-        self.mean, self.cov = self.mean[:, mask], self.cov[:, mask]
-        self.weight = self.weight[:, mask]
+        design = self.design if self.model.trust is None else self.design[:, mask]
+        self._hold(self.mean[:, mask], self.cov[:, mask], design, self.weight[:, mask])
 
-
-def mixture(weight: Floats, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:
-    """Mean and covariance of Gaussian mixtures over the first axis.
-
-    :param weight: (M, ...), of sum 1; mean: (M, ..., n); cov: (M, ..., n, n).
-    """
-    weight = weight[..., None]
-    center = (weight * mean).sum(axis=0)
-    rest = mean - center
-    outer = rest[..., :, None] * rest[..., None, :]
-    return center, (weight[..., None] * (cov + outer)).sum(axis=0)
-
-
-def invert(S: Floats) -> tuple[Floats, Floats]:
-    """Inverse and determinant of symmetric 2x2 matrices.
-
-    :param S: (..., 2, 2).
-    :return: (..., 2, 2) and (...).
-    """
-    a, b, c = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
-    det = a * c - b * b
-    inverse = np.empty_like(S)
-    inverse[..., 0, 0], inverse[..., 1, 1] = c / det, a / det
-    inverse[..., 0, 1] = inverse[..., 1, 0] = -b / det
-    return inverse, det
+    def _hold(self, mean: Floats, cov: Floats, design: Floats, weight: Floats) -> None:
+        self.mean, self.cov, self.weight = mean, cov, weight
+        self.design = cov if self.model.trust is None else design

@@ -27,7 +27,8 @@ FOLLOWING = 0.2
 """Share of a whole blob's size in the learned size."""
 
 GROWING, SHRINKING = 0.3, 2.0
-"""Time constants of the learned size towards a suddenly larger and towards a smaller blob [s]."""
+"""Time constants of the learned size towards a suddenly larger blob, or a smaller one that stays as
+it is, and towards a smaller one that does not [s]."""
 
 
 def slack(size: Floats) -> Floats:
@@ -110,21 +111,26 @@ def join(blobs: Blobs, piece: Indices, whole: Indices) -> Blobs:
     np.maximum.at(box[:, 1], whole, box[piece, 1])
     z[whole] = box[whole].mean(axis=1)
     R[whole] = EDGE_VARIANCE * np.eye(2)
-    return Blobs(blobs.rows, z, R, box)
+    joined = blobs.joined.copy()
+    joined[whole] = True
+    return Blobs(blobs.rows, z, R, box, joined)
 
 
-def learn(extent: Floats, z: Floats, box: Floats, expected: Floats, dt: float) -> Floats:
+def learn(
+    extent: Floats, z: Floats, box: Floats, expected: Floats, last: Floats, dt: float
+) -> Floats:
     """The reach after one more blob that the object has for itself.
 
     It follows a whole blob, and one that grows as an object coming into view does. A sudden growth
     may be that of a merged blob, and is followed more slowly. Towards a smaller blob it goes
-    slowest, and only if the centroid is nearer to the prediction than what either side says: else
-    the object is not smaller but cut.
+    slowest, and only if the centroid is nearer to the prediction than what either side says, or the
+    blob stays as it is: else the object is not smaller but cut.
 
     :param extent: (K, 2, 2) of the object [px].
     :param z: (K, 2) centroid [px].
     :param box: (K, 2, 2) sides of the blob [px].
     :param expected: (K, 2) predicted center [px].
+    :param last: (K, 2) size of the last blob [px].
     :param dt: since the last frame [s].
     :return: (K, 2, 2) [px].
     """
@@ -135,6 +141,8 @@ def learn(extent: Floats, z: Floats, box: Floats, expected: Floats, dt: float) -
     step = 4 * TOLERANCE + 0.5 * size.max(axis=1, initial=0.0)
     growing = (excess > 0) & (excess < step[:, None]).all(axis=1)[:, None]
     cut = np.abs(centers(z, box, extent) - expected).argmin(axis=0) != 1
-    slow = np.where(excess > 0, 1 - np.exp(-dt / GROWING), ~cut * (1 - np.exp(-dt / SHRINKING)))
+    steady = (np.abs(blob - last) < TOLERANCE).all(axis=1)[:, None]
+    time = np.where((excess > 0) | steady, GROWING, np.where(cut, np.inf, SHRINKING))
+    slow = 1 - np.exp(-dt / time)
     rate = np.where(whole, FOLLOWING, np.where(growing, 1.0, slow))
     return extent + rate[:, None] * (reach - extent)

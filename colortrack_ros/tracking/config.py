@@ -22,6 +22,9 @@ class TrackerConfig:
     :param measurement_noise: sigma_w [px], (2.30); where a detection's covariance is all zero.
     :param detection_covariance: use the covariance that a detection brings; without it,
         measurement_noise holds for all.
+    :param centroid_bias: standard deviation of what is systematic about centroids, on each axis:
+        shading, blur and the threshold shift a blob's outline in every frame alike, which no filter
+        averages out [px]. It adds to the covariance that is published.
     :param use_boxes: learn each object's size and see from the boxes when it is cut or merged.
     :param color_gating: a detection of another color cannot be assigned to a track.
     :param initial_speed: standard deviation of the first velocity, and of what a maneuver changes,
@@ -49,6 +52,7 @@ class TrackerConfig:
     maneuvers: bool = True
     measurement_noise: float = 1.0
     detection_covariance: bool = True
+    centroid_bias: float = 0.08
     use_boxes: bool = True
     color_gating: bool = True
     initial_speed: float = 0.0
@@ -67,6 +71,7 @@ class TrackerConfig:
         self._named('associator', ASSOCIATORS)
         self._ranged('process_noise', 0.0, 1e6, 'px/s^2')
         self._ranged('measurement_noise', 1e-3, 1e3, 'px')
+        self._ranged('centroid_bias', 0.0, 1e3, 'px')
         self._ranged('initial_speed', 0.0, 1e6, 'px/s')
         self._ranged('detection_probability', 0.01, 0.999)
         self._ranged('clutter_density', 0.0, 1.0, '1/px^2')

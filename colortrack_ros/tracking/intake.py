@@ -14,6 +14,9 @@ DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
 """Where a row of DETECTION, seen as doubles, holds u, v, cov_uu, cov_uv, cov_vv, and, seen as
 singles, area, box_u, box_v, box_w, box_h, score."""
 
+FARTHEST = 1e6
+"""No picture has a place farther out [px]; a covariance and an area are at most its square."""
+
 
 @dataclass(frozen=True)
 class Blobs:
@@ -24,17 +27,19 @@ class Blobs:
     :param R: (M, 2, 2) its covariance [px^2].
     :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px]; a
         detection without a box is a point.
+    :param joined: (M,) put together of several.
     """
 
     rows: NDArray[np.void]
     z: Floats
     R: Floats
     box: Floats
+    joined: NDArray[np.bool_]
 
-    @property
-    def reach(self) -> Floats:
-        """(M, 2, 2) how far the box reaches from the centroid, low and high side, by axis [px]."""
-        return np.stack([self.z - self.box[:, 0], self.box[:, 1] - self.z], axis=1)
+    def reach(self, which: NDArray[np.intp]) -> Floats:
+        """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
+        z, box = self.z[which], self.box[which]
+        return np.stack([z - box[:, 0], box[:, 1] - z], axis=1)
 
     @property
     def size(self) -> Floats:
@@ -43,7 +48,7 @@ class Blobs:
 
 
 def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
-    """Leave out rows that are not finite, or whose covariance is none.
+    """Leave out rows that are not finite or absurdly large, or whose covariance is none.
 
     :param rows: (N,) of dtype DETECTION.
     :param config: says where the covariance comes from, and whether boxes are used.
@@ -56,7 +61,9 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     with np.errstate(invalid='ignore', over='ignore'):
         none = (a == 0) & (b == 0) & (c == 0)
         good = none | ((a > 0) & (a * c > b * b))
-        good &= np.isfinite(doubles.sum(axis=1) + singles.sum(axis=1))
+        good &= (np.abs(doubles[:, :2]) <= FARTHEST).all(axis=1)  # neither is NaN
+        good &= (np.abs(doubles[:, 2:]) <= FARTHEST**2).all(axis=1)
+        good &= (np.abs(singles) <= FARTHEST**2).all(axis=1)
     if not good.all():
         rows, doubles, singles, none = rows[good], doubles[good], singles[good], none[good]
     z, R = doubles[:, :2].copy(), doubles[:, [2, 3, 3, 4]].reshape(-1, 2, 2)
@@ -65,9 +72,11 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     if none.any():
         R[none] = config.measurement_noise**2 * np.eye(2)
     box, size = np.empty((len(rows), 2, 2)), singles[:, 3:5]
-    box[:, 0] = singles[:, 1:3] - 0.5
-    box[:, 1] = box[:, 0] + size
-    point = (size <= 0).any(axis=1) if config.use_boxes else np.ones(len(rows), bool)
-    if point.any():
+    if config.use_boxes:
+        box[:, 0] = singles[:, 1:3] - 0.5
+        box[:, 1] = box[:, 0] + size
+        point = (size <= 0).any(axis=1)
         box[point] = z[point, None]
-    return Blobs(rows, z, R, box)
+    else:
+        box[:] = z[:, None]
+    return Blobs(rows, z, R, box, np.zeros(len(rows), bool))

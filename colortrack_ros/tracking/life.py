@@ -19,6 +19,7 @@ RECORD = np.dtype(
         ('state', 'u1'),
         ('born', 'i8'),
         ('updated', 'i8'),
+        ('origin', 'f8', 2),
         ('hits', 'u4'),
         ('misses', 'u4'),
         ('area', 'f4'),
@@ -26,16 +27,17 @@ RECORD = np.dtype(
         ('box_h', 'f4'),
         ('extent', 'f8', (2, 2)),
         ('innovation', 'f8', 2),
+        ('outside', '?'),
         ('visible', 'f8'),
         ('hidden', 'f8'),
     ]
 )
 """One track, besides its filter.
 
-born, updated: stamp of the first and of the last detection [ns]; hits, misses: frames with and
-without a detection; extent: reach of the object to the low and high side, by axis [px], see blobs;
-innovation: the last one, z - H x [px]; visible, hidden: probability that the object exists and can,
-or cannot, be seen.
+born, updated: stamp of the first and of the last detection [ns]; origin: where it began [px];
+hits, misses: frames with and without a detection; extent: reach of the object to the low and high
+side, by axis [px], see blobs; innovation: the last one, see Pairs; outside: predicted outside the
+picture; visible, hidden: probability that the object exists and can, or cannot, be seen.
 """
 
 NEW = 0.5
@@ -61,8 +63,9 @@ def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> ND
     records = np.zeros(len(new), RECORD)
     records['track_id'] = np.arange(first_id, first_id + len(new))
     records['born'] = stamp
+    records['origin'] = blobs.z[new]
     records['color'] = blobs.rows['color'][new]
-    records['extent'] = blobs.reach[new]
+    records['extent'] = blobs.reach(new)
     records['visible'] = NEW
     hit(records, slice(None), blobs.rows[new], stamp)
     return records
@@ -102,7 +105,7 @@ def reveal(records: NDArray[np.void], ratio: NDArray[np.float64]) -> None:
     :param ratio: (N,) likelihood of what was measured if the object is visible, against clutter.
     """
     visible = records['visible'] * ratio
-    total = visible + 1 - records['visible']
+    total = 1 + records['visible'] * (ratio - 1)
     records['visible'] = np.minimum(visible / total, 1.0)
     records['hidden'] = np.minimum(records['hidden'] / total, 1 - records['visible'])
 
@@ -132,10 +135,11 @@ def present(
     dt: float,
     config: TrackerConfig,
 ) -> NDArray[np.bool_]:
-    """Find the tracks of which it is known where they are: in the picture.
+    """Find the tracks of which it is known where they are, and mark those outside the picture.
 
-    An object has left that, seen up to a few frames ago, is predicted wholly outside by more than
-    a standard deviation and does not come back. One that was hidden before may be still inside.
+    Outside is what, unmeasured, is predicted there wholly, by more than a standard deviation. If
+    it was seen up to a few frames ago and does not come back it has left. Had it been hidden
+    before, it may be still inside.
 
     :param records: (N,) of dtype RECORD.
     :param mean, cov: (N, n) and (N, n, n) estimates.
@@ -147,12 +151,11 @@ def present(
     sigma = np.sqrt(cov[:, [0, 1], [0, 1]])
     keep = (sigma <= config.max_position_sigma).all(axis=1)
     if all(config.image_size):
-        low, high = np.moveaxis(records['extent'], 1, 0)
-        position, velocity = mean[:, :2], mean[:, 2:4]
-        gone = (position + high + sigma < -0.5) & (velocity <= 0)
-        border = np.array(config.image_size) - 0.5
-        gone |= (position - low - sigma > border) & (velocity >= 0)
-        unmeasured = stamp - records['updated']
-        left = gone.any(axis=1) & (unmeasured > 0) & (unmeasured < LEAVING * dt * NANOSECONDS)
-        keep &= np.logical_not(left)
+        reach, unmeasured = records['extent'], stamp - records['updated']
+        before = mean[:, :2] + reach[:, 1] + sigma < -0.5
+        beyond = mean[:, :2] - reach[:, 0] - sigma > np.array(config.image_size) - 0.5
+        records['outside'] = (before | beyond).any(axis=1) & (unmeasured > 0)
+        leaving = (before & (mean[:, 2:4] <= 0)) | (beyond & (mean[:, 2:4] >= 0))
+        recent = unmeasured < LEAVING * dt * NANOSECONDS
+        keep &= np.logical_not(records['outside'] & leaving.any(axis=1) & recent)
     return np.asarray(keep)

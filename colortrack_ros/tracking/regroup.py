@@ -28,7 +28,7 @@ def pieces(
         (taken >= 0) & (records['state'] != TENTATIVE) & records['extent'].all(axis=(1, 2))
     )
     size, box = records['extent'][known].sum(axis=1), blobs.box[taken[known]]
-    room = size + slack(size)
+    room = 1.05 * (size + slack(size))
     half = room - (box[:, 1] - box[:, 0]) / 2
     track, piece = candidates(box.mean(axis=1), half, blobs.box[free].mean(axis=1))
     whole, piece = taken[known[track]], free[piece]

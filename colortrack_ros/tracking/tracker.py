@@ -5,30 +5,32 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
-from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.tracking import blobs as shape
 from colortrack_ros.tracking import life
-from colortrack_ros.tracking import merged
 from colortrack_ros.tracking import regroup
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association import ASSOCIATORS
-from colortrack_ros.tracking.bank import Bank
+from colortrack_ros.tracking.association.gnn import associate as gnn
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.gating import candidates
 from colortrack_ros.tracking.intake import accept
 from colortrack_ros.tracking.intake import Blobs
 from colortrack_ros.tracking.motion import MOTION_MODELS
+from colortrack_ros.tracking.outlook import Outlook
 from colortrack_ros.tracking.pairs import Pairs
+from colortrack_ros.tracking.population import Population
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-FAR = 1e9
-"""Half width of a gate that is none [px]."""
+ROW = np.dtype((np.void, DETECTION.itemsize))
+"""A detection as mere bytes."""
 
 UNLIKELY = 1e-3
 """A maneuver of less probability is left out of account."""
@@ -44,19 +46,24 @@ class Tracker:
         self.config = config or TrackerConfig()
         self.dropped = 0
         """Detections refused so far: not finite, or with a covariance that is none."""
-        self._next_id = 1
-        self.reset()
+        self.repeated = 0
+        """Detections refused so far: the same as before, with the same stamp."""
+        self._start(1, '')
+
+    def _start(self, first_id: int, why: str) -> None:
+        model = MOTION_MODELS[self.config.motion_model](self.config.acceleration)
+        self._tracks = Population(model, first_id)
+        self._adaptation = Adaptation()
+        self._started, self._stamp, self._period = False, 0, 1 / 30
+        self._known_rows = np.zeros(0, DETECTION)
+        self._why = why
 
     def reset(self, why: str = '') -> None:
         """Forget all tracks. IDs go on: none is used twice.
 
         :param why: what the next Tracks tell as the reason.
         """
-        self._why = why
-        self._stamp: int | None = None
-        self._bank = Bank(MOTION_MODELS[self.config.motion_model](self.config.acceleration))
-        self._records = np.zeros(0, life.RECORD)
-        self._adaptation = Adaptation()
+        self._start(self._tracks.next_id, why)
 
     def configure(self, config: TrackerConfig) -> None:
         """Change the configuration; tracks live on, unless the motion model is another."""
@@ -67,119 +74,111 @@ class Tracker:
     def update(self, detections: Detections) -> Tracks:
         """Take the detections of one frame.
 
+        A message with the stamp of the last one brings more detections of the same moment: rows
+        that were there before are dropped and counted, tracks already measured take none, and a
+        track that gets none has not been missed once more.
+
         :param detections: of the next frame; an empty one is a frame as well.
         :return: the tracks at its stamp, with its header.
         """
+        again = self._started and detections.stamp == self._stamp
         dt = self._advance(detections.stamp)
-        blobs = accept(detections.rows, self.config)
-        self.dropped += len(detections.rows) - len(blobs.rows)
-        pairs, share = self._associate(blobs)
+        blobs = self._accept(detections.rows, again)
+        outlook = self._expect(dt, blobs)
+        pairs, share = self._associate(outlook, blobs)
         free = np.ones(len(blobs.rows), bool)
         free[pairs.blob[share > 0.5]] = False
-        blobs, pairs, share = self._regroup(blobs, pairs, share, free)
-        self._correct(blobs, pairs, share, dt)
-        self._spawn(blobs, np.flatnonzero(free))
-        self._settle(dt)
+        blobs, pairs, share = self._regroup(outlook, blobs, pairs, share, free)
+        self._correct(outlook, blobs, pairs, share, again)
+        new = np.flatnonzero(free)
+        if len(new):
+            self._tracks.append(blobs, new, self._stamp, outlook.speed, outlook.noise)
+        self._settle(outlook.speed, again)
         why, self._why = self._why, ''
-        return Tracks(self._rows(), detections.stamp, detections.frame_id, why)
+        rows = self._tracks.published(self._stamp, self.config.centroid_bias)
+        return Tracks(rows, detections.stamp, detections.frame_id, why)
 
     def _advance(self, stamp: int) -> float:
-        """Predict to the stamp, or start afresh; return dt [s]."""
-        dt = 0.0 if self._stamp is None else (stamp - self._stamp) / NANOSECONDS
+        """Go to the stamp, or start afresh; return dt [s]."""
+        dt = (stamp - self._stamp) / NANOSECONDS if self._started else 0.0
         if dt < 0:
             self.reset(f'the stamp went back by {-dt:.6f} s')
         elif dt > self.config.max_dt:
             self.reset(f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s')
-        dt = 0.0 if self._stamp is None else dt
-        self._stamp = self._now = stamp
-        self._noise = self.config.process_noise or self._adaptation.noise
-        self._speed = self.config.initial_speed or self._adaptation.speed
-        self._bank.predict(dt, self._noise**2)
-        mean, cov = self._bank.estimate()
-        self._center, self._velocity = mean[:, :2], mean[:, 2:4]
-        self._variance = cov[:, [0, 1], [0, 1]]
-        life.conceal(self._records, dt, self.config)
-        seen = self.config.detection_probability * self._records['visible']
-        self._odds = np.log(seen / (1 - seen))
-        self._unmeasured = (stamp - self._records['updated']) / NANOSECONDS
-        self._chance = self._adaptation.chance(self._unmeasured, dt) * self.config.maneuvers
-        self._log_density = math.log(self.config.clutter_density or self._adaptation.density)
+        dt = dt if self._started else 0.0
+        self._started, self._stamp = True, stamp
+        self._period = dt or self._period
         return dt
 
-    def _associate(self, blobs: Blobs) -> tuple[Pairs, Floats]:
+    def _accept(self, rows: NDArray[np.void], again: bool) -> Blobs:
+        """The rows that can be used; the others are counted."""
+        rows = np.ascontiguousarray(rows)
+        if again:
+            known = set(self._known_rows.view(ROW).tolist())
+            new = np.array([row not in known for row in rows.view(ROW).tolist()], bool)
+            self.repeated += len(rows) - int(new.sum())
+            rows = rows[new]
+            self._known_rows = np.concatenate([self._known_rows, rows], dtype=DETECTION)
+        else:
+            self._known_rows = rows
+        blobs = accept(rows, self.config)
+        self.dropped += len(rows) - len(blobs.rows)
+        return blobs
+
+    def _expect(self, dt: float, blobs: Blobs) -> Outlook:
+        """Predict all tracks by dt [s]."""
+        config, learned, tracks = self.config, self._adaptation, self._tracks
+        learned.learn_size(blobs.z, config.image_size)
+        noise = config.process_noise or learned.noise
+        tracks.bank.predict(dt, noise**2)
+        life.conceal(tracks.records, dt, config)
+        mean, cov = tracks.bank.estimate()
+        seen = config.detection_probability * tracks.records['visible']
+        unmeasured = (self._stamp - tracks.records['updated']) / NANOSECONDS
+        sized = config.use_boxes and bool(blobs.size.any() or tracks.records['extent'].any())
+        return Outlook(
+            bank=tracks.bank,
+            records=tracks.records,
+            center=mean[:, :2],
+            velocity=mean[:, 2:4],
+            variance=cov[:, [0, 1], [0, 1]],
+            unmeasured=unmeasured,
+            chance=learned.chance(unmeasured, self._period) * config.maneuvers,
+            odds=np.log(seen / (1 - seen)),
+            noise=noise,
+            speed=config.initial_speed or learned.speed,
+            density=math.log(config.clutter_density or learned.density),
+            sized=sized,
+        )
+
+    def _associate(self, outlook: Outlook, blobs: Blobs) -> tuple[Pairs, Floats]:
         """Choose pairs by their likelihood against misses and clutter."""
-        pairs = self._pair(blobs, *self._candidates(blobs))
-        gain = pairs.likelihood - self._log_density + self._odds[pairs.track]
+        pairs = outlook.pair(blobs, *outlook.candidates(blobs, self.config))
+        gain = pairs.likelihood - outlook.density + outlook.odds[pairs.track]
         if not self.config.gating:
             gain -= gain.min(initial=0.0) - 1.0
         associate = ASSOCIATORS[self.config.associator]
         chosen, share = associate(pairs.track, pairs.blob, gain)
         return pairs.take(chosen), share
 
-    def _candidates(self, blobs: Blobs) -> tuple[Indices, Indices]:
-        """All pairs whose gain may be positive: d^2 below a bound that S sets, and of a color.
-
-        The rectangle holds the gates of going on and of having maneuvered.
-        """
-        R = blobs.R[:, [0, 1], [0, 1]]
-        widest, narrowest = R.max(axis=0, initial=0.0), R.min(axis=0, initial=1e9) + 1e-9
-        T = self._unmeasured[:, None]
-        way = self._velocity * T / 2
-        variance = np.array(
-            [self._variance, self._variance + way**2 / 3 + (self._speed * T) ** 2 / 3]
-        )
-        weight = np.array([np.ones_like(self._chance), np.maximum(self._chance, 1e-100)])
-        S = variance + narrowest
-        limit = 2 * (self._odds - self._log_density - math.log(np.pi))
-        bound = limit + np.log(weight**2 / (S[..., 0] * S[..., 1]))
-        half = np.sqrt(np.maximum(bound, 0.0)[..., None] * (variance + widest))
-        if not self.config.gating:
-            half[:] = FAR
-        half += self._records['extent'].sum(axis=1) / 2
-        low = np.minimum(-half[0], -way - half[1])
-        high = np.maximum(half[0], half[1] - way)
-        track, blob = candidates(self._center + (low + high) / 2, (high - low) / 2, blobs.z)
-        if self.config.color_gating:
-            same = self._records['color'][track] == blobs.rows['color'][blob]
-            track, blob = track[same], blob[same]
-        return track, blob
-
-    def _pair(
-        self, blobs: Blobs, track: Indices, blob: Indices, shared: NDArray[np.bool_] | None = None
-    ) -> Pairs:
-        """Compare pairs.
-
-        :param shared: (K,) pairs whose blob is shared by several tracks.
-        """
-        z, R = blobs.z[blob], blobs.R[blob]
-        extent = self._records['extent'][track]
-        if extent.any():
-            prediction = self._center[track], self._variance[track]
-            center = shape.centers(z, blobs.box[blob], extent)
-            weight = shape.sides_of_one(center, *prediction)
-            if shared is not None and shared.any():
-                one = np.flatnonzero(shared)
-                several = (part[one] for part in prediction)
-                weight[:, one] = merged.sides_of_several(blobs, blob[one], center[:, one], *several)
-            z, R = shape.measure(blobs, blob, extent, weight)
-        compared = self._bank.compare(
-            track, z, R, self._chance[track], self._unmeasured[track], self._speed
-        )
-        return Pairs(track, blob, z, R, *compared)
-
     def _regroup(
-        self, blobs: Blobs, pairs: Pairs, share: Floats, free: NDArray[np.bool_]
+        self,
+        outlook: Outlook,
+        blobs: Blobs,
+        pairs: Pairs,
+        share: Floats,
+        free: NDArray[np.bool_],
     ) -> tuple[Blobs, Pairs, Floats]:
         """Join the pieces of broken blobs, and let tracks that merged share a blob.
 
         :param free: (M,) blobs that no track has taken; pieces are no longer free.
         """
-        if not self._records['extent'].any():
+        if not outlook.sized:
             return blobs, pairs, share
-        taken = np.full(len(self._records), -1)
+        taken = np.where(outlook.unmeasured > 0, -1, -2)
         taken[pairs.track[share > 0.5]] = pairs.blob[share > 0.5]
-        piece, whole = regroup.pieces(self._records, blobs, taken, np.flatnonzero(free))
-        guest, host = regroup.guests(self._records, self._center, blobs, taken)
+        piece, whole = regroup.pieces(self._tracks.records, blobs, taken, np.flatnonzero(free))
+        guest, host = regroup.guests(self._tracks.records, outlook.center, blobs, taken)
         if not len(piece) and not len(guest):
             return blobs, pairs, share
         free[piece] = False
@@ -188,60 +187,69 @@ class Tracker:
         share = np.append(share, np.ones(len(guest)))
         order = np.argsort(track, kind='stable')
         track, blob, share = track[order], blob[order], share[order]
-        return blobs, self._pair(blobs, track, blob, np.isin(blob, host)), share
+        return blobs, outlook.pair(blobs, track, blob, np.isin(blob, host)), share
 
-    def _correct(self, blobs: Blobs, pairs: Pairs, share: Floats, dt: float) -> None:
+    def _correct(
+        self, outlook: Outlook, blobs: Blobs, pairs: Pairs, share: Floats, again: bool
+    ) -> None:
         """Update filters, existence, sizes and what is learned by what has been measured."""
         p = self.config.detection_probability
-        ratio = np.full(len(self._records), 1 - p)
-        likelihood = np.exp(np.minimum(pairs.likelihood - self._log_density, 50.0))
+        ratio = np.full(len(self._tracks.records), 1.0 if again else 1 - p)
+        likelihood = np.exp(np.minimum(pairs.likelihood - outlook.density, 50.0))
         np.add.at(ratio, pairs.track, p * likelihood)
-        life.reveal(self._records, ratio)
+        life.reveal(self._tracks.records, ratio)
 
         hard = bool((share == 1).all())
         taken = pairs if hard else pairs.take(np.flatnonzero(share > 0.5))
         track, blob = taken.track, taken.blob
-        whole = self._learn_sizes(blobs, track, blob, dt)
-        self._adapt(taken, whole, dt)
+        whole = self._learn_sizes(outlook, blobs, track, blob)
+        self._adapt(outlook, taken, whole)
         turned = np.flatnonzero(taken.turned > UNLIKELY)
         if len(turned):
-            T = self._unmeasured[track[turned]]
-            self._bank.maneuver(track[turned], taken.turned[turned], T, self._speed)
-        self._bank.correct(pairs.track, pairs.z, pairs.R, None if hard else share)
-        self._records['misses'] += 1
-        self._records['misses'][track] -= 1
-        life.hit(self._records, track, blobs.rows[blob], self._now)
+            T = outlook.unmeasured[track[turned]]
+            self._tracks.bank.maneuver(track[turned], taken.turned[turned], T, outlook.speed)
+        self._tracks.bank.correct(pairs.track, pairs.z, pairs.R, None if hard else share)
+        self._tracks.records['misses'] += not again
+        self._tracks.records['misses'][track] -= 1
+        life.hit(self._tracks.records, track, blobs.rows[blob], self._stamp)
 
     def _learn_sizes(
-        self, blobs: Blobs, track: Indices, blob: Indices, dt: float
+        self, outlook: Outlook, blobs: Blobs, track: Indices, blob: Indices
     ) -> NDArray[np.bool_]:
         """Learn sizes from blobs that tracks have for themselves; return (K,) which are whole.
 
         While an object grows into view its centroid moves at half its speed.
         """
-        extent = self._records['extent'][track]
-        if not extent.any() and not blobs.size.any():
+        if not outlook.sized:
             return np.ones(len(track), bool)
-        alone = np.bincount(blob, minlength=1)[blob] == 1
+        extent = self._tracks.records['extent'][track]
+        alone = (np.bincount(blob, minlength=1)[blob] == 1) & ~blobs.joined[blob]
         size = extent.sum(axis=1)
         whole = alone & ~shape.difference(size, blobs.size[blob]).any(axis=1)
-        learned = shape.learn(extent, blobs.z[blob], blobs.box[blob], self._center[track], dt)
+        last = np.stack(
+            [self._tracks.records['box_w'][track], self._tracks.records['box_h'][track]], axis=1
+        )
+        learned = shape.learn(
+            extent, blobs.z[blob], blobs.box[blob], outlook.center[track], last, self._period
+        )
         learned[~alone] = extent[~alone]
-        self._records['extent'][track] = learned
+        self._tracks.records['extent'][track] = learned
         growth = learned.sum(axis=1) - size
         growth[growth < shape.slack(size)] = 0.0
-        if dt > 0 and growth.any():
-            self._bank.cov[:, track[:, None], (2, 3), (2, 3)] += (growth / 2 / dt) ** 2
+        if growth.any():
+            self._tracks.bank.cov[:, track[:, None], (2, 3), (2, 3)] += (
+                growth / 2 / self._period
+            ) ** 2
         return whole
 
-    def _adapt(self, taken: Pairs, whole: NDArray[np.bool_], dt: float) -> None:
+    def _adapt(self, outlook: Outlook, taken: Pairs, whole: NDArray[np.bool_]) -> None:
         """Learn from objects seen whole in this frame and in the last."""
-        records, track = self._records, taken.track
-        before = records['innovation'][track]
+        records, track = self._tracks.records, taken.track
+        before, unmeasured = records['innovation'][track], outlook.unmeasured[track]
         records['innovation'][track] = whole[:, None] * taken.innovation
-        steady = (records['hits'][track] > 2) & (self._unmeasured[track] <= dt) & whole
+        steady = (records['hits'][track] > 2) & (unmeasured <= self._period) & whole
         product = (before * taken.innovation).sum(axis=1)
-        velocity = self._bank.mean[0, track[steady], 2:4]
+        velocity = self._tracks.bank.mean[0, track[steady], 2:4]
         self._adaptation.learn_motion(
             taken.nis[steady],
             product[steady],
@@ -250,37 +258,43 @@ class Tracker:
             velocity,
         )
         known = records['hits'][track] > 2
-        self._adaptation.learn_rates(taken.turned[known], self._unmeasured[track[known]], dt)
+        self._adaptation.learn_rates(taken.turned[known], unmeasured[known], self._period)
 
-    def _spawn(self, blobs: Blobs, free: Indices) -> None:
-        """Start a track on each blob left."""
-        if not len(free):
-            return
-        spread = np.repeat([0.0, self._speed, self._noise], 2)[: self._bank.model.size]
-        self._bank.append(blobs.z[free], blobs.R[free], spread)
-        born = life.births(blobs, free, self._now, self._next_id)
-        self._next_id += len(born)
-        self._records = np.concatenate([self._records, born], dtype=life.RECORD)
-
-    def _settle(self, dt: float) -> None:
+    def _settle(self, speed: float, again: bool) -> None:
         """Let tracks be confirmed, coast, or end."""
-        keep = life.settle(self._records, self._now, self.config)
-        keep &= life.present(self._records, *self._bank.estimate(), self._now, dt, self.config)
-        false = int(np.count_nonzero(~keep & (self._records['state'] == TENTATIVE)))
-        self._adaptation.learn_density(self._center, false)
+        records, config = self._tracks.records, self.config
+        before = records['state'].copy()
+        keep = life.settle(records, self._stamp, config)
+        false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
+        estimate = self._tracks.bank.estimate()
+        keep &= life.present(records, *estimate, self._stamp, self._period, config)
+        found = np.flatnonzero(keep & (before == TENTATIVE) & (records['state'] == CONFIRMED))
+        lost = np.flatnonzero(keep & (records['state'] == COASTING))
+        reunited = self._reunite(lost, found, speed) if len(found) and len(lost) else found[:0]
+        keep[reunited] = False
+        if not again:
+            self._adaptation.learn_new(false, len(found) - len(reunited))
         if not keep.all():
-            self._bank.keep(keep)
-            self._records = self._records[keep]
+            self._tracks.keep(keep)
 
-    def _rows(self) -> NDArray[np.void]:
-        """Return the tracks as they are published."""
-        rows, records = np.zeros(len(self._records), TRACK), self._records
-        for name in ('track_id', 'color', 'state', 'hits', 'area', 'box_w', 'box_h'):
-            rows[name] = records[name]
-        mean, covariance = self._bank.estimate()
-        rows['u'], rows['v'], rows['du'], rows['dv'] = mean[:, :4].T
-        rows['covariance'] = covariance[:, :4, :4]
-        rows['age'] = (self._now - records['born']) / NANOSECONDS
-        rows['time_since_update'] = (self._now - records['updated']) / NANOSECONDS
-        rows['score'] = records['visible'] + records['hidden']
-        return rows
+    def _reunite(self, lost: Indices, found: Indices, speed: float) -> Indices:
+        """Tracks just confirmed that are what has become of coasting ones take their places.
+
+        What a single detection could not decide, the first few do: they are no clutter, and have a
+        velocity.
+
+        :return: the indices of those that have taken another's place.
+        """
+        records, learned = self._tracks.records, self._adaptation
+        one, other = (part.ravel() for part in np.meshgrid(lost, found, indexing='ij'))
+        T = (self._stamp - records['updated'][one]) / NANOSECONDS
+        chance = learned.chance(T, self._period) * self.config.maneuvers
+        gain = self._tracks.bank.resemblance(one, other, chance, T, speed)
+        gain += np.log(np.maximum(records['hidden'][one], 1e-9))
+        gain -= np.log(learned.birth_density(records['origin'][other], self.config.image_size))
+        fit = records['born'][other] > records['updated'][one]
+        fit &= records['color'][one] == records['color'][other]
+        chosen, _ = gnn(one[fit], other[fit], gain[fit])
+        one, other = one[fit][chosen], other[fit][chosen]
+        self._tracks.succeed(one, other)
+        return other

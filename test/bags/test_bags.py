@@ -1,5 +1,5 @@
+import re
 import sqlite3
-import struct
 
 import pytest
 from rclpy.serialization import serialize_message
@@ -107,25 +107,23 @@ def broken(path, how):
         content = bytearray()
     elif how == 'noise':
         content[10:] = bytes(len(content) - 10)
-    elif how == 'lengths':
-        content[60:68] = struct.pack('<Q', 2**40)
     file.write_bytes(content)
     return path
 
 
+def read_all(path):
+    reader = BagReader(path)
+    return [list(reader.messages(topic)) for topic in reader.topics]
+
+
 @pytest.mark.parametrize('storage', STORAGES)
-@pytest.mark.parametrize('how', ['cut', 'empty', 'noise', 'lengths'])
+@pytest.mark.parametrize('how', ['cut', 'empty', 'noise'])
 def test_a_broken_file_is_an_error_in_one_line(tmp_path, storage, how):
     path = broken(write(tmp_path / 'bag', storage, 2000), how)
     for part in (path, only_file(path)):
-        try:
-            reader = BagReader(part)
-            for topic in reader.topics:
-                list(reader.messages(topic))
-        except BagError as error:
-            str(error)
-        else:
-            assert how in ('noise', 'lengths'), 'nothing was noticed'
+        with pytest.raises(BagError, match=re.escape(str(part))) as caught:
+            read_all(part)
+        assert '\n' not in str(caught.value)
 
 
 def test_a_folder_without_its_metadata_says_what_to_do(tmp_path):

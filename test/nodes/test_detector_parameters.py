@@ -36,6 +36,9 @@ def test_a_color_is_given_as_lab_rgb_or_preset():
         ({'colors': ['b'], 'b__rgb': [1.0, 2.0, 256.0]}, 'b.rgb is .*256.0.*, expected .*0..255'),
         ({'red__tolerance': 0.0}, 'red.tolerance is 0.0, expected above 0, at most 200'),
         ({'min_area': 9, 'max_area': 8}, 'max_area is 8, expected at least min_area, 9 px'),
+        ({'mask': '/no/such.png'}, 'mask is .*/no/such.png'),
+        ({'regions': ['door'], 'door__polygon': [1.0, 2.0, 3.0]}, 'door.polygon: expected pairs'),
+        ({'regions': ['door']}, 'door.polygon is .*expected at least three corners'),
         ({'erosion_size': 4}, 'erosion_size is 4, expected an odd number in 1..99'),
     ],
 )

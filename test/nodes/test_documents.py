@@ -1,6 +1,8 @@
 from dataclasses import fields
 from pathlib import Path
+from xml.etree import ElementTree
 
+from pipeline import flat
 import pytest
 import readme_tables
 import yaml
@@ -11,7 +13,9 @@ from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.nodes import camera_parameters
 from colortrack_ros.nodes import detector_parameters
 from colortrack_ros.nodes import tracker_parameters
+from colortrack_ros.nodes import window_tracker_parameters
 from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.windows import WindowConfig
 
 ROOT = Path(__file__).parents[2]
 PARAMS = sorted((ROOT / 'params').glob('*.yaml'))
@@ -20,17 +24,8 @@ BUILD = {
     'detector': detector_parameters.build,
     'tracker': tracker_parameters.build,
     'overlay': dict,
+    'window_tracker': window_tracker_parameters.build,
 }
-
-
-def flat(tree: dict, prefix: str = '') -> dict:
-    values = {}
-    for key, value in tree.items():
-        if isinstance(value, dict):
-            values.update(flat(value, f'{prefix}{key}.'))
-        else:
-            values[prefix + key] = value
-    return values
 
 
 @pytest.mark.parametrize('path', PARAMS, ids=lambda p: p.name)
@@ -72,9 +67,11 @@ def test_every_setting_of_a_room_is_a_parameter():
     assert names <= set(tracker_parameters.TABLE.specs)
     names = {field.name for field in fields(DetectorConfig)}
     assert names <= set(detector_parameters.TABLE.specs)
+    names = {field.name for field in fields(WindowConfig)}
+    assert names <= set(window_tracker_parameters.TABLE.specs)
 
 
-@pytest.mark.parametrize('node', ['detector', 'tracker', 'camera'])
+@pytest.mark.parametrize('node', ['detector', 'tracker', 'camera', 'window_tracker'])
 def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
     table = readme_tables.NODES[node]
     for name, spec in table.specs.items():
@@ -82,9 +79,24 @@ def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
         for bound in (spec.minimum, spec.maximum):
             if bound is None:
                 continue
-            several = isinstance(spec.default, list)
+            several = isinstance(spec.default, list | tuple)
             one = type(spec.default[0] if several else spec.default)(bound)
             value = [one] * len(spec.default) if several else one
             reasons = table.consistent({name: value}, BUILD[node])[1].values()
             # refused alone only for what another parameter says
             assert all('expected' in reason for reason in reasons), reasons
+
+
+@pytest.mark.parametrize('node', readme_tables.NODES)
+def test_the_security_policy_gives_each_node_its_own_topics_and_no_others(node):
+    enclaves = ElementTree.parse(ROOT / 'params' / 'sros2_policy.xml').iter('enclave')
+    (own,) = [e for e in enclaves if e.get('path') == f'/colortrack/{node}']
+    allowed = {topic.text for topic in own.iter('topic')}
+    topics = {
+        s.default
+        for n, s in readme_tables.NODES[node].specs.items()
+        if n.endswith('_topic') and s.default
+    }
+    if 'camera/image_raw' in topics and node in ('camera', 'detector'):
+        topics.add('camera/image_raw/compressed')
+    assert allowed == topics

@@ -13,11 +13,12 @@ TABLE = ParameterTable(
         Spec('method', 'lab', 'One of two.', choices=('lab', 'hsv')),
         Spec('names', ['red'], 'The names.'),
     ],
-    each=[
-        Spec('lab', (float,), 'A color.'),
-        Spec('tolerance', 25.0, 'How near.', minimum=0.0, maximum=200.0),
-    ],
-    names_in='names',
+    each={
+        'names': [
+            Spec('lab', (float,), 'A color.'),
+            Spec('tolerance', 25.0, 'How near.', minimum=0.0, maximum=200.0),
+        ],
+    },
 )
 
 

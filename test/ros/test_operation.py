@@ -16,6 +16,7 @@ from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.messages import cloud_of_detections
+from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.messages import tracks_of_cloud
@@ -143,6 +144,18 @@ def test_compressed_images_are_taken(ros):
     answers = ros.listen(PointCloud2, 'detections')
     assert ros.spin(lambda: len(answers) > 5), ros.outputs()
     assert answers[-1].width == 1
+
+
+def test_the_mask_is_published_and_the_background_learned_anew(ros):
+    ros.start('camera', **LOOP)
+    ros.start('detector')
+    masks = ros.listen(Image, 'detector/mask')
+    assert ros.spin(lambda: len(masks) > 3), ros.outputs()
+    mask = frame_of_image(masks[-1])
+    assert (mask.encoding, mask.image.shape) == ('mono8', (240, 320))
+    assert 100 < np.count_nonzero(mask.image) < 5000
+    request = Trigger.Request()
+    assert ros.call(Trigger, 'detector/learn_background', request).success
 
 
 def test_diagnostics_tell_what_is_wrong(ros):

@@ -7,6 +7,12 @@ from colortrack_ros.nodes.params_file import namespaces_of
 from colortrack_ros.nodes.params_file import read_assignment
 from colortrack_ros.nodes.params_file import read_params_file
 
+SCALARS = [
+    '1e-6', '010', '08', '1:30', 'on', 'n', 'tRue', '~', 'null', '0x10', '2024-01-01', "'3'",
+    '"on"', '[1, 2]', '[1e-3, 2.0]', '[on, off]', '1.', '.5', '-.5e3', '.inf', 'inf', '1_000',
+    '+3', '0b11', '1e5', 'hello world', "''", '[a, b]', '-7', '0',
+]  # fmt: skip
+
 FILES = {
     'patterns': """
 /**:
@@ -53,18 +59,8 @@ detector:
     b: 2
 """,
     'scalars': '/**:\n  ros__parameters:\n'
-    + ''.join(
-        f'    p{k}: {text}\n'
-        for k, text in enumerate(
-            [
-                *('1e-6', '010', '08', '1:30', 'on', 'n', 'tRue', '~', 'null', '0x10'),
-                *('2024-01-01', "'3'", '"on"', '[1, 2]', '[1e-3, 2.0]', '[on, off]', '1.', '.5'),
-                *('-.5e3', '.inf', 'inf', '1_000', '+3', '0b11', '1e5', 'hello world', "''"),
-                *('[a, b]', '-7', '0'),
-            ]
-        )
-    ),
-}  # fmt: skip
+    + ''.join(f'    p{k}: {text}\n' for k, text in enumerate(SCALARS)),
+}
 
 PROGRAM = """
 import sys

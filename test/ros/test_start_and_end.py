@@ -10,6 +10,7 @@ NODES = {
     'detector': {},
     'tracker': {},
     'overlay': {},
+    'window_tracker': {},
     'pipeline': {},
 }
 # the pipeline's camera gets its source from a file, since `-p` would be for all three nodes

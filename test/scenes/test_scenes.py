@@ -25,6 +25,11 @@ DIGESTS = {
     'clutter': '81b5ad70e2882168',
     'light': '247655e48938b455',
     'fast': 'b32e0a1f71c8177f',
+    'window_texture': '3af825f8b1d1afe5',
+    'window_clutter': '6208d16e35924a11',
+    'window_partial': 'c71d726b7ad06bd6',
+    'window_hidden': 'db164c9e340e5b1c',
+    'window_jump': '64be306c64324f10',
 }
 """SHA-256 of frame 250 with all options at their defaults, first 16 digits."""
 

@@ -1,11 +1,15 @@
 """Global nearest neighbor: the assignment of greatest total gain (the Hungarian method)."""
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from colortrack_ros.tracking.association.base import Floats
 from colortrack_ros.tracking.association.base import Indices
+
+SMALL = 10_000
+"""Tables of so many entries are faster than sparse ones."""
 
 
 def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
@@ -44,13 +48,18 @@ def _alternative(owner: Indices, gain: Floats) -> Floats:
 
 
 def _solve(track: Indices, detection: Indices, gain: Floats) -> Indices:
-    """The best assignment by the method of Jonker and Volgenant 1987, on sparse costs.
+    """The best assignment by the method of Jonker and Volgenant 1987, on a table or sparse costs.
 
-    Each track has a column of its own for a miss, so that every row can be matched.
+    In a sparse one each track has a column of its own for a miss, so that every row is matched.
     """
     tracks, row = np.unique(track, return_inverse=True)
     detections, column = np.unique(detection, return_inverse=True)
     n, m = len(tracks), len(detections)
+    if n * m <= SMALL:
+        dense, pair = np.zeros((n, m)), np.full((n, m), -1)
+        dense[row, column], pair[row, column] = gain, np.arange(len(gain))
+        chosen = pair[linear_sum_assignment(dense, maximize=True)]
+        return chosen[chosen >= 0]
     most = gain.max() + 1
     cost = np.append(most - gain, np.full(n, most))
     rows, columns = np.append(row, np.arange(n)), np.append(column, m + np.arange(n))

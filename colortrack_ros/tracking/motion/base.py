@@ -28,6 +28,9 @@ class MotionModel(ABC):
     selected = False
     """The modes take turns: the first speaks while measured, the last while not."""
 
+    trust: tuple[float, ...] | None = None
+    """(M,) how many times the process noise that sets a mode's gain is larger than there is."""
+
     def __init__(self, acceleration: tuple[float, float] = (0.0, 0.0)) -> None:
         self.acceleration = acceleration
 

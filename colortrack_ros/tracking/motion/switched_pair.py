@@ -5,24 +5,23 @@ import numpy as np
 from colortrack_ros.tracking.motion.base import Floats
 from colortrack_ros.tracking.motion.known_acceleration import KnownAcceleration
 
-TRUST = 10.0
-"""How many times the process noise is larger, or smaller, than sigma_s."""
-
 
 class SwitchedPair(KnownAcceleration):
     """The first filter speaks while the object is measured, the second while it is hidden.
 
-    Red object, figure 10: both take every measurement; Q is TRUST^2 sigma_s^2 and
-    sigma_s^2 / TRUST^2 times that of constant velocity.
+    Red object, figure 10: both take every measurement, the first with gains for ten times the
+    process noise, the second for a tenth. Their covariances are those of the errors that such
+    gains make.
     """
 
     modes = 2
     selected = True
+    trust = (10.0, 0.1)
 
     def transition(self, dt: float) -> Floats:
         """F, (2, 4, 4), twice the same."""
         return np.repeat(super().transition(dt), 2, axis=0)
 
     def noise(self, dt: float) -> Floats:
-        """Q / sigma_s^2, (2, 4, 4)."""
-        return np.array([TRUST**2, TRUST**-2])[:, None, None] * super().noise(dt)
+        """Q / sigma_s^2, (2, 4, 4), twice the same."""
+        return np.repeat(super().noise(dt), 2, axis=0)

@@ -1,0 +1,172 @@
+"""Window tracker: time of a target, and how well it is held: ``python benchmark/windows.py``.
+
+The peers KCF, MOSSE and CSRT take part where opencv-contrib-python-headless is installed.
+"""
+
+from collections.abc import Callable
+import time
+
+import cv2
+import numpy as np
+
+from colortrack_ros.data import Frame
+from colortrack_ros.scenes import open_scene
+from colortrack_ros.windows import WindowConfig
+from colortrack_ros.windows import WindowTracker
+from colortrack_ros.windows.config import METHODS
+
+SCENES = ('texture', 'clutter', 'partial', 'hidden', 'jump')
+NEAR = 5.0
+SIZE = 'width=640&height=480'
+PLAIN = {'drift_compensation': False}
+
+
+def played(name):
+    """Frames as BGR, their stamps [ns], and centers (frames, objects, 2) and radii of the truth."""
+    scene = open_scene(f'window_{name}?{SIZE}')
+    truth = [scene.truth(k)[: 1 if name == 'clutter' else None] for k in range(len(scene))]
+    frames = [scene.render(k) for k in range(len(scene))]
+    stamps = [round(k * 1e9 / scene.rate) for k in range(len(scene))]
+    return frames, stamps, np.stack([truth_uv(t) for t in truth]), truth[0]['radius'].astype(float)
+
+
+def truth_uv(rows):
+    return np.stack([rows['u'], rows['v']], axis=1)
+
+
+def boxes_of(center, radius):
+    side = 2 * np.stack([radius, radius], axis=1)
+    return np.concatenate([center - (side - 1) / 2, side], axis=1)
+
+
+def window_tracker(config) -> Callable:
+    def start(boxes):
+        tracker = WindowTracker(config, boxes)
+
+        def step(image, stamp):
+            rows = tracker.update(Frame(image, 'bgr8', stamp)).rows
+            return {int(r['track_id']) - 1: (r['u'], r['v']) for r in rows}
+
+        return step
+
+    return start
+
+
+def peer(make) -> Callable:
+    """A tracker of OpenCV, one object of it for each target."""
+
+    def start(boxes):
+        trackers: list = []
+
+        def step(image, stamp):
+            if not trackers:
+                for box in boxes:
+                    trackers.append(make())
+                    trackers[-1].init(image, tuple(np.rint(box).astype(int).tolist()))
+                return {i: box[:2] + (box[2:] - 1) / 2 for i, box in enumerate(boxes)}
+            found = {}
+            for i, tracker in enumerate(trackers):
+                good, (u, v, w, h) = tracker.update(image)
+                if good:
+                    found[i] = u + (w - 1) / 2, v + (h - 1) / 2
+            return found
+
+        return step
+
+    return start
+
+
+def full_frame(boxes):
+    """cv2.matchTemplate with the first template in the whole picture."""
+    templates: list = []
+
+    def step(image, stamp):
+        gray = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+        if not templates:
+            for u, v, w, h in np.rint(boxes).astype(int).tolist():
+                templates.append(gray[v : v + h, u : u + w].copy())
+        found = {}
+        for i, template in enumerate(templates):
+            u, v = cv2.minMaxLoc(cv2.matchTemplate(gray, template, cv2.TM_SQDIFF))[2]
+            found[i] = u + (template.shape[1] - 1) / 2, v + (template.shape[0] - 1) / 2
+        return found
+
+    return step
+
+
+def peers():
+    places = (cv2, getattr(cv2, 'legacy', cv2))
+    for name in ('KCF', 'MOSSE', 'CSRT'):
+        for place in places:
+            if hasattr(place, f'Tracker{name}_create'):
+                yield name, peer(getattr(place, f'Tracker{name}_create'))
+                break
+        else:
+            print(f'# {name}: not in this OpenCV; pip install opencv-contrib-python-headless')
+
+
+def quality():
+    """RMSE [px] of the frames within NEAR px, and their share [%]."""
+    ways = {f'{m}, every window a template': window_tracker(WindowConfig(method=m, **PLAIN))
+            for m in METHODS}  # fmt: skip
+    ways['WM+K+PSO, rule of 4.3.1'] = window_tracker(WindowConfig(supervision='discrepancy'))
+    ways |= {m: window_tracker(WindowConfig(method=m)) for m in METHODS}
+    ways |= dict(peers()) | {'matchTemplate, whole frame': full_frame}
+    table: dict[str, list[str]] = {name: [] for name in ways}
+    for scene in SCENES:
+        frames, stamps, center, radius = played(scene)
+        for name, start in ways.items():
+            step = start(boxes_of(center[0], radius))
+            error = np.full(center.shape[:2], np.inf)
+            for k, (image, stamp) in enumerate(zip(frames, stamps, strict=True)):
+                for i, place in step(image, stamp).items():
+                    error[k, i] = np.hypot(*(np.array(place) - center[k, i]))
+            near = error < NEAR
+            rmse = np.sqrt((error[near] ** 2).mean()) if near.any() else np.nan
+            table[name].append(f'{rmse:.2f} {100 * near.mean():3.0f} %')
+    print(f'\n| RMSE of frames within {NEAR:g} px, their share | ' + ' | '.join(SCENES) + ' |')
+    print('|---|' + '---|' * len(SCENES))
+    for name, cells in table.items():
+        print(f'| {name} | ' + ' | '.join(cells) + ' |')
+
+
+def moving_picture(count, size, frames=60):
+    """A textured picture that moves 3 px a frame: every window of it is a target."""
+    rng = np.random.default_rng(0)
+    noise = cv2.GaussianBlur(rng.normal(size=(480, 640 + 3 * frames)), (0, 0), 2.5)
+    wide = np.clip(128 + 40 * noise / noise.std(), 0, 255).astype(np.uint8)
+    wide = cv2.merge([wide] * 3)
+    pictures = [np.ascontiguousarray(wide[:, 3 * k : 3 * k + 640]) for k in range(frames)]
+    u, v = rng.uniform(240, 540, count), rng.uniform(130, 350, count)
+    return pictures, np.stack([u - size // 2, v - size // 2, *np.full((2, count), size)], axis=1)
+
+
+def speed():
+    """Median ms of a target."""
+    print('| ms a target, 640x480, one thread | 1 target | 20 targets |\n|---|---|---|')
+    for size, search in ((15, 40), (81, 121)):
+        ways = {
+            f'{m}, N = {size}, search {search}': window_tracker(
+                WindowConfig(method=m, window=size, search_width=search, search_height=search)
+            )
+            for m in METHODS
+        }
+        ways |= {f'{name}, {size} px': start for name, start in peers()}
+        ways[f'matchTemplate, whole frame, {size} px'] = full_frame
+        for name, start in ways.items():
+            cells = []
+            for count in (1, 20):
+                frames, boxes = moving_picture(count, size)
+                step, times = start(boxes), []
+                for k, image in enumerate(frames[: 60 if count == 1 else 25]):
+                    begin = time.perf_counter()
+                    found = step(image, k * 33_333_333)
+                    times.append((time.perf_counter() - begin) * 1e3 / count)
+                cells.append(f'{np.median(times[2:]):.3f}' + f' ({len(found)} kept)')
+            print(f'| {name} | ' + ' | '.join(cells) + ' |', flush=True)
+
+
+if __name__ == '__main__':
+    cv2.setNumThreads(1)
+    speed()
+    quality()

@@ -1,0 +1,69 @@
+"""Gaussians in arrays: updates, mixtures, maneuvers, 2x2 inverses."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def joseph(P: Floats, K: Floats, R: Floats) -> Floats:
+    """Covariance after an update by any gain: (I - KH) P (I - KH)^T + K R K^T.
+
+    :param P: (..., n, n); K: (..., n, 2); R: (..., 2, 2).
+    """
+    A = np.empty_like(P)
+    A[:] = np.eye(P.shape[-1])
+    A[..., :2] -= K
+    P = A @ P @ A.swapaxes(-1, -2) + K @ R @ K.swapaxes(-1, -2)
+    return np.asarray((P + P.swapaxes(-1, -2)) / 2)
+
+
+def mixture(weight: Floats, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:
+    """Mean and covariance of Gaussian mixtures over the first axis.
+
+    :param weight: (M, ...), of sum 1; mean: (M, ..., n); cov: (M, ..., n, n).
+    """
+    weight = weight[..., None]
+    center = (weight * mean).sum(axis=0)
+    rest = mean - center
+    outer = rest[..., :, None] * rest[..., None, :]
+    return center, (weight[..., None] * (cov + outer)).sum(axis=0)
+
+
+def turned(mean: Floats, cov: Floats, T: Floats, speed: float) -> tuple[Floats, Floats]:
+    """Predictions after a maneuver.
+
+    It draws the velocity anew from N(0, speed^2), at any time t of the last T alike. What was
+    gained by the old velocity v since then is lost, what the new one brings is gained: with T - t
+    of mean T/2, mean square T^2/3 and variance T^2/12, the position moves by -v T/2 and is
+    uncertain by v v^T T^2/12 + speed^2 T^2/3, correlated with the velocity.
+
+    :param mean, cov: (..., K, n) and (..., K, n, n) without it.
+    :param T: (K,) [s].
+    :param speed: standard deviation of the new velocity on each axis [px/s].
+    """
+    mean, cov = mean.copy(), cov.copy()
+    half = mean[..., 2:4] * (T / 2)[:, None]
+    mean[..., :2] -= half
+    mean[..., 2:] = 0.0
+    cov[..., 2:4, :] = cov[..., :, 2:4] = 0.0
+    cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3
+    for axis in range(2):
+        cov[..., axis, axis] += (speed * T) ** 2 / 3
+        cov[..., axis, axis + 2] = cov[..., axis + 2, axis] = speed**2 * T / 2
+        cov[..., axis + 2, axis + 2] = speed**2
+    return mean, cov
+
+
+def invert(S: Floats) -> tuple[Floats, Floats]:
+    """Inverse and determinant of symmetric 2x2 matrices.
+
+    :param S: (..., 2, 2).
+    :return: (..., 2, 2) and (...).
+    """
+    a, b, c = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
+    det = a * c - b * b
+    inverse = np.empty_like(S)
+    inverse[..., 0, 0], inverse[..., 1, 1] = c / det, a / det
+    inverse[..., 0, 1] = inverse[..., 1, 0] = -b / det
+    return inverse, det

@@ -1,0 +1,79 @@
+"""The golden recording gives its tracks, and a difference says where it is."""
+
+import csv
+from pathlib import Path
+import signal
+
+import pytest
+
+from colortrack_ros.nodes.replay import main
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture
+def replay(tmp_path, capsys):
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def run(*options):
+        status = main([str(HERE / 'bag'), '--output', str(tmp_path / 'new'), '--force', *options])
+        return status, capsys.readouterr().out
+
+    yield run
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
+def test_the_tracks_of_the_recording_are_the_expected_ones(replay):
+    status, printed = replay('--expect', str(HERE / 'tracks.csv'))
+    assert status == 0, printed
+
+
+def test_the_recording_is_small_and_shows_five_balls_behind_a_bar(replay):
+    files = [file for file in HERE.rglob('*') if file.is_file() and file.suffix != '.pyc']
+    assert sum(file.stat().st_size for file in files) < 300_000
+    with (HERE / 'tracks.csv').open() as file:
+        lines = list(csv.DictReader(file))
+    assert {int(line['track_id']) for line in lines} == {1, 2, 3, 4, 5}
+    assert any(line['state'] == '2' for line in lines)
+
+
+@pytest.mark.parametrize(
+    ('change', 'difference'),
+    [
+        ({'u': '100.0'}, 'frame {frame}, track {track_id}: u is '),
+        ({'hits': '7000'}, 'frame {frame}, track {track_id}: hits is {hits}, expected 7000'),
+        ({'track_id': '77'}, 'frame {frame}, track {track_id}: is not expected'),
+        ({'track_id': '77'}, 'frame {frame}, track 77: is missing'),
+        ({'stamp': '5'}, 'frame {frame}, track {track_id}: no frame with the stamp of this one'),
+    ],
+)
+def test_a_difference_names_the_frame_the_track_and_the_amount(
+    replay, tmp_path, change, difference
+):
+    with (HERE / 'tracks.csv').open() as file:
+        lines = list(csv.DictReader(file))
+    true = dict(lines[100])
+    lines[100].update(change)
+    path = tmp_path / 'tracks.csv'
+    with path.open('w', newline='') as file:
+        table = csv.DictWriter(file, lines[0])
+        table.writeheader()
+        table.writerows(lines)
+    status, printed = replay('--expect', str(path))
+    assert status == 1
+    assert difference.format(**true) in printed
+
+
+def test_other_settings_of_the_tracker_are_noticed(replay):
+    status, printed = replay('--expect', str(HERE / 'tracks.csv'), '-p', 'process_noise:=100.0')
+    assert status == 1
+    assert 'a difference of' in printed
+    assert printed.count('\n') < 40
+
+
+@pytest.mark.parametrize('text', ['', 'stamp,track_id\n', 'stamp\n1\n', '\0'])
+def test_what_is_no_table_is_an_error(tmp_path, replay, text):
+    path = tmp_path / 'other.csv'
+    path.write_text(text)
+    assert replay('--expect', str(path))[0] == 1

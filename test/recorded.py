@@ -1,0 +1,73 @@
+"""Bags for the tests of replay: written from scenes, read as messages."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from rclpy.serialization import deserialize_message
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import Image
+from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import MarkerArray
+
+from colortrack_ros.bags import BagReader
+from colortrack_ros.bags import BagWriter
+from colortrack_ros.messages import image_of_frame
+from colortrack_ros.messages import stamp_of
+from colortrack_ros.sources import open_source
+
+KINDS = {
+    'sensor_msgs/msg/Image': Image,
+    'sensor_msgs/msg/CompressedImage': CompressedImage,
+    'sensor_msgs/msg/PointCloud2': PointCloud2,
+    'visualization_msgs/msg/MarkerArray': MarkerArray,
+}
+NAMES = {kind: name for name, kind in KINDS.items()}
+
+
+class Message(NamedTuple):
+    topic: str
+    log_time: int
+    cdr: bytes
+    content: object
+
+
+def read_bag(path: Path | str) -> list[Message]:
+    """All messages, topic by topic."""
+    reader = BagReader(Path(path))
+    found = [
+        Message(topic.name, log_time, cdr, deserialize_message(cdr, KINDS[topic.kind]))
+        for topic in reader.topics
+        for log_time, cdr in reader.messages(topic)
+    ]
+    reader.close()
+    return found
+
+
+def of_topic(path: Path | str, topic: str) -> list[Message]:
+    return [message for message in read_bag(path) if message.topic == topic]
+
+
+def write_bag(path: Path, messages: dict[str, list], storage: str = 'mcap', delay: int = 0) -> Path:
+    """A bag of these messages, by topic, logged so long [ns] after their stamp, in their order."""
+    bag = BagWriter(path, {t: NAMES[type(ms[0])] for t, ms in messages.items()}, storage)
+    for topic, some in messages.items():
+        log_time = -1
+        for message in some:
+            log_time = max(log_time + 1, stamp_of(message.header) + delay)
+            bag.write(topic, log_time, serialize_message(message))
+    bag.close()
+    return path
+
+
+def frames(spec: str, start: int = 0) -> list:
+    """The frames of a source, as Image messages of a camera that starts at a time [ns]."""
+    source = open_source(spec)
+    found = []
+    while (frame := source.read()) is not None:
+        message = image_of_frame(frame)
+        message.header.frame_id = 'cam'
+        seconds, nanoseconds = divmod(start + frame.stamp, 10**9)
+        message.header.stamp.sec, message.header.stamp.nanosec = seconds, nanoseconds
+        found.append(message)
+    return found

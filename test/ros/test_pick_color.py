@@ -1,0 +1,82 @@
+import cv2
+import pytest
+import yaml
+
+from colortrack_ros.nodes.pick_color import main
+from colortrack_ros.scenes import open_scene
+
+SCENE = 'scene:single?width=320&height=240&noise=0'
+PARAMS = """\
+# mine
+/**/detector:
+  ros__parameters:
+    min_area: 9   # small
+    colors: [blue]
+    blue: {preset: blue}  # the cup
+    red:
+      rgb: [1, 2, 3]
+      tolerance: 9.0
+/**/tracker:
+  ros__parameters: {max_dt: 3.0}
+"""
+
+
+def center() -> tuple[str, str]:
+    row = open_scene(SCENE.removeprefix('scene:')).truth(0)[0]
+    return str(round(row['u'])), str(round(row['v']))
+
+
+def test_a_pixel_gives_the_yaml_of_its_color_and_a_picture(tmp_path, capsys):
+    picture = tmp_path / 'picked.png'
+    assert main([SCENE, *center(), '--name', 'ball', '--output', str(picture)]) == 0
+    said = capsys.readouterr().out
+    given = yaml.safe_load(said)
+    assert given['colors'] == ['ball']
+    lightness, a, b = given['ball']['lab']
+    assert 30 < lightness < 60
+    assert a > 30
+    assert b > 20
+    assert 4 <= given['ball']['tolerance'] <= 80
+    assert '# expected area:' in said
+    assert cv2.imread(str(picture)).shape == (240, 960, 3)
+
+
+def test_writing_changes_that_color_alone_and_keeps_the_comments(tmp_path, capsys):
+    params, output = tmp_path / 'mine.yaml', str(tmp_path / 'picked.png')
+    params.write_text(PARAMS)
+    assert (
+        main([SCENE, *center(), '--name', 'red', '--write', str(params), '--output', output]) == 0
+    )
+    text = params.read_text()
+    for line in PARAMS.splitlines():
+        if not line.strip().startswith(('rgb:', 'tolerance:', 'colors:')):
+            assert line in text, line
+    detector = yaml.safe_load(text)['/**/detector']['ros__parameters']
+    assert detector['colors'] == ['blue', 'red']
+    assert set(detector['red']) == {'lab', 'tolerance'}
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'said'),
+    [
+        (['/no/topic', '3', '4'], 'no file, and no sensor_msgs/Image'),
+        (['nothing.png', '3', '4'], 'nothing.png'),
+        ([SCENE, '3', '4000'], 'in the picture of 320 x 240 px'),
+        ([SCENE, '3', '4', '--frame', '9999'], 'has fewer frames'),
+        ([SCENE, '3', '4', '--write', 'no.yaml'], 'no.yaml: expected a params file'),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_one_line(tmp_path, capsys, arguments, said):
+    assert main([*arguments, '--output', str(tmp_path / 'picked.png')]) == 1
+    told = capsys.readouterr().err.strip()
+    assert said in told
+    assert '\n' not in told
+
+
+def test_a_topic_is_read(ros, tmp_path):
+    ros.start('camera', source=SCENE, loop='true')
+    assert ros.spin(lambda: ros.node.count_publishers('camera/image_raw') == 1), ros.outputs()
+    output = str(tmp_path / 'picked.png')
+    process = ros.start('pick_color', '--', '/camera/image_raw', *center(), '--output', output)
+    assert ros.spin(lambda: process.popen.poll() is not None), ros.outputs()
+    assert 'lab: [' in process.output

@@ -1,0 +1,91 @@
+"""Identities where others lose them, at default parameters."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scoring import Tally
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.scenes import BLACKOUT
+from colortrack_ros.scenes import detections_of
+from colortrack_ros.scenes import open_scene
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+SEEN = 0.25
+"""An object of which no such part is visible is hidden: no track can be asked for."""
+
+DATA = Path(os.environ.get('COLORTRACK_DATA', Path(__file__).parents[3] / 'shared' / 'data'))
+JUGGLING = DATA / 'juggling_centroids'
+
+
+def detected(scene):
+    """What the detector finds in the pictures."""
+    colors = [ReferenceColor.from_rgb(name, rgb) for name, rgb in scene.colors.items()]
+    detector = Detector(DetectorConfig(colors=tuple(colors)))
+    for k in range(len(scene)):
+        stamp = round(k * NANOSECONDS / scene.rate)
+        yield detector.detect(Frame(scene.render(k), 'bgr8', stamp))
+
+
+def live(tracker, detections):
+    rows = tracker.update(detections).rows
+    rows = rows[rows['state'] != TENTATIVE]
+    return np.stack([rows['track_id'], rows['u'], rows['v']], axis=1)
+
+
+def played(scene, detections):
+    tracker = Tracker(TrackerConfig(image_size=(scene.width, scene.height)))
+    tally = Tally(max_distance=20.0)
+    for k, one in enumerate(detections):
+        rows = scene.truth(k)
+        seen = rows[rows['visible'] >= SEEN]
+        truth = np.stack([seen['id'], seen['u'], seen['v']], axis=1)
+        tally.add(truth, live(tracker, one), hidden=len(rows) - len(seen))
+    return tally.score()
+
+
+@pytest.mark.parametrize(
+    ('name', 'idf1'), [('collision', 0.98), ('swarm', 0.97), ('juggle', 0.97), ('turns', 0.95)]
+)
+def test_objects_keep_their_tracks(name, idf1):
+    scene = open_scene(name)
+    assert played(scene, detected(scene)).idf1 >= idf1
+
+
+@pytest.mark.parametrize(
+    ('name', 'worse', 'idf1'), [('blackout', BLACKOUT, 0.8), ('flicker', {}, 0.97)]
+)
+def test_objects_keep_their_tracks_as_a_perfect_detector_or_a_bad_one_sees_them(name, worse, idf1):
+    """The flickering balls fade below the detector's threshold; what it sees then is not theirs."""
+    scene = open_scene(name)
+    found = (detections_of(scene, k, **worse) for k in range(len(scene)))
+    assert played(scene, found).idf1 >= idf1
+
+
+@pytest.mark.skipif(not JUGGLING.is_dir(), reason=f'no {JUGGLING}; set COLORTRACK_DATA')
+@pytest.mark.parametrize(('drop', 'idf1'), [(0.0, 0.985), (0.1, 0.96)])
+def test_juggled_balls_keep_their_tracks(drop, idf1):
+    scores = []
+    for path in sorted(JUGGLING.glob('*.csv')):
+        rng = np.random.default_rng(0)
+        tracker, tally = Tracker(), Tally(max_distance=30.0)
+        table = np.loadtxt(path, delimiter=',', skiprows=1)
+        for k in range(int(table[0, 0]), int(table[-1, 0]) + 1):
+            truth = table[table[:, 0] == k, 1:]
+            seen = rng.permutation(truth[rng.random(len(truth)) >= drop, 1:])
+            rows = np.zeros(len(seen), DETECTION)
+            rows['u'], rows['v'] = seen.T
+            rows['cov_uu'] = rows['cov_vv'] = 4.0
+            tally.add(truth, live(tracker, Detections(rows, k * NANOSECONDS // 30)))
+        scores.append(tally.score().idf1)
+    assert np.mean(scores) >= idf1

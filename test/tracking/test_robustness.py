@@ -1,0 +1,50 @@
+"""Whatever comes in, no exception comes out, and what comes out are finite numbers."""
+
+import warnings
+
+from hypothesis import given
+from hypothesis import settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.motion import MOTION_MODELS
+
+VALUES = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.floats(-2000, 2000),
+    st.sampled_from([0.0, 1.0, 1e-300, 1e6, 1e12, 1e300, 100.0, 101.0]),
+)
+ROWS = st.lists(st.lists(VALUES, min_size=11, max_size=11), max_size=6)
+STAMPS = st.lists(st.one_of(st.integers(0, 10**9), st.integers(-(2**61), 2**61)), min_size=12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(ROWS, min_size=12, max_size=12), STAMPS, st.sampled_from(sorted(MOTION_MODELS)))
+def test_any_numbers_give_finite_tracks(frames, stamps, model):
+    tracker = Tracker(TrackerConfig(motion_model=model))
+    for given_rows, stamp in zip(frames, stamps, strict=False):
+        rows = np.zeros(len(given_rows), DETECTION)
+        with warnings.catch_warnings(), np.errstate(all='ignore'):
+            warnings.simplefilter('ignore')
+            for name, column in zip(DETECTION.names, np.array(given_rows).T, strict=False):
+                rows[name] = column
+        tracks = tracker.update(Detections(rows, stamp))
+        for name in ('u', 'v', 'du', 'dv', 'covariance', 'score'):
+            assert np.isfinite(tracks.rows[name]).all(), name
+
+
+@pytest.mark.parametrize('name', ['u', 'v', 'cov_uu', 'cov_vv', 'area', 'box_w'])
+@pytest.mark.parametrize('value', [np.nan, np.inf, -np.inf, 1e30])
+def test_an_absurd_row_is_dropped_and_counted(name, value):
+    rows = np.zeros(2, DETECTION)
+    rows['cov_uu'] = rows['cov_vv'] = 1.0
+    rows['area'] = 9.0
+    rows[name][1] = value
+    tracker = Tracker()
+    assert len(tracker.update(Detections(rows)).rows) == 1
+    assert tracker.dropped == 1
