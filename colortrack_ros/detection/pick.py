@@ -73,24 +73,34 @@ def pick_color(
     given = (u, v, width, height)
     expect(valid, 'box', given, f'u, v, width, height in the picture of {columns} x {rows} px')
     rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
-    is_pixel = width == height == 1
-    region = np.zeros((rows, columns), bool)
-    region[v : v + height, u : u + width] = True
-    if is_pixel:
+    if width == height == 1:
         region = _stable_region(rgb, u, v)
-    middle = np.median(lab_from_rgb(rgb[region]), axis=0).round(1)
-    distance = np.linalg.norm(lab_from_rgb(rgb[region]) - middle, axis=1)
-    usual, most = np.percentile(distance, [50, NEARLY_ALL])
-    tolerance = MARGIN * most
-    if is_pixel:
-        tolerance = min(tolerance, max(_near(rgb, region, middle), usual))
-    tolerance = round(float(np.clip(tolerance, TOLERANCES[0], TOLERANCES[-1])), 1)
-    color = ReferenceColor(name, tuple(middle.tolist()), tolerance)
+        color = _color_of(rgb, region, name, surroundings=True)
+    else:
+        region = np.zeros((rows, columns), bool)
+        region[v : v + height, u : u + width] = True
+        color = _color_of(rgb, region, name, surroundings=False)
     config = replace(config or DetectorConfig(), colors=(color,))
     found = Detector(config).detect(frame).rows
     away = np.hypot(found['u'] - u - (width - 1) / 2, found['v'] - v - (height - 1) / 2)
     area = int(found['area'][away.argmin()]) if len(found) else int(region.sum())
     return PickedColor(color, area)
+
+
+def _color_of(
+    rgb: NDArray[np.uint8], region: NDArray[np.bool_], name: str, surroundings: bool
+) -> ReferenceColor:
+    """The median of a region, with a tolerance for its spread.
+
+    :param surroundings: the region is a whole object: no more tolerance than keeps apart from it
+        what is around.
+    """
+    lab = lab_from_rgb(rgb[region])
+    middle = np.median(lab, axis=0).round(1)
+    usual, most = np.percentile(np.linalg.norm(lab - middle, axis=1), [50, NEARLY_ALL])
+    near = _near(rgb, region, middle) if surroundings else np.inf
+    tolerance = np.clip(min(MARGIN * most, max(near, usual)), TOLERANCES[0], TOLERANCES[-1])
+    return ReferenceColor(name, tuple(middle.tolist()), round(float(tolerance), 1))
 
 
 def _near(rgb: NDArray[np.uint8], region: NDArray[np.bool_], middle: NDArray) -> float:

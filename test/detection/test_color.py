@@ -70,6 +70,15 @@ def test_a_tight_tolerance_starts_a_blob_and_a_looser_one_grows_it(frame, colors
     np.testing.assert_allclose(found, [tuple(map(float, row)) for row in expected], atol=1e-9)
 
 
+def test_what_erosion_takes_away_starts_no_blob():
+    image = np.full((40, 60, 3), 110, np.uint8)
+    image[5:25, 5:25] = image[5:25, 35:55] = 140
+    image[10:16, 10:16] = image[10, 40] = 200
+    color = ReferenceColor.from_rgb('light', (200, 200, 200), 15.0)
+    (row,) = Detector(DetectorConfig(colors=(color,), grow=2.0)).detect(Frame(image)).rows
+    assert (row['box_u'], row['area']) == (6, 18 * 18)
+
+
 @pytest.mark.parametrize(
     'parameters', [{'white_balance': 'gray_world'}, {'follow_light': 60.0}], ids=str
 )

@@ -93,8 +93,11 @@ def test_colors_are_eroded_each_for_itself():
     image = np.full((9, 12, 3), (30, 40, 220), np.uint8)
     image[:, 6:] = (30, 220, 40)
     colors = (RED, ReferenceColor.from_rgb('green', (40, 220, 30), 30.0))
-    rows = Detector(DetectorConfig(colors=colors, min_area=1)).detect(Frame(image)).rows
+    detector = Detector(DetectorConfig(colors=colors, min_area=1))
+    rows = detector.detect(Frame(image)).rows
     assert rows[['color', 'area', 'box_u', 'box_w']].tolist() == [(0, 45, 0, 5), (1, 45, 7, 5)]
+    rows = detector.detect(Frame(np.ascontiguousarray(image.transpose(1, 0, 2)))).rows
+    assert rows[['color', 'area', 'box_v', 'box_h']].tolist() == [(0, 45, 0, 5), (1, 45, 7, 5)]
 
 
 @pytest.mark.parametrize('encoding', ENCODINGS)

@@ -52,3 +52,11 @@ def test_noise_and_smears_are_not_cut():
     noise = random.normal(0, 12, image.shape)
     frame = Frame(np.clip(image + noise, 0, 255).astype(np.uint8))
     assert len(Detector(DetectorConfig(split=True)).detect(frame).rows) == 2
+
+
+def test_a_ragged_outline_is_no_neck():
+    random = np.random.default_rng(1)
+    image = np.full((100, 320, 3), 120, np.uint8)
+    for u in range(20, 300):
+        image[30 + random.integers(0, 4) : 70 - random.integers(0, 4), u] = RED
+    assert len(Detector(DetectorConfig(split=True)).detect(Frame(image)).rows) == 1
