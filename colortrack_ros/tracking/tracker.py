@@ -17,7 +17,6 @@ from colortrack_ros.tracking import life
 from colortrack_ros.tracking import regroup
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association import ASSOCIATORS
-from colortrack_ros.tracking.association.gnn import associate as gnn
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.intake import accept
 from colortrack_ros.tracking.intake import Blobs
@@ -25,12 +24,16 @@ from colortrack_ros.tracking.motion import MOTION_MODELS
 from colortrack_ros.tracking.outlook import Outlook
 from colortrack_ros.tracking.pairs import Pairs
 from colortrack_ros.tracking.population import Population
+from colortrack_ros.tracking.reunion import reunions
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 ROW = np.dtype((np.void, DETECTION.itemsize))
 """A detection as mere bytes."""
+
+MISTAKEN = math.log(50)
+"""What another color costs where it does not gate: the detector mixes up one in so many."""
 
 UNLIKELY = 1e-3
 """A maneuver of less probability is left out of account."""
@@ -93,7 +96,7 @@ class Tracker:
         new = np.flatnonzero(free)
         if len(new):
             self._tracks.append(blobs, new, self._stamp, outlook.speed, outlook.noise)
-        self._settle(outlook.speed, again)
+        self._settle(again)
         why, self._why = self._why, ''
         rows = self._tracks.published(self._stamp, self.config.centroid_bias)
         return Tracks(rows, detections.stamp, detections.frame_id, why)
@@ -155,6 +158,9 @@ class Tracker:
         """Choose pairs by their likelihood against misses and clutter."""
         pairs = outlook.pair(blobs, *outlook.candidates(blobs, self.config))
         gain = pairs.likelihood - outlook.density + outlook.odds[pairs.track]
+        if not self.config.color_gating:
+            colors = self._tracks.records['color'][pairs.track], blobs.rows['color'][pairs.blob]
+            gain -= MISTAKEN * (colors[0] != colors[1])
         if not self.config.gating:
             gain -= gain.min(initial=0.0) - 1.0
         associate = ASSOCIATORS[self.config.associator]
@@ -260,7 +266,7 @@ class Tracker:
         known = records['hits'][track] > 2
         self._adaptation.learn_rates(taken.turned[known], unmeasured[known], self._period)
 
-    def _settle(self, speed: float, again: bool) -> None:
+    def _settle(self, again: bool) -> None:
         """Let tracks be confirmed, coast, or end."""
         records, config = self._tracks.records, self.config
         before = records['state'].copy()
@@ -270,31 +276,13 @@ class Tracker:
         keep &= life.present(records, *estimate, self._stamp, self._period, config)
         found = np.flatnonzero(keep & (before == TENTATIVE) & (records['state'] == CONFIRMED))
         lost = np.flatnonzero(keep & (records['state'] == COASTING))
-        reunited = self._reunite(lost, found, speed) if len(found) and len(lost) else found[:0]
-        keep[reunited] = False
+        if len(found) and len(lost):
+            lost, again_found = reunions(
+                self._tracks, lost, found, self._stamp, self._period, self._adaptation, config
+            )
+            self._tracks.succeed(lost, again_found)
+            keep[again_found] = False
         if not again:
-            self._adaptation.learn_new(false, len(found) - len(reunited))
+            self._adaptation.learn_new(false, int(np.count_nonzero(keep[found])))
         if not keep.all():
             self._tracks.keep(keep)
-
-    def _reunite(self, lost: Indices, found: Indices, speed: float) -> Indices:
-        """Tracks just confirmed that are what has become of coasting ones take their places.
-
-        What a single detection could not decide, the first few do: they are no clutter, and have a
-        velocity.
-
-        :return: the indices of those that have taken another's place.
-        """
-        records, learned = self._tracks.records, self._adaptation
-        one, other = (part.ravel() for part in np.meshgrid(lost, found, indexing='ij'))
-        T = (self._stamp - records['updated'][one]) / NANOSECONDS
-        chance = learned.chance(T, self._period) * self.config.maneuvers
-        gain = self._tracks.bank.resemblance(one, other, chance, T, speed)
-        gain += np.log(np.maximum(records['hidden'][one], 1e-9))
-        gain -= np.log(learned.birth_density(records['origin'][other], self.config.image_size))
-        fit = records['born'][other] > records['updated'][one]
-        fit &= records['color'][one] == records['color'][other]
-        chosen, _ = gnn(one[fit], other[fit], gain[fit])
-        one, other = one[fit][chosen], other[fit][chosen]
-        self._tracks.succeed(one, other)
-        return other

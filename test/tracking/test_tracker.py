@@ -268,6 +268,19 @@ def test_a_track_that_nobody_knows_the_place_of_is_deleted():
     assert 1 <= alive < 20
 
 
+def test_where_color_does_not_gate_it_decides_between_two_as_near():
+    """They rest side by side, and are once seen a little past each other."""
+    found = []
+    for gating in (True, False):
+        tracker = Tracker(TrackerConfig(color_gating=gating))
+        for k, (one, other) in enumerate([(100, 104)] * 5 + [(102.2, 101.8)]):
+            detections = points([(one, 50), (other, 50)], k * FRAME, 25.0)
+            detections.rows['color'] = [0, 1]
+            rows = tracker.update(detections).rows
+        found.append(rows[['u', 'v', 'color']].tolist())
+    assert found[0] == found[1]
+
+
 @pytest.mark.parametrize('name', ['u', 'v', 'cov_uu', 'cov_uv', 'cov_vv', 'area', 'box_w'])
 @pytest.mark.parametrize('value', [np.nan, np.inf])
 def test_a_row_that_is_not_finite_is_dropped_and_counted(name, value):
