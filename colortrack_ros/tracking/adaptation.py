@@ -10,6 +10,9 @@ Floats = NDArray[np.float64]
 FIRST_NOISE, FIRST_SPEED = 1000.0, 700.0
 """Process noise [px/s^2] and speed [px/s] to start from."""
 
+LEAST_SPEED = 100.0
+"""An object at rest may start with such a speed at any time [px/s]."""
+
 FIRST_RATES = (0.5, 2.0)
 """Maneuvers of an object in sight and out of sight to start from [1/s]."""
 
@@ -56,8 +59,8 @@ class Adaptation:
 
     @property
     def speed(self) -> float:
-        """Root mean square of the velocity on each axis [px/s]."""
-        return math.sqrt(self._speed2)
+        """Root mean square of the velocity on each axis, but no less than LEAST_SPEED [px/s]."""
+        return max(math.sqrt(self._speed2), LEAST_SPEED)
 
     @property
     def density(self) -> float:

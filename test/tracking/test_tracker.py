@@ -201,6 +201,15 @@ def test_gravity_as_a_known_acceleration_keeps_a_hidden_ball_on_its_path():
     assert errors[1] < 2
 
 
+def test_an_object_that_has_rested_long_is_not_lost_when_it_starts():
+    tracker = Tracker()
+    for k in range(400):
+        z = [(200 + 8 * max(0, k - 360), 100), (50, 300)]
+        rows = tracker.update(points(z, k * FRAME, 0.01)).rows
+    assert rows['track_id'].tolist() == [1, 2]
+    np.testing.assert_allclose(rows['u'], [z[0][0], 50], atol=1)
+
+
 def test_what_a_first_detection_could_not_decide_three_do():
     """Amid clutter a lost object is not known again by one detection, but by its velocity."""
     tracker = Tracker()

@@ -1,0 +1,57 @@
+"""What the tracker learns of the scene, and that it serves as well as what a person knows."""
+
+import numpy as np
+import pytest
+from silhouettes import FRAME
+from silhouettes import points
+
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+DT = 1 / 24
+
+
+def wandering(acceleration, turns, frames=200, count=12, speed=150.0, seed=0):
+    """Truth (frames, count, 2) of objects far from each other."""
+    rng = np.random.default_rng(seed)
+    x = np.arange(count)[:, None] * [3000.0, 0.0]
+    v = rng.normal(0, speed, (count, 2))
+    for _ in range(frames):
+        turn = rng.random(count) < turns * DT
+        v[turn] = rng.normal(0, speed, (turn.sum(), 2))
+        a = rng.normal(0, acceleration, (count, 2))
+        x, v = x + v * DT + a * DT**2 / 2, v + a * DT
+        yield x
+
+
+def errors(config, paths, seed=1):
+    """Root mean square of the position's error after the first 50 frames, and the tracker."""
+    rng = np.random.default_rng(seed)
+    tracker, squares = Tracker(config), []
+    for k, x in enumerate(paths):
+        rows = tracker.update(points(x + rng.normal(0, 1, x.shape), k * FRAME, 1.0)).rows
+        if k > 50:
+            at = np.stack([rows['u'], rows['v']], axis=1)
+            squares.append(((at[:, None] - x) ** 2).sum(-1).min(axis=0))
+    return np.sqrt(np.mean(squares)), tracker
+
+
+@pytest.mark.parametrize('acceleration', [20.0, 300.0, 3000.0])
+def test_learned_process_noise_is_as_good_as_the_true_one(acceleration):
+    known = TrackerConfig(process_noise=acceleration, maneuvers=False)
+    best, _ = errors(known, wandering(acceleration, 0.0))
+    learned, tracker = errors(TrackerConfig(), wandering(acceleration, 0.0))
+    assert learned < 1.2 * best
+    assert len(tracker.update(points([], 200 * FRAME)).rows) == 12
+
+
+def test_turns_cost_no_track_and_little_precision():
+    learned, tracker = errors(TrackerConfig(), wandering(20.0, 0.7))
+    assert tracker.update(points([], 200 * FRAME)).rows['track_id'].tolist() == list(range(1, 13))
+    assert learned < 1.3
+
+
+def test_without_maneuvers_turns_cost_tracks():
+    config = TrackerConfig(maneuvers=False, process_noise=20.0)
+    _, tracker = errors(config, wandering(20.0, 0.7))
+    assert max(tracker.update(points([], 200 * FRAME)).rows['track_id']) > 12
