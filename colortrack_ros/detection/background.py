@@ -44,16 +44,13 @@ class Background:
         """Make OpenCV's subtractor afresh."""
         name = self._config.background_model
         self._subtractor = SUBTRACTORS[name]() if name in SUBTRACTORS else None
+        self._shape: tuple[int, ...] = ()
 
     def label(self, frame: Frame) -> LabelImage:
         """1 for what differs from the background."""
         picture = channels_of(frame)
-        threshold = self._config.difference_threshold
-        if self._subtractor is None:
-            difference = self._difference(picture)
-        else:
-            difference = self._subtractor.apply(picture)
-            threshold = 127.0
+        threshold = self._config.difference_threshold if self._subtractor is None else 127.0
+        difference = self._difference(picture)
         if self._config.blur_sigma > 0:
             difference = cv2.GaussianBlur(difference, (0, 0), self._config.blur_sigma)
         image = LabelImage.empty(*picture.shape[:2])
@@ -62,11 +59,16 @@ class Background:
         return image
 
     def _difference(self, picture: NDArray) -> NDArray:
-        """(H, W) mean of the channels' distances to the background, 0 before there is one."""
-        if not self._model.knows(picture):
-            return np.zeros(picture.shape[:2], np.uint8)
-        self._model.relight(picture)
-        return self._model.difference(picture)
+        """(H, W) distance to the background [levels], 0 before there is one."""
+        if self._subtractor is None:
+            if not self._model.knows(picture):
+                return np.zeros(picture.shape[:2], np.uint8)
+            self._model.relight(picture)
+            return self._model.difference(picture)
+        # To OpenCV's subtractors a first picture is all new.
+        is_first, self._shape = self._shape != picture.shape, picture.shape
+        difference = self._subtractor.apply(picture)
+        return np.zeros_like(difference) if is_first else difference
 
     def closeness(
         self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray

@@ -70,12 +70,15 @@ class BackgroundModel:
 
         :param pixel: (N,) v W + u.
         """
+        channels = picture.shape[2]
         now, recent, lasting = (
-            part.reshape(-1, picture.shape[2]).take(pixel, axis=0).astype(np.int16)
-            for part in (picture, *self._models)
+            part.reshape(-1, channels).take(pixel, axis=0) for part in (picture, *self._models)
         )
-        differences = [np.abs(now - before).mean(axis=1) for before in (recent, lasting)]
-        return np.minimum(*differences)
+        mean = np.full(channels, 1 / channels)
+        distances = (
+            np.maximum(now, before) - np.minimum(now, before) for before in (recent, lasting)
+        )
+        return np.minimum(*(distance @ mean for distance in distances))
 
     def relight(self, picture: Picture) -> None:
         """Put the backgrounds into the light of the picture: a gain for each channel.

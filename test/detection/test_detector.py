@@ -111,6 +111,31 @@ def test_tiny_and_empty_pictures_give_detections(encoding, shape):
     assert (detections.stamp, detections.frame_id) == (3, 'camera')
 
 
+@pytest.mark.parametrize('encoding', ENCODINGS)
+@pytest.mark.parametrize(
+    'parameters',
+    [
+        {'moving_only': True},
+        {'grow': 1.5},
+        {'follow_light': 5.0},
+        {'white_balance': 'gray_world'},
+        {'split': True},
+        {'min_solidity': 0.5, 'min_aspect': 0.1, 'min_extent': 0.1, 'min_circularity': 0.1},
+        {'closing_size': 5, 'opening_size': 5},
+        {'method': 'background'},
+        {'method': 'background', 'background_model': 'mog2'},
+        {'method': 'channel_difference'},
+    ],
+    ids=str,
+)
+def test_nothing_is_found_in_pictures_of_nothing_of_any_size(parameters, encoding):
+    detector = Detector(DetectorConfig(**parameters))
+    shapes = [(40, 50), (40, 50), (1, 1), (1, 9), (0, 5), (9, 1), (9, 1), (40, 50)]
+    for k, shape in enumerate(shapes):
+        image = np.full((*shape, ENCODINGS[encoding]), 100, np.uint8)
+        assert len(detector.detect(Frame(image, encoding, k * 100_000_000)).rows) == 0
+
+
 def test_a_picture_all_inside_is_one_blob():
     frame = Frame(np.full((30, 40, 3), (30, 40, 220), np.uint8))
     (row,) = Detector(CONFIG).detect(frame).rows
