@@ -138,7 +138,7 @@ class Ros:
 
     def settle(self) -> None:
         """Let the nodes that are there find each other: what they send before that is lost."""
-        self.spin(lambda: False, 1.0)
+        self.spin(lambda: False, 2.0)
 
     def call(self, kind: type, name: str, request: object) -> object:
         """Call a service."""

@@ -73,7 +73,7 @@ def test_the_pipeline_gives_what_the_three_nodes_give(ros):
     assert ros.spin(lambda: {'camera', 'detector', 'tracker'} <= set(ros.node.get_node_names()))
     ros.settle()
     ros.start('overlay', '-r', '__ns:=/one')
-    assert ros.spin(lambda: len(together) == 180), ros.outputs()
+    assert ros.spin(lambda: len(together) == len(detections) == 180), ros.outputs()
     assert pipeline.popen.wait(timeout=10.0) == 0, pipeline.output
     assert [stamp(m) for m in detections] == [stamp(m) for m in together]
     for one, other in zip(apart, together, strict=True):
