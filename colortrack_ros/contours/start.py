@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.contours.config import ContourConfig
-from colortrack_ros.contours.spline import SAMPLES
+from colortrack_ros.contours.placing import along_box
+from colortrack_ros.contours.placing import along_outline
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
@@ -16,9 +17,6 @@ from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 
 Floats = NDArray[np.float64]
-
-PHASES = 8
-"""Beginnings of the nodes on the outline that are tried."""
 
 
 @dataclass(frozen=True)
@@ -116,10 +114,14 @@ class Start:
             whole = u > 0 and v > 0 and u + w < width and v + h < height
             if not whole or any(cv2.pointPolygonTest(s, place, False) >= 0 for s in shapes):
                 continue
-            outline = _outline_of(mask, (u, v, w, h), self._config.outline)
-            if outline is not None:
-                nodes.append(place_nodes(outline, self._spline))
-                center.append(place)
+            if self._config.outline == 'box':
+                nodes.append(along_box((u, v, w, h), self._spline))
+            else:
+                part = np.ascontiguousarray(mask[v : v + h, u : u + w])
+                found, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+                points = max(found, key=len)[:, 0] + np.array([u, v], float)
+                nodes.append(along_outline(points, self._spline))
+            center.append(place)
         n = self._config.points
         return Areas(
             np.array(nodes).reshape(-1, n, 2), np.array(center).reshape(-1, 2), frame.stamp
@@ -137,41 +139,3 @@ class Start:
         return Births(areas.nodes[mutual], velocity[mutual])
 
 
-def _outline_of(mask: NDArray[np.uint8], box: tuple[int, int, int, int], kind: str) -> Floats | None:
-    """The outline of the greatest area in a box of a mask, or the box, (P, 2) [px].
-
-    :param box: u, v of the top left pixel, width, height.
-    """
-    u, v, w, h = box
-    if kind == 'box':
-        return np.array([(u, v), (u + w - 1, v), (u + w - 1, v + h - 1), (u, v + h - 1)], float)
-    part = np.ascontiguousarray(mask[v : v + h, u : u + w])
-    outlines, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    outline = max(outlines, key=len)[:, 0].astype(float) + [u, v]
-    return outline if len(outline) >= 8 else None
-
-
-def place_nodes(outline: Floats, spline: Spline) -> Floats:
-    """Nodes (n, 2) equally spaced along a closed polygon (P, 2), so that the curve follows it best.
-
-    They go from u to v, so that the area is positive.
-    """
-    a, b = outline, np.roll(outline, -1, axis=0)
-    if (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() < 0:
-        outline = outline[::-1]
-    closed = np.concatenate([outline, outline[:1]])
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
-    n = spline.count
-    first = np.arange(PHASES)[:, None] / PHASES
-    node = _along(closed, way, (np.arange(n) + first) / n)
-    # a node is the middle of its segment
-    sample = (np.arange(n * SAMPLES) + 0.5) / SAMPLES - 0.5
-    wanted = _along(closed, way, (sample + first) / n)
-    miss = np.square(spline.outline(node) - wanted).sum(axis=(1, 2))
-    return np.asarray(node[miss.argmin()])
-
-
-def _along(closed: Floats, way: Floats, part: Floats) -> Floats:
-    """Points at parts (...) of the way along a closed polygon, (..., 2)."""
-    s = (part % 1.0) * way[-1]
-    return np.stack([np.interp(s, way, closed[:, 0]), np.interp(s, way, closed[:, 1])], axis=-1)

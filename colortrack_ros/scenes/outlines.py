@@ -48,10 +48,10 @@ QUADRILATERAL = [(-1.0, -0.8), (0.9, -1.0), (1.1, 0.9), (-0.9, 1.0)]
 def silhouette(options: Options) -> Scene:
     """Return head and shoulders of a person, and a quadrilateral, dark on light (De Bem 2007, 6.1).
 
-    They come in from the sides within the first second. Then the person moves up and down and
+    After a second of the background alone they come in from the sides within another. Then the person moves up and down and
     across, and the quadrilateral goes away from the camera and moves up and down.
     """
-    times = [-1.0, 0.0, 1.0, 3.0, 5.0, 7.5, 10.0, 12.5, 15.0, 18.0, 21.0]
+    times = [0.2, 1.2, 2.2, 4.2, 6.2, 8.7, 11.2, 13.7, 16.0, 18.5, 21.0]
     person = [
         (-0.40, 0.55, 0.14), (-0.14, 0.55, 0.14), (0.15, 0.55, 0.14), (0.24, 0.44, 0.14),
         (0.24, 0.36, 0.145), (0.25, 0.58, 0.15), (0.34, 0.64, 0.15), (0.40, 0.46, 0.15),
@@ -73,9 +73,9 @@ def silhouette(options: Options) -> Scene:
 def approach(options: Options) -> Scene:
     """Return four robots that come towards the camera and grow fourfold (De Bem 2007, 6.2).
 
-    They come in from the sides, far away, within the first two seconds.
+    After a second of the background alone they come in from the sides, far away, within two more.
     """
-    times = [-1.0, 0.0, 1.0, 2.0, 4.0, 8.0, 12.0, 16.0, 19.0, 22.0]
+    times = [0.2, 1.2, 2.2, 3.2, 5.0, 8.5, 12.0, 16.0, 19.0, 22.0]
     y = [0.18, 0.18, 0.18, 0.19, 0.22, 0.31, 0.43, 0.56, 0.64, 0.70]
     size = [0.030, 0.030, 0.030, 0.031, 0.034, 0.046, 0.066, 0.090, 0.106, 0.118]
     things = []
