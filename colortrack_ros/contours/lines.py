@@ -47,7 +47,9 @@ def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: in
     place = points[:, None] + normals[:, None] * steps
     place = np.clip(place, -FAR, FAR).astype(np.float32)
     picture = cv2.remap(image, place, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return picture if picture.ndim == 2 else picture[..., :3].max(axis=2)
+    if picture.ndim == 2:
+        return picture
+    return np.maximum(np.maximum(picture[..., 0], picture[..., 1]), picture[..., 2])
 
 
 def find_edges(

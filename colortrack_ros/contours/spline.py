@@ -72,8 +72,9 @@ class Spline:
         center = half.sum(axis=-2) * [1, -1] / safe
         arm = (x - center[..., None, :]) * self._weight[:, None] / safe[..., None]
         normal = np.stack([d[..., 1], -d[..., 0]], axis=-1)
-        change = arm[..., :, None] * normal[..., None, :]
-        return center, np.einsum('gi,...gab->...aib', self._value, change)
+        change = (arm[..., None] * normal[..., None, :]).reshape(*arm.shape[:-1], 4)
+        by_node = (self._value.T @ change).reshape(*nodes.shape, 2)
+        return center, np.asarray(by_node.swapaxes(-3, -2))
 
 
 def _values(count: int, t: Floats) -> Floats:

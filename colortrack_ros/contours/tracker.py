@@ -118,10 +118,10 @@ class ContourTracker:
 
     def _settle(self, frame: Frame) -> None:
         """Give up targets that have left the picture, were not seen for long, or have collapsed."""
-        center, _ = self._spline.centroid(self._contours.nodes)
-        height, width = frame.image.shape[:2]
-        with np.errstate(invalid='ignore'):
-            inside = ((center >= -0.5) & (center < [width - 0.5, height - 0.5])).all(axis=1)
+        if not len(self._records):
+            return
+        center, (height, width) = self._contours.nodes.mean(axis=1), frame.image.shape[:2]
+        inside = ((center >= -0.5) & (center < [width - 0.5, height - 0.5])).all(axis=1)
         whole = self._spline.area(self._contours.nodes) >= LEAST_AREA
         limit = np.where(
             self._records['hits'] < CONFIRMING,
