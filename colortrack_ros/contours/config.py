@@ -53,8 +53,8 @@ class ContourConfig:
         1 at the point predicted [levels].
     :param inside_deviation: standard deviation of the intensity just inside of an edge from that
         usual on its line [levels]; 0: any will do.
-    :param outlier: an edge farther from where the motion of all puts it is none [px], or three
-        standard deviations of the edges if that is more; 0: all are taken.
+    :param outlier: an edge farther from where it is expected, and from where the motion of most
+        puts it, is none [standard deviations]; 0: all are taken.
     :param min_found: a target with edges on a smaller part of its lines is not measured.
     :param rotation: estimate rotation beside translation and scale.
     :param filters: one filter for motion and shape, or as in the document two in turn.
@@ -86,7 +86,7 @@ class ContourConfig:
     min_contrast: float = 15.0
     no_edge: float = 2.0
     inside_deviation: float = 20.0
-    outlier: float = 2.0
+    outlier: float = 4.0
     min_found: float = 0.5
     rotation: bool = False
     filters: str = 'joint'

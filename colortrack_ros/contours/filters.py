@@ -24,8 +24,8 @@ MOTION = 4
 NONE = 1e12
 """Variance of what has not been measured [px^2]."""
 
-TO_SIGMA = 1.4826
-"""From the median of absolute deviations to the standard deviation of a normal distribution."""
+FITS = 4
+"""Times that a motion is fitted with new weights."""
 
 FIRST_NODE = 2.0
 FIRST_MOTION = np.array([1.0, 1.0, 1e-2, 1e-2])
@@ -185,26 +185,43 @@ def motion_noise(config: ContourConfig) -> Floats:
 
 
 def agree(
-    offset: Floats, found: Bools, normals: Floats, nodes: Floats, config: ContourConfig
-) -> Bools:
-    """Which edges lie where one motion of the whole contour puts them, (N, n).
+    offset: Floats, found: Bools, spread: Floats, normals: Floats, nodes: Floats,
+    config: ContourConfig,
+) -> Bools:  # fmt: skip
+    """Which edges are where they are expected, or where one motion of the whole contour puts them.
 
-    Twice a motion is fitted by least squares, first to all edges, then to those that agree.
+    What covers a part of a target has edges as well, and they would press its contour together. So
+    only those count that are near enough to the prediction, or, where that makes them more, to a
+    motion fitted to all, with weights that are the smaller the farther an edge is off.
+
+    :param offset: (N, n) [px]; found: (N, n).
+    :param spread: (N, n) standard deviation of the offsets [px].
+    :return: (N, n), a part of found.
     """
     if config.outlier == 0:
         return found
-    count, n = found.shape
-    H = shifts(nodes).reshape(count, n, 2, MOTION)
-    H = (H * normals[..., None]).sum(axis=2)[..., : MOTION if config.rotation else MOTION - 1]
-    arm = np.abs(nodes - nodes.mean(axis=1, keepdims=True)).mean(axis=(1, 2))
-    H[..., 2:] /= np.maximum(arm, 1.0)[:, None, None]  # pixels, as the others
-    good = found
-    for _ in range(2):
-        weighted = H * good[..., None]
-        normal = weighted.swapaxes(1, 2) @ H + 1e-3 * np.eye(H.shape[2])
-        fit = np.linalg.solve(normal, weighted.swapaxes(1, 2) @ offset[..., None])
+    gate = config.outlier * spread
+    good = found & (np.abs(offset) <= gate)
+    rest = np.flatnonzero((good != found).any(axis=1))
+    if not len(rest):
+        return good
+    offset, found, gate = offset[rest], found[rest], gate[rest]
+    H = _seen(nodes[rest], normals[rest], rotation=config.rotation)
+    far = np.zeros_like(offset)
+    for _ in range(FITS):
+        weighted = H * (found / np.maximum(far, gate))[..., None]
+        square = weighted.swapaxes(1, 2) @ H + 1e-3 * np.eye(H.shape[2])
+        fit = np.linalg.solve(square, weighted.swapaxes(1, 2) @ offset[..., None])
         far = np.abs(offset - (H @ fit)[..., 0])
-        order = np.sort(np.where(found, far, np.inf), axis=1)
-        median = np.take_along_axis(order, (found.sum(axis=1, keepdims=True) - 1) // 2, axis=1)
-        good = found & (far <= np.maximum(config.outlier, 3 * TO_SIGMA * median))
+    fitted = found & (far <= gate)
+    better = fitted.sum(axis=1) > good[rest].sum(axis=1)
+    good[rest[better]] = fitted[better]
     return good
+
+
+def _seen(nodes: Floats, normals: Floats, *, rotation: bool) -> Floats:
+    """What the lines see of a motion, (N, n, 3 or 4); scale and turn in pixels as the others."""
+    H = shifts(nodes).reshape(*nodes.shape, MOTION)[..., : MOTION if rotation else MOTION - 1]
+    H = (H * normals[..., None]).sum(axis=2)
+    H[..., 2:] /= np.maximum(np.abs(H[..., 2:]).mean(axis=(1, 2), keepdims=True), 1.0)
+    return H

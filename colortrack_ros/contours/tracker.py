@@ -102,9 +102,11 @@ class ContourTracker:
             return np.zeros(0, bool)
         config = self.config
         normals = self._spline.normals(contours.nodes)
-        sigma = np.hypot(config.sigma, contours.deviations(normals))
+        spread = contours.deviations(normals)
+        sigma = np.hypot(config.sigma, spread)
         edges = find_edges(frame.image, contours.nodes, normals, sigma, usual, config)
-        good = agree(edges.offset, edges.found, normals, contours.nodes, config)
+        spread = np.hypot(spread, config.edge_variance**0.5)
+        good = agree(edges.offset, edges.found, spread, normals, contours.nodes, config)
         share = good.mean(axis=1)
         measured = share >= max(config.min_found, 1e-9)
         good &= measured[:, None]
