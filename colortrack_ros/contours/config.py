@@ -14,6 +14,7 @@ RANGES: dict[str, tuple[float, float]] = {
     'min_contrast': (0.0, 255.0),
     'no_edge': (0.0, 255.0),
     'inside_deviation': (0.0, 255.0),
+    'outside_deviation': (0.0, 255.0),
     'outlier': (0.0, 100.0),
     'min_found': (0.0, 1.0),
     'edge_variance': (1e-4, 1e3),
@@ -53,6 +54,7 @@ class ContourConfig:
         1 at the point predicted [levels].
     :param inside_deviation: standard deviation of the intensity just inside of an edge from that
         usual on its line [levels]; 0: any will do.
+    :param outside_deviation: the same just outside.
     :param outlier: an edge farther from where it is expected, and from where the motion of most
         puts it, is none [standard deviations]; 0: all are taken.
     :param min_found: a target with edges on a smaller part of its lines is not measured.
@@ -86,6 +88,7 @@ class ContourConfig:
     min_contrast: float = 15.0
     no_edge: float = 2.0
     inside_deviation: float = 20.0
+    outside_deviation: float = 40.0
     outlier: float = 4.0
     min_found: float = 0.5
     rotation: bool = False

@@ -11,8 +11,8 @@ from colortrack_ros.contours.config import ContourConfig
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-INSIDE = 2, 6
-"""How far inside of an edge [px] what belongs to the target begins and ends."""
+BESIDE = 2, 6
+"""How far to a side of an edge [px] what tells what is there begins and ends."""
 
 FAR = 30_000.0
 """Points farther out [px] are looked for here: OpenCV's coordinates end somewhere."""
@@ -24,12 +24,13 @@ class Edges:
 
     :param found: (N, n).
     :param offset: (N, n) from the middle of the line outward [px], 0 where there is none.
-    :param inside: (N, n) intensity just inside of it [levels], NaN where there is none.
+    :param sides: (N, n, 2) intensities just inside and outside of it [levels], NaN where there is
+        none.
     """
 
     found: Bools
     offset: Floats
-    inside: Floats
+    sides: Floats
 
 
 def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: int) -> NDArray:
@@ -65,22 +66,23 @@ def find_edges(
     :param points: (N, n, 2) predicted [px].
     :param normals: (N, n, 2), outward.
     :param sigma: (N, n) standard deviation of an edge around its prediction [px].
-    :param usual: (N, n) intensity inside [levels], NaN where it is not known.
+    :param usual: (N, n, 2) intensities inside and outside [levels], NaN where not known.
     """
     half, shape = config.line_length // 2, points.shape[:2]
-    margin = max(len(config.mask) // 2, INSIDE[1]) + 1
+    margin = max(len(config.mask) // 2, BESIDE[1]) + 1
     flat = points.reshape(-1, 2), normals.reshape(-1, 2)
     samples = sampled(image, *flat, half + margin)
     contrast = _responses(samples, config.mask)[:, margin - 1 : margin + 2 * half + 2]
-    inside = _insides(samples)[:, margin : margin + 2 * half + 1]
+    sides = [side[:, margin : margin + 2 * half + 1] for side in _sides(samples)]
     here = contrast[:, 1:-1]
     steps = np.arange(-half, half + 1, dtype=np.float32)
     gauss = np.exp(-0.5 * np.square(steps / sigma.reshape(-1, 1).astype(np.float32)))
     score = here * gauss
-    known = usual.reshape(-1, 1)
-    if config.inside_deviation > 0:
-        unlike = np.square((inside - known) / np.float32(config.inside_deviation))
-        score *= np.where(np.isnan(known), 1.0, np.exp(-0.5 * unlike))
+    deviations = config.inside_deviation, config.outside_deviation
+    for side, known, deviation in zip(sides, usual.reshape(-1, 2).T, deviations, strict=True):
+        if deviation > 0:
+            unlike = np.square((side - known[:, None]) / np.float32(deviation))
+            score *= np.exp(-0.5 * np.nan_to_num(unlike))
     peak = (here >= contrast[:, :-2]) & (here > contrast[:, 2:]) & (here >= config.min_contrast)
     score[~peak] = -1.0
     best, line = score.argmax(axis=1), np.arange(len(score))
@@ -91,7 +93,7 @@ def find_edges(
     return Edges(
         found.reshape(shape),
         np.where(found, offset, 0.0).reshape(shape),
-        np.where(found, inside[line, best], np.nan).reshape(shape),
+        np.stack([np.where(found, s[line, best], np.nan) for s in sides], axis=1).reshape(*shape, 2),
     )
 
 
@@ -104,16 +106,18 @@ def _responses(samples: NDArray[np.uint8], mask: tuple[float, ...]) -> NDArray[n
     return np.abs(cv2.filter2D(samples, cv2.CV_32F, weights, borderType=cv2.BORDER_REPLICATE))
 
 
-def _insides(samples: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Mean intensity INSIDE of each sample."""
-    if not len(samples):
-        return samples.astype(np.float32)
-    first, last = INSIDE
+def _sides(samples: NDArray[np.uint8]) -> list[NDArray[np.float32]]:
+    """Mean intensities BESIDE each sample, towards the inside and the outside."""
+    first, last = BESIDE
     weights = np.zeros((1, 2 * last + 1), np.float32)
     weights[0, : last - first + 1] = 1 / (last - first + 1)
-    return np.asarray(
-        cv2.filter2D(samples, cv2.CV_32F, weights, borderType=cv2.BORDER_REPLICATE), np.float32
-    )
+    if not len(samples):
+        return [samples.astype(np.float32)] * 2
+    kernels = weights, np.ascontiguousarray(weights[:, ::-1])
+    return [
+        np.asarray(cv2.filter2D(samples, cv2.CV_32F, k, borderType=cv2.BORDER_REPLICATE))
+        for k in kernels
+    ]
 
 
 def _within(image: NDArray, points: Floats, normals: Floats, offset: NDArray) -> Bools:

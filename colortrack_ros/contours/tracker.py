@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 LEARNING = 0.1
-"""Share of each measurement in what is usual inside of an edge."""
+"""Share of each measurement in what is usual beside an edge."""
 
 LEAST_AREA = 16.0
 """A target whose contour encloses less is none any more [px]."""
@@ -54,7 +54,7 @@ class ContourTracker:
         n = self.config.points
         self._spline = Spline(n, interpolating=self.config.interpolating)
         self._contours = Contours.new(np.zeros((0, n, 2)), np.zeros((0, 2)), self.config)
-        self._usual = np.zeros((0, n))
+        self._usual = np.zeros((0, n, 2))
         self._records = np.zeros(0, RECORD)
 
     def configure(self, config: ContourConfig) -> None:
@@ -112,8 +112,8 @@ class ContourTracker:
         good &= measured[:, None]
         contours.correct(edges.offset, good, normals, T, config)
         step = np.where(np.isnan(usual), 1.0, LEARNING)
-        known = np.where(np.isnan(usual), edges.inside, usual)
-        usual[good] = (known + step * (edges.inside - known))[good]
+        known = np.where(np.isnan(usual), edges.sides, usual)
+        usual[good] = (known + step * (edges.sides - known))[good]
         if contours is self._contours:
             self._records['found'][measured] = share[measured]
         return np.asarray(measured)
@@ -145,7 +145,7 @@ class ContourTracker:
             return
         velocity = new.velocity[:room] / self.config.rate
         contours = Contours.new(new.nodes[:room], velocity, self.config)
-        usual = np.full(contours.nodes.shape[:2], np.nan)
+        usual = np.full(contours.nodes.shape, np.nan)
         good = self._measure(frame, contours, usual, 0.0)
         self._contours = self._contours.joined(contours.keep(good))
         self._usual = np.concatenate([self._usual, usual[good]])
