@@ -23,6 +23,10 @@ Bools = NDArray[np.bool_]
 LEARNING = 0.1
 """Share of each measurement in what is usual beside an edge."""
 
+LOOSEST = 0.5
+"""Standard deviation of a node [px] beyond which edges have to agree with each other all the same:
+after a time unseen everything would be as expected."""
+
 LEAST_AREA = 16.0
 """A target whose contour encloses less is none any more [px]."""
 
@@ -105,7 +109,7 @@ class ContourTracker:
         spread = contours.deviations(normals)
         sigma = np.hypot(config.sigma, spread)
         edges = find_edges(frame.image, contours.nodes, normals, sigma, usual, config)
-        spread = np.hypot(spread, config.edge_variance**0.5)
+        spread = np.hypot(np.minimum(spread, LOOSEST), config.edge_variance**0.5)
         good = agree(edges.offset, edges.found, spread, normals, contours.nodes, config)
         share = good.mean(axis=1)
         measured = share >= max(config.min_found, 1e-9)
