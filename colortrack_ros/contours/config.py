@@ -104,7 +104,7 @@ class ContourConfig:
     min_area: int = 150
     opening_size: int = 3
     learn_seconds: float = 1.0
-    start_interval: float = 0.2
+    start_interval: float = 0.5
     max_time_since_update: float = 1.5
     max_targets: int = 100
     max_dt: float = 2.0

@@ -17,6 +17,9 @@ Floats = NDArray[np.float64]
 CONFIRMING = 3
 """Measurements that confirm a target."""
 
+MISSED = 0.5
+"""Share of what a curve misses of an outline that does not cancel out from node to node."""
+
 RECORD = np.dtype(
     [
         ('track_id', 'u4'),
@@ -24,25 +27,29 @@ RECORD = np.dtype(
         ('updated', 'i8'),
         ('hits', 'u4'),
         ('found', 'f4'),
+        ('miss', 'f8'),
     ]
 )
 """One target.
 
 born, updated: stamp of the first and of the last measurement [ns]; hits: their number; found: share
-of its lines that had an edge in the last of them.
+of its lines that had an edge in the last of them; miss: what the curve misses of its outline [root
+of its area].
 """
 
 
-def births(count: int, stamp: int, first_id: int) -> NDArray[np.void]:
+def births(miss: Floats, stamp: int, first_id: int) -> NDArray[np.void]:
     """Records of new targets.
 
+    :param miss: (K,) [root of its area].
     :param stamp: of their first frame [ns].
     :param first_id: of the first one; the others follow.
     """
-    new = np.zeros(count, RECORD)
-    new['track_id'] = first_id + np.arange(count)
+    new = np.zeros(len(miss), RECORD)
+    new['track_id'] = first_id + np.arange(len(miss))
     new['born'] = new['updated'] = stamp
     new['hits'] = new['found'] = 1
+    new['miss'] = miss
     return new
 
 
@@ -53,7 +60,7 @@ def rows(
     """The tracks as they are published, (N,) of dtype TRACK, and their outlines (N, P, 2) [px].
 
     The position is the centroid of the spline's area. Its covariance is that of the nodes, carried
-    over by its derivatives.
+    over by its derivatives, and by them what the curve cannot follow of the outline.
 
     :param rate: frames of the filters in a second.
     :param stamp: of the frame [ns].
@@ -74,13 +81,18 @@ def rows(
     tracks['u'], tracks['v'] = center.T
     tracks['du'], tracks['dv'] = velocity.T
     tracks['covariance'] = carry @ contours.cov @ carry.swapaxes(1, 2)
+    area = spline.area(contours.nodes)
+    blur = (MISSED * records['miss']) ** 2 * np.maximum(area, 0.0)
+    tracks['covariance'][:, :2, :2] += blur[:, None, None] * (
+        carry[:, :2, : 2 * n] @ carry[:, :2, : 2 * n].swapaxes(1, 2)
+    )
     state = np.where(records['hits'] < CONFIRMING, TENTATIVE, CONFIRMED)
     coasting = (state == CONFIRMED) & (records['updated'] < stamp)
     tracks['state'] = np.where(coasting, COASTING, state)
     tracks['age'] = (stamp - records['born']) / NANOSECONDS
     since = (stamp - records['updated']) / NANOSECONDS
     tracks['time_since_update'] = since
-    tracks['area'] = spline.area(contours.nodes)
+    tracks['area'] = area
     tracks['box_w'], tracks['box_h'] = np.ptp(outlines, axis=1).T
     left = np.clip(1 - since / max(patience, 1e-3), 0, 1)
     tracks['score'] = np.clip(records['found'], 0, 1) * left

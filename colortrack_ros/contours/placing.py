@@ -31,14 +31,15 @@ def along_box(box: tuple[int, int, int, int], spline: Spline) -> Floats:
     return outline.nodes(np.arange(spline.count) / spline.count)
 
 
-def along_outline(points: Floats, spline: Spline) -> Floats:
+def along_outline(points: Floats, spline: Spline) -> tuple[Floats, float]:
     """Nodes (n, 2) [px] on an outline, so that the curve follows it as well as it can.
 
     They are spaced equally, and then each is moved along the outline, one at a time, as long as
     that makes the squares of the distances of curve and centroids smaller.
 
     :param points: (P, 2) of a closed polygon [px], in either sense.
-    :return: in the sense from u to v, so that the area is positive.
+    :return: nodes in the sense from u to v, so that the area is positive, and by how much the
+        curve misses the outline, root mean square [px].
     """
     outline, n = _Outline(points, spline), spline.count
     tried = np.arange(n) / n + np.arange(PHASES)[:, None] / PHASES / n
@@ -54,7 +55,7 @@ def along_outline(points: Floats, spline: Spline) -> Floats:
             break
         else:
             step /= 2
-    return outline.nodes(place)
+    return outline.nodes(place), float(np.sqrt(outline.far(place[None])[0]))
 
 
 class _Outline:
@@ -78,7 +79,12 @@ class _Outline:
         return np.stack([np.interp(s, self._way, column) for column in self._points.T], axis=-1)
 
     def miss(self, place: Floats) -> Floats:
-        """How badly curves through nodes at places (K, n) follow, (K,) [px^2].
+        """How badly curves through nodes at places (K, n) follow, and their centroids, (K,)."""
+        off = np.square(self._spline.centroid(self.nodes(place))[0] - self._center).sum(axis=1)
+        return self.far(place) + CENTROID * np.nan_to_num(off, nan=np.inf)
+
+    def far(self, place: Floats) -> Floats:
+        """Mean squares of the distances of curves through nodes at places (K, n), (K,) [px^2].
 
         A node is the middle of its segment; to what lies between two nodes the curve belongs the
         outline between their places.
@@ -88,7 +94,5 @@ class _Outline:
         after = np.concatenate([place[:, 1:], place[:, :1] + 1], axis=1)
         side = np.where(t < 0, (place - before)[..., None], (after - place)[..., None])
         wanted = self.nodes((place[..., None] + t * side).reshape(len(place), -1))
-        nodes = self.nodes(place)
-        far = np.square(self._spline.outline(nodes) - wanted).sum(axis=(1, 2))
-        off = np.square(self._spline.centroid(nodes)[0] - self._center).sum(axis=1)
-        return np.asarray(far + CENTROID * wanted.shape[1] * np.nan_to_num(off, nan=np.inf))
+        curve = self._spline.outline(self.nodes(place))
+        return np.asarray(np.square(curve - wanted).sum(axis=2).mean(axis=1))

@@ -24,11 +24,13 @@ class Areas:
     """Segmented areas of one picture.
 
     :ivar nodes: (K, n, 2) along their outlines, of positive area [px].
+    :ivar miss: (K,) what the curves miss of them [px].
     :ivar center: (K, 2) their centroids [px].
     :ivar stamp: [ns].
     """
 
     nodes: Floats
+    miss: Floats
     center: Floats
     stamp: int
 
@@ -38,10 +40,12 @@ class Births:
     """New targets.
 
     :ivar nodes: (K, n, 2) [px].
+    :ivar miss: (K,) what a curve of so many nodes misses of the outline [px].
     :ivar velocity: (K, 2) from the first picture to the second [px/s].
     """
 
     nodes: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    miss: Floats = field(default_factory=lambda: np.zeros(0))
     velocity: Floats = field(default_factory=lambda: np.zeros((0, 2)))
 
 
@@ -106,7 +110,7 @@ class Start:
         """The areas that are wholly in the picture and belong to no target."""
         rows = self._detector.detect(frame).rows
         mask, (height, width) = self._detector.mask, frame.image.shape[:2]
-        center, nodes = [], []
+        center, nodes, miss = [], [], []
         shapes = outlines.astype(np.float32)
         for row in rows:
             u, v, w, h = (int(row[name]) for name in ('box_u', 'box_v', 'box_w', 'box_h'))
@@ -116,15 +120,21 @@ class Start:
                 continue
             if self._config.outline == 'box':
                 nodes.append(along_box((u, v, w, h), self._spline))
+                miss.append(0.0)
             else:
                 part = np.ascontiguousarray(mask[v : v + h, u : u + w])
                 found, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
                 points = max(found, key=len)[:, 0] + np.array([u, v], float)
-                nodes.append(along_outline(points, self._spline))
+                placed = along_outline(points, self._spline)
+                nodes.append(placed[0])
+                miss.append(placed[1])
             center.append(place)
         n = self._config.points
         return Areas(
-            np.array(nodes).reshape(-1, n, 2), np.array(center).reshape(-1, 2), frame.stamp
+            np.array(nodes).reshape(-1, n, 2),
+            np.array(miss),
+            np.array(center).reshape(-1, 2),
+            frame.stamp,
         )
 
     def _matched(self, before: Areas, areas: Areas) -> Births:
@@ -136,6 +146,6 @@ class Start:
         mutual = gap.argmin(axis=0)[nearest] == np.arange(len(gap))
         seconds = (areas.stamp - before.stamp) / NANOSECONDS
         velocity = (areas.center - before.center[nearest]) / seconds
-        return Births(areas.nodes[mutual], velocity[mutual])
+        return Births(areas.nodes[mutual], areas.miss[mutual], velocity[mutual])
 
 

@@ -153,7 +153,8 @@ class ContourTracker:
         good = self._measure(frame, contours, usual, 0.0)
         self._contours = self._contours.joined(contours.keep(good))
         self._usual = np.concatenate([self._usual, usual[good]])
-        records = births(int(good.sum()), self._now, self._next_id)
+        miss = new.miss[:room] / np.sqrt(np.maximum(self._spline.area(contours.nodes), 1.0))
+        records = births(miss[good], self._now, self._next_id)
         self._next_id += len(records)
         self._records = np.concatenate([self._records, records])
 
