@@ -27,7 +27,9 @@ from colortrack_ros.nodes.detector_parameters import DetectorSetup
 from colortrack_ros.nodes.detector_parameters import TABLE
 from colortrack_ros.nodes.health import Health
 from colortrack_ros.nodes.live_parameters import declare
+from colortrack_ros.nodes.order import IDLE
 from colortrack_ros.nodes.order import Order
+from colortrack_ros.nodes.order import seconds_of
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to
@@ -61,7 +63,7 @@ class DetectorNode(Node):
         self._deliver = deliver
         self._paused = False
         self.health = Health(self, skipped=lambda: self._backlog.skipped)
-        self._order: Order[Frame] = Order(self.process, self.health.refuse)
+        self._order: Order[Frame] = Order(self.process, self.health.refuse, seconds_of(self))
         self._apply(self._setup)
         self._publisher = publish_on(self, PointCloud2, self._setup.detections_topic)
         self._debug_publisher = publish_on(self, Image, self._setup.debug_topic)
@@ -93,10 +95,10 @@ class DetectorNode(Node):
 
     def _work(self) -> None:
         while not self._backlog.closed:
-            cdr = self._backlog.get(self._setup.reorder_window or None)
+            cdr = self._backlog.get(IDLE)
             start = time.monotonic()
             if cdr is None:
-                self._order.flush()
+                self._order.look()
                 continue
             try:
                 frame = self._read(cdr)
