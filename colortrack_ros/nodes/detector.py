@@ -22,6 +22,8 @@ from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
 from colortrack_ros.nodes.backlog import Backlog
+from colortrack_ros.nodes.clocks import lacks_clock
+from colortrack_ros.nodes.clocks import seconds_of
 from colortrack_ros.nodes.detector_parameters import build
 from colortrack_ros.nodes.detector_parameters import DetectorSetup
 from colortrack_ros.nodes.detector_parameters import TABLE
@@ -29,7 +31,6 @@ from colortrack_ros.nodes.health import Health
 from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.order import IDLE
 from colortrack_ros.nodes.order import Order
-from colortrack_ros.nodes.order import seconds_of
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to
@@ -98,7 +99,7 @@ class DetectorNode(Node):
             cdr = self._backlog.get(IDLE)
             start = time.monotonic()
             if cdr is None:
-                self._order.look()
+                self._order.look(lambda: lacks_clock(self))
                 continue
             try:
                 frame = self._read(cdr)

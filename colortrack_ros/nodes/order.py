@@ -7,8 +7,6 @@ import time
 from typing import Generic
 from typing import TypeVar
 
-from rclpy.node import Node
-
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.nodes.parameters import Spec
 
@@ -37,11 +35,6 @@ ORDER = (
 
 IDLE = 0.1
 """How often [s] to look whether waiting messages have to wait any longer."""
-
-
-def seconds_of(node: Node) -> Callable[[], float]:
-    """The clock [s] of a node: with use_sim_time that of the recording."""
-    return lambda: node.get_clock().now().nanoseconds / NANOSECONDS
 
 
 class Order(Generic[Item]):
@@ -88,10 +81,13 @@ class Order(Generic[Item]):
         heapq.heappush(self._waiting, (stamp, next(self._number), item))
         self._release_until(self._newest - round(self.window * NANOSECONDS))
 
-    def look(self) -> None:
-        """Release all that wait when nothing has come for the time of the window."""
+    def look(self, over: Callable[[], bool] = lambda: False) -> None:
+        """Release all that wait when nothing has come for the time of the window.
+
+        :param over: whether nothing comes any more.
+        """
         # A clock that has gone back is one of another playing: nothing more comes of the old one.
-        if self._waiting and abs(self._clock() - self._arrived) > self.window:
+        if self._waiting and (abs(self._clock() - self._arrived) > self.window or over()):
             self.flush()
 
     def flush(self) -> None:

@@ -3,8 +3,6 @@
 import threading
 from typing import Any
 
-from rclpy.clock import Clock
-from rclpy.clock import ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
@@ -15,11 +13,13 @@ from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.messages import MessageError
+from colortrack_ros.nodes.clocks import lacks_clock
+from colortrack_ros.nodes.clocks import seconds_of
+from colortrack_ros.nodes.clocks import STEADY
 from colortrack_ros.nodes.health import Health
 from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.order import IDLE
 from colortrack_ros.nodes.order import Order
-from colortrack_ros.nodes.order import seconds_of
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to
@@ -51,9 +51,7 @@ class TrackerNode(Node):
         self.create_service(Trigger, '~/reset', self._reset)
         if subscribe:
             subscribe_to(self, PointCloud2, self._setup.detections_topic, self._receive)
-            # Not a timer of the node's clock, which may stand still.
-            steady = Clock(clock_type=ClockType.STEADY_TIME)
-            self.create_timer(IDLE, self._order.look, clock=steady)
+            self.create_timer(IDLE, self._look, clock=STEADY)
 
     def process(self, detections: Detections) -> None:
         """Track and publish."""
@@ -82,6 +80,9 @@ class TrackerNode(Node):
             self._order.push(detections.stamp, detections)
         except MessageError as error:
             self.health.refuse(str(error))
+
+    def _look(self) -> None:
+        self._order.look(lambda: lacks_clock(self))
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         with self._lock:
