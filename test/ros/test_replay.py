@@ -329,7 +329,7 @@ def test_names_come_from_the_file_its_namespace_and_remappings(replay, bag):
         ('tracker:min_area:=3', 'min_area: no such parameter; the nearest is'),
         ('max_tme:=3', 'max_tme: no such parameter; the nearest is'),
         ('detector:colors:=[green]', 'green: expected green.lab'),
-        ('detector:min_area:=.nan', 'min_area: expected int, got nan'),
+        ('detector:min_area:=.nan', 'min_area: expected int, 1..1e+09 px, got nan'),
         ('min_area', 'expected name:=value'),
     ],
 )
