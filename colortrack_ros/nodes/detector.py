@@ -46,14 +46,14 @@ class DetectorNode(Node):
         self._detector = Detector(self._setup.config)
         self._deliver = deliver
         self.health = Health(self, skipped=lambda: self._intake.skipped)
-        self._intake = ImageIntake('detector', self.process, self.health.refuse)
+        self._intake = ImageIntake(self, self.process, self.health.refuse)
         self._intake.configure(self._setup)
         self._publisher = publish_on(self, PointCloud2, self._setup.detections_topic)
         self._debug_publisher = publish_on(self, Image, self._setup.debug_topic)
         self.create_service(SetBool, '~/pause', self._pause)
         self.create_service(Trigger, '~/learn_background', self._learn_background)
         if subscribe:
-            self._intake.subscribe(self, self._setup.image_topic, self._setup.image_transport)
+            self._intake.subscribe(self._setup.image_topic, self._setup.image_transport)
 
     def process(self, frame: Frame) -> None:
         """Detect, publish and deliver."""

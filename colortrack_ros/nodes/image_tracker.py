@@ -111,13 +111,13 @@ class ImageTrackerNode(Node):
             tracks=lambda: self._alive,
             **self.facts(),
         )
-        self._intake: ImageIntake = ImageIntake(name, self.take, self.health.refuse)
+        self._intake: ImageIntake = ImageIntake(self, self.take, self.health.refuse)
         self._intake.configure(self.setup)
         self._tracks_publisher = publish_on(self, PointCloud2, self.setup.tracks_topic)
         self._markers_publisher = publish_on(self, MarkerArray, self.setup.markers_topic)
         self.create_service(Trigger, '~/reset', self._reset)
         if subscribe:
-            self._intake.subscribe(self, self.setup.image_topic, self.setup.image_transport)
+            self._intake.subscribe(self.setup.image_topic, self.setup.image_transport)
 
     def make(self, setup: Any) -> ImageTracker:
         """The tracker of the room."""

@@ -14,6 +14,9 @@ from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import MessageError
 from colortrack_ros.nodes.backlog import Backlog
+from colortrack_ros.nodes.clocks import lacks_clock
+from colortrack_ros.nodes.clocks import seconds_of
+from colortrack_ros.nodes.order import IDLE
 from colortrack_ros.nodes.order import ORDER
 from colortrack_ros.nodes.order import Order
 from colortrack_ros.nodes.parameters import Spec
@@ -62,20 +65,20 @@ class IntakeSetup(Protocol):
 class ImageIntake:
     """Reads images in a thread of its own, in the order of their stamps, and hands them on.
 
-    :param name: of the thread.
+    :param node: whose images they are.
     :param work: takes a frame whose turn it is.
     :param refuse: takes the reason why an image is dropped.
     :ivar paused: whether what arrives is dropped unread.
     """
 
     def __init__(
-        self, name: str, work: Callable[[Frame], object], refuse: Callable[[str], object]
+        self, node: Node, work: Callable[[Frame], object], refuse: Callable[[str], object]
     ) -> None:
         self.paused = False
-        self._refuse = refuse
+        self._node, self._refuse = node, refuse
         self._backlog: Backlog[bytes] = Backlog()
-        self._order: Order[Frame] = Order(work, refuse)
-        self._worker = threading.Thread(target=self._work, name=name)
+        self._order: Order[Frame] = Order(work, refuse, seconds_of(node))
+        self._worker = threading.Thread(target=self._work, name=node.get_name())
 
     @property
     def skipped(self) -> int:
@@ -87,10 +90,10 @@ class ImageIntake:
         self._backlog.max_lag = setup.max_lag
         self._order.window, self._order.max_late = setup.reorder_window, setup.max_late
 
-    def subscribe(self, node: Node, image_topic: str, image_transport: str) -> None:
+    def subscribe(self, image_topic: str, image_transport: str) -> None:
         """Take the images of a topic from now on."""
         kind, name, self._read = READERS[image_transport]
-        subscribe_to(node, kind, name.format(image_topic), self._receive)
+        subscribe_to(self._node, kind, name.format(image_topic), self._receive)
         self._worker.start()
 
     def _receive(self, cdr: bytes) -> None:
@@ -99,10 +102,10 @@ class ImageIntake:
 
     def _work(self) -> None:
         while not self._backlog.closed:
-            cdr = self._backlog.get(self._order.window or None)
+            cdr = self._backlog.get(IDLE)
             start = time.monotonic()
             if cdr is None:
-                self._order.flush()
+                self._order.look(lambda: lacks_clock(self._node))
                 continue
             try:
                 frame = self._read(cdr)

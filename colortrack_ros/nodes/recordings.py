@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 from colortrack_ros.bags import BagError
 from colortrack_ros.bags import BagReader
-from colortrack_ros.bags import StampOrder
 from colortrack_ros.bags import Topic
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
@@ -20,7 +19,8 @@ from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import MessageError
-from colortrack_ros.messages import stamp_of_serialized
+from colortrack_ros.nodes.order import Order
+from colortrack_ros.nodes.replay_setup import Setup
 from colortrack_ros.nodes.runtime import StartError
 from colortrack_ros.sources import Grabber
 from colortrack_ros.sources import open_source
@@ -29,9 +29,6 @@ from colortrack_ros.sources import SourceError
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 CLOUD = 'sensor_msgs/msg/PointCloud2'
-
-WINDOW = NANOSECONDS // 2
-"""So much later than its place [ns] a message may stand in a bag."""
 
 
 class Item(NamedTuple):
@@ -59,7 +56,6 @@ class Recording(ABC):
     :ivar refused: number of messages or pictures that cannot be right, so far.
     :ivar reason: of the last refusal.
     :ivar late: number of messages dropped since they came too late for their place.
-    :ivar duplicates: number of messages dropped since their stamp was there already.
     """
 
     label: str
@@ -68,13 +64,17 @@ class Recording(ABC):
     has_pictures: bool
 
     def __init__(self) -> None:
-        self.refused = self.late = self.duplicates = 0
+        self.refused = self.late = 0
         self.reason = ''
 
     def refuse(self, reason: str) -> None:
         """Count input that cannot be right."""
         self.refused += 1
         self.reason = reason
+
+    def drop(self, _: str) -> None:
+        """Count a message that came too late."""
+        self.late += 1
 
     @abstractmethod
     def items(self) -> Iterator[Item]:
@@ -134,56 +134,54 @@ class SourceRecording(Recording):
 
 
 class BagRecording(Recording):
-    """One topic of a bag.
+    """One topic of a bag, in the order into which the node that takes it puts its messages.
 
     :param path: of the bag.
     :param topic: the one to work on, or empty for the one that the parameters mean.
-    :param topics: full names of the nodes' topics, ``image`` and ``detections``.
-    :param max_late: what comes later than the window by more than this [ns] is not late: time has
-        gone back.
     :raises BagError: it cannot be opened.
     :raises StartError: no topic in it is the one.
     """
 
-    def __init__(self, path: Path, topic: str, topics: Mapping[str, str], max_late: int) -> None:
+    def __init__(self, path: Path, topic: str, setup: Setup) -> None:
         super().__init__()
         self._reader = BagReader(path)
+        names = setup.topics['image'], setup.topics['detections']
         try:
-            self._topic = choose(self._reader.topics, topic, topics['image'], topics['detections'])
+            self._topic = choose(self._reader.topics, topic, *names)
         except StartError as error:
             self._reader.close()
             raise StartError(f'{path}: {error}') from error
-        self._order: StampOrder[tuple[int, bytes]] = StampOrder(WINDOW, WINDOW + max_late)
         self.label = f'{path}, {self._topic.name}'
         self.total = self._topic.size
         self.rate = (self.total - 1) * NANOSECONDS / max(self._reader.duration, 1)
         self.has_pictures = self._topic.kind != CLOUD
+        self._taker = setup.detector if self.has_pictures else setup.tracker
 
     def items(self) -> Iterator[Item]:
         """Every frame once."""
         log_time = 0
-        for number, (recorded, cdr) in enumerate(self._ordered(), 1):
+        for number, (recorded, content, cdr) in enumerate(self._ordered(), 1):
             log_time = max(log_time, recorded)
-            try:
-                content = _content(cdr, self._topic.kind)
-            except MessageError as error:
-                self.refuse(str(error))
-                continue
-            yield Item(number, log_time, content, cdr)
+            yield Item(number + self.refused, log_time, content, cdr)
 
-    def _ordered(self) -> Iterator[tuple[int, bytes]]:
+    def _ordered(self) -> Iterator[tuple[int, Frame | Detections, bytes]]:
+        due: list[tuple[int, Frame | Detections, bytes]] = []
+        order = Order(due.append, self.drop)
+        order.window, order.max_late = self._taker.reorder_window, self._taker.max_late
         broken = None
         try:
-            for log_time, cdr in self._reader.messages(self._topic):
+            for recorded, cdr in self._reader.messages(self._topic):
                 try:
-                    yield from self._order.put(stamp_of_serialized(cdr), (log_time, cdr))
+                    content = _content(cdr, self._topic.kind)
+                    order.push(content.stamp, (recorded, content, cdr))
                 except MessageError as error:
                     self.refuse(str(error))
-                self.late, self.duplicates = self._order.late, self._order.duplicates
+                yield from due
+                due.clear()
         except BagError as error:
             broken = error
-        yield from self._order.rest()
-        self.duplicates = self._order.duplicates
+        order.flush()
+        yield from due
         if broken:
             raise broken
 

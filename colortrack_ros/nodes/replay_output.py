@@ -52,9 +52,12 @@ covariance the upper half."""
 class Output(ABC):
     """One file or folder of results."""
 
+    def write_detections(self, item: Item, detections: Detections) -> None:  # noqa: B027
+        """Add what was detected in a frame, where that is wanted."""
+
     @abstractmethod
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
-        """Add what came of one frame."""
+    def write(self, item: Item, tracks: Tracks) -> None:
+        """Add the tracks after a frame."""
 
     @abstractmethod
     def close(self) -> None:
@@ -74,10 +77,13 @@ class BagOutput(Output):
         self._bag = BagWriter(path, topics, storage)
         self._markers = MarkerWriter()
 
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
-        """One message on each topic; recorded detections stay as they were."""
+    def write_detections(self, item: Item, detections: Detections) -> None:
+        """One message; recorded detections stay as they were."""
         recorded = isinstance(item.content, Detections)
         self._add('detections', item, None if recorded else cloud_of_detections(detections))
+
+    def write(self, item: Item, tracks: Tracks) -> None:
+        """One message of tracks, one of markers."""
         self._add('tracks', item, cloud_of_tracks(tracks))
         self._add('markers', item, self._markers.write(tracks, self._scale))
 
@@ -99,7 +105,7 @@ class CsvOutput(Output):
         self._table = csv.writer(self._file, lineterminator='\n')
         self._table.writerow(COLUMNS)
 
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
+    def write(self, item: Item, tracks: Tracks) -> None:
         """The tracks."""
         self._table.writerows(lines_of(item, tracks))
 
@@ -127,7 +133,7 @@ class MotOutput(Output):
     def __init__(self, path: Path) -> None:
         self._file = path.open('w')
 
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
+    def write(self, item: Item, tracks: Tracks) -> None:
         """The tracks."""
         for row in tracks.rows[tracks.rows['state'] != TENTATIVE]:
             width, height = float(row['box_w']), float(row['box_h'])
@@ -155,7 +161,7 @@ class VideoOutput(Output):
         self._video: cv2.VideoWriter | None = None
         self._size = 0, 0
 
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
+    def write(self, item: Item, tracks: Tracks) -> None:
         """The picture, in the size of the first one."""
         assert isinstance(item.content, Frame)
         image = writable_bgr(item.content)

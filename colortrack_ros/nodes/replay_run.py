@@ -23,11 +23,13 @@ from rich.progress import TimeRemainingColumn
 from colortrack_ros.bags import BagError
 from colortrack_ros.bags import is_bag
 from colortrack_ros.bags import is_only_a_bag
+from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.detection import Detector
+from colortrack_ros.nodes.order import Order
 from colortrack_ros.nodes.recordings import BagRecording
 from colortrack_ros.nodes.recordings import Item
 from colortrack_ros.nodes.recordings import Recording
@@ -124,16 +126,25 @@ def _run(
 ) -> None:
     """Each frame through the rooms that the nodes run, and what comes of it into the outputs."""
     detector, tracker = Detector(setup.detector.config), Tracker(setup.tracker.config)
-    with _progress(recording) as advance:
+
+    def track(item: Item, detections: Detections) -> None:
+        tracks = tracker.update(detections)
+        for output in outputs:
+            output.write(item, tracks)
+        tally.add(item, len(detections.rows), tracks)
+
+    order: Order[tuple[Item, Detections]] = Order(lambda one: track(*one), recording.drop)
+    order.window, order.max_late = setup.tracker.reorder_window, setup.tracker.max_late
+    with _progress(recording) as advance, contextlib.ExitStack() as at_end:
+        at_end.callback(order.flush)
         for item in recording.items():
             if stop.is_set():
                 return
             given = item.content
             detections = detector.detect(given) if isinstance(given, Frame) else given
-            tracks = tracker.update(detections)
             for output in outputs:
-                output.write(item, detections, tracks)
-            tally.add(item, len(detections.rows), tracks)
+                output.write_detections(item, detections)
+            order.push(detections.stamp, (item, detections))
             advance(item.number)
 
 
@@ -169,8 +180,7 @@ def default_output(name: str) -> Path:
 
 def _open(arguments: argparse.Namespace, setup: Setup, *, from_bag: bool) -> Recording:
     if from_bag:
-        max_late = round(setup.tracker.max_late * NANOSECONDS)
-        return BagRecording(Path(arguments.input), arguments.topic, setup.topics, max_late)
+        return BagRecording(Path(arguments.input), arguments.topic, setup)
     if arguments.topic:
         raise StartError(f'--topic {arguments.topic}: {arguments.input} is not a bag')
     return SourceRecording(arguments.input, setup.camera)
@@ -228,7 +238,7 @@ def summary(
         f'  speed       {speed:.0f} frames/s, {real_time:.1f} times real time',
         f'  refused     {recording.refused}'
         + (f', the last: {recording.reason}' if recording.reason else ''),
-        f'  dropped     {recording.late} late, {recording.duplicates} with the stamp of another',
+        f'  dropped     {recording.late} late',
         f'  restarts    {len(tally.restarts)}'
         + (f', the last: {tally.restarts[-1]}' if tally.restarts else ''),
     ]
