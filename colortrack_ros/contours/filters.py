@@ -121,7 +121,7 @@ class Contours:
         else:
             S = self._across(across[:, : 2 * n].swapaxes(1, 2), normals)
             S[:, np.arange(n), np.arange(n)] += R
-            K = np.linalg.solve(S, across.swapaxes(1, 2)).swapaxes(1, 2)
+            K = np.asarray(np.linalg.solve(S, across.swapaxes(1, 2)).swapaxes(1, 2), float)
         step = (K @ np.where(found, offset, 0.0)[..., None])[..., 0]
         self.nodes += step[:, : 2 * n].reshape(count, n, 2)
         self.motion += step[:, 2 * n :]
@@ -152,7 +152,7 @@ class Contours:
         seen = np.repeat(found, 2, axis=1)[..., None] * H
         P = self.motion_design
         S = np.eye(MOTION) + P @ (seen.swapaxes(1, 2) @ seen) / v
-        self.motion_design = P = np.linalg.solve(S, P)
+        self.motion_design = P = np.asarray(np.linalg.solve(S, P), float)
         each = np.zeros((count, 2 * n, n))  # a column of (Z - X') for each line
         i = np.arange(n)
         each[:, 2 * i, i], each[:, 2 * i + 1, i] = normals[..., 0], normals[..., 1]

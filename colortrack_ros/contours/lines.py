@@ -1,6 +1,7 @@
 """Edges along measurement lines: one remap for all samples, one filter for all lines."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -47,7 +48,8 @@ def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: in
     steps = np.arange(-reach, reach + 1)[:, None]
     place = points[:, None] + normals[:, None] * steps
     place = np.clip(place, -FAR, FAR).astype(np.float32)
-    picture = cv2.remap(image, place, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    no_map: Any = None  # cv2 takes it, its types do not
+    picture = cv2.remap(image, place, no_map, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     if picture.ndim == 2:
         return picture
     return np.maximum(np.maximum(picture[..., 0], picture[..., 1]), picture[..., 2])
@@ -93,7 +95,9 @@ def find_edges(
     return Edges(
         found.reshape(shape),
         np.where(found, offset, 0.0).reshape(shape),
-        np.stack([np.where(found, s[line, best], np.nan) for s in sides], axis=1).reshape(*shape, 2),
+        np.stack([np.where(found, s[line, best], np.nan) for s in sides], axis=1).reshape(
+            *shape, 2
+        ),
     )
 
 

@@ -31,9 +31,9 @@ class Spline:
 
     def __init__(self, count: int, *, interpolating: bool = True) -> None:
         self.count = count
-        control = np.eye(count)
+        control: Floats = np.eye(count)
         if interpolating:
-            control = np.linalg.inv(_values(count, np.array([0.5])))
+            control = np.asarray(np.linalg.inv(_values(count, np.array([0.5]))), float)
         self._tangent = _slopes(count, np.array([0.5])) @ control
         self._value = _values(count, GAUSS) @ control
         self._slope = _slopes(count, GAUSS) @ control

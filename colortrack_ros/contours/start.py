@@ -57,7 +57,9 @@ class Start:
     """
 
     def __init__(self, config: ContourConfig) -> None:
+        self._detector = Detector(DetectorConfig())
         self.configure(config)
+        self.restart()
 
     def configure(self, config: ContourConfig) -> None:
         """Take another configuration; what was learned of the background stays."""
@@ -70,11 +72,7 @@ class Start:
             opening_size=config.opening_size,
             learn_seconds=config.learn_seconds,
         )
-        if hasattr(self, '_detector'):
-            self._detector.configure(detector)
-        else:
-            self._detector = Detector(detector)
-            self.restart()
+        self._detector.configure(detector)
         self._config = config
         self._spline = Spline(config.points, interpolating=config.interpolating)
 
@@ -147,5 +145,3 @@ class Start:
         seconds = (areas.stamp - before.stamp) / NANOSECONDS
         velocity = (areas.center - before.center[nearest]) / seconds
         return Births(areas.nodes[mutual], areas.miss[mutual], velocity[mutual])
-
-

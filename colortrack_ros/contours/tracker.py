@@ -62,7 +62,7 @@ class ContourTracker:
         self._records = np.zeros(0, RECORD)
 
     def configure(self, config: ContourConfig) -> None:
-        """Change the configuration; the targets live on, unless it is other nodes that they have."""
+        """Change the configuration; the targets live on, unless their nodes do not."""
         old, self.config = self.config, config
         self._start.configure(config)
         if (old.points, old.interpolating) != (config.points, config.interpolating):
