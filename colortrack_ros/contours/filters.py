@@ -19,6 +19,7 @@ from colortrack_ros.contours.config import ContourConfig
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 
 MOTION = 4
 NONE = 1e12
@@ -77,6 +78,19 @@ class Contours:
         """These and others."""
         pairs = zip(vars(self).values(), vars(other).values(), strict=True)
         return Contours(*(np.concatenate(pair) for pair in pairs))
+
+    def renewed(self, which: Indices, nodes: Floats, config: ContourConfig) -> 'Contours':
+        """Some of these, which (K,), with new nodes (K, n, 2) and the motion that they have."""
+        new, n = Contours.new(nodes, self.motion[which, :2], config), nodes.shape[1]
+        new.motion[:] = self.motion[which]
+        new.cov[:, 2 * n :, 2 * n :] = self.cov[which, 2 * n :, 2 * n :]
+        new.motion_design[:] = self.motion_design[which]
+        return new
+
+    def put(self, which: Indices, others: 'Contours') -> None:
+        """Replace some of these, which (K,)."""
+        for mine, theirs in zip(vars(self).values(), vars(others).values(), strict=True):
+            mine[which] = theirs
 
     def predict(self, T: float, config: ContourConfig) -> None:
         """(4), with the covariance of nodes and motion together."""

@@ -1,7 +1,7 @@
 """New targets: what differs from the background, or from the picture before, in two pictures."""
 
 from dataclasses import dataclass
-from dataclasses import field
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -19,34 +19,33 @@ from colortrack_ros.detection import DetectorConfig
 Floats = NDArray[np.float64]
 
 
+LEAST_LOOKS = 5
+"""Pictures that a background is learned from, at least."""
+
+
 @dataclass(frozen=True)
 class Areas:
-    """Segmented areas of one picture.
+    """Segmented areas.
 
     :ivar nodes: (K, n, 2) along their outlines, of positive area [px].
-    :ivar miss: (K,) what the curves miss of them [px].
+    :ivar miss: (K,) what a curve of so many nodes misses of them [px].
     :ivar center: (K, 2) their centroids [px].
-    :ivar stamp: [ns].
+    :ivar velocity: (K, 2) of their centroids, 0 where it is not known [px/s].
+    :ivar of: (K,) the target that an area is of, -1 for none.
     """
 
     nodes: Floats
     miss: Floats
     center: Floats
-    stamp: int
+    velocity: Floats
+    of: NDArray[np.intp]
 
+    def __len__(self) -> int:
+        return len(self.of)
 
-@dataclass(frozen=True)
-class Births:
-    """New targets.
-
-    :ivar nodes: (K, n, 2) [px].
-    :ivar miss: (K,) what a curve of so many nodes misses of the outline [px].
-    :ivar velocity: (K, 2) from the first picture to the second [px/s].
-    """
-
-    nodes: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)))
-    miss: Floats = field(default_factory=lambda: np.zeros(0))
-    velocity: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    def take(self, mask: NDArray[np.bool_]) -> 'Areas':
+        """Those where mask (K,) is True."""
+        return Areas(*(part[mask] for part in vars(self).values()))
 
 
 class Start:
@@ -59,6 +58,7 @@ class Start:
     def __init__(self, config: ContourConfig) -> None:
         self._detector = Detector(DetectorConfig())
         self.configure(config)
+        self.learn_background()
         self.restart()
 
     def configure(self, config: ContourConfig) -> None:
@@ -75,73 +75,102 @@ class Start:
         self._detector.configure(detector)
         self._config = config
         self._spline = Spline(config.points, interpolating=config.interpolating)
+        self._before = self._none()
+
+    def learn_background(self) -> None:
+        """Forget the background: the next picture is the first of a new one."""
+        self._detector.learn_background()
+        self._looks = 0
+        self._learning_until: int | None = None
 
     def restart(self) -> None:
-        """Forget the background."""
-        self._detector.learn_background()
-        self._before: Areas | None = None
+        """Forget the picture before, but not the background."""
+        self._before, self._seen = self._none(), 0
         self._last: Frame | None = None
         self._due: int | None = None
 
-    def search(self, frame: Frame, outlines: Floats) -> Births:
-        """New targets, in a picture in which it is time to look for them.
+    def search(
+        self, frame: Frame, outlines: Floats, worn: NDArray[np.bool_]
+    ) -> tuple[Areas, Areas]:
+        """Areas of new targets, in a picture in which it is time to look for them.
 
         :param outlines: (N, P, 2) of the targets that there are [px].
+        :param worn: (N,) which of them want new nodes.
+        :return: also areas of worn targets.
         """
         last, self._last = self._last, frame if self._config.start == 'difference' else None
-        if self._due is not None and frame.stamp < self._due and self._before is None:
-            return Births()
-        before, self._before = self._before, None
+        if not (self._is_learning(frame.stamp) or len(self._before) or self._is_due(frame.stamp)):
+            return self._none(), self._none()
+        self._looks += 1
         self._due = frame.stamp + round(self._config.start_interval * NANOSECONDS)
+        before, self._before = self._before, self._none()
         if self._config.start == 'difference':
             if last is None or last.image.shape != frame.image.shape:
-                return Births()
-            self._detector.learn_background()
+                return self._none(), self._none()
+            self._detector.learn_background()  # from the picture before alone
             self._detector.detect(last)
-        areas = self._segment(frame, outlines)
-        if before is None or not len(before.center) or areas.stamp <= before.stamp:
-            self._before = areas if len(areas.center) else None
-            return Births()
-        return self._matched(before, areas)
+        areas = self._segment(frame, outlines, worn)
+        new = areas.take(areas.of < 0)
+        dt, self._seen = (frame.stamp - self._seen) / NANOSECONDS, frame.stamp
+        if not len(before) or dt <= 0:
+            self._before, new = new, self._none()
+        return _matched(before, new, dt), areas.take(areas.of >= 0)
 
-    def _segment(self, frame: Frame, outlines: Floats) -> Areas:
-        """The areas that are wholly in the picture and belong to no target."""
-        rows = self._detector.detect(frame).rows
-        mask, (height, width) = self._detector.mask, frame.image.shape[:2]
-        center, nodes, miss = [], [], []
-        shapes = outlines.astype(np.float32)
-        for row in rows:
-            u, v, w, h = (int(row[name]) for name in ('box_u', 'box_v', 'box_w', 'box_h'))
-            place = float(row['u']), float(row['v'])
-            whole = u > 0 and v > 0 and u + w < width and v + h < height
-            if not whole or any(cv2.pointPolygonTest(s, place, False) >= 0 for s in shapes):
-                continue
-            if self._config.outline == 'box':
-                nodes.append(along_box((u, v, w, h), self._spline))
-                miss.append(0.0)
-            else:
-                part = np.ascontiguousarray(mask[v : v + h, u : u + w])
-                found, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-                points = max(found, key=len)[:, 0] + np.array([u, v], float)
-                placed = along_outline(points, self._spline)
-                nodes.append(placed[0])
-                miss.append(placed[1])
-            center.append(place)
+    def _none(self) -> Areas:
         n = self._config.points
         return Areas(
-            np.array(nodes).reshape(-1, n, 2),
-            np.array(miss),
-            np.array(center).reshape(-1, 2),
-            frame.stamp,
+            np.zeros((0, n, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, int)
         )
 
-    def _matched(self, before: Areas, areas: Areas) -> Births:
-        """Areas that are each other's nearest in the two pictures."""
-        if not len(areas.center):
-            return Births()
-        gap = np.linalg.norm(areas.center[:, None] - before.center, axis=2)
-        nearest = gap.argmin(axis=1)
-        mutual = gap.argmin(axis=0)[nearest] == np.arange(len(gap))
-        seconds = (areas.stamp - before.stamp) / NANOSECONDS
-        velocity = (areas.center - before.center[nearest]) / seconds
-        return Births(areas.nodes[mutual], areas.miss[mutual], velocity[mutual])
+    def _is_due(self, stamp: int) -> bool:
+        return self._due is None or stamp >= self._due
+
+    def _is_learning(self, stamp: int) -> bool:
+        """Whether the background is new: then it needs every picture."""
+        if self._learning_until is None:
+            self._learning_until = stamp + round(self._config.learn_seconds * NANOSECONDS)
+        return self._looks < LEAST_LOOKS or stamp < self._learning_until
+
+    def _segment(self, frame: Frame, outlines: Floats, worn: NDArray[np.bool_]) -> Areas:
+        """The areas that are wholly in the picture and of no target, or of a worn one."""
+        rows = self._detector.detect(frame).rows
+        mask, (height, width) = self._detector.mask, frame.image.shape[:2]
+        shapes = outlines.astype(np.float32)
+        placed: list[tuple[Floats, float]] = []
+        center, of = [], []
+        for row in rows:
+            u, v, w, h = (int(row[f'box_{name}']) for name in 'uvwh')
+            place = float(row['u']), float(row['v'])
+            whole = u > 0 and v > 0 and u + w < width and v + h < height
+            owners = [i for i, s in enumerate(shapes) if cv2.pointPolygonTest(s, place, False) >= 0]
+            if not whole or len(owners) > 1 or not all(worn[i] for i in owners):
+                continue
+            placed.append(self._placed(mask, (u, v, w, h)))
+            center.append(place)
+            of.append(owners[0] if owners else -1)
+        if not of:
+            return self._none()
+        nodes, miss = (np.array(part) for part in zip(*placed, strict=True))
+        return Areas(nodes, miss, np.array(center), np.zeros((len(of), 2)), np.array(of))
+
+    def _placed(
+        self, mask: NDArray[np.uint8], box: tuple[int, int, int, int]
+    ) -> tuple[Floats, float]:
+        """Nodes on the outline of the area in a box, and what the curve misses of it."""
+        if self._config.outline == 'box':
+            return along_box(box, self._spline), 0.0
+        u, v, w, h = box
+        part = np.ascontiguousarray(mask[v : v + h, u : u + w])
+        found, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        return along_outline(max(found, key=len)[:, 0] + np.array([u, v], float), self._spline)
+
+
+def _matched(before: Areas, areas: Areas, seconds: float) -> Areas:
+    """Areas that are each other's nearest in two pictures, with their velocities."""
+    if not len(areas):
+        return areas
+    gap = np.linalg.norm(areas.center[:, None] - before.center, axis=2)
+    nearest = gap.argmin(axis=1)
+    mutual = gap.argmin(axis=0)[nearest] == np.arange(len(gap))
+    velocity = (areas.center - before.center[nearest]) / seconds
+    return replace(areas, velocity=velocity).take(mutual)
