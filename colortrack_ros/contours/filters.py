@@ -95,13 +95,13 @@ class Contours:
     def predict(self, T: float, config: ContourConfig) -> None:
         """(4), with the covariance of nodes and motion together."""
         count, n = self.nodes.shape[:2]
-        F = np.zeros_like(self.cov)
-        F[:] = np.eye(2 * n + MOTION)
-        H = F[:, : 2 * n, 2 * n :] = T * shifts(self.nodes)
+        H = T * shifts(self.nodes)
         self.nodes += (H @ self.motion[..., None]).reshape(count, n, 2)
         noise = np.full(2 * n + MOTION, config.shape_noise)
         noise[2 * n :] = motion_noise(config)
-        self.cov = F @ self.cov @ F.swapaxes(1, 2)
+        # F P F^T with F = [I H; 0 I]
+        self.cov[:, : 2 * n] += H @ self.cov[:, 2 * n :]
+        self.cov[:, :, : 2 * n] += self.cov[:, :, 2 * n :] @ H.swapaxes(1, 2)
         diagonal = np.arange(2 * n + MOTION)
         self.cov[:, diagonal, diagonal] += T * noise
         self.node_design += T * config.shape_noise

@@ -126,9 +126,8 @@ class ContourTracker:
         measured = share >= max(config.min_found, 1e-9)
         good &= measured[:, None]
         contours.correct(edges.offset, good, normals, T, config)
-        step = np.where(np.isnan(usual), 1.0, LEARNING)
-        known = np.where(np.isnan(usual), edges.sides, usual)
-        usual[good] = (known + step * (edges.sides - known))[good]
+        before, now = usual[good], edges.sides[good]
+        usual[good] = np.where(np.isnan(before), now, before + LEARNING * (now - before))
         if contours is self._contours:
             self._records['found'][measured] = share[measured]
         return np.asarray(measured)
