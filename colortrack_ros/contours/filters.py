@@ -227,9 +227,9 @@ def agree(
         square = weighted.swapaxes(1, 2) @ H + 1e-3 * np.eye(H.shape[2])
         fit = np.linalg.solve(square, weighted.swapaxes(1, 2) @ offset[..., None])
         far = np.abs(offset - (H @ fit)[..., 0])
-    fitted = found & (far <= gate)
-    better = fitted.sum(axis=1) > good[rest].sum(axis=1)
-    good[rest[better]] = fitted[better]
+    # a motion that was fitted has to do better than one that was expected
+    better = (found & (far <= gate / 2)).sum(axis=1) > good[rest].sum(axis=1)
+    good[rest[better]] = (found & (far <= gate))[better]
     return good
 
 
