@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 CONFIRMING = 3
 """Measurements that confirm a target."""
 
-MISSED = 0.5
+MISSED = 0.35
 """Share of what a curve misses of an outline that does not cancel out from node to node."""
 
 RECORD = np.dtype(

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.contours.lines import find_edges
 from colortrack_ros.contours.placing import along_box
 from colortrack_ros.contours.placing import along_outline
 from colortrack_ros.contours.spline import Spline
@@ -21,6 +22,10 @@ Floats = NDArray[np.float64]
 
 LEAST_LOOKS = 5
 """Pictures that a background is learned from, at least."""
+
+
+MOST = 0.3
+"""Where more of the picture differs it is the background that moves: nothing starts."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +57,8 @@ class Start:
     """Segmentation, and correspondence of two pictures by nearest neighbor (De Bem 2007, 3, 5.3).
 
     Subtraction, Gaussian, threshold, area opening and opening are those of the detector's method
-    `background`. That it learns its background from the picture before makes it frame differencing.
+    `background`. Where it learns its background from the picture of the look before alone, it is
+    frame differencing. Where a target has been it differs as well, but there are no edges.
     """
 
     def __init__(self, config: ContourConfig) -> None:
@@ -86,6 +92,7 @@ class Start:
     def restart(self) -> None:
         """Forget the picture before, but not the background."""
         self._before, self._seen = self._none(), 0
+        self._reference: Frame | None = None
         self._last: Frame | None = None
         self._due: int | None = None
 
@@ -98,17 +105,13 @@ class Start:
         :param worn: (N,) which of them want new nodes.
         :return: also areas of worn targets.
         """
-        last, self._last = self._last, frame if self._config.start == 'difference' else None
         if not (self._is_learning(frame.stamp) or len(self._before) or self._is_due(frame.stamp)):
             return self._none(), self._none()
         self._looks += 1
         self._due = frame.stamp + round(self._config.start_interval * NANOSECONDS)
         before, self._before = self._before, self._none()
-        if self._config.start == 'difference':
-            if last is None or last.image.shape != frame.image.shape:
-                return self._none(), self._none()
-            self._detector.learn_background()  # from the picture before alone
-            self._detector.detect(last)
+        if self._config.start == 'difference' and not self._compare(frame, again=len(before) > 0):
+            return self._none(), self._none()
         areas = self._segment(frame, outlines, worn)
         new = areas.take(areas.of < 0)
         dt, self._seen = (frame.stamp - self._seen) / NANOSECONDS, frame.stamp
@@ -121,6 +124,20 @@ class Start:
         return Areas(
             np.zeros((0, n, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, int)
         )
+
+    def _compare(self, frame: Frame, *, again: bool) -> bool:
+        """Make the picture of the look before the background; whether there is one.
+
+        :param again: this is the second look at the same areas.
+        """
+        if not again:
+            self._reference, self._last = self._last, frame
+        reference = self._reference
+        if reference is None or reference.image.shape != frame.image.shape:
+            return False
+        self._detector.learn_background()
+        self._detector.detect(reference)
+        return True
 
     def _is_due(self, stamp: int) -> bool:
         return self._due is None or stamp >= self._due
@@ -135,6 +152,8 @@ class Start:
         """The areas that are wholly in the picture and of no target, or of a worn one."""
         rows = self._detector.detect(frame).rows
         mask, (height, width) = self._detector.mask, frame.image.shape[:2]
+        if rows['area'].sum() > MOST * width * height:
+            return self._none()
         shapes = outlines.astype(np.float32)
         placed: list[tuple[Floats, float]] = []
         center, of = [], []
@@ -151,7 +170,15 @@ class Start:
         if not of:
             return self._none()
         nodes, miss = (np.array(part) for part in zip(*placed, strict=True))
-        return Areas(nodes, miss, np.array(center), np.zeros((len(of), 2)), np.array(of))
+        areas = Areas(nodes, miss, np.array(center), np.zeros((len(of), 2)), np.array(of))
+        return areas.take(self._have_edges(frame, nodes))
+
+    def _have_edges(self, frame: Frame, nodes: Floats) -> NDArray[np.bool_]:
+        """Which areas have edges, (K,); where something has been before, there are none."""
+        normals, config = self._spline.normals(nodes), self._config
+        sigma, usual = np.full(nodes.shape[:2], config.sigma), np.full(nodes.shape, np.nan)
+        edges = find_edges(frame.image, nodes, normals, sigma, usual, config)
+        return np.asarray(edges.found.mean(axis=1) >= config.start_found)
 
     def _placed(
         self, mask: NDArray[np.uint8], box: tuple[int, int, int, int]

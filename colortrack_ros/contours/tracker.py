@@ -86,7 +86,10 @@ class ContourTracker:
         :return: the tracks at its stamp, with its header.
         """
         T = self._advance(frame.stamp)
-        measured = self._measure(frame, self._contours, self._usual, T)
+        measured, share = self._measure(
+            frame, self._contours, self._usual, T, self.config.min_found
+        )
+        self._records['found'][measured] = share[measured]
         self._records['updated'][measured] = self._now
         self._records['hits'][measured] += 1
         self._contours.rest(~measured)
@@ -111,10 +114,18 @@ class ContourTracker:
         self._contours.predict(T, self.config)
         return T
 
-    def _measure(self, frame: Frame, contours: Contours, usual: Floats, T: float) -> Bools:
-        """Correct contours by the edges on their lines; whether there were enough, (N,)."""
+    def _measure(
+        self, frame: Frame, contours: Contours, usual: Floats, T: float, least: float
+    ) -> tuple[Bools, Floats]:
+        """Correct contours by the edges on their lines.
+
+        :param usual: (N, n, 2) what is beside the edges [levels], NaN where unknown; learned.
+        :param T: time passed [frames].
+        :param least: share of the lines that need an edge.
+        :return: whether there were enough, and their share, (N,).
+        """
         if not len(contours):
-            return np.zeros(0, bool)
+            return np.zeros(0, bool), np.zeros(0)
         config = self.config
         normals = self._spline.normals(contours.nodes)
         spread = contours.deviations(normals)
@@ -123,14 +134,12 @@ class ContourTracker:
         spread = np.hypot(np.minimum(spread, LOOSEST), config.edge_variance**0.5)
         good = agree(edges.offset, edges.found, spread, normals, contours.nodes, config)
         share = good.mean(axis=1)
-        measured = share >= max(config.min_found, 1e-9)
+        measured = share >= max(least, 1e-9)
         good &= measured[:, None]
         contours.correct(edges.offset, good, normals, T, config)
         before, now = usual[good], edges.sides[good]
         usual[good] = np.where(np.isnan(before), now, before + LEARNING * (now - before))
-        if contours is self._contours:
-            self._records['found'][measured] = share[measured]
-        return np.asarray(measured)
+        return np.asarray(measured), np.asarray(share)
 
     def _settle(self, frame: Frame) -> None:
         """Give up targets that have left the picture, were not seen for long, or have collapsed."""
@@ -165,7 +174,7 @@ class ContourTracker:
             return
         contours = Contours.new(new.nodes, new.velocity / self.config.rate, self.config)
         usual = np.full(contours.nodes.shape, np.nan)
-        good = self._measure(frame, contours, usual, 0.0)
+        good, _ = self._measure(frame, contours, usual, 0.0, self.config.start_found)
         self._contours = self._contours.joined(contours.keep(good))
         self._usual = np.concatenate([self._usual, usual[good]])
         area = self._spline.area(contours.nodes)[good]
@@ -184,7 +193,7 @@ class ContourTracker:
         areas = areas.take(same)
         contours = self._contours.renewed(areas.of, areas.nodes, self.config)
         usual = np.full(contours.nodes.shape, np.nan)
-        good = self._measure(frame, contours, usual, 0.0)
+        good, _ = self._measure(frame, contours, usual, 0.0, self.config.start_found)
         of = areas.of[good]
         self._contours.put(of, contours.keep(good))
         self._usual[of] = usual[good]

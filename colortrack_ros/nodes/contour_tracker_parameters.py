@@ -28,7 +28,8 @@ TABLE = ParameterTable(
     [
         _spec(
             'start',
-            'What new targets are told from: the learned background, or the picture before.',
+            'What new targets are told from: the learned background, or the picture start_interval '
+            'before.',
         ),
         _spec(
             'outline',
@@ -70,6 +71,7 @@ TABLE = ParameterTable(
             'min_found',
             'A target with edges on a smaller part of its lines is not measured and coasts.',
         ),
+        _spec('start_found', 'A new target needs edges on such a part of its lines.'),
         _spec('rotation', 'Whether rotation is estimated beside translation and scale.'),
         _spec(
             'filters',

@@ -106,7 +106,8 @@ def test_two_filters_are_7_and_then_8():
 
 @pytest.mark.parametrize(('config', 'frames'), [(JOINT, 1), (JOINT, 30), (TWO, 5), (TWO, 30)])
 def test_the_covariance_is_that_of_the_errors_whatever_the_gain(config, frames):
-    """Simulated as modeled; the gains of two filters in turn are not the best, but told as they are."""
+    """Simulated as modeled; the gains of two filters in turn are not the best, but the covariance
+    is of their errors all the same."""
     rng, runs = np.random.default_rng(4), 600
     turn = 1.0 if config.rotation else 0.0
     truth = circle(runs) + rng.normal(0, 2, (runs, N, 2))
