@@ -17,7 +17,7 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.messages.header import header_of
 
-ELLIPSE, VELOCITY, LABEL = 'ellipse', 'velocity', 'id'
+ELLIPSE, VELOCITY, LABEL, OUTLINE = 'ellipse', 'velocity', 'id', 'outline'
 SIGMAS = 2.0
 """Half axes of the ellipse, in standard deviations."""
 
@@ -30,9 +30,10 @@ class MarkerWriter:
 
     def __init__(self) -> None:
         self._shown: set[int] = set()
+        self._outlining = False  # of this tracker's tracks
 
     def write(self, tracks: Tracks, scale: float) -> MarkerArray:
-        """One ellipse, one arrow and one text for each track.
+        """One ellipse, one arrow and one text for each track, and its outline where it has one.
 
         :param tracks: after a frame; a track that was written before and is absent is deleted.
         :param scale: m/px.
@@ -42,20 +43,25 @@ class MarkerWriter:
         if tracks.restarted:
             markers.append(Marker(header=header, action=Marker.DELETEALL))
             self._shown.clear()
-        rows = tracks.rows[tracks.rows['state'] != TENTATIVE]
+        seen = tracks.rows['state'] != TENTATIVE
+        rows, outlines = tracks.rows[seen], tracks.outlines
+        outlines = outlines[seen] if len(outlines) else [None] * len(rows)
+        self._outlining |= tracks.outlines.size > 0
         shown = set(rows['track_id'].tolist())
         for gone in sorted(self._shown - shown):
+            spaces = (ELLIPSE, VELOCITY, LABEL, OUTLINE)[: 3 + self._outlining]
             markers += [
-                Marker(header=header, ns=ns, id=gone, action=Marker.DELETE)
-                for ns in (ELLIPSE, VELOCITY, LABEL)
+                Marker(header=header, ns=ns, id=gone, action=Marker.DELETE) for ns in spaces
             ]
         self._shown = shown
-        for row in rows:
-            markers += _markers(header, row, scale)
+        for row, outline in zip(rows, outlines, strict=True):
+            markers += _markers(header, row, outline, scale)
         return MarkerArray(markers=markers)
 
 
-def _markers(header: Header, row: np.void, scale: float) -> list[Marker]:
+def _markers(
+    header: Header, row: np.void, outline: NDArray[np.float64] | None, scale: float
+) -> list[Marker]:
     position = Point(x=float(row['u']) * scale, y=float(row['v']) * scale)
     ahead = Point(x=position.x + float(row['du']) * scale, y=position.y + float(row['dv']) * scale)
     angle, major, minor = _ellipse(row['covariance'][:2, :2])
@@ -81,7 +87,12 @@ def _markers(header: Header, row: np.void, scale: float) -> list[Marker]:
     label = marker(LABEL, Marker.TEXT_VIEW_FACING, Vector3(z=0.5 * size))
     label.pose.position = Point(x=position.x, y=position.y - 0.75 * size)
     label.text = str(int(row['track_id']))
-    return [ellipse, arrow, label]
+    if outline is None:
+        return [ellipse, arrow, label]
+    strip = marker(OUTLINE, Marker.LINE_STRIP, Vector3(x=0.02 * size))
+    closed = np.concatenate([outline, outline[:1]]) * scale
+    strip.points = [Point(x=x, y=y) for x, y in closed.tolist()]
+    return [ellipse, arrow, label, strip]
 
 
 def _ellipse(covariance: NDArray[np.float64]) -> tuple[float, float, float]:
