@@ -65,6 +65,7 @@ class Health:
         self._lock = threading.Lock()
         self._counts = _Counts()
         self._reason = ''
+        self._told = -THROTTLE
         self._seconds = seconds_of(node)
         self._heard = self._seconds()
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -89,11 +90,15 @@ class Health:
 
     def refuse(self, reason: str) -> None:
         """Count input that cannot be right, and say why, at most once in a while."""
+        now = STEADY.now().nanoseconds * 1e-9
         with self._lock:
             self.refused += 1
             self._counts.refused += 1
             self._reason = reason
-        self._node.get_logger().warning(f'Refused: {reason}', throttle_duration_sec=THROTTLE)
+            tell = now - self._told >= THROTTLE
+            self._told = now if tell else self._told
+        if tell:  # the logger's own throttling costs more than refusing
+            self._node.get_logger().warning(f'Refused: {reason}')
 
     def publish(self) -> None:
         """Publish the counts since the last time."""

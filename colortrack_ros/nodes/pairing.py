@@ -1,17 +1,27 @@
 """Pictures that wait for what has been detected in them."""
 
 from collections import deque
+from typing import Generic
+from typing import Protocol
+from typing import TypeVar
 
 from colortrack_ros.data import Detections
-from colortrack_ros.data import Frame
+
+
+class Stamped(Protocol):
+    """A Frame, or what stands for one."""
+
+    @property
+    def stamp(self) -> int: ...  # noqa: D102
+
+
+Picture = TypeVar('Picture', bound=Stamped)
 
 WAITING = 30
 """Pictures that wait at most: a detector that has ended stops nobody."""
 
-Pair = tuple[Frame, Detections | None]
 
-
-class Pairing:
+class Pairing(Generic[Picture]):
     """Brings pictures and detections of the same stamp together, whichever come first.
 
     A detector may skip pictures, but works on them in their order: a picture goes on without
@@ -20,17 +30,17 @@ class Pairing:
     """
 
     def __init__(self) -> None:
-        self._frames: deque[Frame] = deque()
+        self._frames: deque[Picture] = deque()
         self._detections: dict[int, Detections] = {}
 
-    def put_frame(self, frame: Frame) -> list[Pair]:
+    def put_frame(self, frame: Picture) -> list[tuple[Picture, Detections | None]]:
         """Take a picture; return the pairs that are ready, in their order."""
         self._frames.append(frame)
         if frame.stamp in self._detections:
             return self._release(len(self._frames))
         return self._release(len(self._frames) - WAITING)
 
-    def put_detections(self, detections: Detections) -> list[Pair]:
+    def put_detections(self, detections: Detections) -> list[tuple[Picture, Detections | None]]:
         """Take detections; return the pairs that are ready, in their order."""
         self._detections[detections.stamp] = detections
         if len(self._detections) > WAITING:
@@ -39,6 +49,6 @@ class Pairing:
         found = detections.stamp in stamps
         return self._release(stamps.index(detections.stamp) + 1 if found else 0)
 
-    def _release(self, count: int) -> list[Pair]:
+    def _release(self, count: int) -> list[tuple[Picture, Detections | None]]:
         frames = [self._frames.popleft() for _ in range(count)]
         return [(frame, self._detections.pop(frame.stamp, None)) for frame in frames]

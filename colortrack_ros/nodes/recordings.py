@@ -9,7 +9,6 @@ import dataclasses
 from pathlib import Path
 from typing import NamedTuple
 
-from colortrack_ros.bags import BagError
 from colortrack_ros.bags import BagReader
 from colortrack_ros.bags import Topic
 from colortrack_ros.data import Detections
@@ -19,7 +18,6 @@ from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import MessageError
-from colortrack_ros.nodes.order import Order
 from colortrack_ros.nodes.replay_setup import Setup
 from colortrack_ros.nodes.runtime import StartError
 from colortrack_ros.sources import Grabber
@@ -32,22 +30,25 @@ CLOUD = 'sensor_msgs/msg/PointCloud2'
 
 
 class Item(NamedTuple):
-    """What the tracker advances on.
+    """A picture, or the detections of one.
 
-    :param number: of the frame in the recording, from 1; one that is refused has a number as well.
-    :param log_time: of the messages that come from it [ns], never less than that of the one before.
-    :param content: a picture, or the detections of one.
+    :param log_time: when it was recorded [ns].
+    :param content: what was recorded.
     :param cdr: the message that was recorded, empty where there was none.
     """
 
-    number: int
     log_time: int
     content: Frame | Detections
     cdr: bytes = b''
 
+    @property
+    def stamp(self) -> int:
+        """Of its header [ns]."""
+        return self.content.stamp
+
 
 class Recording(ABC):
-    """Frames or detections in the order of their stamps.
+    """Frames or detections in the order in which they were recorded.
 
     :ivar label: what it is, in words.
     :ivar total: number of messages, 0 where nobody knows.
@@ -115,9 +116,7 @@ class SourceRecording(Recording):
 
     def items(self) -> Iterator[Item]:
         """Every frame once."""
-        number = 0
         while True:
-            number += 1
             try:
                 frame = self._grabber.read()
             except SourceError as error:
@@ -126,7 +125,7 @@ class SourceRecording(Recording):
             if frame is None:
                 return
             frame = dataclasses.replace(frame, frame_id=self._frame_id)
-            yield Item(number, frame.stamp, frame)
+            yield Item(frame.stamp, frame)
 
     def close(self) -> None:
         """End the thread that reads ahead."""
@@ -134,7 +133,7 @@ class SourceRecording(Recording):
 
 
 class BagRecording(Recording):
-    """One topic of a bag, in the order into which the node that takes it puts its messages.
+    """One topic of a bag.
 
     :param path: of the bag.
     :param topic: the one to work on, or empty for the one that the parameters mean.
@@ -145,9 +144,10 @@ class BagRecording(Recording):
     def __init__(self, path: Path, topic: str, setup: Setup) -> None:
         super().__init__()
         self._reader = BagReader(path)
+        topics = [t for t in self._reader.topics if setup.takes_detections or t.kind != CLOUD]
         names = setup.topics['image'], setup.topics['detections']
         try:
-            self._topic = choose(self._reader.topics, topic, *names)
+            self._topic = choose(topics, topic, *names)
         except StartError as error:
             self._reader.close()
             raise StartError(f'{path}: {error}') from error
@@ -155,35 +155,14 @@ class BagRecording(Recording):
         self.total = self._topic.size
         self.rate = (self.total - 1) * NANOSECONDS / max(self._reader.duration, 1)
         self.has_pictures = self._topic.kind != CLOUD
-        self._taker = setup.detector if self.has_pictures else setup.tracker
 
     def items(self) -> Iterator[Item]:
         """Every frame once."""
-        log_time = 0
-        for number, (recorded, content, cdr) in enumerate(self._ordered(), 1):
-            log_time = max(log_time, recorded)
-            yield Item(number + self.refused, log_time, content, cdr)
-
-    def _ordered(self) -> Iterator[tuple[int, Frame | Detections, bytes]]:
-        due: list[tuple[int, Frame | Detections, bytes]] = []
-        order = Order(due.append, self.drop)
-        order.window, order.max_late = self._taker.reorder_window, self._taker.max_late
-        broken = None
-        try:
-            for recorded, cdr in self._reader.messages(self._topic):
-                try:
-                    content = _content(cdr, self._topic.kind)
-                    order.push(content.stamp, (recorded, content, cdr))
-                except MessageError as error:
-                    self.refuse(str(error))
-                yield from due
-                due.clear()
-        except BagError as error:
-            broken = error
-        order.flush()
-        yield from due
-        if broken:
-            raise broken
+        for log_time, cdr in self._reader.messages(self._topic):
+            try:
+                yield Item(log_time, _content(cdr, self._topic.kind), cdr)
+            except MessageError as error:
+                self.refuse(str(error))
 
     def close(self) -> None:
         """Let go of the files."""
@@ -201,7 +180,7 @@ def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) ->
     usable = [t for t in topics if t.kind in (IMAGE, COMPRESSED, CLOUD)]
     images = [t for t in usable if t.kind != CLOUD]
     names = [wanted, f'/{wanted}'] if wanted else [image, f'{image}/compressed']
-    if not wanted and not images:
+    if not wanted and not images and detections:
         names = [detections]
     for name in names:
         for topic in usable:

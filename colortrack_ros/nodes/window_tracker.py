@@ -14,7 +14,6 @@ from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
 from colortrack_ros.nodes.backlog import Backlog
 from colortrack_ros.nodes.image_tracker import ImageTrackerNode
-from colortrack_ros.nodes.pairing import Pair
 from colortrack_ros.nodes.pairing import Pairing
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import subscribe_to
@@ -22,6 +21,8 @@ from colortrack_ros.nodes.window_tracker_parameters import build
 from colortrack_ros.nodes.window_tracker_parameters import TABLE
 from colortrack_ros.nodes.window_tracker_parameters import WindowTrackerSetup
 from colortrack_ros.windows import WindowTracker
+
+Pair = tuple[Frame, Detections | None]
 
 
 class WindowTrackerNode(ImageTrackerNode):
@@ -33,7 +34,8 @@ class WindowTrackerNode(ImageTrackerNode):
     tracker: WindowTracker
 
     def __init__(self, **options: Any) -> None:
-        self._pairing, self._pairing_lock = Pairing(), threading.Lock()
+        self._pairing: Pairing[Frame] = Pairing()
+        self._pairing_lock = threading.Lock()
         self._pairs: Backlog[Pair] = Backlog()
         self._pair_worker = threading.Thread(target=self._work, name='window_tracker_pairs')
         super().__init__('window_tracker', TABLE, build, **options)

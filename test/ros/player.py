@@ -36,9 +36,9 @@ class Player:
         self.sent = 0
 
     @property
-    def heard(self) -> bool:
-        """Whether somebody subscribes to each topic."""
-        return all(p.get_subscription_count() for p in self._publishers.values())
+    def subscribers(self) -> int:
+        """How many listen to the topics."""
+        return sum(p.get_subscription_count() for p in self._publishers.values())
 
     def play(self, speed: float, first: int = 0, last: int | None = None) -> None:
         """Play messages of the bag, as many times faster as recorded.

@@ -3,6 +3,8 @@
 import itertools
 import math
 
+from all_nodes import NAMES
+from all_nodes import start_nodes
 import numpy as np
 from rcl_interfaces.srv import GetParameters
 from rcl_interfaces.srv import SetParameters
@@ -12,7 +14,6 @@ from rclpy.parameter import parameter_value_to_python
 import readme_tables
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
-import yaml
 
 from colortrack_ros.data import Frame
 from colortrack_ros.messages import detections_of_cloud
@@ -21,23 +22,6 @@ from colortrack_ros.nodes.parameters import Spec
 
 FAULTS = ('type', 'low', 'high', 'nan')
 """One namespace for each: a file gives every parameter of a node there a value of this kind."""
-
-NODES = """
-from colortrack_ros.nodes.camera import CameraNode
-from colortrack_ros.nodes.detector import DetectorNode
-from colortrack_ros.nodes.overlay import OverlayNode
-from colortrack_ros.nodes.runtime import run
-from colortrack_ros.nodes.tracker import TrackerNode
-from colortrack_ros.nodes.window_tracker import WindowTrackerNode
-
-from colortrack_ros.nodes import camera
-from colortrack_ros.sources import open_source
-
-KINDS = CameraNode, DetectorNode, OverlayNode, TrackerNode, WindowTrackerNode
-# there may be no device 0
-camera.open_source = lambda _, *rest: open_source('scene:single?width=64&height=48', *rest)
-"""
-PROGRAM = NODES + 'raise SystemExit(run(lambda _: [k(namespace=n) for n in {} for k in KINDS]))'
 
 TEXT = 'a text'
 
@@ -92,10 +76,6 @@ def tells_all(reason: str, spec: Spec, value: object) -> bool:
     return (ours or theirs) and any(text in reason for text in (str(one), repr(one)))
 
 
-def as_yaml(content: dict) -> str:
-    return yaml.safe_dump(content, default_flow_style=False)
-
-
 class Parameters:
     """What others do with the parameters of a node."""
 
@@ -123,21 +103,11 @@ class Parameters:
 
 
 def test_every_bad_value_in_yaml_is_refused_with_a_reason(ros):
-    path = ros.folder / 'bad.yaml'
-    path.write_text(
-        as_yaml(
-            {
-                f'/{fault}/{node}': {'ros__parameters': faults(node, fault)}
-                for fault in FAULTS
-                for node in readme_tables.NODES
-                if faults(node, fault)
-            }
-        )
-    )
-    process = ros.start_code(PROGRAM.format(FAULTS), '--params-file', str(path))
+    given = {f'/{fault}/{node}': faults(node, fault) for fault in FAULTS for node in NAMES}
+    process = start_nodes(ros, given)
     checked = 0
     for fault in FAULTS:
-        for node in readme_tables.NODES:
+        for node in NAMES:
             given = faults(node, fault)
             if not given:
                 continue
@@ -155,8 +125,8 @@ def test_every_bad_value_in_yaml_is_refused_with_a_reason(ros):
 
 
 def test_every_bad_value_at_run_time_is_refused_with_a_reason(ros):
-    process = ros.start_code(PROGRAM.format(['']))
-    for node in readme_tables.NODES:
+    process = start_nodes(ros, {f'/{node}': {} for node in NAMES})
+    for node in NAMES:
         parameters = Parameters(ros, node)
         names = list(rows(node))
         before = parameters.get(*names)

@@ -450,3 +450,20 @@ def test_a_signal_finishes_the_bag(ros, number, storage):
     assert frames > 0
     assert 'Traceback' not in process.output
     assert [len(of_topic(new, topic)) for topic in TOPICS] == [frames] * 3
+
+
+def test_a_tracker_of_pictures_takes_its_own_parameters_and_no_detections(replay, bag):
+    options = ['--tracker', 'window_tracker', '-p', 'targets:=[40.0, 40.0, 20.0, 20.0]']
+    options += ['--output', 'new']
+    status, _, errors = replay(bag, *options, '-p', 'tracks_topic:=windows')
+    assert status == 0, errors
+    assert topics_of('new') == {'/windows', '/tracks/markers'}
+    first = np.frombuffer(of_topic('new', '/windows')[0].content.data, TRACK)
+    assert [(row['u'], row['v'], row['track_id']) for row in first] == [(49.5, 49.5, 1)]
+    assert replay(bag, '--output', 'color')[0] == 0
+    status, _, errors = replay('color', '--tracker', 'contour_tracker', '--output', 'x')
+    assert status == 1
+    assert 'color: no topic /camera/image_raw there' in errors
+    refused = ['-p', 'window_tracker:window:=4']
+    status, _, errors = replay(bag, *options, '--force', *refused)
+    assert (status, 'window is 4, expected an odd number' in errors) == (1, True)

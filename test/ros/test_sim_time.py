@@ -25,15 +25,32 @@ from colortrack_ros.nodes.replay_run import replay
 
 SCENE = 'scene:five?width=320&height=240&rate=6&duration=8'
 START = 1_600_000_000_123_456_789
-TOPICS = {'/tracks': PointCloud2, '/tracks/markers': MarkerArray}
+TRACKERS = {'tracker': '/tracks', 'window_tracker': '/windows', 'contour_tracker': '/contours'}
+"""The topic of each tracker's tracks; its markers are beneath."""
+KINDS = {'': PointCloud2, '/markers': MarkerArray}
 PARAMS = """/**:
   ros__parameters:
     use_sim_time: true
     queue_depth: 1000
-    image_queue_depth: 1000
     reorder_window: 0.4
+""" + ''.join(
+    f"""/**/{node}:
+  ros__parameters:
+    image_queue_depth: 1000
     max_lag: 60.0
     qos_overrides./camera/image_raw.subscription.reliability: reliable
+"""
+    for node in ('detector', 'window_tracker', 'contour_tracker')
+)
+PARAMS += """/**/window_tracker:
+  ros__parameters:
+    detections_topic: detections
+    tracks_topic: windows
+    markers_topic: windows/markers
+/**/contour_tracker:
+  ros__parameters:
+    tracks_topic: contours
+    markers_topic: contours/markers
 """
 PAUSE = 30
 """The number of the image before which the bag is paused."""
@@ -65,18 +82,18 @@ def test_pauses_and_speeds_change_nothing_and_a_loop_restarts_once(ros, bag, tmp
     params = tmp_path / 'robot.yaml'
     params.write_text(PARAMS)
     options = ['--params-file', str(params)]
-    live: dict[str, list] = {topic: [] for topic in TOPICS}
-    for topic, kind in TOPICS.items():
+    kinds = {f'{t}{end}': kind for t in TRACKERS.values() for end, kind in KINDS.items()}
+    live: dict[str, list] = {topic: [] for topic in kinds}
+    for topic, kind in kinds.items():
         ros.node.create_subscription(kind, topic, live[topic].append, 1000, raw=True)
-    detector, tracker = (ros.start(name, *options) for name in ('detector', 'tracker'))
+    processes = {name: ros.start(name, *options) for name in ('detector', *TRACKERS)}
     diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
     what = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play --clock` does'
-    for name in ('/detector', '/tracker'):
-        wanted = name, DiagnosticStatus.WARN, what
-        assert ros.spin(lambda wanted=wanted: wanted in levels(diagnostics)), diagnostics
+    wanted = {(f'/{name}', DiagnosticStatus.WARN, what) for name in processes}
+    assert ros.spin(lambda: wanted <= levels(diagnostics)), diagnostics
     player = Player(ros, bag)
-    assert ros.spin(lambda: player.heard), ros.outputs()
-    assert ros.spin(lambda: all(ros.node.count_publishers(t) for t in TOPICS)), ros.outputs()
+    assert ros.spin(lambda: player.subscribers == 3), ros.outputs()
+    assert ros.spin(lambda: all(ros.node.count_publishers(t) for t in kinds)), ros.outputs()
     ros.spin(lambda: False, 1.0)
 
     player.play(20.0)
@@ -86,25 +103,27 @@ def test_pauses_and_speeds_change_nothing_and_a_loop_restarts_once(ros, bag, tmp
     diagnostics.clear()
     player.pause(2.2)
     assert len(live['/tracks']) == before
-    assert {level for _, level, _ in levels(diagnostics[-2:])} == {DiagnosticStatus.OK}
-    stamps = [stamp_of(message.header) for message in diagnostics]
-    assert max(stamps) == player.now
+    assert {level for _, level, _ in levels(diagnostics[-4:])} == {DiagnosticStatus.OK}
+    assert max(stamp_of(message.header) for message in diagnostics) == player.now
     player.play(0.5, PAUSE, PAUSE + 3)
     player.play(20.0, PAUSE + 3)
     player.play(100.0)
     player.end()
-    assert ros.spin(lambda: all(len(m) == 3 * 48 for m in live.values())), ros.outputs()
+    complete = ros.spin(lambda: all(len(m) == 3 * 48 for m in live.values()))
+    assert complete, ({t: len(m) for t, m in live.items()}, ros.outputs())
 
     looped(bag, tmp_path / 'loops')
-    new = tmp_path / 'new'
-    assert replay([str(tmp_path / 'loops'), '--output', str(new), *options], threading.Event()) == 0
-    for topic, kind in TOPICS.items():
-        sent = [canonical(cdr, NAMES[kind]) for cdr in live[topic]]
-        assert [m.cdr for m in of_topic(new, topic)] == sent, topic
-    markers = [m for array in of_topic(new, '/tracks/markers') for m in array.content.markers]
-    assert [m.action for m in markers].count(Marker.DELETEALL) == 2
-    assert tracker.output.count('started afresh') == 2
-    tracks = [np.frombuffer(m.content.data, TRACK) for m in of_topic(new, '/tracks')]
-    assert max(len(rows) for rows in tracks) == 4
-    assert max(rows['age'].max(initial=0.0) for rows in tracks) < 8.1
-    assert [process.stop() for process in (detector, tracker)] == [0, 0]
+    for name, topic in TRACKERS.items():
+        new = tmp_path / name
+        arguments = [str(tmp_path / 'loops'), '--tracker', name, '--output', str(new), *options]
+        assert replay(arguments, threading.Event()) == 0
+        for end, kind in KINDS.items():
+            sent = [canonical(cdr, NAMES[kind]) for cdr in live[topic + end]]
+            assert [m.cdr for m in of_topic(new, topic + end)] == sent, topic + end
+        markers = [m for a in of_topic(new, f'{topic}/markers') for m in a.content.markers]
+        assert [m.action for m in markers].count(Marker.DELETEALL) == 2
+        assert processes[name].output.count('started afresh') == 2
+        tracks = [np.frombuffer(m.content.data, TRACK) for m in of_topic(new, topic)]
+        assert max(len(rows) for rows in tracks) >= 3, name
+        assert max(rows['age'].max(initial=0.0) for rows in tracks) < 8.1
+    assert {name: p.stop() for name, p in processes.items()} == dict.fromkeys(processes, 0)
