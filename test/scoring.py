@@ -108,9 +108,8 @@ class Tally:
     def score(self) -> Score:
         """Sum up."""
         squares = np.concatenate([*self.squares, []])
-        ids, truth_count = np.unique(np.concatenate([*self.seen[0], []]), return_counts=True)
         names, track_count = np.unique(np.concatenate([*self.seen[1], []]), return_counts=True)
-        total, rows = truth_count.sum(), track_count.sum()
+        total, rows = sum(map(len, self.seen[0])), track_count.sum()
         pairs = np.concatenate([*self.together, np.zeros((0, 2), int)])
         pairs, common = np.unique(pairs, axis=0, return_counts=True)
         true_positives = common[best_pairs(*pairs.T, -common, miss=0.0)].sum()
