@@ -18,6 +18,7 @@ import time
 import numpy as np
 from peers import PEERS
 from points import cruise
+from points import JUGGLING
 from points import labels
 from points import of_scene
 from rich.console import Console
@@ -33,8 +34,6 @@ from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
 ROOT = Path(__file__).parents[1]
-DATA = Path(os.environ.get('COLORTRACK_DATA', ROOT.parent / 'shared' / 'data'))
-JUGGLING = DATA / 'juggling_centroids'
 OUT = ROOT / 'out' / 'bench.json'
 SLOW = 1000
 """With more objects than that the tracker runs alone."""
