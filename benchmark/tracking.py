@@ -40,15 +40,21 @@ SLOW = 1000
 
 
 class Ours:
-    """The tracker of this package, with centroids alone, or with the boxes that come with them."""
+    """The tracker of this package, with centroids alone, or with all that comes with them.
 
-    def __init__(self, boxes):
-        self.boxes, self.name = boxes, 'colortrack_ros, boxes' if boxes else 'colortrack_ros'
+    :param whole: use the boxes and covariances of the detections as well.
+    """
+
+    def __init__(self, whole):
+        self.whole, self.name = whole, 'colortrack_ros, boxes' if whole else 'colortrack_ros'
 
     def play(self, sequence):
         """Time and rows of each frame."""
-        size = sequence.size
-        tracker = Tracker(TrackerConfig(image_size=size, use_boxes=self.boxes))
+        tracker = Tracker(
+            TrackerConfig(
+                image_size=sequence.size, use_boxes=self.whole, detection_covariance=self.whole
+            )
+        )
         for detections in sequence.detections:
             start = time.perf_counter()
             rows = tracker.update(detections).rows
@@ -130,9 +136,9 @@ def main():
         if chosen and not any(part in name for part in chosen):
             continue
         several = make()
-        players = [Ours(boxes=False)]
+        players = [Ours(whole=False)]
         if name.startswith('scene'):
-            players.append(Ours(boxes=True))
+            players.append(Ours(whole=True))
         if max(len(rows) for rows in several[0].truth) <= SLOW:
             players += [Theirs(peer) for peer in PEERS]
         results[name] = [measure(player, several) for player in players]
