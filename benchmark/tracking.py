@@ -10,10 +10,12 @@ os.environ['OMP_NUM_THREADS'] = '1'
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import json
+import math
 from pathlib import Path
 import statistics
 import sys
 import time
+import tracemalloc
 
 import numpy as np
 from peers import PEERS
@@ -129,6 +131,28 @@ def show(results):
     Console(width=110).print(table)
 
 
+def memory(count=10_000):
+    """Bytes that a track keeps from frame to frame."""
+    sequence = cruise(count, frames=5, clutter=0.0, detected=1.0)
+    tracemalloc.start()
+    player = Ours(whole=False).play(sequence)
+    kept = [(tracemalloc.get_traced_memory()[0], len(rows)) for _, rows in player][-1]
+    tracemalloc.stop()
+    return kept[0] / kept[1]
+
+
+def summarize(results):
+    """What the numbers of the whole table come to."""
+    fast = {n: results[f'cruise, {n}'][0]['ms'] for n in (1000, 10_000)}
+    peers = {line['tracker']: line['ms'] for line in results['cruise, 1000'][1:]}
+    peer = min((name for name in peers if 'linking' not in name), key=peers.get)
+    return {
+        'exponent of the time from 1,000 to 10,000 objects': math.log10(fast[10_000] / fast[1000]),
+        f'times faster than {peer} at 1,000 objects': peers[peer] / fast[1000],
+        'bytes a track': memory(),
+    }
+
+
 def main():
     chosen = sys.argv[1:]
     results = {}
@@ -143,6 +167,10 @@ def main():
             players += [Theirs(peer) for peer in PEERS]
         results[name] = [measure(player, several) for player in players]
     show(results)
+    if not chosen:
+        results['summary'] = summarize(results)
+        for name, number in results['summary'].items():
+            print(f'{name}: {number:.2f}')
     OUT.parent.mkdir(exist_ok=True)
     OUT.write_text(json.dumps(results, indent=1))
 
