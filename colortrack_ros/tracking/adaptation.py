@@ -4,12 +4,16 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 FIRST_NOISE, FIRST_SPEED = 1000.0, 700.0
 """Process noise [px/s^2] and speed [px/s] to start from."""
+
+MANY = 20
+"""From the ways of so many objects between their first two frames their speed is told."""
 
 LEAST_SPEED = 100.0
 """An object at rest may start with such a speed at any time [px/s]."""
@@ -46,6 +50,8 @@ class Adaptation:
     def __init__(self) -> None:
         self._log_noise = math.log(FIRST_NOISE)
         self._speed2 = FIRST_SPEED**2
+        self.has_met = False
+        """Whether there have been objects."""
         self._nis, self._product, self._predicted = 2.0, 0.0, 0.5
         self.rates = list(FIRST_RATES)
         """How often objects in sight and out of sight maneuver [1/s]."""
@@ -94,6 +100,20 @@ class Adaptation:
             self._low = np.minimum(self._low, z.min(axis=0))
             self._high = np.maximum(self._high, z.max(axis=0))
             self._area = max(float(np.prod(self._high - self._low)), FIRST_AREA)
+
+    def meet(self, before: Floats, after: Floats, dt: float) -> None:
+        """Take the first objects, (N, 2), and the detections of the next frame, (M, 2) [px].
+
+        The way to the nearest one is an object's own for most of them, if they are fewer or slower
+        than would make them change places. Its length has Rayleigh's distribution.
+
+        :param dt: between the two [s].
+        """
+        self.has_met = True
+        if min(len(before), len(after)) >= MANY:
+            way = float(np.quantile(cKDTree(after).query(before)[0], 0.8))
+            sigma = way / math.sqrt(-2 * math.log(1 - 0.8))
+            self._speed2 = min(self._speed2, (sigma / dt) ** 2)
 
     def learn_new(self, false: int, true: int) -> None:
         """Take the numbers of tracks that in a frame ended unconfirmed, and were confirmed."""

@@ -245,6 +245,14 @@ class Bank:
             np.concatenate([self.weight, weight], axis=1),
         )
 
+    def doubt(self, speed: float) -> None:
+        """Change what is known of the velocities of filters at rest: the standard deviation.
+
+        :param speed: on each axis [px/s].
+        """
+        for cov in (self.cov, self.design):
+            cov[:, :, (2, 3), (2, 3)] = speed**2
+
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Drop the tracks where mask, (N,), is False."""
         design = self.design if self.model.trust is None else self.design[:, mask]

@@ -132,6 +132,9 @@ class Tracker:
         """Predict all tracks by dt [s]."""
         config, learned, tracks = self.config, self._adaptation, self._tracks
         learned.learn_size(blobs.z, config.image_size)
+        if dt > 0 and len(tracks.records) and not learned.has_met:
+            learned.meet(tracks.bank.mean[0, :, :2], blobs.z, dt)
+            tracks.bank.doubt(config.initial_speed or learned.speed)
         noise = config.process_noise or learned.noise
         tracks.bank.predict(dt, noise**2)
         life.conceal(tracks.records, dt, config)
