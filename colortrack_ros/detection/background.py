@@ -76,7 +76,7 @@ class Background:
         """1: there is no reference color."""
         return np.ones(len(label))
 
-    def learn(self, frame: Frame, blobs: Blobs) -> None:
-        """The background follows the frame, but for what was found."""
+    def learn(self, frame: Frame, blobs: Blobs, kept: Blobs) -> None:
+        """The background follows the frame, but for what was found, whatever its shape."""
         seconds = self._config.learn_seconds
-        self._model.follow(channels_of(frame), frame.stamp, blobs.box, seconds)
+        self._model.follow(channels_of(frame), frame.stamp, blobs, seconds)

@@ -78,12 +78,12 @@ class Detector:
         close(image, config.closing_size, method.labels)
         erode(image, config.erosion_size, method.labels)
         open_(image, config.opening_size, method.labels)
-        blobs = find_blobs(image, config.min_area, config.max_area, method.connect)
+        blobs = find_blobs(image, config.min_area, connect=method.connect)
         if config.split and split_touching(image, blobs):
-            blobs = find_blobs(image, config.min_area, config.max_area, method.connect)
-        blobs = keep_shapes(blobs, config)
-        method.learn(frame, blobs)
-        return Detections(self._rows(frame, blobs), frame.stamp, frame.frame_id)
+            blobs = find_blobs(image, config.min_area, connect=method.connect)
+        kept = keep_shapes(blobs, config)
+        method.learn(frame, blobs, kept)
+        return Detections(self._rows(frame, kept), frame.stamp, frame.frame_id)
 
     def _rows(self, frame: Frame, blobs: Blobs) -> NDArray[np.void]:
         rows = np.zeros(len(blobs.area), DETECTION)

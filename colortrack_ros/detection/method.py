@@ -40,8 +40,12 @@ class Method(Protocol):
         :param label: (N,) of the blobs that the pixels are in.
         """
 
-    def learn(self, frame: Frame, blobs: Blobs) -> None:
-        """Take what was found in the frame into account from the next frame on."""
+    def learn(self, frame: Frame, blobs: Blobs, kept: Blobs) -> None:
+        """Take what was found in the frame into account from the next frame on.
+
+        :param blobs: all of at least min_area.
+        :param kept: those of them that are detected.
+        """
 
     def restart(self) -> None:
         """Forget what was learned."""
