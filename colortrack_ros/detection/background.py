@@ -34,6 +34,7 @@ class Background:
     """
 
     labels = 1
+    whole = None
     connect = staticmethod(connect)
 
     def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:

@@ -33,6 +33,7 @@ class ChannelDifference:
     """
 
     labels = 1
+    whole = None
     connect = staticmethod(as_one)
 
     def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:

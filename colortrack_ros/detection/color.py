@@ -42,6 +42,7 @@ class Color:
     """
 
     connect = staticmethod(connect)
+    whole: LabelImage | None = None
 
     def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:
         self.labels = len(config.colors)
@@ -64,9 +65,11 @@ class Color:
             picture = self._gray_world.balance(picture)
         self._picture = picture
         image = self._table.label(picture, frame.encoding)
+        self.whole = None
         if self._config.grow > 1:
             image = self._grow(image, self._loose.label(picture, frame.encoding))
         if self._config.moving_only:
+            self.whole = image.copy()
             self._drop_background(frame, image)
         return image
 

@@ -28,6 +28,10 @@ class Method(Protocol):
     def connect(self) -> Connect:
         """How runs of pixels become blobs."""
 
+    @property
+    def whole(self) -> LabelImage | None:
+        """The labels of the last frame before some were dropped that may be parts of objects."""
+
     def label(self, frame: Frame) -> LabelImage:
         """The label of each pixel: 0 for none, k + 1 for the color with the index k."""
 
