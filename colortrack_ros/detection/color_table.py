@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.detection.columns import Columns
 from colortrack_ros.detection.lab import cube_root_or_line_slope
 from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import lab_from_rgb
@@ -34,7 +35,7 @@ _TO_CELL = {
     'rgba8': cv2.COLOR_RGBA2BGR565,
 }
 _IN_CELL = np.stack(np.meshgrid(range(8), range(4), range(8), indexing='ij'), -1).reshape(-1, 3)
-STRIP = 1 << 17
+STRIP = 1 << 18
 """Pixels that are worked on at a time."""
 
 _MARGIN = 1e-6
@@ -102,23 +103,28 @@ class ColorTable:
         self._lab = np.array([color.lab for color in colors])
         self._tolerance = np.array([color.tolerance for color in colors])
         self._stretch = self._tolerance[:, None] / [color.axes for color in colors]
-        self._cells = self._label_cells()
+        self._cells, touched = self._label_cells()
+        self._columns = None if HAS_16_BIT_LUT else Columns(touched)
         self._exact = np.full(1 << 24, UNKNOWN, np.uint8)
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
 
-    def _label_cells(self) -> NDArray[np.uint8]:
-        """(65536,) label of each cell, CUT where a look at the single color is needed."""
+    def _label_cells(self) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+        """(65536,) label of each cell, CUT where a look at the single color is needed.
+
+        And (colors, 65536), which cells hold something of a color.
+        """
         center, radius = cell_bounds()
         cells = np.zeros(1 << 16, np.uint8)
+        may = np.zeros((len(self._lab), len(cells)), bool)
         for k, tolerance in enumerate(self._tolerance):
             stretch = self._stretch[k, :, None]
             offset = np.abs(center - self._lab[k, :, None])
             nearest = ((np.maximum(offset - radius, 0) * stretch) ** 2).sum(axis=0)
             farthest = (((offset + radius) * stretch) ** 2).sum(axis=0)
-            touched = nearest < tolerance**2
+            may[k] = touched = nearest < tolerance**2
             whole = (farthest < tolerance**2) & (cells == 0)
             cells[touched] = np.where(whole[touched], k + 1, CUT)
-        return cells
+        return cells, may
 
     def label_colors(self, rgb: NDArray[np.integer]) -> NDArray[np.uint8]:
         """The definition, color by color in double precision.
@@ -173,11 +179,17 @@ class ColorTable:
         if encoding == 'mono8':
             cv2.LUT(picture.reshape(shape), self._gray, dst=image.pixels)
             return
-        cells = cv2.cvtColor(picture, _TO_CELL[encoding]).view(np.uint16).reshape(shape)
-        if HAS_16_BIT_LUT:
+        if self._columns is None:
+            cells = cv2.cvtColor(picture, _TO_CELL[encoding]).view(np.uint16).reshape(shape)
             cv2.LUT(cells, self._cells, dst=image.pixels)
         else:
-            image.pixels[...] = self._cells.take(cells, mode='clip')
+            image.padded[...] = 0
+            parts = self._columns.parts(picture, encoding)
+            if not parts:
+                return
+            for left, right in parts:
+                cells = cv2.cvtColor(picture[:, left:right], _TO_CELL[encoding]).view(np.uint16)
+                image.pixels[:, left:right] = self._cells.take(cells[..., 0], mode='clip')
         self._look_closer(picture, encoding, image)
 
     def _look_closer(self, picture: NDArray[np.uint8], encoding: str, image: LabelImage) -> None:
