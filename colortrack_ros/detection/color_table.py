@@ -35,8 +35,8 @@ _TO_CELL = {
     'rgba8': cv2.COLOR_RGBA2BGR565,
 }
 _IN_CELL = np.stack(np.meshgrid(range(8), range(4), range(8), indexing='ij'), -1).reshape(-1, 3)
-STRIP = 1 << 18
-"""Pixels that are worked on at a time."""
+STRIP, LONG_STRIP = 1 << 18, 1 << 20
+"""Pixels that are worked on at a time, by one thread and by several."""
 
 _MARGIN = 1e-6
 
@@ -157,14 +157,14 @@ class ColorTable:
     def label(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
         """The labels of a picture.
 
-        One thread works in strips that stay in the processor's cache from step to step; several
-        take a part each, because handing over the interpreter costs more than the cache saves.
+        The strips stay in the processor's cache from step to step. Those of several threads are
+        longer: handing over the interpreter costs more than that saves.
 
         :param picture: (H, W, channels) or (H, W), not empty; rows may be padded.
         """
         height, width = picture.shape[:2]
         image = LabelImage.empty(height, width)
-        rows = max(1, STRIP // width) if self._threads == 1 else -(-height // self._threads)
+        rows = max(1, (STRIP if self._threads == 1 else LONG_STRIP) // width)
 
         def label_strip(top: int) -> None:
             bottom = top + rows

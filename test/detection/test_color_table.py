@@ -89,8 +89,12 @@ def test_columns_that_are_ruled_out_hold_no_color(encoding, share, monkeypatch):
         assert looked_at == 600 if share else 0 < looked_at <= 150 * len(some)
 
 
+@pytest.mark.parametrize('has_lut', LUTS)
 @pytest.mark.parametrize('height', [1, 2, 3, 301])
-def test_threads_and_strips_do_not_change_the_result(height):
+def test_threads_and_strips_do_not_change_the_result(height, has_lut, monkeypatch):
+    monkeypatch.setattr(color_table, 'HAS_16_BIT_LUT', has_lut)
+    monkeypatch.setattr(color_table, 'STRIP', 20_000)
+    monkeypatch.setattr(color_table, 'LONG_STRIP', 30_000)
     random = np.random.default_rng(5)
     image = random.integers(90, 160, (height, 1000, 3), dtype=np.uint8)
     colors = (ReferenceColor('gray', (50.0, 0.0, 0.0), 12.0),)
