@@ -98,8 +98,9 @@ class ColorTable:
     """
 
     def __init__(self, colors: tuple[ReferenceColor, ...], threads: int = 1) -> None:
-        self._threads = threads
-        self._map = ThreadPoolExecutor(threads).map if threads > 1 else map
+        # Without the 16-bit table NumPy looks up, which does not let go of the interpreter.
+        self._threads = threads if HAS_16_BIT_LUT else 1
+        self._map = ThreadPoolExecutor(threads).map if self._threads > 1 else map
         self._lab = np.array([color.lab for color in colors])
         self._tolerance = np.array([color.tolerance for color in colors])
         self._stretch = self._tolerance[:, None] / [color.axes for color in colors]
