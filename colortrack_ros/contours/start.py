@@ -86,7 +86,7 @@ class Start:
     def learn_background(self) -> None:
         """Forget the background: the next picture is the first of a new one."""
         self._detector.learn_background()
-        self._looks = 0
+        self._looks, self._shape = 0, ()
         self._learning_until: int | None = None
 
     def restart(self) -> None:
@@ -107,6 +107,8 @@ class Start:
         """
         if not (self._is_learning(frame.stamp) or len(self._before) or self._is_due(frame.stamp)):
             return self._none(), self._none()
+        if self._shape != frame.image.shape:
+            self._shape, self._looks, self._before = frame.image.shape, 0, self._none()
         self._looks += 1
         self._due = frame.stamp + round(self._config.start_interval * NANOSECONDS)
         before, self._before = self._before, self._none()

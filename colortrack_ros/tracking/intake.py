@@ -15,6 +15,7 @@ DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
 singles, area, box_u, box_v, box_w, box_h, score."""
 
 FARTHEST = 1e6
+LIMITS = np.array([FARTHEST, FARTHEST, FARTHEST**2, FARTHEST**2, FARTHEST**2])
 """No picture has a place farther out [px]; a covariance and an area are at most its square."""
 
 
@@ -38,8 +39,9 @@ class Blobs:
 
     def reach(self, which: NDArray[np.intp]) -> Floats:
         """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
-        z, box = self.z[which], self.box[which]
-        return np.stack([z - box[:, 0], box[:, 1] - z], axis=1)
+        reach = self.box[which] - self.z[which][:, None]
+        reach[:, 0] *= -1
+        return reach
 
     @property
     def size(self) -> Floats:
@@ -57,20 +59,19 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     rows = np.ascontiguousarray(rows)
     doubles = rows.view(np.float64).reshape(-1, DETECTION.itemsize // 8)[:, DOUBLES]
     singles = rows.view(np.float32).reshape(-1, DETECTION.itemsize // 4)[:, SINGLES]
+    near = np.abs(doubles) <= LIMITS, np.abs(singles) <= FARTHEST**2  # not what is NaN
+    if not (near[0].all() and near[1].all()):
+        good = near[0].all(axis=1) & near[1].all(axis=1)
+        rows, doubles, singles = rows[good], doubles[good], singles[good]
     a, b, c = doubles[:, 2], doubles[:, 3], doubles[:, 4]
-    with np.errstate(invalid='ignore', over='ignore'):
-        none = (a == 0) & (b == 0) & (c == 0)
-        good = none | ((a > 0) & (a * c > b * b))
-        good &= (np.abs(doubles[:, :2]) <= FARTHEST).all(axis=1)  # neither is NaN
-        good &= (np.abs(doubles[:, 2:]) <= FARTHEST**2).all(axis=1)
-        good &= (np.abs(singles) <= FARTHEST**2).all(axis=1)
-    if not good.all():
-        rows, doubles, singles, none = rows[good], doubles[good], singles[good], none[good]
+    definite = (a > 0) & (a * c > b * b)
+    if not definite.all():
+        good = definite | ~doubles[:, 2:].any(axis=1)
+        rows, doubles, singles = rows[good], doubles[good], singles[good]
+        definite = definite[good]
     z, R = doubles[:, :2].copy(), doubles[:, [2, 3, 3, 4]].reshape(-1, 2, 2)
-    if not config.detection_covariance:
-        none[:] = True
-    if none.any():
-        R[none] = config.measurement_noise**2 * np.eye(2)
+    if not (config.detection_covariance and definite.all()):
+        R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
     box, size = np.empty((len(rows), 2, 2)), singles[:, 3:5]
     if config.use_boxes:
         box[:, 0] = singles[:, 1:3] - 0.5

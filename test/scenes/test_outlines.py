@@ -34,7 +34,7 @@ def test_truth_outlines_and_segments_agree(name, k):
     assert list(outlines) == truth['id'].tolist()
     for row in truth:
         v, u = np.nonzero(mask == row['color'] + 1)
-        assert len(u) == pytest.approx(np.pi * row['radius'] ** 2, abs=1.5 * row['radius'])
+        assert len(u) == pytest.approx(np.pi * row['radius'] ** 2, abs=1.5 * float(row['radius']))
         assert np.hypot(u.mean() - row['u'], v.mean() - row['v']) < 0.35
         center = normalized(outlines[int(row['id'])])[1]
         np.testing.assert_allclose(center, [row['u'], row['v']], atol=1e-4)
