@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.lines import find_edges
-from colortrack_ros.contours.placing import along_box
 from colortrack_ros.contours.placing import along_outline
+from colortrack_ros.contours.placing import equally_spaced
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
@@ -32,13 +32,15 @@ MOST = 0.3
 class Areas:
     """Segmented areas.
 
-    :ivar nodes: (K, n, 2) along their outlines, of positive area [px].
-    :ivar miss: (K,) what a curve of so many nodes misses of them [px].
+    :ivar outline: (K,) their outlines, closed polygons (P, 2) [px].
+    :ivar nodes: (K, n, 2) along them, of positive area [px].
+    :ivar miss: (K,) what curves through the nodes miss of them [px], 0 where that is not known.
     :ivar center: (K, 2) their centroids [px].
     :ivar velocity: (K, 2) of their centroids, 0 where it is not known [px/s].
     :ivar of: (K,) the target that an area is of, -1 for none.
     """
 
+    outline: NDArray[np.object_]
     nodes: Floats
     miss: Floats
     center: Floats
@@ -96,17 +98,20 @@ class Start:
         self._last: Frame | None = None
         self._due: int | None = None
 
+    def is_time(self, stamp: int) -> bool:
+        """Whether it is time to look for new targets [ns]."""
+        due = self._due is None or stamp >= self._due
+        return due or len(self._before) > 0 or self._is_learning(stamp)
+
     def search(
         self, frame: Frame, outlines: Floats, worn: NDArray[np.bool_]
     ) -> tuple[Areas, Areas]:
-        """Areas of new targets, in a picture in which it is time to look for them.
+        """Areas of new targets in a picture.
 
         :param outlines: (N, P, 2) of the targets that there are [px].
         :param worn: (N,) which of them want new nodes.
         :return: also areas of worn targets.
         """
-        if not (self._is_learning(frame.stamp) or len(self._before) or self._is_due(frame.stamp)):
-            return self._none(), self._none()
         if self._shape != frame.image.shape:
             self._shape, self._looks, self._before = frame.image.shape, 0, self._none()
         self._looks += 1
@@ -119,13 +124,12 @@ class Start:
         dt, self._seen = (frame.stamp - self._seen) / NANOSECONDS, frame.stamp
         if not len(before) or dt <= 0:
             self._before, new = new, self._none()
-        return _matched(before, new, dt), areas.take(areas.of >= 0)
+        new, again = _matched(before, new, dt), areas.take(areas.of >= 0)
+        return self._refined(new), self._refined(again)
 
     def _none(self) -> Areas:
-        n = self._config.points
-        return Areas(
-            np.zeros((0, n, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0, int)
-        )
+        nodes, pairs = np.zeros((0, self._config.points, 2)), np.zeros((0, 2))
+        return Areas(np.zeros(0, object), nodes, np.zeros(0), pairs, pairs, np.zeros(0, int))
 
     def _compare(self, frame: Frame, *, again: bool) -> bool:
         """Make the picture of the look before the background; whether there is one.
@@ -141,9 +145,6 @@ class Start:
         self._detector.detect(reference)
         return True
 
-    def _is_due(self, stamp: int) -> bool:
-        return self._due is None or stamp >= self._due
-
     def _is_learning(self, stamp: int) -> bool:
         """Whether the background is new: then it needs every picture."""
         if self._learning_until is None:
@@ -157,8 +158,7 @@ class Start:
         if rows['area'].sum() > MOST * width * height:
             return self._none()
         shapes = outlines.astype(np.float32)
-        placed: list[tuple[Floats, float]] = []
-        center, of = [], []
+        outline, center, of = [], [], []
         for row in rows:
             u, v, w, h = (int(row[f'box_{name}']) for name in 'uvwh')
             place = float(row['u']), float(row['v'])
@@ -166,14 +166,35 @@ class Start:
             owners = [i for i, s in enumerate(shapes) if cv2.pointPolygonTest(s, place, False) >= 0]
             if not whole or len(owners) > 1 or not all(worn[i] for i in owners):
                 continue
-            placed.append(self._placed(mask, (u, v, w, h)))
+            outline.append(self._outline_of(mask, (u, v, w, h)))
             center.append(place)
             of.append(owners[0] if owners else -1)
         if not of:
             return self._none()
-        nodes, miss = (np.array(part) for part in zip(*placed, strict=True))
-        areas = Areas(nodes, miss, np.array(center), np.zeros((len(of), 2)), np.array(of))
+        nodes = np.array([equally_spaced(points, self._spline) for points in outline])
+        each = np.empty(len(of), object)
+        each[:] = outline
+        still = np.zeros((len(of), 2))
+        areas = Areas(each, nodes, np.zeros(len(of)), np.array(center), still, np.array(of))
         return areas.take(self._have_edges(frame, nodes))
+
+    def _outline_of(self, mask: NDArray[np.uint8], box: tuple[int, int, int, int]) -> Floats:
+        """The outline of the area in a box of a mask, or as in Figure 2 of the box, (P, 2) [px]."""
+        u, v, w, h = box
+        if self._config.outline == 'box':
+            right, bottom = u + w - 1, v + h - 1
+            return np.array([(u, v), (right, v), (right, bottom), (u, bottom)], float)
+        part = np.ascontiguousarray(mask[v : v + h, u : u + w])
+        found, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        return np.asarray(max(found, key=len)[:, 0] + np.array([u, v], float))
+
+    def _refined(self, areas: Areas) -> Areas:
+        """The same with the nodes where a curve follows the outlines best."""
+        if self._config.outline == 'box' or not len(areas):
+            return areas
+        placed = [along_outline(points, self._spline) for points in areas.outline]
+        nodes, miss = (np.array(part) for part in zip(*placed, strict=True))
+        return replace(areas, nodes=nodes, miss=miss)
 
     def _have_edges(self, frame: Frame, nodes: Floats) -> NDArray[np.bool_]:
         """Which areas have edges, (K,); where something has been before, there are none."""
@@ -181,17 +202,6 @@ class Start:
         sigma, usual = np.full(nodes.shape[:2], config.sigma), np.full(nodes.shape, np.nan)
         edges = find_edges(frame.image, nodes, normals, sigma, usual, config)
         return np.asarray(edges.found.mean(axis=1) >= config.start_found)
-
-    def _placed(
-        self, mask: NDArray[np.uint8], box: tuple[int, int, int, int]
-    ) -> tuple[Floats, float]:
-        """Nodes on the outline of the area in a box, and what the curve misses of it."""
-        if self._config.outline == 'box':
-            return along_box(box, self._spline), 0.0
-        u, v, w, h = box
-        part = np.ascontiguousarray(mask[v : v + h, u : u + w])
-        found, _ = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        return along_outline(max(found, key=len)[:, 0] + np.array([u, v], float), self._spline)
 
 
 def _matched(before: Areas, areas: Areas, seconds: float) -> Areas:

@@ -162,11 +162,10 @@ class ContourTracker:
 
     def _begin(self, frame: Frame) -> None:
         """Start what is found by its motion and has the edges of a contour."""
-        area = self._spline.area(self._contours.nodes)
-        grown = np.abs(np.log(np.maximum(area, 1.0) / self._records['placed'])) > np.log(GROWN)
-        worn = grown & (self._records['updated'] == self._now)
+        if not self._start.is_time(self._now):
+            return
         outlines = self._spline.outline(self._contours.nodes)
-        new, again = self._start.search(frame, outlines, worn)
+        new, again = self._start.search(frame, outlines, self._worn())
         if len(again):
             self._renew(frame, again)
         new = new.take(np.arange(len(new)) < self.config.max_targets - len(self._records))
@@ -181,6 +180,14 @@ class ContourTracker:
         records = births(new.miss[good], area, self._now, self._next_id)
         self._next_id += len(records)
         self._records = np.concatenate([self._records, records])
+
+    def _worn(self) -> Bools:
+        """The target whose size has changed most, if by much; one, as placing nodes takes time."""
+        area = np.maximum(self._spline.area(self._contours.nodes), 1.0)
+        grown = np.abs(np.log(area / self._records['placed']))
+        grown[self._records['updated'] < self._now] = 0.0
+        most = max(grown.max(initial=0.0), np.log(GROWN))
+        return np.asarray(grown >= most)
 
     def _renew(self, frame: Frame, areas: Areas) -> None:
         """Give targets whose size has changed much new nodes, on outlines that are theirs still."""

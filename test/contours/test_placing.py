@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from colortrack_ros.contours.placing import along_box
 from colortrack_ros.contours.placing import along_outline
+from colortrack_ros.contours.placing import equally_spaced
 from colortrack_ros.contours.spline import Spline
 
 CENTER = (150.0, 120.0)
@@ -63,8 +63,9 @@ def test_outlines_without_an_area_do_no_harm(outline):
     assert np.isfinite(nodes).all()
 
 
-def test_along_a_box_nodes_are_equally_spaced():
-    nodes = along_box((10, 20, 31, 61), Spline(12))
+def test_along_a_box_they_are_equally_spaced():
+    box = np.array([(10, 20), (40, 20), (40, 80), (10, 80)], float)
+    nodes = equally_spaced(box, Spline(12))
     assert nodes[0].tolist() == [10, 20]
     steps = np.abs(np.diff(nodes, axis=0)).sum(axis=1)
     np.testing.assert_allclose(steps, 15)
