@@ -63,7 +63,7 @@ def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> Non
     for row, box, ellipse, color in zip(rows, shapes, _ellipses(rows), colors, strict=True):
         width = 1 if row['state'] == TENTATIVE else thickness
         if row['state'] == COASTING:
-            box, ellipse = _dashed(box, 12), _dashed(ellipse, 32)
+            box, ellipse = _dashed(box, max(12, len(box) // 2)), _dashed(ellipse, 32)
         else:
             box, ellipse = box[None], ellipse[None]
         cv2.polylines(image, _fixed(ellipse), False, color, 1, cv2.LINE_AA, SHIFT)
