@@ -210,6 +210,14 @@ def test_a_target_is_tentative_at_first():
     assert states[:4] == [TENTATIVE, TENTATIVE, CONFIRMED, CONFIRMED]
 
 
+def test_a_tentative_target_that_is_not_seen_again_is_dropped_at_once():
+    shown = pictures('quadrilateral', 20)
+    first = [len(tracks.rows) for tracks in follow(shown, QUICK)].index(1)
+    empty = pictures('quadrilateral', EMPTY)
+    results = follow(shown[: first + 1] + empty, QUICK)
+    assert [len(tracks.rows) for tracks in results[first:]] == [1] + [0] * len(empty)
+
+
 def test_frame_differencing_starts_targets_as_well():
     config = ContourConfig(start='difference', start_interval=0.8)
 
