@@ -57,11 +57,13 @@ lint: $(VENV)/test
 docs: $(VENV)/test
 	$(PYTHON_IN) test/readme_tables.py
 
+# norfair asks for NumPy 1, which the newest OpenCV does not work with; it works with NumPy 2.
 %/bench: setup.py benchmark/requirements.txt
 	$(RUN) $(PYTHON) -m venv $*
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check -e '.[standalone,demo]'
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
 		-r benchmark/requirements.txt
+	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check --no-deps norfair
 	touch $@
 
 clean:

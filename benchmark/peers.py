@@ -77,7 +77,7 @@ class Norfair:
     name = 'norfair'
 
     def __init__(self, step):
-        self.tracker = norfair.Tracker('mean_euclidean', 3.0 * step + 5.0, initialization_delay=2)
+        self.tracker = norfair.Tracker('euclidean', 3.0 * step + 5.0, initialization_delay=2)
 
     def update(self, z):
         """Take centroids (M, 2), give rows (track_id, u, v)."""

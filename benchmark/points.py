@@ -1,6 +1,8 @@
 """Scenes of points, made by hand: truth and detections, frame by frame."""
 
 from dataclasses import dataclass
+import os
+from pathlib import Path
 
 import numpy as np
 
@@ -10,6 +12,9 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.scenes import detections_of as detections_of_scene
 from colortrack_ros.scenes import open_scene
 
+ROOT = Path(__file__).parents[1]
+DATA = Path(os.environ.get('COLORTRACK_DATA', ROOT.parent / 'shared' / 'data'))
+JUGGLING = DATA / 'juggling_centroids'
 RATE = 30
 WIDTH, HEIGHT = 1920.0, 1080.0
 SEEN = 0.25

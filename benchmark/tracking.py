@@ -10,14 +10,17 @@ os.environ['OMP_NUM_THREADS'] = '1'
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import json
+import math
 from pathlib import Path
 import statistics
 import sys
 import time
+import tracemalloc
 
 import numpy as np
 from peers import PEERS
 from points import cruise
+from points import JUGGLING
 from points import labels
 from points import of_scene
 from rich.console import Console
@@ -33,23 +36,27 @@ from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
 ROOT = Path(__file__).parents[1]
-DATA = Path(os.environ.get('COLORTRACK_DATA', ROOT.parent / 'shared' / 'data'))
-JUGGLING = DATA / 'juggling_centroids'
 OUT = ROOT / 'out' / 'bench.json'
 SLOW = 1000
 """With more objects than that the tracker runs alone."""
 
 
 class Ours:
-    """The tracker of this package, with centroids alone, or with the boxes that come with them."""
+    """The tracker of this package, with centroids alone, or with all that comes with them.
 
-    def __init__(self, boxes):
-        self.boxes, self.name = boxes, 'colortrack_ros, boxes' if boxes else 'colortrack_ros'
+    :param whole: use the boxes and covariances of the detections as well.
+    """
+
+    def __init__(self, whole):
+        self.whole, self.name = whole, 'colortrack_ros, boxes' if whole else 'colortrack_ros'
 
     def play(self, sequence):
         """Time and rows of each frame."""
-        size = sequence.size
-        tracker = Tracker(TrackerConfig(image_size=size, use_boxes=self.boxes))
+        tracker = Tracker(
+            TrackerConfig(
+                image_size=sequence.size, use_boxes=self.whole, detection_covariance=self.whole
+            )
+        )
         for detections in sequence.detections:
             start = time.perf_counter()
             rows = tracker.update(detections).rows
@@ -124,6 +131,28 @@ def show(results):
     Console(width=110).print(table)
 
 
+def memory(count=10_000):
+    """Bytes that a track keeps from frame to frame."""
+    sequence = cruise(count, frames=5, clutter=0.0, detected=1.0)
+    tracemalloc.start()
+    player = Ours(whole=False).play(sequence)
+    kept = [(tracemalloc.get_traced_memory()[0], len(rows)) for _, rows in player][-1]
+    tracemalloc.stop()
+    return kept[0] / kept[1]
+
+
+def summarize(results):
+    """What the numbers of the whole table come to."""
+    fast = {n: results[f'cruise, {n}'][0]['ms'] for n in (1000, 10_000)}
+    peers = {line['tracker']: line['ms'] for line in results['cruise, 1000'][1:]}
+    peer = min((name for name in peers if 'linking' not in name), key=peers.get)
+    return {
+        'exponent of the time from 1,000 to 10,000 objects': math.log10(fast[10_000] / fast[1000]),
+        f'times faster than {peer} at 1,000 objects': peers[peer] / fast[1000],
+        'bytes a track': memory(),
+    }
+
+
 def main():
     chosen = sys.argv[1:]
     results = {}
@@ -131,13 +160,17 @@ def main():
         if chosen and not any(part in name for part in chosen):
             continue
         several = make()
-        players = [Ours(boxes=False)]
+        players = [Ours(whole=False)]
         if name.startswith('scene'):
-            players.append(Ours(boxes=True))
+            players.append(Ours(whole=True))
         if max(len(rows) for rows in several[0].truth) <= SLOW:
             players += [Theirs(peer) for peer in PEERS]
         results[name] = [measure(player, several) for player in players]
     show(results)
+    if not chosen:
+        results['summary'] = summarize(results)
+        for name, number in results['summary'].items():
+            print(f'{name}: {number:.2f}')
     OUT.parent.mkdir(exist_ok=True)
     OUT.write_text(json.dumps(results, indent=1))
 

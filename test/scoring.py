@@ -9,8 +9,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
-from scipy.spatial.distance import cdist
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+from scipy.spatial import cKDTree
 
 
 @dataclass(frozen=True)
@@ -71,19 +72,22 @@ class Tally:
         """
         truth = np.asarray(objects, float).reshape(-1, 3)
         tracks = np.asarray(hypotheses, float).reshape(-1, 3)
-        distance = cdist(truth[:, 1:], tracks[:, 1:])
-        nearest = distance.min(axis=0, initial=np.inf)
-        order = np.argsort(-nearest, kind='stable')
-        order = order[max(0, min(hidden, np.count_nonzero(nearest > self.max_distance))) :]
-        tracks, distance = tracks[order], distance[:, order]
+        if hidden and len(tracks):
+            nearest = cKDTree(truth[:, 1:]).query(tracks[:, 1:])[0]
+            order = np.argsort(-nearest, kind='stable')
+            far = np.count_nonzero(nearest > self.max_distance)
+            tracks = tracks[order[min(hidden, far) :]]
         ids, names = truth[:, 0].astype(int), tracks[:, 0].astype(int)
         self.seen[0].append(ids)
         self.seen[1].append(names)
-        near = distance <= self.max_distance
-        i, j = np.nonzero(near)
+        near = cKDTree(truth[:, 1:]).query_ball_point(tracks[:, 1:], self.max_distance)
+        i = np.concatenate([*near, []]).astype(int)
+        j = np.repeat(np.arange(len(tracks)), [len(some) for some in near])
         self.together.append(np.stack([ids[i], names[j]], axis=1))
-        i, j = self._match(ids, names, distance, near)
-        self.squares.append(distance[i, j] ** 2)
+        distance = np.hypot(*(truth[i, 1:] - tracks[j, 1:]).T)
+        matched = self._match(ids[i], names[j], i, j, distance)
+        i, j = i[matched], j[matched]
+        self.squares.append(distance[matched] ** 2)
         self.misses += len(ids) - len(i)
         self.false += len(names) - len(i)
         self.matched.append(names[j])
@@ -93,31 +97,22 @@ class Tally:
                 self.switches += bool(history)
                 history.append(name)
 
-    def _match(self, ids, names, distance, near):
-        column = {name: j for j, name in enumerate(names.tolist())}
-        last = [self.tracks_of.get(one, [-1])[-1] for one in ids.tolist()]
-        old = np.array([column.get(name, -1) for name in last], int)
-        kept = np.flatnonzero(old >= 0)
-        kept = kept[near[kept, old[kept]]]
-        kept = kept[np.unique(old[kept], return_index=True)[1]]
-        cost = np.where(near, distance, 1e9)
-        cost[kept, :] = cost[:, old[kept]] = 1e9
-        i, j = linear_sum_assignment(cost)
-        new = cost[i, j] < 1e9
-        return np.concatenate([kept, i[new]]), np.concatenate([old[kept], j[new]])
+    def _match(self, ids, names, i, j, distance):
+        """Which of the K near pairs correspond: those that did before, then the nearest."""
+        last = np.array([self.tracks_of.get(one, [-1])[-1] for one in ids.tolist()])
+        kept = np.flatnonzero(last == names)
+        kept = kept[np.unique(j[kept], return_index=True)[1]]
+        rest = np.flatnonzero(~np.isin(i, i[kept]) & ~np.isin(j, j[kept]))
+        return np.append(kept, rest[best_pairs(i[rest], j[rest], distance[rest])])
 
     def score(self) -> Score:
         """Sum up."""
         squares = np.concatenate([*self.squares, []])
-        ids, truth_count = np.unique(np.concatenate([*self.seen[0], []]), return_counts=True)
         names, track_count = np.unique(np.concatenate([*self.seen[1], []]), return_counts=True)
-        total, rows = truth_count.sum(), track_count.sum()
+        total, rows = sum(map(len, self.seen[0])), track_count.sum()
         pairs = np.concatenate([*self.together, np.zeros((0, 2), int)])
-        common = np.zeros((len(ids), len(names)))
-        np.add.at(
-            common, (np.searchsorted(ids, pairs[:, 0]), np.searchsorted(names, pairs[:, 1])), 1
-        )
-        true_positives = common[linear_sum_assignment(common, maximize=True)].sum()
+        pairs, common = np.unique(pairs, axis=0, return_counts=True)
+        true_positives = common[best_pairs(*pairs.T, -common, miss=0.0)].sum()
         hits = np.bincount(
             np.searchsorted(names, np.concatenate([*self.matched, []])), minlength=len(names)
         )
@@ -131,3 +126,28 @@ class Tally:
             false_tracks=names[2 * hits < track_count].astype(int).tolist(),
             tracks_of=self.tracks_of,
         )
+
+
+def best_pairs(one: np.ndarray, other: np.ndarray, cost: np.ndarray, miss: float = 1e9):
+    """Choose pairs, each name once on each side, with the least cost.
+
+    :param one, other: (K,) names.
+    :param cost: (K,) of the pairs.
+    :param miss: of a name in ``one`` that is in none.
+    :return: indices of the pairs chosen.
+    """
+    if not len(cost):
+        return np.zeros(0, int)
+    rows, row = np.unique(one, return_inverse=True)
+    columns, column = np.unique(other, return_inverse=True)
+    n, m = len(rows), len(columns)
+    shift = 1 - min(cost.min(), miss)  # a sparse cost of 0 would be none
+    table = csr_matrix(
+        (
+            np.append(cost, np.full(n, miss)) + shift,
+            (np.append(row, np.arange(n)), np.append(column, m + np.arange(n))),
+        ),
+        shape=(n, m + n),
+    )
+    _, matched = min_weight_full_bipartite_matching(table)
+    return np.flatnonzero(matched[row] == column)

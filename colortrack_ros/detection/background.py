@@ -34,6 +34,7 @@ class Background:
     """
 
     labels = 1
+    whole = None
     connect = staticmethod(connect)
 
     def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:
@@ -76,7 +77,7 @@ class Background:
         """1: there is no reference color."""
         return np.ones(len(label))
 
-    def learn(self, frame: Frame, blobs: Blobs) -> None:
-        """The background follows the frame, but for what was found."""
+    def learn(self, frame: Frame, blobs: Blobs, kept: Blobs) -> None:
+        """The background follows the frame, but for what was found, whatever its shape."""
         seconds = self._config.learn_seconds
-        self._model.follow(channels_of(frame), frame.stamp, blobs.box, seconds)
+        self._model.follow(channels_of(frame), frame.stamp, blobs, seconds)

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import sample_pixels
 
 Picture = NDArray[Any]
 
@@ -21,6 +23,15 @@ HOLD = 7
 
 MARGIN = 4
 """What belongs to an object beyond the box of its eroded blob [px]."""
+
+REACH = 3
+"""How far inside and outside of a blob's outline its contrast is measured [px]."""
+
+GHOST = 2.0
+"""How many times more of a ghost's outline is only in the backgrounds than only in the picture."""
+
+STILL_SECONDS, STILL, STILL_PIXELS = 0.5, 6.0, 64
+"""Pixels of a blob that change less, on the mean, in so long a time stand still [s], [levels]."""
 
 STRIPS = 8
 """Parts of the picture, of which one is followed in each frame."""
@@ -39,6 +50,7 @@ class BackgroundModel:
     then on they go up or down by a little at a time, which approximates the median, and several
     times slower where something was found, so that an object may rest. The recent one takes in
     what was put somewhere, and the lasting one still knows what was behind something that paused.
+    What something that was there from the beginning leaves behind is recognized and taken in.
     The light of the whole picture may change: both are put into the light of each frame.
     """
 
@@ -49,6 +61,7 @@ class BackgroundModel:
         """Begin with the next frame."""
         self._samples: list[Picture] = []
         self._models: list[Picture] = []
+        self._before = 0, np.zeros(0, np.uint8)
 
     def knows(self, picture: Picture) -> bool:
         """Whether there is a background of the picture's shape."""
@@ -93,19 +106,18 @@ class BackgroundModel:
                 levels = np.clip(np.rint(np.arange(256)[:, None] * gain), 0, 255)
                 model[...] = cv2.LUT(model, levels.astype(np.uint8)[:, None]).reshape(model.shape)
 
-    def follow(
-        self, picture: Picture, stamp: int, boxes: NDArray[np.int64], learn_seconds: float
-    ) -> None:
+    def follow(self, picture: Picture, stamp: int, blobs: Blobs, learn_seconds: float) -> None:
         """Learn from a frame.
 
         :param picture: (H, W, channels).
         :param stamp: of the frame [ns].
-        :param boxes: (N, 4) left, top, width, height of what was found and is not background.
+        :param blobs: what was found and is not background.
         :param learn_seconds: from the first frame to the last of those that a new one is made of.
         """
         if not self.knows(picture):
             self._start, self._samples = stamp, [picture.copy()]
             self._models = [picture.copy() for _ in RATES]
+            self._before = stamp, self._samples[0]
             self._turn, self._followed = 0, np.full((len(RATES), STRIPS), stamp)
         elif len(self._samples) < SAMPLES:
             step = learn_seconds * NANOSECONDS / (SAMPLES - 1)
@@ -116,7 +128,43 @@ class BackgroundModel:
         else:
             self._turn = (self._turn + 1) % STRIPS
             for k in range(len(RATES)):
-                self._follow_strip(k, picture, stamp, boxes)
+                self._follow_strip(k, picture, stamp, blobs.box)
+        self._heal(picture, stamp, blobs)
+
+    def _heal(self, picture: Picture, stamp: int, blobs: Blobs) -> None:
+        """Take ghosts into the backgrounds: places that something has left which is still there.
+
+        They stand still, and their outline shows in the backgrounds, not in the picture.
+        """
+        age = (stamp - self._before[0]) / NANOSECONDS
+        if not 0 <= age < 2 * STILL_SECONDS:
+            self._before, age = (stamp, picture.copy()), 0.0
+        if age < STILL_SECONDS or not len(blobs.area):
+            return
+        blob, position = sample_pixels(blobs, STILL_PIXELS)
+        pixel = np.divmod(position, blobs.runs.stride)
+        change = np.abs(picture[pixel].astype(int) - self._before[1][pixel]).mean(axis=-1)
+        still = blobs.take(np.bincount(blob, change) / np.bincount(blob) < STILL)
+        row, left, right = still.take(self._has_left(picture, still)).runs.ends()
+        for v, start, end in zip(row, left - MARGIN, right + MARGIN, strict=True):
+            for model in self._models:
+                model[v, max(start, 0) : end] = picture[v, max(start, 0) : end]
+
+    def _has_left(self, picture: Picture, blobs: Blobs) -> NDArray[np.bool_]:
+        """(N,) whether more of a blob's outline has gone from the picture than has come."""
+        if not len(blobs.area):
+            return np.zeros(0, bool)
+        row, left, right = blobs.runs.ends()
+        columns = np.stack([left - REACH, left + REACH - 1, right - REACH, right + REACH - 1])
+        columns = columns.clip(0, picture.shape[1] - 1)
+
+        def contrast(part: Picture) -> NDArray[np.int64]:
+            a, b, c, d = part[row, columns].astype(np.int64).sum(axis=-1)
+            return np.abs(a - b) + np.abs(c - d)
+
+        gone = np.minimum(*(contrast(model) for model in self._models)) - contrast(picture)
+        lost, come = np.add.reduceat(np.maximum([gone, -gone], 0), blobs.first_run, axis=1)
+        return np.asarray(lost > GHOST * come)
 
     def _follow_strip(self, k: int, picture: Picture, stamp: int, boxes: NDArray) -> None:
         usual = RATES[k] * (stamp - self._followed[k, self._turn]) / NANOSECONDS

@@ -29,6 +29,11 @@ class Runs:
     label: NDArray[np.uint8]
     stride: int
 
+    def ends(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+        """(R,) each: the row, the first column and the one after the last."""
+        row, left = np.divmod(self.start, self.stride)
+        return row, left, left + self.end - self.start
+
     def take(self, kept: NDArray) -> 'Runs':
         """Some of the runs, by a mask or by their numbers."""
         return Runs(self.start[kept], self.end[kept], self.label[kept], self.stride)
@@ -144,7 +149,7 @@ def clear(image: LabelImage, runs: Runs) -> None:
 
 
 def find_blobs(
-    image: LabelImage, min_area: int, max_area: int, connect: Connect = connect
+    image: LabelImage, min_area: int, max_area: float = np.inf, connect: Connect = connect
 ) -> Blobs:
     """The 8-connected components of equal label, with Pegoretti 2021, (2.9) to (2.11).
 
@@ -175,8 +180,7 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
         mean, spread = none[:, :2], none.reshape(0, 2, 2)
         return Blobs(runs.label, area, mean, spread, none.astype(np.int64), runs, first)
     length = runs.end - runs.start
-    row, left = np.divmod(runs.start, runs.stride)
-    right = left + length
+    row, left, right = runs.ends()
     top = row[first]
     box_left = np.minimum.reduceat(left, first)
     width = np.maximum.reduceat(right, first) - box_left

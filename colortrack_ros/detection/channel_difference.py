@@ -33,6 +33,7 @@ class ChannelDifference:
     """
 
     labels = 1
+    whole = None
     connect = staticmethod(as_one)
 
     def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:
@@ -64,7 +65,7 @@ class ChannelDifference:
         others = np.delete(rgb, self._channel, axis=1).sum(axis=1)
         return np.clip((rgb[:, self._channel] - others) / 255, 0, 1)
 
-    def learn(self, frame: Frame, blobs: Blobs) -> None:
+    def learn(self, frame: Frame, blobs: Blobs, kept: Blobs) -> None:
         """Nothing: every frame stands for itself."""
 
     def restart(self) -> None:

@@ -42,6 +42,7 @@ class Color:
     """
 
     connect = staticmethod(connect)
+    whole: LabelImage | None = None
 
     def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:
         self.labels = len(config.colors)
@@ -64,9 +65,11 @@ class Color:
             picture = self._gray_world.balance(picture)
         self._picture = picture
         image = self._table.label(picture, frame.encoding)
+        self.whole = None
         if self._config.grow > 1:
             image = self._grow(image, self._loose.label(picture, frame.encoding))
         if self._config.moving_only:
+            self.whole = image.copy()
             self._drop_background(frame, image)
         return image
 
@@ -99,17 +102,17 @@ class Color:
         """1 - D / tolerance."""
         return self._table.closeness(rgb_of(self._picture[pixel], frame.encoding), label)
 
-    def learn(self, frame: Frame, blobs: Blobs) -> None:
-        """The background follows the frame but for what was found, and the colors what was."""
+    def learn(self, frame: Frame, blobs: Blobs, kept: Blobs) -> None:
+        """The background follows the frame but for all blobs, and the colors what was detected."""
         config = self._config
         if config.moving_only:
             picture = channels_of(frame)
-            self._background.follow(picture, frame.stamp, blobs.box, config.learn_seconds)
+            self._background.follow(picture, frame.stamp, blobs, config.learn_seconds)
         if config.follow_light > 0:
-            blob, position = sample_pixels(blobs, FOLLOW_PIXELS)
-            pixels = self._picture[np.divmod(position, blobs.runs.stride)]
+            blob, position = sample_pixels(kept, FOLLOW_PIXELS)
+            pixels = self._picture[np.divmod(position, kept.runs.stride)]
             lab = lab_from_rgb(rgb_of(pixels, frame.encoding))
-            colors = self._follower.follow(lab, blobs.label[blob] - 1, frame.stamp)
+            colors = self._follower.follow(lab, kept.label[blob] - 1, frame.stamp)
             if colors is not None:
                 self._take(colors)
 

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.detection.columns import Columns
 from colortrack_ros.detection.lab import cube_root_or_line_slope
 from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import lab_from_rgb
@@ -34,8 +35,8 @@ _TO_CELL = {
     'rgba8': cv2.COLOR_RGBA2BGR565,
 }
 _IN_CELL = np.stack(np.meshgrid(range(8), range(4), range(8), indexing='ij'), -1).reshape(-1, 3)
-STRIP = 1 << 17
-"""Pixels that are worked on at a time."""
+STRIP, LONG_STRIP = 1 << 18, 1 << 20
+"""Pixels that are worked on at a time, by one thread and by several."""
 
 _MARGIN = 1e-6
 
@@ -97,28 +98,34 @@ class ColorTable:
     """
 
     def __init__(self, colors: tuple[ReferenceColor, ...], threads: int = 1) -> None:
-        self._threads = threads
-        self._map = ThreadPoolExecutor(threads).map if threads > 1 else map
+        # Without the 16-bit table NumPy looks up, which does not let go of the interpreter.
+        self._threads = threads if HAS_16_BIT_LUT else 1
+        self._map = ThreadPoolExecutor(threads).map if self._threads > 1 else map
         self._lab = np.array([color.lab for color in colors])
         self._tolerance = np.array([color.tolerance for color in colors])
         self._stretch = self._tolerance[:, None] / [color.axes for color in colors]
-        self._cells = self._label_cells()
+        self._cells, touched = self._label_cells()
+        self._columns = None if HAS_16_BIT_LUT else Columns(touched)
         self._exact = np.full(1 << 24, UNKNOWN, np.uint8)
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
 
-    def _label_cells(self) -> NDArray[np.uint8]:
-        """(65536,) label of each cell, CUT where a look at the single color is needed."""
+    def _label_cells(self) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+        """(65536,) label of each cell, CUT where a look at the single color is needed.
+
+        And (colors, 65536), which cells hold something of a color.
+        """
         center, radius = cell_bounds()
         cells = np.zeros(1 << 16, np.uint8)
+        may = np.zeros((len(self._lab), len(cells)), bool)
         for k, tolerance in enumerate(self._tolerance):
             stretch = self._stretch[k, :, None]
             offset = np.abs(center - self._lab[k, :, None])
             nearest = ((np.maximum(offset - radius, 0) * stretch) ** 2).sum(axis=0)
             farthest = (((offset + radius) * stretch) ** 2).sum(axis=0)
-            touched = nearest < tolerance**2
+            may[k] = touched = nearest < tolerance**2
             whole = (farthest < tolerance**2) & (cells == 0)
             cells[touched] = np.where(whole[touched], k + 1, CUT)
-        return cells
+        return cells, may
 
     def label_colors(self, rgb: NDArray[np.integer]) -> NDArray[np.uint8]:
         """The definition, color by color in double precision.
@@ -151,14 +158,14 @@ class ColorTable:
     def label(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
         """The labels of a picture.
 
-        One thread works in strips that stay in the processor's cache from step to step; several
-        take a part each, because handing over the interpreter costs more than the cache saves.
+        The strips stay in the processor's cache from step to step. Those of several threads are
+        longer: handing over the interpreter costs more than that saves.
 
         :param picture: (H, W, channels) or (H, W), not empty; rows may be padded.
         """
         height, width = picture.shape[:2]
         image = LabelImage.empty(height, width)
-        rows = max(1, STRIP // width) if self._threads == 1 else -(-height // self._threads)
+        rows = max(1, (STRIP if self._threads == 1 else LONG_STRIP) // width)
 
         def label_strip(top: int) -> None:
             bottom = top + rows
@@ -173,11 +180,17 @@ class ColorTable:
         if encoding == 'mono8':
             cv2.LUT(picture.reshape(shape), self._gray, dst=image.pixels)
             return
-        cells = cv2.cvtColor(picture, _TO_CELL[encoding]).view(np.uint16).reshape(shape)
-        if HAS_16_BIT_LUT:
+        if self._columns is None:
+            cells = cv2.cvtColor(picture, _TO_CELL[encoding]).view(np.uint16).reshape(shape)
             cv2.LUT(cells, self._cells, dst=image.pixels)
         else:
-            image.pixels[...] = self._cells.take(cells, mode='clip')
+            image.padded[...] = 0
+            parts = self._columns.parts(picture, encoding)
+            if not parts:
+                return
+            for left, right in parts:
+                cells = cv2.cvtColor(picture[:, left:right], _TO_CELL[encoding]).view(np.uint16)
+                image.pixels[:, left:right] = self._cells.take(cells[..., 0], mode='clip')
         self._look_closer(picture, encoding, image)
 
     def _look_closer(self, picture: NDArray[np.uint8], encoding: str, image: LabelImage) -> None:

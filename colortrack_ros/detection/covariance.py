@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.label_image import LabelImage
 
 OUTLINE_VARIANCE = 0.06
 """Variance of the membership of a pixel on the outline, which is in or out by chance."""
@@ -11,8 +12,8 @@ OUTLINE_VARIANCE = 0.06
 PIXELATION = 1 / 12
 """Variance of a position within its pixel [px^2], all that is known of a single one."""
 
-FLOOR = 0.0028
-"""What shading, blur and compression shift a whole outline by, at any size [px^2]."""
+SHADING = 0.0135
+"""Shift of a centroid by shading and blur: share of the radius, times the mean D / tolerance."""
 
 SMEAR = 0.004
 """Share of what makes a blob long: the ends of a smear fade unequally."""
@@ -20,8 +21,17 @@ SMEAR = 0.004
 ROUND = 1.1
 """Ratio of the second moments up to which a blob is not taken for a smear."""
 
+REACH = 6
+"""How far beyond the ends of its runs a blob may go on behind what hides it [px]."""
 
-def centroid_covariance(blobs: Blobs, width: int, height: int) -> NDArray[np.float64]:
+
+def centroid_covariance(
+    blobs: Blobs,
+    score: NDArray[np.float64],
+    part: NDArray[np.float64] | float,
+    width: int,
+    height: int,
+) -> NDArray[np.float64]:
     """Measurement covariance of each centroid.
 
     A sum of independent errors, with N the area, S the central second moments of the blob and B
@@ -31,17 +41,24 @@ def centroid_covariance(blobs: Blobs, width: int, height: int) -> NDArray[np.flo
       are twice those of the area within: 2 S B OUTLINE_VARIANCE / N^2, which falls with the
       blob's diameter;
     - the grid: PIXELATION / N;
+    - shading: blur mixes the object with what is around, and a mix is within tolerance up to the
+      farther out the nearer the object itself is to the reference color, which on its light and
+      its dark side is not the same. The blur of a lens and of motion grows with the picture, the
+      part of the blur with the distance to the color that the tolerance has been used up by, on
+      the mean 1 - score: (SHADING (1 - score) r)^2, with r^2 / 4 the minor second moment;
     - the smear of a moving object: SMEAR times what the major second moment has beyond ROUND
-      times the minor one, up to twice the minor one: longer things are long by themselves;
-    - FLOOR.
+      times the minor one, up to twice the minor one: longer things are long by themselves.
 
     A blob that touches the picture's border goes on behind it, nobody knows how far. With an
     extent e, the larger side of its box, and a hidden part between nothing and e, its true center
-    is up to e / 2 farther out: e^2 / 12 is added in that direction.
+    is up to e / 2 farther out: e^2 / 12 is added in that direction. Inside of the picture it may
+    go on where pixels of its color were dropped. A segment whose arc is a small part s of the
+    outline cuts off little, and more than half of the blob is seldom hidden: s^4 (e / 2)^2 / 12.
 
-    The constants are fitted to rendered balls of 8 to 50 px radius. What hides a part of the
-    blob inside the picture does not show here.
+    The constants are fitted to rendered balls of 10 to 65 px radius.
 
+    :param score: (N,) mean closeness to the reference color, 0..1.
+    :param part: (N,) of the outline beyond which the color was dropped, 0..1, see open_part().
     :param width, height: of the picture [px].
     :returns: (N, 2, 2) [px^2], positive definite.
     """
@@ -50,9 +67,27 @@ def centroid_covariance(blobs: Blobs, width: int, height: int) -> NDArray[np.flo
     outline = (np.pi / 2 * (box_width + box_height))[:, None, None]
     covariance = 2 * OUTLINE_VARIANCE * outline / area**2 * blobs.spread
     minor, major = blobs.axes
-    smear = SMEAR * np.clip(major - ROUND * minor, 0, 2 * minor)[:, None, None]
-    covariance += (PIXELATION / area + smear + FLOOR) * np.eye(2)
+    even = PIXELATION / blobs.area + SMEAR * np.clip(major - ROUND * minor, 0, 2 * minor)
+    even += (2 * SHADING * (1 - score)) ** 2 * minor
     hidden = np.maximum(box_width, box_height) ** 2 / 12
+    even += part**4 * hidden / 4
+    covariance += even[:, None, None] * np.eye(2)
     covariance[:, 0, 0] += np.where((left == 0) | (left + box_width == width), hidden, 0)
     covariance[:, 1, 1] += np.where((top == 0) | (top + box_height == height), hidden, 0)
     return covariance
+
+
+def open_part(blobs: Blobs, image: LabelImage, whole: LabelImage) -> NDArray[np.float64]:
+    """The part of the left or the right outline, the greater, beyond which the color goes on.
+
+    :param image: the labels that the blobs are made of.
+    :param whole: the labels before some were dropped.
+    :returns: (N,) 0..1.
+    """
+    row, left, right = blobs.runs.ends()
+    beyond = np.stack([left - REACH, right - 1 + REACH]).clip(0, image.width - 1)
+    dropped = (whole.pixels[row, beyond] == blobs.runs.label) & (image.pixels[row, beyond] == 0)
+    if not len(row):
+        return np.zeros(0)
+    count = np.add.reduceat(dropped, blobs.first_run, axis=1, dtype=float).max(axis=0)
+    return np.asarray(count / np.diff(blobs.first_run, append=len(row)))

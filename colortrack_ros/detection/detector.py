@@ -13,6 +13,7 @@ from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.covariance import centroid_covariance
+from colortrack_ros.detection.covariance import open_part
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.methods import METHODS
 from colortrack_ros.detection.morphology import close
@@ -74,29 +75,33 @@ class Detector:
             return Detections(stamp=frame.stamp, frame_id=frame.frame_id)
         config, method = self._config, self._method
         image = self._mask = method.label(frame)
-        self._regions.apply(image)
+        whole = method.whole
+        if self._regions:
+            whole = whole or image.copy()
+            self._regions.apply(image)
         close(image, config.closing_size, method.labels)
         erode(image, config.erosion_size, method.labels)
         open_(image, config.opening_size, method.labels)
-        blobs = find_blobs(image, config.min_area, config.max_area, method.connect)
+        blobs = find_blobs(image, config.min_area, connect=method.connect)
         if config.split and split_touching(image, blobs):
-            blobs = find_blobs(image, config.min_area, config.max_area, method.connect)
-        blobs = keep_shapes(blobs, config)
-        method.learn(frame, blobs)
-        return Detections(self._rows(frame, blobs), frame.stamp, frame.frame_id)
+            blobs = find_blobs(image, config.min_area, connect=method.connect)
+        kept = keep_shapes(blobs, config)
+        method.learn(frame, blobs, kept)
+        part = open_part(kept, image, whole) if whole else 0.0
+        return Detections(self._rows(frame, kept, part), frame.stamp, frame.frame_id)
 
-    def _rows(self, frame: Frame, blobs: Blobs) -> NDArray[np.void]:
+    def _rows(self, frame: Frame, blobs: Blobs, part: NDArray | float) -> NDArray[np.void]:
         rows = np.zeros(len(blobs.area), DETECTION)
         rows['u'], rows['v'] = blobs.mean.T
         height, width = frame.image.shape[:2]
-        covariance = centroid_covariance(blobs, width, height)
+        score = rows['score'] = self._score(frame, blobs)
+        covariance = centroid_covariance(blobs, score, part, width, height)
         rows['cov_uu'], rows['cov_uv'] = covariance[:, 0, 0], covariance[:, 0, 1]
         rows['cov_vv'] = covariance[:, 1, 1]
         rows['area'] = blobs.area
         for name, column in zip(('box_u', 'box_v', 'box_w', 'box_h'), blobs.box.T, strict=True):
             rows[name] = column
         rows['color'] = blobs.label - 1
-        rows['score'] = self._score(frame, blobs)
         return rows
 
     def _score(self, frame: Frame, blobs: Blobs) -> NDArray[np.float64]:

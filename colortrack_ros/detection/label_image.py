@@ -48,6 +48,10 @@ class LabelImage:
         """Some of the rows, a view."""
         return LabelImage(self.padded[top:bottom], self.width)
 
+    def copy(self) -> 'LabelImage':
+        """The same labels in a picture of their own."""
+        return LabelImage(self.padded.copy(), self.width)
+
     def content(self) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
         """The words that are not empty.
 

@@ -28,6 +28,10 @@ class Method(Protocol):
     def connect(self) -> Connect:
         """How runs of pixels become blobs."""
 
+    @property
+    def whole(self) -> LabelImage | None:
+        """The labels of the last frame before some were dropped that may be parts of objects."""
+
     def label(self, frame: Frame) -> LabelImage:
         """The label of each pixel: 0 for none, k + 1 for the color with the index k."""
 
@@ -40,8 +44,12 @@ class Method(Protocol):
         :param label: (N,) of the blobs that the pixels are in.
         """
 
-    def learn(self, frame: Frame, blobs: Blobs) -> None:
-        """Take what was found in the frame into account from the next frame on."""
+    def learn(self, frame: Frame, blobs: Blobs, kept: Blobs) -> None:
+        """Take what was found in the frame into account from the next frame on.
+
+        :param blobs: all of at least min_area.
+        :param kept: those of them that are detected.
+        """
 
     def restart(self) -> None:
         """Forget what was learned."""

@@ -46,10 +46,12 @@ class Regions:
         expect(not mask or self._picture is not None, 'mask', mask, 'the path of a picture')
         self._allowed: LabelImage | None = None
 
+    def __bool__(self) -> bool:
+        """Whether there is anywhere not to look."""
+        return bool(self._regions) or self._picture is not None
+
     def apply(self, image: LabelImage) -> None:
         """Set what is outside to 0, in place."""
-        if not self._regions and self._picture is None:
-            return
         if self._allowed is None or self._allowed.padded.shape != image.padded.shape:
             self._allowed = self._draw(*image.pixels.shape)
         np.bitwise_and(image.words, self._allowed.words, out=image.words)

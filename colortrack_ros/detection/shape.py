@@ -38,8 +38,7 @@ def circularity(blobs: Blobs) -> NDArray[np.float64]:
 
 def solidity(blobs: Blobs) -> NDArray[np.float64]:
     """Area over that of the convex hull."""
-    v, left = np.divmod(blobs.runs.start, blobs.runs.stride)
-    right = left + blobs.runs.end - blobs.runs.start
+    v, left, right = blobs.runs.ends()
     corners = np.stack([left, v, right, v, left, v + 1, right, v + 1], axis=1).astype(np.int32)
     parts = np.split(corners.reshape(-1, 2), 4 * blobs.first_run[1:])
     hulls = [cv2.contourArea(cv2.convexHull(part)) for part in parts if len(part)]
@@ -56,7 +55,9 @@ MEASURES: dict[str, Callable[[Blobs], NDArray[np.float64]]] = {
 
 
 def keep_shapes(blobs: Blobs, config: 'DetectorConfig') -> Blobs:
-    """The blobs that have all the shapes asked for; a parameter of 0 asks for nothing."""
+    """The blobs up to max_area with all the shapes asked for; 0 asks for nothing."""
+    if (large := blobs.area > config.max_area).any():
+        blobs = blobs.take(~large)
     for name, measure in MEASURES.items():
         least = getattr(config, name)
         if least > 0 and len(blobs.area):

@@ -4,11 +4,16 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 FIRST_NOISE, FIRST_SPEED = 1000.0, 700.0
 """Process noise [px/s^2] and speed [px/s] to start from."""
+
+MANY = 20
+"""From the ways of so many objects between their first two frames their speed is told."""
 
 LEAST_SPEED = 100.0
 """An object at rest may start with such a speed at any time [px/s]."""
@@ -45,6 +50,8 @@ class Adaptation:
     def __init__(self) -> None:
         self._log_noise = math.log(FIRST_NOISE)
         self._speed2 = FIRST_SPEED**2
+        self.has_met = False
+        """Whether there have been objects."""
         self._nis, self._product, self._predicted = 2.0, 0.0, 0.5
         self.rates = list(FIRST_RATES)
         """How often objects in sight and out of sight maneuver [1/s]."""
@@ -88,11 +95,25 @@ class Adaptation:
         :param image_size: of the picture, if it is known.
         """
         if all(image_size):
-            self._area = float(np.prod(image_size))
+            self._area = float(image_size[0] * image_size[1])
         elif len(z):
             self._low = np.minimum(self._low, z.min(axis=0))
             self._high = np.maximum(self._high, z.max(axis=0))
             self._area = max(float(np.prod(self._high - self._low)), FIRST_AREA)
+
+    def meet(self, before: Floats, after: Floats, dt: float) -> None:
+        """Take the first objects, (N, 2), and the detections of the next frame, (M, 2) [px].
+
+        The way to the nearest one is an object's own for most of them, if they are fewer or slower
+        than would make them change places. Its length has Rayleigh's distribution.
+
+        :param dt: between the two [s].
+        """
+        self.has_met = True
+        if min(len(before), len(after)) >= MANY:
+            way = float(np.quantile(cKDTree(after).query(before)[0], 0.8))
+            sigma = way / math.sqrt(-2 * math.log(1 - 0.8))
+            self._speed2 = min(self._speed2, (sigma / dt) ** 2)
 
     def learn_new(self, false: int, true: int) -> None:
         """Take the numbers of tracks that in a frame ended unconfirmed, and were confirmed."""
@@ -100,15 +121,16 @@ class Adaptation:
         self._false += max(SLOW, 1 / self._frames) * (false - self._false)
         self._births += SLOW * (max(true, LEAST_NEW) - self._births)
 
-    def learn_rates(self, turned: Floats, T: Floats, dt: float) -> None:
+    def learn_rates(self, known: Bools, turned: Floats, T: Floats, dt: float) -> None:
         """Take the tracks measured in a frame: expectation-maximization of how often they turn.
 
+        :param known: (K,) which of them to learn from.
         :param turned: (K,) probability that the track has maneuvered since it was last measured.
         :param T: (K,) when that was [s].
         :param dt: since the last frame [s].
         """
-        part = (1.5 * dt < T).astype(np.intp)
-        counts, times, turns = (np.bincount(part, x, 2).tolist() for x in (None, T, turned))
+        part = np.where(known, 1.5 * dt < T, 2)
+        counts, times, turns = (np.bincount(part, x, 3).tolist()[:2] for x in (None, T, turned))
         for i, (count, time, turn) in enumerate(zip(counts, times, turns, strict=True)):
             if time > 0:
                 share = GAIN * count / (count + FEW)
@@ -116,9 +138,15 @@ class Adaptation:
                 self.rates[i] = min(max(rate, RATE_RANGE[0]), RATE_RANGE[1])
 
     def learn_motion(
-        self, nis: Floats, product: Floats, predicted: Floats, turned: Floats, velocity: Floats
+        self,
+        steady: Bools,
+        nis: Floats,
+        product: Floats,
+        predicted: Floats,
+        turned: Floats,
+        velocity: Floats,
     ) -> None:
-        """Take the tracks measured in this frame and in the last.
+        """Take the tracks measured in a frame.
 
         With the right process noise innovations are white and NIS is 2 on average (Mehra 1970).
         Successive innovations alike say that the filter lags, the noise is too small; opposite
@@ -126,22 +154,25 @@ class Adaptation:
         as far as it is the prediction that is uncertain. The measurement noise may be smaller than
         given.
 
+        :param steady: (K,) which of them to learn from: measured in this frame and in the last.
         :param nis: (K,) innovations squared, normalized by their covariance.
         :param product: (K,) the same product of each innovation with the one before.
         :param predicted: (K,) share of the prediction in that covariance.
         :param turned: (K,) probability that the track has maneuvered.
         :param velocity: (K, 2) [px/s].
         """
-        if not len(nis):
+        count = int(np.count_nonzero(steady))
+        if not count:
             return
-        share = GAIN * len(nis) / (len(nis) + FEW)
-        calm = (1 - turned) / np.maximum(nis / 10, 1) / len(nis)
+        share = GAIN * count / (count + FEW)
+        mean = steady / count
+        calm = mean * (1 - turned) / np.maximum(nis / 10, 1)
         self._nis += share * (float(calm @ nis) - self._nis)
         self._product += share * (float(calm @ product) - self._product)
-        self._predicted += share * (float(predicted.sum()) / len(nis) - self._predicted)
+        self._predicted += share * (float(mean @ predicted) - self._predicted)
         excess, fit = self._nis / 2 - 1, self._predicted
         drive = (1 - fit) * self._product / 2 + (excess if excess > 0 else fit * excess)
         low, high = map(math.log, NOISE_RANGE)
         self._log_noise = min(max(self._log_noise + share * drive, low), high)
-        speed2 = float(np.vdot(velocity, velocity)) / velocity.size
+        speed2 = float((mean @ velocity**2).mean())
         self._speed2 += share * (speed2 - self._speed2) / 2

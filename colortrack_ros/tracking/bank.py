@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 
 from colortrack_ros.tracking.gaussian import invert
 from colortrack_ros.tracking.gaussian import joseph
+from colortrack_ros.tracking.gaussian import LOG_2PI
+from colortrack_ros.tracking.gaussian import log_density
 from colortrack_ros.tracking.gaussian import mixture
 from colortrack_ros.tracking.gaussian import turned
 from colortrack_ros.tracking.motion import MotionModel
@@ -12,7 +14,6 @@ from colortrack_ros.tracking.motion import MotionModel
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-LOG_2PI = float(np.log(2 * np.pi))
 TINY, LEAST_WEIGHT = 1e-300, 1e-12
 """Next to nothing, and as little as a mode ever weighs: it must be able to come back."""
 
@@ -43,8 +44,8 @@ class Bank:
             self._interact(self.model.switching(dt))
         F, Q = self.model.transition(dt), variance * self.model.noise(dt)
         modes, n, _ = F.shape
-        FF = (F[:, :, None, :, None] * F[:, None, :, None, :]).reshape(modes, n * n, n * n)
-        FF = FF.swapaxes(1, 2)
+        FF = F[:, :, None, :, None] * F[:, None, :, None, :]
+        FF = FF.reshape(modes, n * n, n * n).swapaxes(1, 2)
         self.mean = self.mean @ F.swapaxes(1, 2) + self.model.drift(dt)
         self.cov = (self.cov.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape) + Q[:, None]
         if self.model.trust is None:
@@ -88,28 +89,29 @@ class Bank:
             (K,); of the likeliest mode, going on, the squared innovation normalized by S, (K,),
             the share of P in S, (K,), and the innovation over the fourth root of det S, (K, 2).
         """
-        mean, S = self.mean[:, track, :4], self.cov[:, track, :2, :2] + R
-        e, way = z - mean[..., :2], mean[..., 2:] * (T / 2)[:, None]
-        x, y = np.array([e, e + way]).transpose(3, 0, 1, 2)
-        a, b, c = (np.array([part, part]) for part in (S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]))
-        spread = (speed * T) ** 2 / 3
-        a[1] += way[..., 0] ** 2 / 3 + spread
-        b[1] += way[..., 0] * way[..., 1] / 3
-        c[1] += way[..., 1] ** 2 / 3 + spread
-        det = a * c - b * b
-        d2 = (c * x * x - 2 * b * x * y + a * y * y) / det
-        log = -0.5 * (d2 + np.log(det)) - LOG_2PI
-        log[0] += np.log1p(-chance)
-        log[1] += np.log(np.maximum(chance, TINY))
+        mean, cov = self.mean[:, track], self.cov[:, track]
+        x, y = z[:, 0] - mean[..., 0], z[:, 1] - mean[..., 1]
+        p, q = mean[..., 2] * (T / 2), mean[..., 3] * (T / 2)
+        S = cov[..., 0, 0] + R[:, 0, 0], cov[..., 0, 1] + R[:, 0, 1], cov[..., 1, 1] + R[:, 1, 1]
+        d2, det, going_on = log_density(x, y, *S)
+        s2 = (speed * T) ** 2 / 3
+        S = S[0] + p * p / 3 + s2, S[1] + p * q / 3, S[2] + q * q / 3 + s2
+        turning = log_density(x + p, y + q, *S)[2]
+        going_on += np.log1p(-chance)
+        turning += np.log(np.maximum(chance, TINY))
+        best: tuple = (0,)
         if self.model.modes > 1:
-            log += np.log(np.maximum(self.weight[:, track], TINY))
-        best = log[0].argmax(axis=0), np.arange(len(track))
-        by_case = np.logaddexp.reduce(log, axis=1)
-        total = np.logaddexp(by_case[0], by_case[1])
-        maneuvered = np.exp(by_case[1] - total)
-        root = np.sqrt(det[0][best])
+            weight = np.log(np.maximum(self.weight[:, track], TINY))
+            going_on, turning = going_on + weight, turning + weight
+            best = going_on.argmax(axis=0), np.arange(len(track))
+            going_on, turning = (np.logaddexp.reduce(log, axis=0) for log in (going_on, turning))
+        else:
+            going_on, turning = going_on[0], turning[0]
+        total = np.logaddexp(going_on, turning)
+        root = np.sqrt(det[best])
         predicted = 1 - np.sqrt(R[:, 0, 0] * R[:, 1, 1] - R[:, 0, 1] ** 2) / root
-        return total, maneuvered, d2[0][best], predicted, e[best] / np.sqrt(root)[:, None]
+        innovation = np.array([x[best], y[best]]) / np.sqrt(root)
+        return total, np.exp(turning - total), d2[best], predicted, innovation.T
 
     def maneuver(self, track: Indices, weight: Floats, T: Floats, speed: float) -> None:
         """Replace predictions by a mixture of going on and of having maneuvered.
@@ -168,12 +170,13 @@ class Bank:
         :param R: (K, 2, 2) its covariance [px^2].
         :param share: (K,) probability that it is the track's; what is left is that none is.
         """
-        x, design = self.mean[:, track], self.design[:, track]
+        x, cov = self.mean[:, track], self.cov[:, track]
+        design = cov if self.model.trust is None else self.design[:, track]
         inverse, det = invert(design[..., :2, :2] + R)
         K = design[..., :2] @ inverse
         e = (z - x[..., :2])[..., None]
         step = (K @ e)[..., 0]
-        P = joseph(self.cov[:, track], K, R)
+        P = joseph(cov, K, R)
         if self.model.trust is not None:
             self.design[:, track] = joseph(design, K, R)
         if share is None and (self.model.modes == 1 or self.model.selected):
@@ -234,13 +237,21 @@ class Bank:
         cov = np.zeros((*mean.shape, self.model.size))
         cov[:] = np.diag(spread**2)
         cov[:, :, :2, :2] = R
-        weight = np.repeat(self.model.switching(1e3)[0][:, None], len(z), axis=1)
+        weight = np.broadcast_to(self.model.switching(1e3)[0][:, None], mean.shape[:2])
         self._hold(
             np.concatenate([self.mean, mean], axis=1),
             np.concatenate([self.cov, cov], axis=1),
             self.design if self.model.trust is None else np.concatenate([self.design, cov], axis=1),
             np.concatenate([self.weight, weight], axis=1),
         )
+
+    def doubt(self, speed: float) -> None:
+        """Change what is known of the velocities of filters at rest: the standard deviation.
+
+        :param speed: on each axis [px/s].
+        """
+        for cov in (self.cov, self.design):
+            cov[:, :, (2, 3), (2, 3)] = speed**2
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Drop the tracks where mask, (N,), is False."""

@@ -22,27 +22,35 @@ def candidates(center: Floats, half: Floats, points: Floats) -> tuple[Indices, I
     :param points: (M, 2) [px].
     :return: indices (K,) of rectangles, ascending, and (K,) of points.
     """
-    if len(center) * len(points) <= FEW:
-        (u, v), (x, y), (width, height) = points.T, center.T[..., None], half.T[..., None]
-        rectangle, point = np.nonzero((np.abs(u - x) <= width) & (np.abs(v - y) <= height))
+    (u, v), (x, y), (w, h) = (np.ascontiguousarray(pairs.T) for pairs in (points, center, half))
+    if len(x) * len(u) <= FEW:
+        inside = np.abs(u - x[:, None]) <= w[:, None]
+        inside &= np.abs(v - y[:, None]) <= h[:, None]
+        rectangle, point = inside.nonzero()
         return rectangle, point
-    start, end = points.min(axis=0), points.max(axis=0)
-    tall = float(np.minimum(half[:, 1], end[1] - start[1]).mean())
-    height = max(2 * tall, float(end[1] - start[1]) / 1000, 1.0)
-    row_of = np.floor((points[:, 1] - start[1]) / height)
-    length = float(end[0] - start[0]) + 2.0
-    key = row_of * length + (points[:, 0] - start[0] + 1)
-    order = np.argsort(key, kind='stable')
-    low = np.clip(center - half - start, -1, end - start + 1)
-    high = np.clip(center + half - start, -1, end - start + 1)
-    top, bottom = np.floor(low[:, 1] / height), np.floor(high[:, 1] / height)
+    u0, u1, v0, v1 = u.min(), u.max(), v.min(), v.max()
+    tall = float(np.minimum(h, v1 - v0).mean())
+    height = max(2 * tall, float(v1 - v0) / 1000, 1.0)
+    length = float(u1 - u0) + 2.0
+    key = np.floor((v - v0) / height) * length + (u - u0 + 1)
+    order = key.argsort(kind='stable')
+    key = key[order]
+    top = np.floor(_within(y - h - v0, v1 - v0) / height)
+    bottom = np.floor(_within(y + h - v0, v1 - v0) / height)
     rectangle, row = _runs(top, (bottom - top + 1).astype(np.intp))
-    first = np.searchsorted(key[order], row * length + low[rectangle, 0] + 0.999999)
-    last = np.searchsorted(key[order], row * length + high[rectangle, 0] + 1.000001)
+    start = row * length
+    first = key.searchsorted(start + _within(x - w - u0, u1 - u0)[rectangle] + 0.999999)
+    last = key.searchsorted(start + _within(x + w - u0, u1 - u0)[rectangle] + 1.000001)
     run, place = _runs(first, last - first)
     rectangle, point = rectangle[run], order[place]
-    inside = (np.abs(points[point] - center[rectangle]) <= half[rectangle]).all(axis=1)
+    inside = np.abs(v[point] - y[rectangle]) <= h[rectangle]
+    inside &= np.abs(u[point] - x[rectangle]) <= w[rectangle]
     return rectangle[inside], point[inside]
+
+
+def _within(x: Floats, last: float) -> Floats:
+    """The nearest number of -1 to last + 1."""
+    return np.minimum(np.maximum(x, -1.0), last + 1.0)
 
 
 def _runs(first: NDArray, length: Indices) -> tuple[Indices, NDArray]:
@@ -52,6 +60,6 @@ def _runs(first: NDArray, length: Indices) -> tuple[Indices, NDArray]:
     :param length: (N,) of each run.
     :return: (K,) index of the run, and (K,) the number.
     """
-    run = np.repeat(np.arange(len(length)), length)
-    offset = np.arange(len(run)) - (np.cumsum(length) - length)[run]
-    return run, first[run] + offset
+    run = np.arange(len(length)).repeat(length)
+    offset = first - (length.cumsum() - length)
+    return run, np.arange(len(run)) + offset[run]

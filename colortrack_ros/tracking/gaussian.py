@@ -5,16 +5,30 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+LOG_2PI = float(np.log(2 * np.pi))
+
+
+def log_density(
+    x: Floats, y: Floats, a: Floats, b: Floats, c: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Of N((x, y); 0, S) with S = [[a, b], [b, c]], all of the same shape.
+
+    :return: the square of (x, y) normalized by S, the determinant of S, the log of the density.
+    """
+    det = a * c - b * b
+    d2 = (c * x * x - 2 * b * x * y + a * y * y) / det
+    return d2, det, -0.5 * (d2 + np.log(det)) - LOG_2PI
+
 
 def joseph(P: Floats, K: Floats, R: Floats) -> Floats:
     """Covariance after an update by any gain: (I - KH) P (I - KH)^T + K R K^T.
 
+    With H = [I 0] and A = (I - KH) P that is A + (K R - A H^T) K^T.
+
     :param P: (..., n, n); K: (..., n, 2); R: (..., 2, 2).
     """
-    A = np.empty_like(P)
-    A[:] = np.eye(P.shape[-1])
-    A[..., :2] -= K
-    P = A @ P @ A.swapaxes(-1, -2) + K @ R @ K.swapaxes(-1, -2)
+    P = P - K @ P[..., :2, :]
+    P += (K @ R - P[..., :2]) @ K.swapaxes(-1, -2)
     return np.asarray((P + P.swapaxes(-1, -2)) / 2)
 
 

@@ -15,7 +15,12 @@ DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
 singles, area, box_u, box_v, box_w, box_h, score."""
 
 FARTHEST = 1e6
+LIMITS = np.array([FARTHEST, FARTHEST, FARTHEST**2, FARTHEST**2, FARTHEST**2])
 """No picture has a place farther out [px]; a covariance and an area are at most its square."""
+
+CUT_SIGMA, LEAST_CUT = 0.2, 2.0
+"""A standard deviation beyond this share of the blob's size and this many px is no noise: a blob at
+the picture's border goes on behind it."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +33,7 @@ class Blobs:
     :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px]; a
         detection without a box is a point.
     :param joined: (M,) put together of several.
+    :param cut: (M, 2) by axis: its covariance says that part of the object is out of sight.
     """
 
     rows: NDArray[np.void]
@@ -35,11 +41,13 @@ class Blobs:
     R: Floats
     box: Floats
     joined: NDArray[np.bool_]
+    cut: NDArray[np.bool_]
 
     def reach(self, which: NDArray[np.intp]) -> Floats:
         """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
-        z, box = self.z[which], self.box[which]
-        return np.stack([z - box[:, 0], box[:, 1] - z], axis=1)
+        reach = self.box[which] - self.z[which][:, None]
+        reach[:, 0] *= -1
+        return reach
 
     @property
     def size(self) -> Floats:
@@ -57,20 +65,19 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     rows = np.ascontiguousarray(rows)
     doubles = rows.view(np.float64).reshape(-1, DETECTION.itemsize // 8)[:, DOUBLES]
     singles = rows.view(np.float32).reshape(-1, DETECTION.itemsize // 4)[:, SINGLES]
+    near = np.abs(doubles) <= LIMITS, np.abs(singles) <= FARTHEST**2  # not what is NaN
+    if not (near[0].all() and near[1].all()):
+        good = near[0].all(axis=1) & near[1].all(axis=1)
+        rows, doubles, singles = rows[good], doubles[good], singles[good]
     a, b, c = doubles[:, 2], doubles[:, 3], doubles[:, 4]
-    with np.errstate(invalid='ignore', over='ignore'):
-        none = (a == 0) & (b == 0) & (c == 0)
-        good = none | ((a > 0) & (a * c > b * b))
-        good &= (np.abs(doubles[:, :2]) <= FARTHEST).all(axis=1)  # neither is NaN
-        good &= (np.abs(doubles[:, 2:]) <= FARTHEST**2).all(axis=1)
-        good &= (np.abs(singles) <= FARTHEST**2).all(axis=1)
-    if not good.all():
-        rows, doubles, singles, none = rows[good], doubles[good], singles[good], none[good]
+    definite = (a > 0) & (a * c > b * b)
+    if not definite.all():
+        good = definite | ~doubles[:, 2:].any(axis=1)
+        rows, doubles, singles = rows[good], doubles[good], singles[good]
+        definite = definite[good]
     z, R = doubles[:, :2].copy(), doubles[:, [2, 3, 3, 4]].reshape(-1, 2, 2)
-    if not config.detection_covariance:
-        none[:] = True
-    if none.any():
-        R[none] = config.measurement_noise**2 * np.eye(2)
+    if not (config.detection_covariance and definite.all()):
+        R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
     box, size = np.empty((len(rows), 2, 2)), singles[:, 3:5]
     if config.use_boxes:
         box[:, 0] = singles[:, 1:3] - 0.5
@@ -79,4 +86,8 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
         box[point] = z[point, None]
     else:
         box[:] = z[:, None]
-    return Blobs(rows, z, R, box, np.zeros(len(rows), bool))
+    cut = np.zeros((len(rows), 2), bool)
+    if config.use_boxes and config.detection_covariance:
+        diagonal = doubles[:, [2, 4]]
+        cut = diagonal > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2
+    return Blobs(rows, z, R, box, np.zeros(len(rows), bool), cut)

@@ -26,6 +26,7 @@ RECORD = np.dtype(
         ('box_w', 'f4'),
         ('box_h', 'f4'),
         ('extent', 'f8', (2, 2)),
+        ('partial', '?', 2),
         ('innovation', 'f8', 2),
         ('outside', '?'),
         ('visible', 'f8'),
@@ -36,8 +37,9 @@ RECORD = np.dtype(
 
 born, updated: stamp of the first and of the last detection [ns]; origin: where it began [px];
 hits, misses: frames with and without a detection; extent: reach of the object to the low and high
-side, by axis [px], see blobs; innovation: the last one, see Pairs; outside: predicted outside the
-picture; visible, hidden: probability that the object exists and can, or cannot, be seen.
+side, by axis [px], see blobs; partial: it has never been in sight wholly, by axis; innovation: the
+last one, see Pairs; outside: predicted outside the picture; visible, hidden: probability that the
+object exists and can, or cannot, be seen.
 """
 
 NEW = 0.5
@@ -66,6 +68,7 @@ def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> ND
     records['origin'] = blobs.z[new]
     records['color'] = blobs.rows['color'][new]
     records['extent'] = blobs.reach(new)
+    records['partial'] = blobs.cut[new]
     records['visible'] = NEW
     hit(records, slice(None), blobs.rows[new], stamp)
     return records
@@ -148,14 +151,22 @@ def present(
     :param config: the limits.
     :return: (N,) True for tracks to keep.
     """
-    sigma = np.sqrt(cov[:, [0, 1], [0, 1]])
-    keep = (sigma <= config.max_position_sigma).all(axis=1)
-    if all(config.image_size):
-        reach, unmeasured = records['extent'], stamp - records['updated']
-        before = mean[:, :2] + reach[:, 1] + sigma < -0.5
-        beyond = mean[:, :2] - reach[:, 0] - sigma > np.array(config.image_size) - 0.5
-        records['outside'] = (before | beyond).any(axis=1) & (unmeasured > 0)
-        leaving = (before & (mean[:, 2:4] <= 0)) | (beyond & (mean[:, 2:4] >= 0))
-        recent = unmeasured < LEAVING * dt * NANOSECONDS
-        keep &= np.logical_not(records['outside'] & leaving.any(axis=1) & recent)
-    return np.asarray(keep)
+    largest = np.maximum(cov[:, 0, 0], cov[:, 1, 1])
+    keep = largest <= config.max_position_sigma**2
+    records['outside'] = False
+    if not all(config.image_size):
+        return keep
+    last = np.array(config.image_size) - 0.5
+    beside = ((mean[:, :2] < -0.5) | (mean[:, :2] > last)).any(axis=1)
+    track = np.flatnonzero(beside & (records['updated'] != stamp))
+    if len(track):
+        sigma = np.sqrt(cov[track][:, [0, 1], [0, 1]])
+        reach, center, velocity = records['extent'][track], mean[track, :2], mean[track, 2:4]
+        before = center + reach[:, 1] + sigma < -0.5
+        beyond = center - reach[:, 0] - sigma > last
+        outside = (before | beyond).any(axis=1)
+        records['outside'][track] = outside
+        leaving = (before & (velocity <= 0)) | (beyond & (velocity >= 0))
+        recent = stamp - records['updated'][track] < LEAVING * dt * NANOSECONDS
+        keep[track] &= ~(outside & leaving.any(axis=1) & recent)
+    return keep

@@ -58,33 +58,29 @@ class Outlook:
         """All pairs whose gain may be positive.
 
         With the gain ln p / (1 - p) + ln N(e; 0, S) - ln density that is d^2 below a bound that S
-        sets. The gate is the rectangle around the gates of going on and of having maneuvered.
+        sets. The gate is a rectangle that holds the gates of going on and of having maneuvered.
         Without a gate every pair is a candidate. None is with a track that has been measured at
         this stamp before, nor of two colors if color gates.
 
         :return: (K,) tracks, ascending, and (K,) blobs.
         """
-        R = blobs.R[:, [0, 1], [0, 1]]
-        widest, narrowest = R.max(axis=0, initial=0.0), R.min(axis=0, initial=1e9) + 1e-9
-        T = self.unmeasured[:, None]
-        way = self.velocity * T / 2
-        turned = self.variance + way**2 / 3 + (self.speed * T) ** 2 / 3
-        variance = np.array([self.variance, turned])
-        S = variance + narrowest
-        bound = 2 * (self.odds - self.density - math.log(np.pi)) - np.log(S[..., 0] * S[..., 1])
-        bound[1] += 2 * np.log(np.maximum(self.chance, 1e-300))
-        half = np.sqrt(np.maximum(bound, 0.0)[..., None] * (variance + widest))
+        variance = blobs.R[:, [0, 1], [0, 1]]
+        widest, narrowest = variance.max(initial=0.0), variance.min(initial=1e9) + 1e-9
+        T = self.unmeasured[:, None] / 2
+        way = self.velocity * T
+        turned = self.variance + (way**2 + (2 * self.speed * T) ** 2) / 3
+        S = self.variance + narrowest
+        bound = 2 * (self.odds - self.density - math.log(np.pi)) - np.log(S[:, 0] * S[:, 1])
+        half = np.sqrt(np.maximum(bound, 0.0)[:, None] * (turned + widest)) + np.abs(way)
         if self.sized:
             half += self.records['extent'].sum(axis=1) / 2
         if not config.gating:
             half[:] = FAR
-        low = np.minimum(-half[0], -way - half[1])
-        high = np.maximum(half[0], half[1] - way)
-        track, blob = candidates(self.center + (low + high) / 2, (high - low) / 2, blobs.z)
+        track, blob = candidates(self.center, half, blobs.z)
         fit = self.unmeasured[track] > 0
         if config.color_gating:
             fit &= self.records['color'][track] == blobs.rows['color'][blob]
-        return track[fit], blob[fit]
+        return (track, blob) if fit.all() else (track[fit], blob[fit])
 
     def pair(
         self, blobs: Blobs, track: Indices, blob: Indices, shared: NDArray[np.bool_] | None = None
@@ -106,7 +102,7 @@ class Outlook:
                 weight[:, one] = sides_of_several(
                     blobs, blob[one], center[:, one], expected[one], variance[one]
                 )
-            z, R = measure(blobs, blob, extent, weight)
+            z, R = measure(blobs, blob, extent, self.records['partial'][track], weight)
         compared = self.bank.compare(
             track, z, R, self.chance[track], self.unmeasured[track], self.speed
         )

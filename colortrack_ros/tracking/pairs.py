@@ -36,5 +36,7 @@ class Pairs:
     innovation: Floats
 
     def take(self, index: Indices) -> 'Pairs':
-        """Some of the pairs."""
+        """Some of the pairs, in the same order."""
+        if len(index) == len(self.track):
+            return self
         return Pairs(*(getattr(self, field.name)[index] for field in fields(self)))

@@ -14,7 +14,7 @@ from colortrack_ros.tracking.motion import MotionModel
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'hits')
+KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'partial', 'hits')
 """What a track keeps when another goes on in its place."""
 
 
@@ -40,8 +40,8 @@ class Population:
         :param speed: standard deviation of their velocity on each axis [px/s].
         :param acceleration: the same of the acceleration, for models that have one [px/s^2].
         """
-        spread = np.repeat([0.0, speed, acceleration], 2)[: self.bank.model.size]
-        self.bank.append(blobs.z[new], blobs.R[new], spread)
+        spread = np.array([0.0, 0.0, speed, speed, acceleration, acceleration])
+        self.bank.append(blobs.z[new], blobs.R[new], spread[: self.bank.model.size])
         born = births(blobs, new, stamp, self.next_id)
         self.records = np.concatenate([self.records, born], dtype=RECORD)
         self.next_id += len(born)
@@ -76,7 +76,8 @@ class Population:
             rows[name] = records[name]
         rows['u'], rows['v'], rows['du'], rows['dv'] = mean[:, :4].T
         rows['covariance'] = covariance[:, :4, :4]
-        rows['covariance'][:, [0, 1], [0, 1]] += bias**2
+        rows['covariance'][:, 0, 0] += bias**2
+        rows['covariance'][:, 1, 1] += bias**2
         rows['age'] = (stamp - records['born']) / NANOSECONDS
         rows['time_since_update'] = (stamp - records['updated']) / NANOSECONDS
         rows['score'] = records['visible'] + records['hidden']

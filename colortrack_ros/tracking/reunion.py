@@ -11,6 +11,9 @@ from colortrack_ros.tracking.population import Population
 
 Indices = NDArray[np.intp]
 
+FAR = 7.0
+"""Nothing comes so many standard deviations away from where it may be expected."""
+
 
 def reunions(
     tracks: Population,
@@ -39,8 +42,14 @@ def reunions(
     fit &= records['color'][one] == records['color'][other]
     one, other = one[fit], other[fit]
     T = (stamp - records['updated'][one]) / NANOSECONDS
-    chance = learned.chance(T, period) * config.maneuvers
     speed = config.initial_speed or learned.speed
+    mean, cov = tracks.bank.estimate()
+    reach = np.hypot(mean[one, 2], mean[one, 3]) * T
+    reach += FAR * np.sqrt((cov[one, 0, 0] + cov[one, 1, 1]) / 2 + (speed * T) ** 2)
+    apart = mean[one, :2] - mean[other, :2]
+    near = np.hypot(apart[:, 0], apart[:, 1]) <= reach
+    one, other, T = one[near], other[near], T[near]
+    chance = learned.chance(T, period) * config.maneuvers
     gain = tracks.bank.resemblance(one, other, chance, T, speed)
     gain += np.log(np.maximum(records['hidden'][one], 1e-9))
     gain -= np.log(learned.birth_density(records['origin'][other], config.image_size))

@@ -35,7 +35,7 @@ ROW = np.dtype((np.void, DETECTION.itemsize))
 MISTAKEN = math.log(50)
 """What another color costs where it does not gate: the detector mixes up one in so many."""
 
-UNLIKELY = 1e-3
+UNLIKELY = 0.01
 """A maneuver of less probability is left out of account."""
 
 
@@ -132,6 +132,9 @@ class Tracker:
         """Predict all tracks by dt [s]."""
         config, learned, tracks = self.config, self._adaptation, self._tracks
         learned.learn_size(blobs.z, config.image_size)
+        if dt > 0 and len(tracks.records) and not learned.has_met:
+            learned.meet(tracks.bank.mean[0, :, :2], blobs.z, dt)
+            tracks.bank.doubt(config.initial_speed or learned.speed)
         noise = config.process_noise or learned.noise
         tracks.bank.predict(dt, noise**2)
         life.conceal(tracks.records, dt, config)
@@ -201,8 +204,8 @@ class Tracker:
         """Update filters, existence, sizes and what is learned by what has been measured."""
         p = self.config.detection_probability
         ratio = np.full(len(self._tracks.records), 1.0 if again else 1 - p)
-        likelihood = np.exp(np.minimum(pairs.likelihood - outlook.density, 50.0))
-        np.add.at(ratio, pairs.track, p * likelihood)
+        likelihood = p * np.exp(np.minimum(pairs.likelihood - outlook.density, 50.0))
+        ratio += np.bincount(pairs.track, likelihood, len(ratio))
         life.reveal(self._tracks.records, ratio)
 
         hard = bool((share == 1).all())
@@ -240,6 +243,7 @@ class Tracker:
         )
         learned[~alone] = extent[~alone]
         self._tracks.records['extent'][track] = learned
+        self._tracks.records['partial'][track] &= blobs.cut[blob] | ~whole[:, None]
         growth = learned.sum(axis=1) - size
         growth[growth < shape.slack(size)] = 0.0
         if growth.any():
@@ -253,18 +257,14 @@ class Tracker:
         records, track = self._tracks.records, taken.track
         before, unmeasured = records['innovation'][track], outlook.unmeasured[track]
         records['innovation'][track] = whole[:, None] * taken.innovation
-        steady = (records['hits'][track] > 2) & (unmeasured <= self._period) & whole
-        product = (before * taken.innovation).sum(axis=1)
-        velocity = self._tracks.bank.mean[0, track[steady], 2:4]
-        self._adaptation.learn_motion(
-            taken.nis[steady],
-            product[steady],
-            taken.predicted[steady],
-            taken.turned[steady],
-            velocity,
-        )
         known = records['hits'][track] > 2
-        self._adaptation.learn_rates(taken.turned[known], unmeasured[known], self._period)
+        self._adaptation.learn_rates(known, taken.turned, unmeasured, self._period)
+        steady = known & (unmeasured <= self._period) & whole
+        product = np.einsum('ij,ij->i', before, taken.innovation)
+        velocity = outlook.velocity[track]
+        self._adaptation.learn_motion(
+            steady, taken.nis, product, taken.predicted, taken.turned, velocity
+        )
 
     def _settle(self, again: bool) -> None:
         """Let tracks be confirmed, coast, or end."""

@@ -6,10 +6,13 @@ import pictures
 import pytest
 import textbook
 
+from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import color_table
+from colortrack_ros.detection import columns
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.color_table import ColorTable
+from colortrack_ros.detection.columns import Columns
 
 LUTS = sorted({False, color_table.HAS_16_BIT_LUT})
 
@@ -19,10 +22,10 @@ LUTS = sorted({False, color_table.HAS_16_BIT_LUT})
 @given(frame=pictures.frames(), colors=pictures.colors())
 def test_the_mask_is_that_of_the_float_computation(has_lut, frame, colors):
     assume(textbook.is_decided(frame, colors))
-    table = ColorTable(colors)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(color_table, 'HAS_16_BIT_LUT', has_lut)
-        labels = table.label(frame.image, frame.encoding).pixels
+        table = ColorTable(colors)
+    labels = table.label(frame.image, frame.encoding).pixels
     np.testing.assert_array_equal(labels, textbook.labels(frame, colors))
     np.testing.assert_array_equal(
         table.label(frame.image, frame.encoding).pixels, labels, 'the second time, from memory'
@@ -61,8 +64,37 @@ def test_the_largest_number_of_colors():
     assert labels.max() == 254
 
 
+@pytest.mark.parametrize('encoding', [name for name in ENCODINGS if name != 'mono8'])
+@pytest.mark.parametrize('share', [0.0, 1.0])
+def test_columns_that_are_ruled_out_hold_no_color(encoding, share, monkeypatch):
+    monkeypatch.setattr(color_table, 'HAS_16_BIT_LUT', False)
+    monkeypatch.setattr(columns, 'GAP', 50)
+    random = np.random.default_rng(1)
+    image = random.normal(120, 6, (40, 600, ENCODINGS[encoding])).clip(0, 255).astype(np.uint8)
+    for k, color in enumerate(((200, 40, 30), (250, 250, 250), (10, 10, 10), (30, 60, 220))):
+        image[5:9, 20 + 150 * k : 26 + 150 * k, :3] = color
+    frame = Frame(image, encoding)
+    colors = tuple(
+        ReferenceColor.from_rgb(f'{k}', rgb, 30.0)
+        for k, rgb in enumerate(((200, 40, 30), (250, 250, 250), (10, 10, 10), (30, 60, 220)))
+    )
+    for some in (*((color,) for color in colors), colors):
+        table = ColorTable(some)
+        table._columns._share = share
+        for _ in range(2):
+            labels = table.label(image, encoding).pixels
+            np.testing.assert_array_equal(labels, textbook.labels(frame, some))
+        parts = Columns.parts(table._columns, image, encoding)
+        looked_at = sum(right - left for left, right in parts)
+        assert looked_at == 600 if share else 0 < looked_at <= 150 * len(some)
+
+
+@pytest.mark.parametrize('has_lut', LUTS)
 @pytest.mark.parametrize('height', [1, 2, 3, 301])
-def test_threads_and_strips_do_not_change_the_result(height):
+def test_threads_and_strips_do_not_change_the_result(height, has_lut, monkeypatch):
+    monkeypatch.setattr(color_table, 'HAS_16_BIT_LUT', has_lut)
+    monkeypatch.setattr(color_table, 'STRIP', 20_000)
+    monkeypatch.setattr(color_table, 'LONG_STRIP', 30_000)
     random = np.random.default_rng(5)
     image = random.integers(90, 160, (height, 1000, 3), dtype=np.uint8)
     colors = (ReferenceColor('gray', (50.0, 0.0, 0.0), 12.0),)

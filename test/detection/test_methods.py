@@ -13,6 +13,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.background_model import _median_of_five
 
 RATE = 25
@@ -124,6 +125,32 @@ def test_background_is_learned_again_on_request_and_after_a_change_of_size():
     assert sum(len(detector.detect(frame).rows) for frame in frames[-5:]) == 0
     smaller = [replace(frame, image=frame.image[:80]) for frame in frames[-5:]]
     assert sum(len(detector.detect(frame).rows) for frame in smaller) == 0
+
+
+def test_what_is_found_is_no_background_even_if_it_is_too_large_to_be_detected():
+    path = [None] * 30 + [(60, 60)] * 150
+    config = DetectorConfig(method='background', opening_size=3, max_area=100)
+    detector = Detector(config)
+    for frame in film(path):
+        assert len(detector.detect(frame).rows) == 0
+    assert np.count_nonzero(detector.mask) > 150
+
+
+@pytest.mark.parametrize('present', [8, 40])
+def test_what_something_that_was_there_from_the_beginning_has_hidden_is_not_found(present):
+    """A red ball leaves its place on a red rug: the rug is not new."""
+    random = np.random.default_rng(0)
+    room = np.full((120, 200, 3), 110, np.uint8)
+    room[60:110, 30:170] = (60, 70, 190)
+    v, u = np.indices(room.shape[:2])
+    color = ReferenceColor.from_rgb('red', (200, 60, 45), 40.0)
+    detector = Detector(DetectorConfig(colors=(color,), moving_only=True))
+    for k in range(100):
+        image = room + random.normal(0, 2, room.shape)
+        image[np.hypot(u - 60 - 8 * max(k - present, 0), v - 85) < 12] = (20, 40, 230)
+        frame = Frame(np.clip(image, 0, 255).astype(np.uint8), stamp=k * NANOSECONDS // RATE)
+        rows = detector.detect(frame).rows
+        assert k < present + 45 or not len(rows)
 
 
 def test_the_mask_is_that_of_the_last_frame():

@@ -7,6 +7,7 @@ from silhouettes import points
 
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.adaptation import Adaptation
 
 DT = 1 / 24
 
@@ -55,3 +56,20 @@ def test_without_maneuvers_turns_cost_tracks():
     config = TrackerConfig(maneuvers=False, process_noise=20.0)
     _, tracker = errors(config, wandering(20.0, 0.7))
     assert max(tracker.update(points([], 200 * FRAME)).rows['track_id']) > 12
+
+
+@pytest.mark.parametrize('speed', [120.0, 300.0])
+def test_the_first_two_frames_of_a_crowd_tell_its_speed(speed):
+    rng = np.random.default_rng(0)
+    before = rng.uniform(0, 3000, (1000, 2))
+    after = before + rng.normal(0, speed / 30, before.shape)
+    learned = Adaptation()
+    learned.meet(before, after, 1 / 30)
+    assert 0.8 * speed < learned.speed < 1.2 * speed
+
+
+def test_the_first_two_frames_of_a_few_objects_tell_nothing():
+    learned = Adaptation()
+    before = learned.speed
+    learned.meet(np.zeros((19, 2)), np.zeros((19, 2)), 1 / 30)
+    assert learned.speed == before

@@ -15,36 +15,26 @@ SMALL = 10_000
 def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
     """Choose the pairs with the greatest sum of gains; see Associator.
 
-    Pairs worth more than the best alternatives of their track and of their detection together are
+    Pairs worth more than all the alternatives of their track and of their detection together are
     in every best assignment: exchanging them can only lose. Nearly all pairs are, and are taken in
-    bulk; what is left is solved as one sparse problem.
+    bulk; what is left is solved as one problem.
     """
     left = np.flatnonzero(gain > 0)
     chosen = [left[:0]]
     while len(left):
         t, d, g = track[left], detection[left], gain[left]
-        sure = g > _alternative(t, g) + _alternative(d, g)
+        sure = 3 * g > np.bincount(t, g)[t] + np.bincount(d, g)[d]
         if not sure.any():
             chosen.append(left[_solve(t, d, g)])
             break
         chosen.append(left[sure])
+        if sure.all():
+            break
         gone_t, gone_d = np.zeros(t.max() + 1, bool), np.zeros(d.max() + 1, bool)
         gone_t[t[sure]] = gone_d[d[sure]] = True
         left = left[~(gone_t[t] | gone_d[d])]
     pairs = np.sort(np.concatenate(chosen))
     return pairs, np.ones(len(pairs))
-
-
-def _alternative(owner: Indices, gain: Floats) -> Floats:
-    """For each pair the gain of its owner's best other pair, (K,); at least 0, a miss."""
-    best = np.zeros(owner.max() + 1)
-    np.maximum.at(best, owner, gain)
-    first = gain == best[owner]
-    second = np.zeros(len(best))
-    np.maximum.at(second, owner[~first], gain[~first])
-    tied = np.bincount(owner[first], minlength=len(best)) > 1
-    second[tied] = best[tied]
-    return np.where(first, second[owner], best[owner])
 
 
 def _solve(track: Indices, detection: Indices, gain: Floats) -> Indices:

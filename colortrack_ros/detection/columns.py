@@ -1,0 +1,98 @@
+"""Which columns of a strip of the picture may hold a color at all.
+
+Where a table of 2^16 entries is slow, most pixels need none: what is red has so much more red than
+green that a subtraction of two channels and the greatest value in each column rule out the rest.
+"""
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.detection.pixels import RED_FIRST
+
+MEASURES = ((0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1), (1, None), (None, 1))
+"""Channel minus channel, red 0, green 1, blue 2; None: of green alone, or of its darkness."""
+
+GRAY = 64
+"""Greatest difference of the channels in what pictures are mostly made of."""
+
+GAP = 8192
+"""Pixels between two candidates that are looked up with them: calls cost as much."""
+
+
+WORTH = 0.5
+"""Share of the columns that may be left for the search to be worth its time."""
+
+PATIENCE = 16
+"""Strips that the share is a mean over, and of which one is looked at when it is not worth it."""
+
+
+@lru_cache(maxsize=1)
+def _ranges() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Least measures of each cell, (8, 65536), and how many gray cells reach a value, (8, 256)."""
+    cell = np.arange(1 << 16)
+    low = np.stack([cell >> 11 << 3, (cell >> 5 & 63) << 2, (cell & 31) << 3])
+    high = low + np.array([[7], [3], [7]])
+    gray = np.ptp(low, axis=0) <= GRAY
+    least, reached = [], []
+    for plus, minus in MEASURES:
+        first = (255, 255) if plus is None else (low[plus], high[plus])
+        second = (0, 0) if minus is None else (low[minus], high[minus])
+        least.append(np.broadcast_to(np.maximum(first[0] - second[1], 0), cell.shape))
+        most = np.maximum(first[1] - second[0], 0)[gray]
+        reached.append(np.bincount(most, minlength=256)[::-1].cumsum()[::-1])
+    return np.array(least), np.array(reached)
+
+
+class Columns:
+    """For each color the measure that rules out most of what is gray.
+
+    :param touched: (colors, 65536) which cells of 5, 6 and 5 bits hold something of a color.
+    """
+
+    def __init__(self, touched: NDArray[np.bool_]) -> None:
+        least, reached = _ranges()
+        self._least: dict[tuple[int | None, int | None], int] = {}
+        for cells in touched:
+            bound = least[:, cells].min(axis=1, initial=255)
+            k = reached[np.arange(len(MEASURES)), bound].argmin()
+            self._least[MEASURES[k]] = min(int(bound[k]), self._least.get(MEASURES[k], 255))
+        self._turn, self._share = 0, 0.0
+
+    def parts(self, picture: NDArray[np.uint8], encoding: str) -> list[tuple[int, int]]:
+        """The first column and the one after the last of each part that may hold a color.
+
+        Where nearly everything may, most strips are not looked at: they are one part.
+
+        :param picture: (H, W, channels), not mono8.
+        """
+        self._turn += 1
+        if self._share > WORTH and self._turn % PATIENCE:
+            return [(0, picture.shape[1])]
+        parts = self._find(picture, encoding)
+        share = sum(right - left for left, right in parts) / picture.shape[1]
+        self._share += (share - self._share) / PATIENCE
+        return parts
+
+    def _find(self, picture: NDArray[np.uint8], encoding: str) -> list[tuple[int, int]]:
+        order = (0, 1, 2) if encoding in RED_FIRST else (2, 1, 0)
+        used = {k for measure in self._least for k in measure}
+        channel: dict[int | None, NDArray] = {
+            k: cv2.extractChannel(picture, order[k]) for k in range(3) if k in used
+        }
+        may = np.zeros(picture.shape[1], bool)
+        for (plus, minus), least in self._least.items():
+            if plus is None:
+                value = cv2.bitwise_not(channel[minus])
+            else:
+                value = channel[plus]
+                value = value if minus is None else cv2.subtract(value, channel[minus])
+            may |= value.max(axis=0) >= least
+        column = np.flatnonzero(may)
+        if not len(column):
+            return []
+        apart = np.flatnonzero(np.diff(column) > GAP // len(picture))
+        left, right = np.append(column[0], column[apart + 1]), np.append(column[apart], column[-1])
+        return list(zip(left.tolist(), (right + 1).tolist(), strict=True))
