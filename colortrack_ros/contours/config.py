@@ -17,6 +17,7 @@ RANGES: dict[str, tuple[float, float]] = {
     'outside_deviation': (0.0, 255.0),
     'outlier': (0.0, 100.0),
     'min_found': (0.0, 1.0),
+    'start_found': (0.0, 1.0),
     'edge_variance': (1e-4, 1e3),
     'motion_noise': (0.0, 1e3),
     'scale_noise': (0.0, 1.0),
@@ -40,7 +41,8 @@ CHOICES = {'start': STARTS, 'outline': OUTLINES, 'filters': FILTERS}
 class ContourConfig:
     """What a person may set. Noises are variances that grow in a frame of 1 / rate.
 
-    :param start: what targets are told from: the learned background, or the picture before.
+    :param start: what targets are told from: the learned background, or the picture of the look
+        before, start_interval ago (frame differencing).
     :param outline: where the first control points are: along the area's outline, or as in the
         document along its box.
     :param points: n, control points and measurement lines of a contour.
@@ -58,6 +60,7 @@ class ContourConfig:
     :param outlier: an edge farther from where it is expected, and from where the motion of most
         puts it, is none [standard deviations]; 0: all are taken.
     :param min_found: a target with edges on a smaller part of its lines is not measured.
+    :param start_found: a new target needs edges on such a part of its lines.
     :param rotation: estimate rotation beside translation and scale.
     :param filters: one filter for motion and shape, or as in the document two in turn.
     :param edge_variance: v, of an edge found [px^2].
@@ -91,6 +94,7 @@ class ContourConfig:
     outside_deviation: float = 40.0
     outlier: float = 4.0
     min_found: float = 0.5
+    start_found: float = 0.75
     rotation: bool = False
     filters: str = 'joint'
     edge_variance: float = 0.1

@@ -19,6 +19,7 @@ from colortrack_ros.contours.config import ContourConfig
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 
 MOTION = 4
 NONE = 1e12
@@ -78,16 +79,29 @@ class Contours:
         pairs = zip(vars(self).values(), vars(other).values(), strict=True)
         return Contours(*(np.concatenate(pair) for pair in pairs))
 
+    def renewed(self, which: Indices, nodes: Floats, config: ContourConfig) -> 'Contours':
+        """Some of these, which (K,), with new nodes (K, n, 2) and the motion that they have."""
+        new, n = Contours.new(nodes, self.motion[which, :2], config), nodes.shape[1]
+        new.motion[:] = self.motion[which]
+        new.cov[:, 2 * n :, 2 * n :] = self.cov[which, 2 * n :, 2 * n :]
+        new.motion_design[:] = self.motion_design[which]
+        return new
+
+    def put(self, which: Indices, others: 'Contours') -> None:
+        """Replace some of these, which (K,)."""
+        for mine, theirs in zip(vars(self).values(), vars(others).values(), strict=True):
+            mine[which] = theirs
+
     def predict(self, T: float, config: ContourConfig) -> None:
         """(4), with the covariance of nodes and motion together."""
         count, n = self.nodes.shape[:2]
-        F = np.zeros_like(self.cov)
-        F[:] = np.eye(2 * n + MOTION)
-        H = F[:, : 2 * n, 2 * n :] = T * shifts(self.nodes)
+        H = T * shifts(self.nodes)
         self.nodes += (H @ self.motion[..., None]).reshape(count, n, 2)
         noise = np.full(2 * n + MOTION, config.shape_noise)
         noise[2 * n :] = motion_noise(config)
-        self.cov = F @ self.cov @ F.swapaxes(1, 2)
+        # F P F^T with F = [I H; 0 I]
+        self.cov[:, : 2 * n] += H @ self.cov[:, 2 * n :]
+        self.cov[:, :, : 2 * n] += self.cov[:, :, 2 * n :] @ H.swapaxes(1, 2)
         diagonal = np.arange(2 * n + MOTION)
         self.cov[:, diagonal, diagonal] += T * noise
         self.node_design += T * config.shape_noise
@@ -121,7 +135,7 @@ class Contours:
         else:
             S = self._across(across[:, : 2 * n].swapaxes(1, 2), normals)
             S[:, np.arange(n), np.arange(n)] += R
-            K = np.linalg.solve(S, across.swapaxes(1, 2)).swapaxes(1, 2)
+            K = np.asarray(np.linalg.solve(S, across.swapaxes(1, 2)).swapaxes(1, 2), float)
         step = (K @ np.where(found, offset, 0.0)[..., None])[..., 0]
         self.nodes += step[:, : 2 * n].reshape(count, n, 2)
         self.motion += step[:, 2 * n :]
@@ -152,7 +166,7 @@ class Contours:
         seen = np.repeat(found, 2, axis=1)[..., None] * H
         P = self.motion_design
         S = np.eye(MOTION) + P @ (seen.swapaxes(1, 2) @ seen) / v
-        self.motion_design = P = np.linalg.solve(S, P)
+        self.motion_design = P = np.asarray(np.linalg.solve(S, P), float)
         each = np.zeros((count, 2 * n, n))  # a column of (Z - X') for each line
         i = np.arange(n)
         each[:, 2 * i, i], each[:, 2 * i + 1, i] = normals[..., 0], normals[..., 1]
@@ -213,9 +227,9 @@ def agree(
         square = weighted.swapaxes(1, 2) @ H + 1e-3 * np.eye(H.shape[2])
         fit = np.linalg.solve(square, weighted.swapaxes(1, 2) @ offset[..., None])
         far = np.abs(offset - (H @ fit)[..., 0])
-    fitted = found & (far <= gate)
-    better = fitted.sum(axis=1) > good[rest].sum(axis=1)
-    good[rest[better]] = fitted[better]
+    # a motion that was fitted has to do better than one that was expected
+    better = (found & (far <= gate / 2)).sum(axis=1) > good[rest].sum(axis=1)
+    good[rest[better]] = (found & (far <= gate))[better]
     return good
 
 

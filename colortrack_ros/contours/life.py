@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 CONFIRMING = 3
 """Measurements that confirm a target."""
 
-MISSED = 0.5
+MISSED = 0.35
 """Share of what a curve misses of an outline that does not cancel out from node to node."""
 
 RECORD = np.dtype(
@@ -27,21 +27,23 @@ RECORD = np.dtype(
         ('updated', 'i8'),
         ('hits', 'u4'),
         ('found', 'f4'),
+        ('placed', 'f8'),
         ('miss', 'f8'),
     ]
 )
 """One target.
 
 born, updated: stamp of the first and of the last measurement [ns]; hits: their number; found: share
-of its lines that had an edge in the last of them; miss: what the curve misses of its outline [root
-of its area].
+of its lines that had an edge in the last of them; placed: area when its nodes were placed [px];
+miss: what the curve missed of its outline then [root of that area].
 """
 
 
-def births(miss: Floats, stamp: int, first_id: int) -> NDArray[np.void]:
+def births(miss: Floats, area: Floats, stamp: int, first_id: int) -> NDArray[np.void]:
     """Records of new targets.
 
-    :param miss: (K,) [root of its area].
+    :param miss: (K,) what the curve misses of the outline [px].
+    :param area: (K,) [px].
     :param stamp: of their first frame [ns].
     :param first_id: of the first one; the others follow.
     """
@@ -49,7 +51,8 @@ def births(miss: Floats, stamp: int, first_id: int) -> NDArray[np.void]:
     new['track_id'] = first_id + np.arange(len(miss))
     new['born'] = new['updated'] = stamp
     new['hits'] = new['found'] = 1
-    new['miss'] = miss
+    new['placed'] = np.maximum(area, 1.0)
+    new['miss'] = miss / np.sqrt(new['placed'])
     return new
 
 

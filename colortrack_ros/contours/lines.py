@@ -11,8 +11,8 @@ from colortrack_ros.contours.config import ContourConfig
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-BESIDE = 2, 6
-"""How far to a side of an edge [px] what tells what is there begins and ends."""
+BESIDE = np.array([[-6, -5, -4, -3, -2], [2, 3, 4, 5, 6]])
+"""Samples that tell what is just inside and just outside of an edge [px]."""
 
 FAR = 30_000.0
 """Points farther out [px] are looked for here: OpenCV's coordinates end somewhere."""
@@ -44,10 +44,10 @@ def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: in
     """
     if not len(points) or not image.size:
         return np.zeros((len(points), 2 * reach + 1), np.uint8)
-    steps = np.arange(-reach, reach + 1)[:, None]
-    place = points[:, None] + normals[:, None] * steps
-    place = np.clip(place, -FAR, FAR).astype(np.float32)
-    picture = cv2.remap(image, place, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    steps = np.arange(-reach, reach + 1, dtype=np.float32)
+    start, along = np.clip(points, -FAR, FAR).astype(np.float32), normals.astype(np.float32)
+    u, v = (start[:, [axis]] + along[:, [axis]] * steps for axis in (0, 1))
+    picture = cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     if picture.ndim == 2:
         return picture
     return np.maximum(np.maximum(picture[..., 0], picture[..., 1]), picture[..., 2])
@@ -69,32 +69,38 @@ def find_edges(
     :param usual: (N, n, 2) intensities inside and outside [levels], NaN where not known.
     """
     half, shape = config.line_length // 2, points.shape[:2]
-    margin = max(len(config.mask) // 2, BESIDE[1]) + 1
-    flat = points.reshape(-1, 2), normals.reshape(-1, 2)
-    samples = sampled(image, *flat, half + margin)
+    margin = max(len(config.mask) // 2, int(BESIDE.max())) + 1
+    points, normals = points.reshape(-1, 2), normals.reshape(-1, 2)
+    samples = sampled(image, points, normals, half + margin)
     contrast = _responses(samples, config.mask)[:, margin - 1 : margin + 2 * half + 2]
-    sides = [side[:, margin : margin + 2 * half + 1] for side in _sides(samples)]
     here = contrast[:, 1:-1]
-    steps = np.arange(-half, half + 1, dtype=np.float32)
-    gauss = np.exp(-0.5 * np.square(steps / sigma.reshape(-1, 1).astype(np.float32)))
-    score = here * gauss
+    peaks = (here >= contrast[:, :-2]) & (here > contrast[:, 2:]) & (here >= config.min_contrast)
+    line, place = np.nonzero(peaks)
+    sides = samples[line[:, None, None], (place + margin)[:, None, None] + BESIDE].mean(axis=2)
+    unlike = np.square((place - half) / sigma.reshape(-1)[line])
     deviations = config.inside_deviation, config.outside_deviation
-    for side, known, deviation in zip(sides, usual.reshape(-1, 2).T, deviations, strict=True):
+    known = usual.reshape(-1, 2)[line]
+    for side, usually, deviation in zip(sides.T, known.T, deviations, strict=True):
         if deviation > 0:
-            unlike = np.square((side - known[:, None]) / np.float32(deviation))
-            score *= np.exp(-0.5 * np.nan_to_num(unlike))
-    peak = (here >= contrast[:, :-2]) & (here > contrast[:, 2:]) & (here >= config.min_contrast)
-    score[~peak] = -1.0
-    best, line = score.argmax(axis=1), np.arange(len(score))
-    found = (score[line, best] > config.no_edge) & _within(image, *flat, steps[best])
-    before, at, after = (contrast[line, best + k].astype(float) for k in range(3))
+            unlike += np.nan_to_num(np.square((side - usually) / deviation))
+    score = here[line, place] * np.exp(-0.5 * unlike)
+    order = np.argsort(score, kind='stable')
+    order = order[score[order] > config.no_edge]
+    best = np.full(len(points), -1)
+    best[line[order]] = order  # of several on a line, the last stays
+    line = np.flatnonzero(best >= 0)
+    best = best[line]
+    before, at, after = (contrast[line, place[best] + k].astype(float) for k in range(3))
     bend = np.maximum(2 * at - before - after, 1e-9)
-    offset = steps[best] + np.clip((after - before) / (2 * bend), -0.5, 0.5)
-    return Edges(
-        found.reshape(shape),
-        np.where(found, offset, 0.0).reshape(shape),
-        np.stack([np.where(found, s[line, best], np.nan) for s in sides], axis=1).reshape(*shape, 2),
-    )
+    step = place[best] - half + np.clip((after - before) / (2 * bend), -0.5, 0.5)
+    edges = Edges(np.zeros(shape, bool), np.zeros(shape), np.full((*shape, 2), np.nan))
+    where = points[line] + normals[line] * step[:, None]
+    seen = ((where >= 0) & (where <= np.array(image.shape[1::-1]) - 1)).all(axis=1)
+    line = line[seen]
+    edges.found.reshape(-1)[line] = True
+    edges.offset.reshape(-1)[line] = step[seen]
+    edges.sides.reshape(-1, 2)[line] = sides[best[seen]]
+    return edges
 
 
 def _responses(samples: NDArray[np.uint8], mask: tuple[float, ...]) -> NDArray[np.float32]:
@@ -104,24 +110,3 @@ def _responses(samples: NDArray[np.uint8], mask: tuple[float, ...]) -> NDArray[n
     weights = np.array([mask], np.float32)
     weights /= np.abs(weights).sum() / 2
     return np.abs(cv2.filter2D(samples, cv2.CV_32F, weights, borderType=cv2.BORDER_REPLICATE))
-
-
-def _sides(samples: NDArray[np.uint8]) -> list[NDArray[np.float32]]:
-    """Mean intensities BESIDE each sample, towards the inside and the outside."""
-    first, last = BESIDE
-    weights = np.zeros((1, 2 * last + 1), np.float32)
-    weights[0, : last - first + 1] = 1 / (last - first + 1)
-    if not len(samples):
-        return [samples.astype(np.float32)] * 2
-    kernels = weights, np.ascontiguousarray(weights[:, ::-1])
-    return [
-        np.asarray(cv2.filter2D(samples, cv2.CV_32F, k, borderType=cv2.BORDER_REPLICATE))
-        for k in kernels
-    ]
-
-
-def _within(image: NDArray, points: Floats, normals: Floats, offset: NDArray) -> Bools:
-    """Whether edges are inside the picture."""
-    place = points + normals * offset[:, None]
-    size = np.array(image.shape[1::-1])
-    return np.asarray(((place >= 0) & (place <= size - 1)).all(axis=1))

@@ -20,15 +20,12 @@ CENTROID = 4.0
 """How much more a centroid that is off counts than a curve that is."""
 
 
-def along_box(box: tuple[int, int, int, int], spline: Spline) -> Floats:
-    """Nodes (n, 2) [px] equally spaced along a box, as in De Bem 2007, section 3, Figure 2.
+def equally_spaced(points: Floats, spline: Spline) -> Floats:
+    """Nodes (n, 2) [px] equally spaced along an outline, of positive area.
 
-    :param box: u, v of the top left pixel, width, height.
+    :param points: (P, 2) of a closed polygon [px], in either sense.
     """
-    u, v, w, h = box
-    corners = [(u, v), (u + w - 1, v), (u + w - 1, v + h - 1), (u, v + h - 1)]
-    outline = _Outline(np.array(corners, float), spline)
-    return outline.nodes(np.arange(spline.count) / spline.count)
+    return _Outline(points, spline).nodes(np.arange(spline.count) / spline.count)
 
 
 def along_outline(points: Floats, spline: Spline) -> tuple[Floats, float]:

@@ -31,9 +31,9 @@ class Spline:
 
     def __init__(self, count: int, *, interpolating: bool = True) -> None:
         self.count = count
-        control = np.eye(count)
+        control: Floats = np.eye(count)
         if interpolating:
-            control = np.linalg.inv(_values(count, np.array([0.5])))
+            control = np.asarray(np.linalg.inv(_values(count, np.array([0.5]))), float)
         self._tangent = _slopes(count, np.array([0.5])) @ control
         self._value = _values(count, GAUSS) @ control
         self._slope = _slopes(count, GAUSS) @ control
@@ -65,16 +65,16 @@ class Spline:
 
         :return: also (..., 2, n, 2), by u and v of each node.
         """
-        x, d = self._value @ nodes, self._slope @ nodes
-        area = (x[..., 0] * d[..., 1] - x[..., 1] * d[..., 0]) @ self._weight / 2
+        x, y = np.moveaxis(nodes, -1, 0) @ self._value.T
+        dx, dy = np.moveaxis(nodes, -1, 0) @ self._slope.T * self._weight
+        area = (x * dy - y * dx).sum(axis=-1) / 2
         safe = np.where(np.abs(area) < 1e-9, np.nan, area)[..., None]
-        half = x * x * d[..., ::-1] * self._weight[:, None] / 2
-        center = half.sum(axis=-2) * [1, -1] / safe
-        arm = (x - center[..., None, :]) * self._weight[:, None] / safe[..., None]
-        normal = np.stack([d[..., 1], -d[..., 0]], axis=-1)
-        change = (arm[..., None] * normal[..., None, :]).reshape(*arm.shape[:-1], 4)
-        by_node = (self._value.T @ change).reshape(*nodes.shape, 2)
-        return center, np.asarray(by_node.swapaxes(-3, -2))
+        u = (x * x * dy).sum(axis=-1)[..., None] / (2 * safe)
+        v = -(y * y * dx).sum(axis=-1)[..., None] / (2 * safe)
+        arm = np.stack([x - u, y - v], axis=-2) / safe[..., None]
+        change = np.stack([arm * dy[..., None, :], -arm * dx[..., None, :]], axis=-2)
+        by_node = change @ self._value
+        return np.concatenate([u, v], axis=-1), np.asarray(by_node.swapaxes(-2, -1))
 
 
 def _values(count: int, t: Floats) -> Floats:

@@ -28,7 +28,8 @@ TABLE = ParameterTable(
     [
         _spec(
             'start',
-            'What new targets are told from: the learned background, or the picture before.',
+            'What new targets are told from: the learned background, or the picture start_interval '
+            'before.',
         ),
         _spec(
             'outline',
@@ -70,6 +71,7 @@ TABLE = ParameterTable(
             'min_found',
             'A target with edges on a smaller part of its lines is not measured and coasts.',
         ),
+        _spec('start_found', 'A new target needs edges on such a part of its lines.'),
         _spec('rotation', 'Whether rotation is estimated beside translation and scale.'),
         _spec(
             'filters',
@@ -80,7 +82,9 @@ TABLE = ParameterTable(
         _spec('scale_noise', 'Variance by which the change of scale changes (q_s).', '1/frame^2'),
         _spec('turn_noise', 'Variance by which the angular velocity changes.', 'rad^2/frame^2'),
         _spec('shape_noise', 'Variance by which each control point changes (w).', 'px^2'),
-        _spec('rate', 'Of the frames that the noises are for; at other rates they are scaled.', 'Hz'),
+        _spec(
+            'rate', 'Of the frames that the noises are for; at other rates they are scaled.', 'Hz'
+        ),
         _spec('difference_threshold', 'What differs by more is a new target.', 'levels'),
         _spec('blur_sigma', 'Of the Gaussian before that threshold.', 'px'),
         _spec('min_area', 'Smaller areas start no target (area opening).', 'px'),

@@ -48,8 +48,9 @@ QUADRILATERAL = [(-1.0, -0.8), (0.9, -1.0), (1.1, 0.9), (-0.9, 1.0)]
 def silhouette(options: Options) -> Scene:
     """Return head and shoulders of a person, and a quadrilateral, dark on light (De Bem 2007, 6.1).
 
-    After a second of the background alone they come in from the sides within another. Then the person moves up and down and
-    across, and the quadrilateral goes away from the camera and moves up and down.
+    After a second of the background alone they come in from the sides within another. Then the
+    person moves up and down and across, and the quadrilateral goes away from the camera and moves
+    up and down.
     """
     times = [0.2, 1.2, 2.2, 4.2, 6.2, 8.7, 11.2, 13.7, 16.0, 18.5, 21.0]
     person = [
@@ -83,7 +84,12 @@ def approach(options: Options) -> Scene:
         side = -1 if i < 2 else 1
         far = 0.5 + side * (0.13 if i in (1, 2) else 0.26)
         near = 0.5 + side * (0.125 if i in (1, 2) else 0.375)
-        x = [0.5 + side * (1.0 if i in (1, 2) else 1.13), 0.5 + side * (0.56 if i in (1, 2) else 0.69), 0.0, far]
+        x = [
+            0.5 + side * (1.0 if i in (1, 2) else 1.13),
+            0.5 + side * (0.56 if i in (1, 2) else 0.69),
+            0.0,
+            far,
+        ]
         x[2] = (x[1] + far) / 2
         x += [far + (near - far) * (s - 0.031) / 0.087 for s in size[4:]]
         x = [c + 0.012 * (-1) ** (k // 2 + i) * (k > 3) for k, c in enumerate(x)]

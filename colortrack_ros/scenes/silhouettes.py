@@ -77,7 +77,7 @@ def placed(points: Floats, center: Floats, radius: float, turn: float) -> Floats
 
 
 def draw_polygon(image: NDArray[np.uint8], corners: Floats, color: ArrayLike) -> None:
-    """Draw a simple polygon, anti-aliased, in place; the shutter is so fast that nothing is smeared.
+    """Draw a simple polygon, anti-aliased, in place, as if the shutter took no time.
 
     :param image: (H, W, 3) BGR.
     :param corners: (P, 2) u, v [px].
