@@ -97,7 +97,7 @@ def parameters(node: str) -> dict[str, object]:
         values['max_lag'] = 60.0
         values['image_transport'] = 'compressed' if namespace == 'jpeg' else 'raw'
     if name in TAKERS and name != 'detector':
-        values['tracks_topic'] = 'out'
+        values['tracks_topic'] = f'{name}/tracks'  # not what the overlay hears
     if namespace == 'clouds' and name == 'window_tracker':
         values['detections_topic'] = 'detections'
     if name == 'camera':
@@ -252,14 +252,9 @@ def test_what_malformed_bags_hold_is_refused_by_every_node(crowd, folder):
 
 
 def test_the_next_good_message_is_answered_and_the_end_is_in_order(crowd):
-    outputs = {
-        '/raw/detections': PointCloud2,
-        '/jpeg/detections': PointCloud2,
-        '/raw/out': PointCloud2,
-        '/jpeg/out': PointCloud2,
-        '/raw/overlay/image_raw': Image,
-        '/clouds/tracks': PointCloud2,
-    }
+    topics = ['detections', *(f'{name}/tracks' for name in TAKERS if name != 'detector')]
+    outputs: dict[str, type] = {f'/{ns}/{t}': PointCloud2 for ns in ('raw', 'jpeg') for t in topics}
+    outputs |= {'/raw/overlay/image_raw': Image, '/clouds/tracks': PointCloud2}
     answers = {topic: crowd.ros.listen(kind, topic) for topic, kind in outputs.items()}
     assert crowd.ros.spin(lambda: all(crowd.ros.node.count_publishers(t) for t in outputs))
     crowd.ros.settle()
