@@ -15,6 +15,7 @@ from colortrack_ros.nodes.clocks import lacks_clock
 from colortrack_ros.nodes.clocks import seconds_of
 from colortrack_ros.nodes.clocks import STEADY
 from colortrack_ros.nodes.parameters import Spec
+from colortrack_ros.nodes.topics import publish_on
 
 PERIOD = 1.0
 THROTTLE = 5.0
@@ -68,7 +69,7 @@ class Health:
         self._told = -THROTTLE
         self._seconds = seconds_of(node)
         self._heard = self._seconds()
-        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._publisher = publish_on(node, DiagnosticArray, '/diagnostics')
         node.create_timer(PERIOD, self.publish, clock=STEADY)
 
     def took_in(self) -> None:

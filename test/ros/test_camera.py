@@ -137,3 +137,19 @@ def test_at_its_end_a_camera_waits_for_reliable_subscribers(ros, monkeypatch):
     reader.wait_for('reading 48')
     assert camera.popen.wait(timeout=10.0) == 0
     assert reader.popen.wait(timeout=10.0) == 0
+
+
+def test_a_signal_while_a_subscriber_blocks_the_publisher_ends_a_camera_in_order(ros, monkeypatch):
+    monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
+    reader = ros.start_code(READER)
+    reader.wait_for('reading 0')
+    source = 'scene:single?width=640&height=480'
+    camera = ros.start('camera', source=source, loop='true', image_queue_depth=1)
+    reader.wait_for('reading 1')
+    reader.popen.send_signal(signal.SIGSTOP)
+    time.sleep(1.0)
+    start = time.monotonic()
+    assert camera.stop() == 0
+    assert time.monotonic() - start < 2.0
+    assert 'Traceback' not in camera.output
+    reader.popen.kill()

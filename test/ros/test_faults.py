@@ -92,13 +92,23 @@ def test_a_stream_that_goes_and_comes_back_is_taken_up_again(ros):
         server.kill()
 
 
+OUTPUTS = {'camera': 'camera/image_raw', 'detector': 'detections', 'tracker': 'tracks'}
+
+
 def test_any_node_can_be_killed_and_started_again(ros):
+    """Tracks flow within 2 s after the new node is there; starting Python comes before that."""
     tracks = ros.listen(PointCloud2, 'tracks')
     source = 'scene:five?width=320&height=240'
     arguments = {'camera': {'source': source, 'loop': 'true'}, 'detector': {}, 'tracker': {}}
     running = {name: ros.start(name, **arguments[name]) for name in arguments}
     assert ros.spin(lambda: len(tracks) > 10), ros.outputs()
     chance = random.Random(7)
+    starting, flowing = [], []
+
+    def publishers(name: str) -> set[bytes]:
+        infos = ros.node.get_publishers_info_by_topic(OUTPUTS[name])
+        return {bytes(info.endpoint_gid) for info in infos}
+
     for _ in range(20):
         name = chance.choice(list(running))
         running[name].popen.kill()
@@ -106,9 +116,17 @@ def test_any_node_can_be_killed_and_started_again(ros):
         others = [process for other, process in running.items() if other != name]
         ros.spin(lambda: False, 0.3)  # what was still on its way
         tracks.clear()
+        dead, start = publishers(name), time.monotonic()
         running[name] = ros.start(name, **arguments[name])
+        assert ros.spin(lambda n=name, d=dead: bool(publishers(n) - d)), ros.outputs()
+        there = time.monotonic()
+        assert ros.spin(lambda: len(tracks) > 0), f'{name} killed; {ros.outputs()}'
+        starting.append(there - start)
+        flowing.append(time.monotonic() - there)
         assert ros.spin(lambda: len(tracks) > 3), f'{name} killed; {ros.outputs()}'
         assert all(process.popen.poll() is None for process in others), ros.outputs()
+    print('started [s]', np.round(starting, 2), 'tracks after [s]', np.round(flowing, 2))
+    assert np.median(flowing) < 2.0
     assert [process.stop() for process in running.values()] == [0, 0, 0]
     assert all('Traceback' not in process.output for process in running.values())
 

@@ -14,6 +14,7 @@ from ros_domain import Ros
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.bags import BagReader
 from colortrack_ros.data import Detections
@@ -24,6 +25,7 @@ from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import image_of_frame
+from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.scenes import detections_of
 from colortrack_ros.scenes import open_scene
 
@@ -37,11 +39,14 @@ FRAME = Frame(SCENE.render(250)[100:130, 100:140].copy(), 'bgr8', STAMP)
 TAKERS = [n for n, table in readme_tables.NODES.items() if 'image_transport' in table.specs]
 """The nodes that take images, raw or compressed."""
 
+OUTLINED = Tracks(np.ones(2, TRACK), STAMP, 'cam', outlines=np.ones((2, 4, 2)))
+
 GOOD = {
     '/raw/camera/image_raw': image_of_frame(FRAME),
     '/jpeg/camera/image_raw/compressed': compressed_of_frame(FRAME, 90),
     '/clouds/detections': cloud_of_detections(Detections(detections_of(SCENE, 250).rows, STAMP)),
     '/raw/tracks': cloud_of_tracks(Tracks(np.zeros(3, TRACK), STAMP)),
+    '/lines/markers': MarkerWriter().write(OUTLINED, 0.01),
 }
 """What is right on each topic."""
 
@@ -70,6 +75,7 @@ WRONG = {
     Image: WRONG_IMAGE,
     CompressedImage: {'data': [b'', b'1234'], 'format': ['', 'x' * 99], 'stamp': STAMPS},
     PointCloud2: WRONG_CLOUD,
+    MarkerArray: {'markers': [[]]},
 }
 
 
@@ -80,6 +86,7 @@ HEARD = {
     '/clouds/tracker': ['/clouds/detections'],
     '/clouds/window_tracker': ['/clouds/detections'],
     '/clouds/camera': ['/clouds/detections'],
+    '/lines/overlay': ['/lines/markers'],
 }
 """The topics that each node hears."""
 
@@ -97,9 +104,11 @@ def parameters(node: str) -> dict[str, object]:
         values['max_lag'] = 60.0
         values['image_transport'] = 'compressed' if namespace == 'jpeg' else 'raw'
     if name in TAKERS and name != 'detector':
-        values['tracks_topic'] = 'out'
+        values['tracks_topic'] = f'{name}/tracks'  # not what the overlay hears
     if namespace == 'clouds' and name == 'window_tracker':
         values['detections_topic'] = 'detections'
+    if namespace == 'lines':
+        values['markers_topic'] = 'markers'
     if name == 'camera':
         values |= {'source': 'scene:single?width=64&height=48', 'rate': -1.0, 'loop': 'true'}
     return values
@@ -192,11 +201,11 @@ class Crowd:
     def all_heard(self) -> bool:
         """Whether each node has taken or refused all that it has been sent.
 
-        What camera and window tracker take are pictures, so detections count when refused alone.
+        Not of those that count something else: the pictures that they work on, or outlines alone.
         """
         return all(
             self.taken[node] + self.refused[node] >= sum(self.sent[t] for t in HEARD[node])
-            for node in set(HEARD) - {'/clouds/camera', '/clouds/window_tracker'}
+            for node in set(HEARD) - {'/clouds/camera', '/clouds/window_tracker', '/lines/overlay'}
         )
 
     def memory(self) -> dict[str, int]:
@@ -237,11 +246,11 @@ def test_what_malformed_bags_hold_is_refused_by_every_node(crowd, folder):
     reader = BagReader(path)
     held = {t.kind: [cdr for _, cdr in reader.messages(t)] for t in reader.topics}
     reader.close()
-    kinds = {topic: f'sensor_msgs/msg/{type(good).__name__}' for topic, good in GOOD.items()}
+    bad = {t: held.get(f'sensor_msgs/msg/{type(g).__name__}', []) for t, g in GOOD.items()}
     crowd.ros.spin(lambda: False, 2.0)  # for the nodes of which not all is counted
     before = dict(crowd.refused)
-    crowd.publish({topic: held[kind] for topic, kind in kinds.items()})
-    expected = {node: before[node] + 2 * len(topics) for node, topics in HEARD.items()}
+    crowd.publish(bad)
+    expected = {n: before[n] + sum(len(bad[t]) for t in topics) for n, topics in HEARD.items()}
     assert crowd.ros.spin(lambda: crowd.refused == expected), (expected, crowd.refused)
     # and what is not even of the type
     others = [cdr for cdrs in held.values() for cdr in cdrs]
@@ -252,14 +261,9 @@ def test_what_malformed_bags_hold_is_refused_by_every_node(crowd, folder):
 
 
 def test_the_next_good_message_is_answered_and_the_end_is_in_order(crowd):
-    outputs = {
-        '/raw/detections': PointCloud2,
-        '/jpeg/detections': PointCloud2,
-        '/raw/out': PointCloud2,
-        '/jpeg/out': PointCloud2,
-        '/raw/overlay/image_raw': Image,
-        '/clouds/tracks': PointCloud2,
-    }
+    topics = ['detections', *(f'{name}/tracks' for name in TAKERS if name != 'detector')]
+    outputs: dict[str, type] = {f'/{ns}/{t}': PointCloud2 for ns in ('raw', 'jpeg') for t in topics}
+    outputs |= {'/raw/overlay/image_raw': Image, '/clouds/tracks': PointCloud2}
     answers = {topic: crowd.ros.listen(kind, topic) for topic, kind in outputs.items()}
     assert crowd.ros.spin(lambda: all(crowd.ros.node.count_publishers(t) for t in outputs))
     crowd.ros.settle()
