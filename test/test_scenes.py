@@ -3,6 +3,7 @@
 import numpy as np
 from pipeline import run
 import pytest
+from scipy.stats import chi2
 from scoring import Tally
 
 from colortrack_ros.data import TENTATIVE
@@ -61,3 +62,20 @@ def test_the_position_is_within_a_pixel_of_the_truth_while_visible(played):
     result = score(truth, tracks, 1.0, max_distance=60.0)
     assert result.rmse < 1.0
     assert result.misses <= 5 * len(result.tracks_of)
+
+
+def test_the_published_95_percent_ellipse_holds_the_truth_and_is_not_far_too_large(played):
+    """The errors are mostly systematic, so that their squares are no chi-square."""
+    squares, partly = [], []
+    for objects, rows in zip(*played, strict=True):
+        for row in rows:
+            error = np.stack([objects['u'] - row['u'], objects['v'] - row['v']], axis=1)
+            far = np.hypot(*error.T)
+            if far.min(initial=60.0) < 60.0:  # else it coasts after its object has left
+                e = error[far.argmin()]
+                squares.append(e @ np.linalg.solve(row['covariance'][:2, :2], e))
+                partly.append(objects['visible'][far.argmin()] < 1)
+    inside = np.array(squares) < chi2.ppf(0.95, 2)
+    assert inside.mean() >= 0.9
+    assert not any(partly) or inside[partly].mean() >= 0.9
+    assert np.median(squares) > 0.25

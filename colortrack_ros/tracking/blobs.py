@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from colortrack_ros.tracking.intake import Blobs
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 EDGE_VARIANCE = 1.0
@@ -71,15 +72,19 @@ def sides_of_one(center: Floats, expected: Floats, variance: Floats) -> Floats:
     return weight / weight.sum(axis=0)
 
 
-def measure(blobs: Blobs, blob: Indices, extent: Floats, weight: Floats) -> tuple[Floats, Floats]:
+def measure(
+    blobs: Blobs, blob: Indices, extent: Floats, partial: Bools, weight: Floats
+) -> tuple[Floats, Floats]:
     """The measurement of an object's center that a blob gives, and its covariance.
 
     For each axis the better of two: the centroid, which may be off by half of what the sizes differ
-    by beyond a pixel, or the mixture of the three centers, replaced by its mean and variance.
+    by beyond a pixel, or the mixture of the three centers, replaced by its mean and variance. While
+    an object comes into the picture, its size is as little known as how far it goes on outside.
 
     :param blobs: of the frame.
     :param blob: (K,) which of them.
     :param extent: (K, 2, 2) reach of the object [px], 0 where nothing is known of it.
+    :param partial: (K, 2) the object has never been in sight wholly.
     :param weight: (3, K, 2) probabilities of the three centers.
     :return: (K, 2) and (K, 2, 2).
     """
@@ -90,6 +95,7 @@ def measure(blobs: Blobs, blob: Indices, extent: Floats, weight: Floats) -> tupl
     excess = np.maximum(np.abs(blobs.size[blob] - size) - 1, 0)
     axis = np.arange(2)
     centroid_variance = R[:, axis, axis] + LASTING * excess**2 / 4
+    variance += np.where(partial, R[:, axis, axis], 0.0)
     better = (variance < centroid_variance) & (size > 0)
     covariance = np.where(better.any(axis=1)[:, None, None], 0.0, R)
     covariance[:, axis, axis] = np.where(better, variance, centroid_variance)
@@ -113,7 +119,7 @@ def join(blobs: Blobs, piece: Indices, whole: Indices) -> Blobs:
     R[whole] = EDGE_VARIANCE * np.eye(2)
     joined = blobs.joined.copy()
     joined[whole] = True
-    return Blobs(blobs.rows, z, R, box, joined)
+    return Blobs(blobs.rows, z, R, box, joined, blobs.cut)
 
 
 def learn(

@@ -52,7 +52,7 @@ class TrackerConfig:
     maneuvers: bool = True
     measurement_noise: float = 1.0
     detection_covariance: bool = True
-    centroid_bias: float = 0.08
+    centroid_bias: float = 0.06
     use_boxes: bool = True
     color_gating: bool = True
     initial_speed: float = 0.0

@@ -18,6 +18,10 @@ FARTHEST = 1e6
 LIMITS = np.array([FARTHEST, FARTHEST, FARTHEST**2, FARTHEST**2, FARTHEST**2])
 """No picture has a place farther out [px]; a covariance and an area are at most its square."""
 
+CUT_SIGMA, LEAST_CUT = 0.2, 2.0
+"""A standard deviation beyond this share of the blob's size and this many px is no noise: a blob at
+the picture's border goes on behind it."""
+
 
 @dataclass(frozen=True)
 class Blobs:
@@ -29,6 +33,7 @@ class Blobs:
     :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px]; a
         detection without a box is a point.
     :param joined: (M,) put together of several.
+    :param cut: (M, 2) by axis: its covariance says that part of the object is out of sight.
     """
 
     rows: NDArray[np.void]
@@ -36,6 +41,7 @@ class Blobs:
     R: Floats
     box: Floats
     joined: NDArray[np.bool_]
+    cut: NDArray[np.bool_]
 
     def reach(self, which: NDArray[np.intp]) -> Floats:
         """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
@@ -80,4 +86,8 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
         box[point] = z[point, None]
     else:
         box[:] = z[:, None]
-    return Blobs(rows, z, R, box, np.zeros(len(rows), bool))
+    cut = np.zeros((len(rows), 2), bool)
+    if config.use_boxes and config.detection_covariance:
+        diagonal = doubles[:, [2, 4]]
+        cut = diagonal > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2
+    return Blobs(rows, z, R, box, np.zeros(len(rows), bool), cut)

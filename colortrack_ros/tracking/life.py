@@ -26,6 +26,7 @@ RECORD = np.dtype(
         ('box_w', 'f4'),
         ('box_h', 'f4'),
         ('extent', 'f8', (2, 2)),
+        ('partial', '?', 2),
         ('innovation', 'f8', 2),
         ('outside', '?'),
         ('visible', 'f8'),
@@ -36,8 +37,9 @@ RECORD = np.dtype(
 
 born, updated: stamp of the first and of the last detection [ns]; origin: where it began [px];
 hits, misses: frames with and without a detection; extent: reach of the object to the low and high
-side, by axis [px], see blobs; innovation: the last one, see Pairs; outside: predicted outside the
-picture; visible, hidden: probability that the object exists and can, or cannot, be seen.
+side, by axis [px], see blobs; partial: it has never been in sight wholly, by axis; innovation: the
+last one, see Pairs; outside: predicted outside the picture; visible, hidden: probability that the
+object exists and can, or cannot, be seen.
 """
 
 NEW = 0.5
@@ -66,6 +68,7 @@ def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> ND
     records['origin'] = blobs.z[new]
     records['color'] = blobs.rows['color'][new]
     records['extent'] = blobs.reach(new)
+    records['partial'] = blobs.cut[new]
     records['visible'] = NEW
     hit(records, slice(None), blobs.rows[new], stamp)
     return records

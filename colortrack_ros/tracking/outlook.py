@@ -102,7 +102,7 @@ class Outlook:
                 weight[:, one] = sides_of_several(
                     blobs, blob[one], center[:, one], expected[one], variance[one]
                 )
-            z, R = measure(blobs, blob, extent, weight)
+            z, R = measure(blobs, blob, extent, self.records['partial'][track], weight)
         compared = self.bank.compare(
             track, z, R, self.chance[track], self.unmeasured[track], self.speed
         )

@@ -14,7 +14,7 @@ from colortrack_ros.tracking.motion import MotionModel
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'hits')
+KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'partial', 'hits')
 """What a track keeps when another goes on in its place."""
 
 

@@ -243,6 +243,7 @@ class Tracker:
         )
         learned[~alone] = extent[~alone]
         self._tracks.records['extent'][track] = learned
+        self._tracks.records['partial'][track] &= blobs.cut[blob] | ~whole[:, None]
         growth = learned.sum(axis=1) - size
         growth[growth < shape.slack(size)] = 0.0
         if growth.any():
