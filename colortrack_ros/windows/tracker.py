@@ -149,6 +149,8 @@ class WindowTracker:
 
     def _turn(self, track: NDArray[np.intp], z: Floats) -> None:
         """Let the filters doubt the velocity of targets that are not where it would lead them."""
+        if not len(track):
+            return
         T = (self._now - self._records['updated'][track]) / NANOSECONDS
         T = np.maximum(T, 1e-3)
         variance = (np.abs(z[track] - self._expected[track]).max(axis=1) / T) ** 2
@@ -165,7 +167,7 @@ class WindowTracker:
         track = np.flatnonzero(believed)
         R = findings.R[track]
         R[np.isnan(R).any(axis=(1, 2))] = np.eye(2)
-        self._bank.correct(track, findings.z[track], R, np.ones(len(track)))
+        self._bank.correct(track, findings.z[track], R)
         if self.config.method == 'WM+K+PSO' and dt > 0 and len(track):
             self._steer(track, findings.z, dt)
         records = self._records
@@ -232,6 +234,8 @@ class WindowTracker:
 
     def _unfollowed(self, boxes: Floats) -> Floats:
         """Those whose centers are in no target's box."""
+        if not len(boxes):
+            return boxes
         gap = np.abs(_centers(boxes)[:, None] - self._bank.estimate()[0][:, :2])
         inside = np.all(gap <= self._records['box'] / 2, axis=2)
         return boxes[~np.any(inside, axis=1)]
