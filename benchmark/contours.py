@@ -121,7 +121,7 @@ def measure_speed():
     result = {}
     for count, points in ((1, 12), (10, 12), (10, 24), (40, 12)):
         tracker, times, looks = ContourTracker(ContourConfig(points=points)), [], []
-        for k, image in enumerate(moving(count)):
+        for k, image in enumerate(list(moving(count))):
             due = tracker._start._due
             stamp = round(k * 1e9 / 24)
             begin = time.perf_counter()

@@ -109,10 +109,10 @@ class Contours:
 
     def deviations(self, normals: Floats) -> Floats:
         """Standard deviations of the nodes along the normals (N, n, 2), (N, n) [px]."""
-        count, n = self.nodes.shape[:2]
-        index = np.arange(n)
-        blocks = self.cov[:, : 2 * n, : 2 * n].reshape(count, n, 2, n, 2)[:, index, :, index]
-        variance = np.einsum('inab,nia,nib->ni', blocks, normals, normals)
+        u = 2 * np.arange(self.nodes.shape[1])
+        x, y = normals[..., 0], normals[..., 1]
+        variance = self.cov[:, u, u] * x * x + self.cov[:, u + 1, u + 1] * y * y
+        variance += 2 * self.cov[:, u, u + 1] * x * y
         return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
     def correct(

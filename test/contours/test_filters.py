@@ -81,6 +81,16 @@ def test_the_one_filter_is_the_textbooks(config):
         assert np.linalg.eigvalsh(contours.cov[k])[0 if config.rotation else 1] > 0
 
 
+def test_deviations_are_those_of_the_nodes_along_the_normals():
+    contours, _, _ = filled(5, JOINT)
+    contours.predict(2.0, JOINT)
+    normals = SPLINE.normals(contours.nodes)
+    for k, deviations in enumerate(contours.deviations(normals)):
+        for i, deviation in enumerate(deviations):
+            block = contours.cov[k, 2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
+            assert deviation**2 == pytest.approx(normals[k, i] @ block @ normals[k, i])
+
+
 def test_two_filters_are_7_and_then_8():
     contours, offset, found = filled(3, TWO)
     found[:] = True
