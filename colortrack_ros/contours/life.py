@@ -75,20 +75,9 @@ def rows(
         return tracks, outlines
     for name in ('track_id', 'hits'):
         tracks[name] = records[name]
-    center, change = spline.centroid(contours.nodes)
-    n = contours.nodes.shape[1]
-    carry = np.zeros((len(records), 4, contours.cov.shape[1]))
-    carry[:, :2, : 2 * n] = change.reshape(-1, 2, 2 * n)
-    carry[:, 2:, 2 * n :] = rate * carry[:, :2, : 2 * n] @ shifts(contours.nodes)
-    velocity = (carry[:, 2:, 2 * n :] @ contours.motion[..., None])[..., 0]
-    tracks['u'], tracks['v'] = center.T
-    tracks['du'], tracks['dv'] = velocity.T
-    tracks['covariance'] = carry @ contours.cov @ carry.swapaxes(1, 2)
     area = spline.area(contours.nodes)
     blur = (MISSED * records['miss']) ** 2 * np.maximum(area, 0.0)
-    tracks['covariance'][:, :2, :2] += blur[:, None, None] * (
-        carry[:, :2, : 2 * n] @ carry[:, :2, : 2 * n].swapaxes(1, 2)
-    )
+    _place(tracks, contours, spline, rate, blur)
     state = np.where(records['hits'] < CONFIRMING, TENTATIVE, CONFIRMED)
     coasting = (state == CONFIRMED) & (records['updated'] < stamp)
     tracks['state'] = np.where(coasting, COASTING, state)
@@ -100,3 +89,22 @@ def rows(
     left = np.clip(1 - since / max(patience, 1e-3), 0, 1)
     tracks['score'] = np.clip(records['found'], 0, 1) * left
     return tracks, outlines
+
+
+def _place(
+    tracks: NDArray[np.void], contours: Contours, spline: Spline, rate: float, blur: Floats
+) -> None:
+    """Set position and velocity and their covariances.
+
+    :param blur: (N,) variance of each node that the filters do not know [px^2].
+    """
+    center, change = spline.centroid(contours.nodes)
+    n = contours.nodes.shape[1]
+    carry = np.zeros((len(tracks), 4, contours.cov.shape[1]))
+    carry[:, :2, : 2 * n] = J = change.reshape(-1, 2, 2 * n)
+    carry[:, 2:, 2 * n :] = V = rate * J @ shifts(contours.nodes)
+    tracks['u'], tracks['v'] = center.T
+    tracks['du'], tracks['dv'] = (V @ contours.motion[..., None])[..., 0].T
+    covariance = carry @ contours.cov @ carry.swapaxes(1, 2)
+    covariance[:, :2, :2] += blur[:, None, None] * (J @ J.swapaxes(1, 2))
+    tracks['covariance'] = covariance

@@ -78,10 +78,7 @@ def find_edges(
     line, place = np.nonzero(peaks)
     sides = samples[line[:, None, None], (place + margin)[:, None, None] + BESIDE].sum(axis=2)
     sides = sides / BESIDE.shape[1]
-    deviations = np.array([config.inside_deviation, config.outside_deviation])
-    weights = np.where(deviations > 0, 1 / np.maximum(deviations, 1e-9), 0.0)
-    unlike = np.square((sides - usual.reshape(-1, 2)[line]) * weights)
-    unlike = np.fmax(unlike, 0.0).sum(axis=1)  # 0 for NaN
+    unlike = _unlike(sides, usual.reshape(-1, 2)[line], config)
     unlike += np.square((place - half) / sigma.reshape(-1)[line])
     score = here[line, place] * np.exp(-0.5 * unlike)
     order = np.argsort(score, kind='stable')
@@ -101,6 +98,14 @@ def find_edges(
     edges.offset.reshape(-1)[line] = step[seen]
     edges.sides.reshape(-1, 2)[line] = sides[best[seen]]
     return edges
+
+
+def _unlike(sides: Floats, usual: Floats, config: ContourConfig) -> Floats:
+    """How far intensities (K, 2) are from what is usual, squared, in deviations; 0 if unknown."""
+    deviations = np.array([config.inside_deviation, config.outside_deviation])
+    weights = np.where(deviations > 0, 1 / np.maximum(deviations, 1e-9), 0.0)
+    unlike = np.square((sides - usual) * weights)
+    return np.asarray(np.fmax(unlike, 0.0).sum(axis=1))  # of NaN and 0 it takes 0
 
 
 def _responses(samples: NDArray[np.uint8], mask: tuple[float, ...]) -> NDArray[np.float32]:

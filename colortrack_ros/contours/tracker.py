@@ -174,6 +174,7 @@ class ContourTracker:
         contours = Contours.new(new.nodes, new.velocity / self.config.rate, self.config)
         usual = np.full(contours.nodes.shape, np.nan)
         good, _ = self._measure(frame, contours, usual, 0.0, self.config.start_found)
+        good &= self._spline.area(contours.nodes) >= LEAST_AREA
         self._contours = self._contours.joined(contours.keep(good))
         self._usual = np.concatenate([self._usual, usual[good]])
         area = self._spline.area(contours.nodes)[good]
@@ -201,6 +202,7 @@ class ContourTracker:
         contours = self._contours.renewed(areas.of, areas.nodes, self.config)
         usual = np.full(contours.nodes.shape, np.nan)
         good, _ = self._measure(frame, contours, usual, 0.0, self.config.start_found)
+        good &= self._spline.area(contours.nodes) >= LEAST_AREA
         of = areas.of[good]
         self._contours.put(of, contours.keep(good))
         self._usual[of] = usual[good]
