@@ -76,13 +76,13 @@ def find_edges(
     here = contrast[:, 1:-1]
     peaks = (here >= contrast[:, :-2]) & (here > contrast[:, 2:]) & (here >= config.min_contrast)
     line, place = np.nonzero(peaks)
-    sides = samples[line[:, None, None], (place + margin)[:, None, None] + BESIDE].mean(axis=2)
-    unlike = np.square((place - half) / sigma.reshape(-1)[line])
-    deviations = config.inside_deviation, config.outside_deviation
-    known = usual.reshape(-1, 2)[line]
-    for side, usually, deviation in zip(sides.T, known.T, deviations, strict=True):
-        if deviation > 0:
-            unlike += np.nan_to_num(np.square((side - usually) / deviation))
+    sides = samples[line[:, None, None], (place + margin)[:, None, None] + BESIDE].sum(axis=2)
+    sides = sides / BESIDE.shape[1]
+    deviations = np.array([config.inside_deviation, config.outside_deviation])
+    weights = np.where(deviations > 0, 1 / np.maximum(deviations, 1e-9), 0.0)
+    unlike = np.square((sides - usual.reshape(-1, 2)[line]) * weights)
+    unlike = np.fmax(unlike, 0.0).sum(axis=1)  # 0 for NaN
+    unlike += np.square((place - half) / sigma.reshape(-1)[line])
     score = here[line, place] * np.exp(-0.5 * unlike)
     order = np.argsort(score, kind='stable')
     order = order[score[order] > config.no_edge]

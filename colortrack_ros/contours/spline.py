@@ -65,8 +65,8 @@ class Spline:
 
         :return: also (..., 2, n, 2), by u and v of each node.
         """
-        x, y = np.moveaxis(nodes, -1, 0) @ self._value.T
-        dx, dy = np.moveaxis(nodes, -1, 0) @ self._slope.T * self._weight
+        x, y = (nodes[..., k] @ self._value.T for k in (0, 1))
+        dx, dy = (nodes[..., k] @ self._slope.T * self._weight for k in (0, 1))
         area = (x * dy - y * dx).sum(axis=-1) / 2
         safe = np.where(np.abs(area) < 1e-9, np.nan, area)[..., None]
         u = (x * x * dy).sum(axis=-1)[..., None] / (2 * safe)

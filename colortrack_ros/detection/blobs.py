@@ -96,8 +96,8 @@ def find_runs(image: LabelImage) -> Runs:
     gap = words[1:] - words[:-1] > 1
     before[WORD::WORD][gap] = 0
     after[WORD - 1 : -1 : WORD][gap] = 0
-    first = np.flatnonzero((flat != before) & (flat != 0))
-    last = np.flatnonzero((flat != after) & (flat != 0))
+    (first,) = ((flat != before) & (flat != 0)).nonzero()
+    (last,) = ((flat != after) & (flat != 0)).nonzero()
     start = (words * WORD)[first >> 3] + (first & 7)
     end = (words * WORD)[last >> 3] + (last & 7) + 1
     return Runs(start, end, flat[first], image.stride)
@@ -125,7 +125,7 @@ def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
         one, other = root[upper], root[lower]
         root = root.copy()
         np.minimum.at(root, np.maximum(one, other), np.minimum(one, other))
-        while not np.array_equal(root, above := root[root]):
+        while ((above := root[root]) != root).any():
             root = above
         apart = root[upper] != root[lower]
     is_first = root == number
@@ -163,7 +163,7 @@ def find_blobs(
     count, component = connect(runs)
     length = runs.end - runs.start
     area = np.bincount(component, length, count).astype(np.int64)
-    kept = np.flatnonzero((area >= min_area) & (area <= max_area))
+    (kept,) = ((area >= min_area) & (area <= max_area)).nonzero()
     kept = kept[np.argsort(-area[kept], kind='stable')]
     rank = np.full(count, len(kept))
     rank[kept] = np.arange(len(kept))
@@ -191,15 +191,15 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
     left, row = left - np.repeat(box_left, size), row - np.repeat(top, size)
     sum_u = length * left + length * (length - 1) // 2
     sum_uu = length * left * (left + length - 1) + (length - 1) * length * (2 * length - 1) // 6
-    sums = np.stack([sum_u, row * length, sum_uu, row * sum_u, row * row * length])
+    sums = np.array([sum_u, row * length, sum_uu, row * sum_u, row * row * length])
     u, v, uu, uv, vv = np.add.reduceat(sums, first, axis=1) / area
-    spread = np.stack([uu - u * u, uv - u * v, uv - u * v, vv - v * v], axis=-1)
+    spread = np.array([uu - u * u, uv - u * v, uv - u * v, vv - v * v]).T
     return Blobs(
         runs.label[first],
         area,
-        np.stack([u + box_left, v + top], axis=-1),
+        np.array([u + box_left, v + top]).T,
         spread.reshape(-1, 2, 2),
-        np.stack([box_left, top, width, height], axis=-1),
+        np.array([box_left, top, width, height]).T,
         runs,
         first,
     )

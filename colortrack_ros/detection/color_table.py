@@ -165,7 +165,8 @@ class ColorTable:
         """
         height, width = picture.shape[:2]
         image = LabelImage.empty(height, width)
-        rows = max(1, (STRIP if self._threads == 1 else LONG_STRIP) // width)
+        strips = round(height * width / (STRIP if self._threads == 1 else LONG_STRIP))
+        rows = -(-height // min(max(strips, 1), height))
 
         def label_strip(top: int) -> None:
             bottom = top + rows
@@ -196,7 +197,7 @@ class ColorTable:
     def _look_closer(self, picture: NDArray[np.uint8], encoding: str, image: LabelImage) -> None:
         """Replace CUT by the label of the single color, in place."""
         words, found = image.content()
-        cut = np.flatnonzero(found == CUT)
+        (cut,) = (found.reshape(-1) == CUT).nonzero()
         if not cut.size:
             return
         position = (words * WORD)[cut >> 3] + (cut & 7)

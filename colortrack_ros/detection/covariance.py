@@ -62,18 +62,19 @@ def centroid_covariance(
     :param width, height: of the picture [px].
     :returns: (N, 2, 2) [px^2], positive definite.
     """
-    area = blobs.area[:, None, None]
     left, top, box_width, box_height = blobs.box.T
-    outline = (np.pi / 2 * (box_width + box_height))[:, None, None]
-    covariance = 2 * OUTLINE_VARIANCE * outline / area**2 * blobs.spread
+    outline = np.pi / 2 * (box_width + box_height)
+    share = 2 * OUTLINE_VARIANCE * outline / blobs.area**2
+    covariance: NDArray[np.float64] = share[:, None, None] * blobs.spread
     minor, major = blobs.axes
-    even = PIXELATION / blobs.area + SMEAR * np.clip(major - ROUND * minor, 0, 2 * minor)
-    even += (2 * SHADING * (1 - score)) ** 2 * minor
+    smear = np.minimum(np.maximum(major - ROUND * minor, 0), 2 * minor)
     hidden = np.maximum(box_width, box_height) ** 2 / 12
-    even += part**4 * hidden / 4
-    covariance += even[:, None, None] * np.eye(2)
-    covariance[:, 0, 0] += np.where((left == 0) | (left + box_width == width), hidden, 0)
-    covariance[:, 1, 1] += np.where((top == 0) | (top + box_height == height), hidden, 0)
+    even = PIXELATION / blobs.area + (2 * SHADING * (1 - score)) ** 2 * minor
+    even += SMEAR * smear + part**4 * hidden / 4
+    at_side = (left == 0) | (left + box_width == width)
+    at_end = (top == 0) | (top + box_height == height)
+    covariance[:, 0, 0] += even + at_side * hidden
+    covariance[:, 1, 1] += even + at_end * hidden
     return covariance
 
 

@@ -83,7 +83,7 @@ class Detector:
         erode(image, config.erosion_size, method.labels)
         open_(image, config.opening_size, method.labels)
         blobs = find_blobs(image, config.min_area, connect=method.connect)
-        if config.split and split_touching(image, blobs):
+        if config.split and split_touching(image, blobs, config.max_area):
             blobs = find_blobs(image, config.min_area, connect=method.connect)
         kept = keep_shapes(blobs, config)
         method.learn(frame, blobs, kept)

@@ -57,7 +57,7 @@ class LabelImage:
 
         :returns: their numbers, (N,) ascending, and a copy of their labels, (N, 8).
         """
-        filled = np.flatnonzero(self.words != 0)
+        (filled,) = (self.words != 0).nonzero()
         return filled, self.words[filled].view(np.uint8).reshape(-1, WORD)
 
     def positions(self) -> NDArray[np.intp]:

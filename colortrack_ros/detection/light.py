@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.reference import LAB_RANGES
+from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.reference import Triple
 
 GRID = 16384
 """Pixels that the light is estimated from."""
@@ -18,6 +20,9 @@ FOLLOW_SECONDS = 1.0
 
 STEP = 1.0
 """How far it has to go before the tables are made anew [CIELAB units]."""
+
+DARK = 16.0
+"""L + 16, a and b of CIELAB go with the cube root of the light, and so do distances of colors."""
 
 ALPHA = 3
 """First channel that is not light."""
@@ -56,6 +61,9 @@ class GrayWorld:
 class ColorFollower:
     """Lets reference colors follow what is found of them, slowly and not far.
 
+    In less light the background comes nearer, and the tolerance shrinks; half as much, because
+    the noise of the camera does not.
+
     :param colors: as configured.
     :param bound: how far one may go [CIELAB units].
     """
@@ -90,7 +98,17 @@ class ColorFollower:
             return None
         self._taken = self._way.copy()
         low, high = np.array([limits[1:] for limits in LAB_RANGES]).T
+        lab = np.clip(self._lab + self._way, low, high)
+        light = (lab[:, 0] + DARK) / (self._lab[:, 0] + DARK)
         return tuple(
-            replace(color, lab=tuple(np.clip(lab, low, high).tolist()))
-            for color, lab in zip(self._colors, self._lab + self._way, strict=True)
+            _moved(color, (L, a, b), scale)
+            for color, (L, a, b), scale in zip(
+                self._colors, lab.tolist(), np.sqrt(light).tolist(), strict=True
+            )
         )
+
+
+def _moved(color: ReferenceColor, lab: Triple, scale: float) -> ReferenceColor:
+    """The same color in another light, with the tolerance scaled."""
+    tolerance, dL, da, db = (min(scale * x, MAX_TOLERANCE) for x in (color.tolerance, *color.axes))
+    return replace(color, lab=lab, tolerance=tolerance, tolerance_lab=(dL, da, db))

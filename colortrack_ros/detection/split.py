@@ -19,17 +19,22 @@ PROMINENCE = 1.25
 """How much farther from the outline than its neck a part has to come."""
 
 
-def split_touching(image: LabelImage, blobs: Blobs) -> bool:
+MOST = 8
+"""So many objects may touch: larger blobs are something else, and cost more than they are worth."""
+
+
+def split_touching(image: LabelImage, blobs: Blobs, max_area: float = np.inf) -> bool:
     """Cut blobs at their necks, in place, with a line of label 0.
 
     Where two discs touch, the distance to the outline has two peaks, and between them a neck that
     is lower. A blob is cut when, at some level, it falls into parts that all rise by PROMINENCE
     above it; each pixel goes to the nearest part.
 
+    :param max_area: of an object [px].
     :returns: whether anything was cut.
     """
     changed = False
-    for k in np.flatnonzero(circularity(blobs) < ROUND):
+    for k in np.flatnonzero((circularity(blobs) < ROUND) & (blobs.area <= MOST * max_area)):
         left, top, width, height = blobs.box[k]
         runs = blobs.take(np.arange(len(blobs.area)) == k).runs
         v, u = np.divmod(positions(runs), runs.stride)

@@ -127,6 +127,17 @@ def test_background_is_learned_again_on_request_and_after_a_change_of_size():
     assert sum(len(detector.detect(frame).rows) for frame in smaller) == 0
 
 
+def test_what_moves_of_a_color_may_rest_and_a_light_may_be_switched():
+    path = [None] * 30 + [(20 + 2 * k, 60) for k in range(40)] + [(98, 60)] * 130
+    color = ReferenceColor('white', (75.0, 0.0, 0.0), 30.0)
+    config = DetectorConfig(colors=(color,), moving_only=True)
+    found = moving(config, film(path, light=lambda k: 1.0 if k < 120 else 0.8))
+    assert not any(len(rows) for rows in found[:30])
+    for (u, v), rows in zip(path[31:], found[31:], strict=True):
+        assert len(rows) == 1
+        assert np.hypot(rows['u'][0] - u, rows['v'][0] - v) < 1
+
+
 def test_what_is_found_is_no_background_even_if_it_is_too_large_to_be_detected():
     path = [None] * 30 + [(60, 60)] * 150
     config = DetectorConfig(method='background', opening_size=3, max_area=100)

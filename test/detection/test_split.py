@@ -44,6 +44,13 @@ def test_what_has_no_neck_stays_whole(discs):
     assert len(rows) == min(len(discs), 1)
 
 
+def test_discs_may_touch_that_are_too_large_together_but_not_a_crowd():
+    rows, _ = found([(-28, 30), (28, 30)], max_area=3000)
+    assert len(rows) == 2
+    rows, _ = found([(-28, 30), (28, 30)], max_area=600)
+    assert len(rows) == 0
+
+
 def test_noise_and_smears_are_not_cut():
     random = np.random.default_rng(0)
     image = np.full((240, 320, 3), 120, np.uint8)

@@ -20,6 +20,7 @@ from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.messages import tracks_of_cloud
+from colortrack_ros.nodes.detector import DetectorNode
 
 LOOP = {'source': 'scene:single?width=320&height=240', 'loop': 'true'}
 START = 1_700_000_000 * 10**9
@@ -156,6 +157,20 @@ def test_the_mask_is_published_and_the_background_learned_anew(ros):
     assert 100 < np.count_nonzero(mask.image) < 5000
     request = Trigger.Request()
     assert ros.call(Trigger, 'detector/learn_background', request).success
+
+
+def test_no_mask_is_published_while_nobody_looks(ros, monkeypatch):
+    node = DetectorNode(subscribe=False, context=ros.node.context)
+    sent = []
+    monkeypatch.setattr(node._debug_publisher, 'publish', sent.append)
+    frame = Frame(np.zeros((20, 30, 3), np.uint8))
+    node.process(frame)
+    assert not sent
+    ros.listen(Image, 'detector/mask')
+    assert ros.spin(lambda: node._debug_publisher.get_subscription_count() > 0), ros.outputs()
+    node.process(frame)
+    assert len(sent) == 1
+    node.destroy_node()
 
 
 def test_diagnostics_tell_what_is_wrong(ros):

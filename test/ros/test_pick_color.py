@@ -56,6 +56,27 @@ def test_writing_changes_that_color_alone_and_keeps_the_comments(tmp_path, capsy
     assert set(detector['red']) == {'lab', 'tolerance'}
 
 
+@pytest.mark.parametrize('name', ['picture.png', 'video.avi'])
+def test_pictures_and_videos_are_read_at_a_pixel_or_in_a_box(tmp_path, capsys, name):
+    scene = open_scene(SCENE.removeprefix('scene:'))
+    u, v = (int(text) for text in center())
+    if name.endswith('.png'):
+        cv2.imwrite(str(tmp_path / name), scene.render(0))
+    else:
+        video = cv2.VideoWriter(
+            str(tmp_path / name), cv2.VideoWriter_fourcc(*'MJPG'), 24, (320, 240)
+        )
+        for _ in range(3):
+            video.write(scene.render(0))
+        video.release()
+    for place in ([str(u), str(v)], ['--box', str(u - 4), str(v - 4), '9', '9']):
+        assert main([str(tmp_path / name), *place, '--output', str(tmp_path / 'picked.png')]) == 0
+        lightness, a, b = yaml.safe_load(capsys.readouterr().out)['picked']['lab']
+        assert 30 < lightness < 60
+        assert a > 30
+        assert b > 20
+
+
 @pytest.mark.parametrize(
     ('arguments', 'said'),
     [

@@ -28,10 +28,10 @@ DATA = Path(os.environ.get('COLORTRACK_DATA', Path(__file__).parents[3] / 'share
 JUGGLING = DATA / 'juggling_centroids'
 
 
-def detected(scene):
+def detected(scene, tolerance=25.0, **parameters):
     """What the detector finds in the pictures."""
-    colors = [ReferenceColor.from_rgb(name, rgb) for name, rgb in scene.colors.items()]
-    detector = Detector(DetectorConfig(colors=tuple(colors)))
+    colors = [ReferenceColor.from_rgb(name, rgb, tolerance) for name, rgb in scene.colors.items()]
+    detector = Detector(DetectorConfig(colors=tuple(colors), **parameters))
     for k in range(len(scene)):
         stamp = round(k * NANOSECONDS / scene.rate)
         yield detector.detect(Frame(scene.render(k), 'bgr8', stamp))
@@ -70,6 +70,22 @@ def test_objects_keep_their_tracks_as_a_perfect_detector_or_a_bad_one_sees_them(
     scene = open_scene(name)
     found = (detections_of(scene, k, **worse) for k in range(len(scene)))
     assert played(scene, found).idf1 >= idf1
+
+
+@pytest.mark.parametrize(
+    ('tolerance', 'parameters'),
+    [
+        (25.0, {'white_balance': 'gray_world'}),
+        (50.0, {'white_balance': 'gray_world'}),
+        (25.0, {'follow_light': 60.0}),
+        (35.0, {'follow_light': 60.0}),
+    ],
+)
+def test_tracks_go_on_while_the_light_falls_to_a_third_and_turns_yellow(tolerance, parameters):
+    scene = open_scene('light')
+    score = played(scene, detected(scene, tolerance, **parameters))
+    assert score.idf1 >= 0.99
+    assert score.switches == 0
 
 
 @pytest.mark.skipif(not JUGGLING.is_dir(), reason=f'no {JUGGLING}; set COLORTRACK_DATA')
