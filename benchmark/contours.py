@@ -27,6 +27,9 @@ from colortrack_ros.scenes.silhouettes import placed
 OUT = Path(__file__).parents[1] / 'out' / 'benchmark_contours.json'
 SIZES = {'320x240': 'width=320&height=240', '640x480': 'width=640&height=480'}
 FRAMES = 300
+EMPTY, INSIDE = 24, {'silhouette': 65, 'approach': 85}
+"""Frames of the background alone, and the first one in which all have come in."""
+
 REPORTED = {'silhouette': (8.99, 3.73), 'approach': (4.65, 1.52, 7.65, 8.60)}
 """Mean squared errors in the document [px^2]."""
 
@@ -54,26 +57,27 @@ def overlap(one, other, shape):
 def quality(name, size, config):
     """For each object squared errors, normalized ones, overlaps and the track, of FRAMES frames.
 
-    They begin when all objects have been confirmed; an object belongs to the nearest track.
+    The background is shown, and then, as in the document, all objects at once. Counted is from when
+    all have been confirmed; an object belongs to the nearest track.
     """
     scene = open_scene(f'{name}?{size}')
     if config.outline == 'box' or not config.interpolating:
         config = replace(config, line_length=10 if name == 'approach' else 30)
     tracker, count, rows = ContourTracker(config), len(REPORTED[name]), []
-    for k in range(len(scene)):
+    for i, k in enumerate([*range(EMPTY), *range(INSIDE[name], len(scene))]):
         image = scene.render(k)
-        tracks = tracker.update(Frame(image, 'bgr8', round(k * 1e9 / scene.rate)))
+        tracks = tracker.update(Frame(image, 'bgr8', round(i * 1e9 / scene.rate)))
         live = np.flatnonzero(tracks.rows['state'] > 0)
         if len(live) < count and not rows:
             continue
         outlines, own = scene.outlines(k), []
         for truth in scene.truth(k):
             e = np.stack([tracks.rows[x][live] - truth[x] for x in 'uv'], axis=1)
-            i = np.hypot(*e.T).argmin()
-            row, shape = tracks.rows[live[i]], tracks.outlines[live[i]]
-            nees = e[i] @ np.linalg.solve(row['covariance'][:2, :2], e[i])
+            j = np.hypot(*e.T).argmin()
+            row, shape = tracks.rows[live[j]], tracks.outlines[live[j]]
+            nees = e[j] @ np.linalg.solve(row['covariance'][:2, :2], e[j])
             alike = overlap(shape, outlines[int(truth['id'])], image.shape[:2])
-            own.append((e[i] @ e[i], nees, alike, row['track_id']))
+            own.append((e[j] @ e[j], nees, alike, row['track_id']))
         rows.append(own)
         if len(rows) == FRAMES:
             break

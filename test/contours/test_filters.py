@@ -50,6 +50,9 @@ def test_the_prediction_is_that_of_the_textbook():
         F = np.block([[np.eye(2 * N), H], [np.zeros((MOTION, 2 * N)), np.eye(MOTION)]])
         Q = np.diag([0.02] * 2 * N + [0.05, 0.05, JOINT.scale_noise, JOINT.turn_noise])
         np.testing.assert_allclose(contours.cov[k], F @ before.cov[k] @ F.T + 1.7 * Q, atol=1e-12)
+        np.testing.assert_allclose(contours.node_design[k], before.node_design[k] + 1.7 * 0.02)
+        grown = before.motion_design[k] + 1.7 * Q[2 * N :, 2 * N :]
+        np.testing.assert_allclose(contours.motion_design[k], grown)
         moved = before.nodes[k].ravel() + H @ before.motion[k]
         np.testing.assert_allclose(contours.nodes[k].ravel(), moved)
 

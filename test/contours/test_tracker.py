@@ -129,6 +129,19 @@ def test_a_target_behind_a_cover_comes_back_with_its_shape(shape, width, level):
     assert seen[-8:, 2].min() > 0.92
 
 
+def test_a_target_that_was_growing_keeps_its_size_while_it_is_hidden():
+    def place(k):
+        return (40 + 2.5 * max(k - EMPTY, 0), 120.0), 20 + 0.3 * max(k - EMPTY, 0)
+
+    cover = (slice(None), slice(150, 240)), 120
+    results = follow(pictures('quadrilateral', 75, place, cover=cover), QUICK)
+    rows = np.concatenate([tracks.rows for tracks in results])
+    hidden = np.flatnonzero(rows['state'] == COASTING)
+    assert len(hidden) > 10
+    np.testing.assert_allclose(rows['area'][hidden[1:]], rows['area'][hidden[0]], rtol=1e-4)
+    assert rows['area'][hidden[0]] > 1.5 * rows['area'][0]
+
+
 @pytest.mark.parametrize('shape', SHAPES)
 @pytest.mark.parametrize('speed', [1, 4])
 def test_once_a_target_is_known_the_background_may_move(shape, speed):
@@ -195,6 +208,14 @@ def test_a_target_is_tentative_at_first():
     results = follow(pictures('quadrilateral', 20), QUICK)
     states = [int(tracks.rows['state'][0]) for tracks in results if len(tracks.rows)]
     assert states[:4] == [TENTATIVE, TENTATIVE, CONFIRMED, CONFIRMED]
+
+
+def test_a_tentative_target_that_is_not_seen_again_is_dropped_at_once():
+    shown = pictures('quadrilateral', 20)
+    first = [len(tracks.rows) for tracks in follow(shown, QUICK)].index(1)
+    empty = pictures('quadrilateral', EMPTY)
+    results = follow(shown[: first + 1] + empty, QUICK)
+    assert [len(tracks.rows) for tracks in results[first:]] == [1] + [0] * len(empty)
 
 
 def test_frame_differencing_starts_targets_as_well():
