@@ -15,9 +15,9 @@ PYTHON_IN = $(RUN) $(VENV)/bin/python
 
 UBUNTU = opencv-python-headless==4.6.0.66 numpy==1.26.4 scipy==1.11.4
 
-BENCHMARKS = $(filter-out %/points.py %/peers.py,$(wildcard benchmark/*.py))
+BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py,$(wildcard benchmark/*.py))
 
-.PHONY: bench demo test test-ubuntu lint docs clean
+.PHONY: bench soak demo test test-ubuntu lint docs clean
 
 demo: $(VENV)/demo
 	$(PYTHON_IN) -m colortrack_ros.nodes.demo --source '$(SOURCE)' --params '$(PARAMS)' \
@@ -33,6 +33,10 @@ test-ubuntu: .venv-ubuntu/test
 # Tables on the terminal, the same numbers as JSON in out/.
 bench: .venv-bench/bench
 	for script in $(BENCHMARKS); do $(RUN) .venv-bench/bin/python $$script || exit 1; done
+
+# 30 minutes' worth of frames: memory, threads and files of the pipeline stay what they are.
+soak: .venv-bench/bench
+	$(RUN) .venv-bench/bin/python benchmark/soak.py
 
 lint: $(VENV)/test
 	$(PYTHON_IN) -m ruff format --check .

@@ -9,6 +9,7 @@ NAME = 'colortrack_ros'
 
 EXECUTABLES = (
     'camera',
+    'contour_tracker',
     'detector',
     'overlay',
     'pick_color',

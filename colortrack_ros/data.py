@@ -101,9 +101,12 @@ class Tracks:
     :param frame_id: of the frame.
     :param restarted: why the tracker started afresh with this frame, dropping every earlier
         track; empty when it did not.
+    :param outlines: (N, P, 2) points u, v along the closed outline of each track [px]; (0, 0, 2)
+        from trackers that know none.
     """
 
     rows: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, TRACK))
     stamp: int = 0
     frame_id: str = ''
     restarted: str = ''
+    outlines: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 2)))

@@ -4,6 +4,7 @@ from pathlib import Path
 import re
 
 from colortrack_ros.nodes import camera_parameters
+from colortrack_ros.nodes import contour_tracker_parameters
 from colortrack_ros.nodes import detector_parameters
 from colortrack_ros.nodes import overlay
 from colortrack_ros.nodes import tracker_parameters
@@ -18,6 +19,7 @@ NODES = {
     'tracker': tracker_parameters.TABLE,
     'overlay': overlay.TABLE,
     'window_tracker': window_tracker_parameters.TABLE,
+    'contour_tracker': contour_tracker_parameters.TABLE,
 }
 
 

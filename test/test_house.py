@@ -15,6 +15,7 @@ ROOMS_WITHOUT_ROS = (
     'detection',
     'tracking',
     'windows',
+    'contours',
     'drawing',
 )
 ALLOWED = {
@@ -25,6 +26,8 @@ ALLOWED = {
     'tracking': {'data'},
     # the bank of Kalman filters is one
     'windows': {'data', 'tracking'},
+    # new targets are found as the detector's method `background` does
+    'contours': {'data', 'detection'},
     'drawing': {'data'},
     'messages': {'data'},
     'bags': {'data'},

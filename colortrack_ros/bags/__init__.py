@@ -1,7 +1,6 @@
 """bags: recordings of messages on disk (rosbag2, in mcap or sqlite3), as bytes with their times."""
 
 from colortrack_ros.bags.errors import BagError
-from colortrack_ros.bags.order import StampOrder
 from colortrack_ros.bags.reader import BagReader
 from colortrack_ros.bags.reader import is_bag
 from colortrack_ros.bags.reader import Topic
@@ -15,7 +14,6 @@ __all__ = [
     'BagError',
     'BagReader',
     'BagWriter',
-    'StampOrder',
     'Topic',
     'canonical',
     'is_bag',

@@ -38,13 +38,13 @@ BGR = tuple[int, int, int]
 
 
 def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> None:
-    """Draw trail, 95 % covariance ellipse, box and ID of each track, in place.
+    """Draw trail, 95 % covariance ellipse, box or outline, and ID of each track, in place.
 
     Confirmed tracks are drawn in a color of their own, coasting ones dashed in it, tentative ones
     thin and gray and without an ID.
 
     :param image: (H, W, 3) BGR, contiguous, writable.
-    :param tracks: rows without NaN.
+    :param tracks: rows without NaN; an outline of NaN is none.
     :param trails: updated with these tracks.
     """
     rows = tracks.rows
@@ -56,10 +56,14 @@ def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> Non
         GRAY if row['state'] == TENTATIVE else track_color(int(row['track_id'])) for row in rows
     ]
     _draw_trails(image, trails, dict(zip(rows['track_id'].tolist(), colors, strict=True)), scale)
-    for row, box, ellipse, color in zip(rows, _boxes(rows), _ellipses(rows), colors, strict=True):
+    shapes = list(_boxes(rows))
+    for i, outline in enumerate(tracks.outlines):
+        if np.isfinite(outline).all():
+            shapes[i] = np.concatenate([outline, outline[:1]])
+    for row, box, ellipse, color in zip(rows, shapes, _ellipses(rows), colors, strict=True):
         width = 1 if row['state'] == TENTATIVE else thickness
         if row['state'] == COASTING:
-            box, ellipse = _dashed(box, 12), _dashed(ellipse, 32)
+            box, ellipse = _dashed(box, max(12, len(box) // 2)), _dashed(ellipse, 32)
         else:
             box, ellipse = box[None], ellipse[None]
         cv2.polylines(image, _fixed(ellipse), False, color, 1, cv2.LINE_AA, SHIFT)

@@ -19,6 +19,8 @@ from colortrack_ros.messages.images import frame_of_serialized_compressed_image
 from colortrack_ros.messages.images import frame_of_serialized_image
 from colortrack_ros.messages.images import image_of_frame
 from colortrack_ros.messages.markers import MarkerWriter
+from colortrack_ros.messages.markers import outlines_of_serialized_markers
+from colortrack_ros.messages.markers import tracks_with_outlines
 from colortrack_ros.messages.serialized import stamp_of_serialized
 
 __all__ = [
@@ -35,8 +37,10 @@ __all__ = [
     'header_of',
     'image_of_frame',
     'load_camera_info',
+    'outlines_of_serialized_markers',
     'stamp_of',
     'stamp_of_serialized',
     'tracks_of_cloud',
     'tracks_of_serialized_cloud',
+    'tracks_with_outlines',
 ]

@@ -45,15 +45,17 @@ class Reader:
         """A sequence of uint8, a view."""
         return self._take(self.uint32())
 
-    def stamp(self) -> tuple[int, int]:
-        """A builtin_interfaces/Time: all of it [ns], and its nanosec alone."""
+    def stamp(self) -> int:
+        """A builtin_interfaces/Time [ns]."""
         seconds = (self.uint32() ^ 1 << 31) - (1 << 31)  # an int32
         nanosec = self.uint32()
-        return seconds * NANOSECONDS + nanosec, nanosec
+        if nanosec >= NANOSECONDS:
+            raise CdrError(f'a stamp with {nanosec} ns, expected less than {NANOSECONDS}')
+        return seconds * NANOSECONDS + nanosec
 
     def header(self) -> tuple[int, str]:
         """A std_msgs/Header: its stamp [ns] and frame_id."""
-        return self.stamp()[0], self.string()
+        return self.stamp(), self.string()
 
     def _take(self, size: int) -> memoryview:
         if self._at + size > len(self._cdr):

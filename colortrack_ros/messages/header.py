@@ -3,10 +3,16 @@
 from std_msgs.msg import Header
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.messages.errors import MessageError
 
 
 def stamp_of(header: Header) -> int:
-    """The header's stamp [ns]."""
+    """The header's stamp [ns].
+
+    :raises MessageError: its nanosec are a second or more.
+    """
+    if header.stamp.nanosec >= NANOSECONDS:
+        raise MessageError(f'stamp with {header.stamp.nanosec} ns: expected less than a second')
     return header.stamp.sec * NANOSECONDS + header.stamp.nanosec
 
 

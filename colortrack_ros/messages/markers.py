@@ -1,5 +1,6 @@
-"""Tracks -> visualization_msgs/MarkerArray."""
+"""Tracks -> visualization_msgs/MarkerArray, and outlines back from it."""
 
+from dataclasses import replace
 import math
 
 from geometry_msgs.msg import Point
@@ -15,9 +16,12 @@ from visualization_msgs.msg import MarkerArray
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
+from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
+from colortrack_ros.messages.header import stamp_of
+from colortrack_ros.messages.serialized import message_of_serialized
 
-ELLIPSE, VELOCITY, LABEL = 'ellipse', 'velocity', 'id'
+ELLIPSE, VELOCITY, LABEL, OUTLINE = 'ellipse', 'velocity', 'id', 'outline'
 SIGMAS = 2.0
 """Half axes of the ellipse, in standard deviations."""
 
@@ -30,9 +34,10 @@ class MarkerWriter:
 
     def __init__(self) -> None:
         self._shown: set[int] = set()
+        self._outlining = False  # of this tracker's tracks
 
     def write(self, tracks: Tracks, scale: float) -> MarkerArray:
-        """One ellipse, one arrow and one text for each track.
+        """One ellipse, one arrow and one text for each track, and its outline where it has one.
 
         :param tracks: after a frame; a track that was written before and is absent is deleted.
         :param scale: m/px.
@@ -42,20 +47,26 @@ class MarkerWriter:
         if tracks.restarted:
             markers.append(Marker(header=header, action=Marker.DELETEALL))
             self._shown.clear()
-        rows = tracks.rows[tracks.rows['state'] != TENTATIVE]
+        seen = tracks.rows['state'] != TENTATIVE
+        rows = tracks.rows[seen]
+        known = len(tracks.outlines) > 0
+        outlines = list(tracks.outlines[seen]) if known else [None] * len(rows)
+        self._outlining |= tracks.outlines.size > 0
         shown = set(rows['track_id'].tolist())
         for gone in sorted(self._shown - shown):
+            spaces = (ELLIPSE, VELOCITY, LABEL, OUTLINE)[: 3 + self._outlining]
             markers += [
-                Marker(header=header, ns=ns, id=gone, action=Marker.DELETE)
-                for ns in (ELLIPSE, VELOCITY, LABEL)
+                Marker(header=header, ns=ns, id=gone, action=Marker.DELETE) for ns in spaces
             ]
         self._shown = shown
-        for row in rows:
-            markers += _markers(header, row, scale)
+        for row, outline in zip(rows, outlines, strict=True):
+            markers += _markers(header, row, outline, scale)
         return MarkerArray(markers=markers)
 
 
-def _markers(header: Header, row: np.void, scale: float) -> list[Marker]:
+def _markers(
+    header: Header, row: np.void, outline: NDArray[np.float64] | None, scale: float
+) -> list[Marker]:
     position = Point(x=float(row['u']) * scale, y=float(row['v']) * scale)
     ahead = Point(x=position.x + float(row['du']) * scale, y=position.y + float(row['dv']) * scale)
     angle, major, minor = _ellipse(row['covariance'][:2, :2])
@@ -81,7 +92,44 @@ def _markers(header: Header, row: np.void, scale: float) -> list[Marker]:
     label = marker(LABEL, Marker.TEXT_VIEW_FACING, Vector3(z=0.5 * size))
     label.pose.position = Point(x=position.x, y=position.y - 0.75 * size)
     label.text = str(int(row['track_id']))
-    return [ellipse, arrow, label]
+    if outline is None:
+        return [ellipse, arrow, label]
+    strip = marker(OUTLINE, Marker.LINE_STRIP, Vector3(x=0.02 * size))
+    closed = np.concatenate([outline, outline[:1]]) * scale
+    strip.points = [Point(x=x, y=y) for x, y in closed.tolist()]
+    return [ellipse, arrow, label, strip]
+
+
+def outlines_of_serialized_markers(
+    cdr: bytes, scale: float
+) -> tuple[int | None, dict[int, NDArray[np.float64]]]:
+    """The stamp [ns] of a MarkerArray, None of an empty one, and the outlines in it.
+
+    :param cdr: as a subscription with ``raw=True`` hands it over.
+    :param scale: m/px, of the tracker that has written them.
+    :return: also, by track ID, (P, 2) u, v along closed outlines [px].
+    :raises MessageError: these are not the bytes of a MarkerArray, or an outline has no points, or
+        coordinates that are not finite.
+    """
+    markers = message_of_serialized(cdr, MarkerArray).markers
+    outlines = {}
+    for marker in markers:
+        if marker.ns == OUTLINE and marker.action == Marker.ADD:
+            points = np.array([(p.x, p.y) for p in marker.points[:-1]]).reshape(-1, 2) / scale
+            if not len(points) or not np.isfinite(points).all():
+                raise MessageError(f'outline of track {marker.id}: expected finite coordinates')
+            outlines[marker.id] = points
+    return stamp_of(markers[0].header) if markers else None, outlines
+
+
+def tracks_with_outlines(tracks: Tracks, outlines: dict[int, NDArray[np.float64]]) -> Tracks:
+    """The tracks with the outlines that there are, by track ID; the others' are NaN."""
+    count = max(map(len, outlines.values()), default=0)
+    every = np.full((len(tracks.rows), count, 2), np.nan)
+    for i, track_id in enumerate(tracks.rows['track_id'].tolist()):
+        points = outlines.get(track_id, every[i])
+        every[i, : len(points)], every[i, len(points) :] = points, points[-1:]
+    return replace(tracks, outlines=every) if count else tracks
 
 
 def _ellipse(covariance: NDArray[np.float64]) -> tuple[float, float, float]:

@@ -4,7 +4,6 @@ from typing import Any
 
 from rclpy.serialization import deserialize_message
 
-from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.messages.cdr import CdrError
 from colortrack_ros.messages.cdr import Reader
 from colortrack_ros.messages.errors import MessageError
@@ -16,12 +15,9 @@ def stamp_of_serialized(cdr: bytes) -> int:
     :raises MessageError: these are not the bytes of such a message, or it is no time.
     """
     try:
-        stamp, nanosec = Reader(cdr).stamp()
+        return Reader(cdr).stamp()
     except CdrError as error:
         raise MessageError(f'not a serialized message with a header: {error}') from error
-    if nanosec >= NANOSECONDS:
-        raise MessageError(f'stamp with {nanosec} ns: expected less than {NANOSECONDS}')
-    return stamp
 
 
 def message_of_serialized(cdr: bytes, kind: type) -> Any:

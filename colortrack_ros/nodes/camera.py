@@ -46,7 +46,7 @@ PAUSES = (0.5, 1.0, 2.0, 5.0)
 class CameraNode(Node):
     """Publishes the frames of a source, and its CameraInfo with the same header.
 
-    :param deliver: called with each frame after it is published.
+    :param deliver: called with each frame before it is published.
     :param on_end: called when a recording has ended and ``exit_at_end`` is set.
     """
 
@@ -180,6 +180,8 @@ class CameraNode(Node):
 
     def _publish(self, frame: Frame) -> None:
         self.health.took_in()
+        if self._deliver is not None:
+            self._deliver(frame)  # before the pictures are sent, which takes longer
         info = self._setup.camera_info
         info.header = header_of(frame.stamp, frame.frame_id)
         # A picture is a megabyte and more: made into a message only for somebody who wants it.
@@ -189,8 +191,6 @@ class CameraNode(Node):
         if self._jpegs.get_subscription_count() > 0:
             self._jpegs.publish(compressed_of_frame(frame, self._setup.jpeg_quality))
         self.health.gave_out(frame.stamp)
-        if self._deliver is not None:
-            self._deliver(frame)
 
     def _recover(self, error: SourceError, failures: int) -> None:
         """Open a live source again, after a pause that grows with the failures in a row."""

@@ -3,11 +3,9 @@
 from collections.abc import Callable
 import dataclasses
 import threading
-import time
 from typing import Any
 
 from rclpy.node import Node
-from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool
@@ -17,26 +15,15 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.messages import cloud_of_detections
-from colortrack_ros.messages import frame_of_serialized_compressed_image
-from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_of_frame
-from colortrack_ros.messages import MessageError
-from colortrack_ros.nodes.backlog import Backlog
 from colortrack_ros.nodes.detector_parameters import build
 from colortrack_ros.nodes.detector_parameters import DetectorSetup
 from colortrack_ros.nodes.detector_parameters import TABLE
 from colortrack_ros.nodes.health import Health
+from colortrack_ros.nodes.intake import ImageIntake
 from colortrack_ros.nodes.live_parameters import declare
-from colortrack_ros.nodes.order import Order
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
-from colortrack_ros.nodes.topics import subscribe_to
-
-READERS = {
-    'raw': (Image, '{}', frame_of_serialized_image),
-    'compressed': (CompressedImage, '{}/compressed', frame_of_serialized_compressed_image),
-}
-"""For each value of image_transport the message, its topic and what reads it."""
 
 
 class DetectorNode(Node):
@@ -55,27 +42,22 @@ class DetectorNode(Node):
     ) -> None:
         super().__init__('detector', allow_undeclared_parameters=True, **options)
         self._lock = threading.Lock()
-        self._backlog: Backlog[bytes] = Backlog()
         self._setup: DetectorSetup = declare(self, TABLE, build, self._apply)
         self._detector = Detector(self._setup.config)
         self._deliver = deliver
-        self._paused = False
-        self.health = Health(self, skipped=lambda: self._backlog.skipped)
-        self._order: Order[Frame] = Order(self.process, self.health.refuse)
-        self._apply(self._setup)
+        self.health = Health(self, skipped=lambda: self._intake.skipped)
+        self._intake = ImageIntake(self, self.process, self.health.refuse)
+        self._intake.configure(self._setup)
         self._publisher = publish_on(self, PointCloud2, self._setup.detections_topic)
         self._debug_publisher = publish_on(self, Image, self._setup.debug_topic)
         self.create_service(SetBool, '~/pause', self._pause)
         self.create_service(Trigger, '~/learn_background', self._learn_background)
-        self._worker = threading.Thread(target=self._work, name='detector')
         if subscribe:
-            kind, name, self._read = READERS[self._setup.image_transport]
-            subscribe_to(self, kind, name.format(self._setup.image_topic), self._receive)
-            self._worker.start()
+            self._intake.subscribe(self._setup.image_topic, self._setup.image_transport)
 
     def process(self, frame: Frame) -> None:
         """Detect, publish and deliver."""
-        if self._paused:
+        if self._intake.paused:
             return
         self.health.took_in()
         with self._lock:
@@ -87,28 +69,10 @@ class DetectorNode(Node):
         self.health.gave_out(detections.stamp)
         self._deliver(detections)
 
-    def _receive(self, cdr: bytes) -> None:
-        if not self._paused:
-            self._backlog.put(cdr)
-
-    def _work(self) -> None:
-        while not self._backlog.closed:
-            cdr = self._backlog.get(self._setup.reorder_window or None)
-            start = time.monotonic()
-            if cdr is None:
-                self._order.flush()
-                continue
-            try:
-                frame = self._read(cdr)
-                self._order.push(frame.stamp, frame)
-            except MessageError as error:
-                self.health.refuse(str(error))
-            self._backlog.took(time.monotonic() - start)
-
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._paused = request.data
+        self._intake.paused = request.data
         response.success = True
-        response.message = 'paused' if self._paused else 'working'
+        response.message = 'paused' if request.data else 'working'
         return response
 
     def _learn_background(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -123,14 +87,11 @@ class DetectorNode(Node):
             if setup.config != self._setup.config:
                 self._detector.configure(setup.config)
         self._setup = setup
-        self._backlog.max_lag = setup.max_lag
-        self._order.window, self._order.max_late = setup.reorder_window, setup.max_late
+        self._intake.configure(setup)
 
     def close(self) -> None:
         """End the thread that works."""
-        self._backlog.close()
-        if self._worker.is_alive():
-            self._worker.join()
+        self._intake.close()
 
 
 def main() -> int:

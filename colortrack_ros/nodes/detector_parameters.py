@@ -13,7 +13,7 @@ from colortrack_ros.detection.reference import PRESETS
 from colortrack_ros.detection.regions import Region
 from colortrack_ros.detection.regions import Regions
 from colortrack_ros.nodes.health import HEALTH
-from colortrack_ros.nodes.order import ORDER
+from colortrack_ros.nodes.intake import INTAKE
 from colortrack_ros.nodes.parameters import own_values
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
@@ -114,23 +114,7 @@ TABLE = ParameterTable(
         _spec('blur_sigma', 'Of method background: the Gaussian before the threshold.', 'px'),
         _spec('learn_seconds', 'How long what moves is taken out of a new background.', 's'),
         _spec('threads', 'Threads that work on a picture; 2 help at 3840x2160, with OpenCV 5.'),
-        Spec(
-            'max_lag',
-            0.05,
-            'When working off the waiting images would take longer, the oldest are skipped.',
-            unit='s',
-            minimum=0.0,
-            maximum=60.0,
-        ),
-        *ORDER,
-        topic('image_topic', 'camera/image_raw', 'the images'),
-        Spec(
-            'image_transport',
-            'raw',
-            'Whether images come raw, or as JPEG or PNG on <image_topic>/compressed.',
-            choices=('raw', 'compressed'),
-            read_only=True,
-        ),
+        *INTAKE,
         topic('detections_topic', 'detections', 'the detections that are published'),
         topic('debug_topic', 'detector/mask', 'the mask, published while somebody subscribes'),
         PICTURE_DEPTH,

@@ -9,16 +9,19 @@ import threading
 from diagnostic_msgs.msg import DiagnosticArray
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.msg import KeyValue
-from rclpy.clock import Clock
-from rclpy.clock import ClockType
 from rclpy.node import Node
 
+from colortrack_ros.nodes.clocks import lacks_clock
+from colortrack_ros.nodes.clocks import seconds_of
+from colortrack_ros.nodes.clocks import STEADY
 from colortrack_ros.nodes.parameters import Spec
 
 PERIOD = 1.0
 THROTTLE = 5.0
 OTHER_CLOCK = 3600.0
 """Stamps farther away from now [s] are of another clock, as in an old recording: no latency."""
+
+NO_CLOCK = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play --clock` does'
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
@@ -62,17 +65,17 @@ class Health:
         self._lock = threading.Lock()
         self._counts = _Counts()
         self._reason = ''
-        # Not the node's clock: a simulated one may stand still.
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._heard = self._steady.now()
+        self._told = -THROTTLE
+        self._seconds = seconds_of(node)
+        self._heard = self._seconds()
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        node.create_timer(PERIOD, self.publish, clock=self._steady)
+        node.create_timer(PERIOD, self.publish, clock=STEADY)
 
     def took_in(self) -> None:
         """Count a message or a frame that came in."""
         with self._lock:
             self._counts.taken += 1
-            self._heard = self._steady.now()
+            self._heard = self._seconds()
 
     def gave_out(self, stamp: int) -> None:
         """Count a message that went out.
@@ -87,17 +90,21 @@ class Health:
 
     def refuse(self, reason: str) -> None:
         """Count input that cannot be right, and say why, at most once in a while."""
+        now = STEADY.now().nanoseconds * 1e-9
         with self._lock:
             self.refused += 1
             self._counts.refused += 1
             self._reason = reason
-        self._node.get_logger().warning(f'Refused: {reason}', throttle_duration_sec=THROTTLE)
+            tell = now - self._told >= THROTTLE
+            self._told = now if tell else self._told
+        if tell:  # the logger's own throttling costs more than refusing
+            self._node.get_logger().warning(f'Refused: {reason}')
 
     def publish(self) -> None:
         """Publish the counts since the last time."""
         with self._lock:
             counts, self._counts = self._counts, _Counts()
-            silence = (self._steady.now() - self._heard).nanoseconds * 1e-9
+            silence = self._seconds() - self._heard
             refused, reason = self.refused, self._reason
         latency = median(counts.latencies) if counts.latencies else None
         level, message = self._judge(counts, latency, silence)
@@ -130,6 +137,7 @@ class Health:
             (ERROR, self._trouble(), self._trouble() != ''),
             (ERROR, lateness, late > limit['error_latency']),
             (ERROR, quiet, silence > limit['error_silence']),
+            (WARN, NO_CLOCK, lacks_clock(self._node)),
             (WARN, refusal, counts.refused > 0),
             (WARN, lateness, late > limit['warn_latency']),
             (WARN, quiet, silence > limit['warn_silence']),

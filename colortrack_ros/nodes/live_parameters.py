@@ -100,7 +100,12 @@ class LiveParameters:
             if parameter.name.startswith(FOREIGN):
                 continue
             spec = self._table.find(parameter.name)
-            after.pop(parameter.name, None)
             if parameter.type_ != Parameter.Type.NOT_SET:
                 after[parameter.name] = spec.check(parameter.name, parameter.value)
+            elif parameter.name in self._table.specs and not spec.optional:
+                raise ValueError(
+                    f'{parameter.name}: cannot be deleted; expected a {spec.type_name}'
+                )
+            else:
+                after.pop(parameter.name, None)
         return after

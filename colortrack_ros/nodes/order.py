@@ -3,6 +3,7 @@
 from collections.abc import Callable
 import heapq
 import itertools
+import time
 from typing import Generic
 from typing import TypeVar
 
@@ -32,17 +33,30 @@ ORDER = (
 )
 """The rows of these two in a parameter table."""
 
+IDLE = 0.1
+"""How often [s] to look whether waiting messages have to wait any longer."""
+
 
 class Order(Generic[Item]):
     """Releases items in the order of their stamps, and refuses those that come too late.
 
     :param release: takes an item whose turn it is.
     :param refuse: takes the reason why an item is dropped.
+    :param clock: the time [s] at which items arrive. A node's own, so that a bag that is paused or
+        played slowly has all the time it needs.
+    :ivar window: parameter reorder_window [s].
+    :ivar max_late: parameter max_late [s].
     """
 
-    def __init__(self, release: Callable[[Item], object], refuse: Callable[[str], object]) -> None:
+    def __init__(
+        self,
+        release: Callable[[Item], object],
+        refuse: Callable[[str], object],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.window = self.max_late = 0.0
-        self._release, self._refuse = release, refuse
+        self._release, self._refuse, self._clock = release, refuse, clock
+        self._arrived = clock()
         self._waiting: list[tuple[int, int, Item]] = []
         self._number = itertools.count()
         self._last = self._newest = -(1 << 62)  # older than any stamp
@@ -52,6 +66,7 @@ class Order(Generic[Item]):
 
         :param stamp: of its header [ns].
         """
+        self._arrived = self._clock()
         behind = (self._newest - stamp) / NANOSECONDS
         if behind > self.window + self.max_late:
             self.flush()  # time has gone back: what waits was before that
@@ -66,8 +81,17 @@ class Order(Generic[Item]):
         heapq.heappush(self._waiting, (stamp, next(self._number), item))
         self._release_until(self._newest - round(self.window * NANOSECONDS))
 
+    def look(self, over: Callable[[], bool] = lambda: False) -> None:
+        """Release all that wait when nothing has come for the time of the window.
+
+        :param over: whether nothing comes any more.
+        """
+        # A clock that has gone back is one of another playing: nothing more comes of the old one.
+        if self._waiting and (abs(self._clock() - self._arrived) > self.window or over()):
+            self.flush()
+
     def flush(self) -> None:
-        """Release all that wait: nothing else comes for a while."""
+        """Release all that wait: nothing more comes."""
         self._release_until(self._newest)
 
     def _release_until(self, stamp: int) -> None:

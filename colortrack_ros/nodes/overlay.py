@@ -9,19 +9,24 @@ from numpy.typing import NDArray
 from rclpy.node import Node
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import Frame
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.drawing import draw_tracks
 from colortrack_ros.drawing import Trails
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
+from colortrack_ros.messages import outlines_of_serialized_markers
 from colortrack_ros.messages import tracks_of_serialized_cloud
+from colortrack_ros.messages import tracks_with_outlines
 from colortrack_ros.nodes.health import HEALTH
 from colortrack_ros.nodes.health import Health
 from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.parameters import ParameterTable
+from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import DEPTH
 from colortrack_ros.nodes.topics import PICTURE_DEPTH
@@ -43,6 +48,15 @@ TABLE = ParameterTable(
     [
         topic('image_topic', 'camera/image_raw', 'the pictures'),
         topic('tracks_topic', 'tracks', 'the tracks'),
+        topic('markers_topic', '', 'markers whose outlines are drawn as well; empty: none'),
+        Spec(
+            'marker_scale',
+            0.01,
+            'Size of a pixel in these markers.',
+            unit='m/px',
+            minimum=1e-9,
+            maximum=1e3,
+        ),
         topic('overlay_topic', 'overlay/image_raw', 'the pictures with the tracks drawn on them'),
         PICTURE_DEPTH,
         DEPTH,
@@ -52,40 +66,62 @@ TABLE = ParameterTable(
 
 
 class OverlayNode(Node):
-    """Images and tracks in; for each pair with the same stamp one Image out."""
+    """Images and tracks in; for each pair with the same stamp one Image out.
+
+    With ``markers_topic``, tracks wait for their markers.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__('overlay', allow_undeclared_parameters=True, **options)
-        setup = declare(self, TABLE, dict, lambda _: None)
+        self._setup = setup = declare(self, TABLE, dict, self._apply)
         self._trails = Trails()
         self._frames: dict[int, Frame] = {}
         self._tracks: dict[int, Tracks] = {}
+        self._outlines: dict[int, dict[int, NDArray[np.float64]]] = {}
         self.health = Health(self)
         self._publisher = publish_on(self, Image, setup['overlay_topic'])
         subscribe_to(self, Image, setup['image_topic'], self._take_image)
         subscribe_to(self, PointCloud2, setup['tracks_topic'], self._take_tracks)
+        if setup['markers_topic']:
+            subscribe_to(self, MarkerArray, setup['markers_topic'], self._take_markers)
 
     def _take_image(self, cdr: bytes) -> None:
         try:
             frame = frame_of_serialized_image(cdr)
         except MessageError as error:
             return self.health.refuse(str(error))
-        return self._take(self._frames, frame)
+        return self._take(self._frames, frame.stamp, frame)
 
     def _take_tracks(self, cdr: bytes) -> None:
         try:
             tracks = tracks_of_serialized_cloud(cdr)
         except MessageError as error:
             return self.health.refuse(str(error))
-        return self._take(self._tracks, tracks)
+        return self._take(self._tracks, tracks.stamp, tracks)
 
-    def _take(self, waiting: dict, item: Frame | Tracks) -> None:
+    def _take_markers(self, cdr: bytes) -> None:
+        scale = self._setup['marker_scale']
+        try:
+            stamp, outlines = outlines_of_serialized_markers(cdr, scale)
+        except MessageError as error:
+            return self.health.refuse(str(error))
+        if stamp is not None:
+            self._take(self._outlines, stamp, outlines)
+        return None
+
+    def _take(self, waiting: dict, stamp: int, item: Any) -> None:
         self.health.took_in()
-        waiting[item.stamp] = item
-        if item.stamp in self._frames and item.stamp in self._tracks:
-            self._paint(self._frames.pop(item.stamp), self._tracks.pop(item.stamp))
+        waiting[stamp] = item
+        if stamp in self._frames and stamp in self._tracks and self._is_marked(self._tracks[stamp]):
+            tracks = tracks_with_outlines(self._tracks.pop(stamp), self._outlines.pop(stamp, {}))
+            self._paint(self._frames.pop(stamp), tracks)
         while len(waiting) > WAITING:
             waiting.pop(next(iter(waiting)))
+
+    def _is_marked(self, tracks: Tracks) -> bool:
+        """Whether its markers are there, or none will come."""
+        silent = not self._setup['markers_topic'] or (tracks.rows['state'] == TENTATIVE).all()
+        return bool(silent) or tracks.stamp in self._outlines
 
     def _paint(self, frame: Frame, tracks: Tracks) -> None:
         self._trails.update(tracks)
@@ -96,6 +132,9 @@ class OverlayNode(Node):
         picture = dataclasses.replace(frame, image=image, encoding='bgr8')
         self._publisher.publish(image_of_frame(picture))
         self.health.gave_out(frame.stamp)
+
+    def _apply(self, setup: dict[str, Any]) -> None:
+        self._setup = setup
 
 
 def writable_bgr(frame: Frame) -> NDArray[np.uint8]:

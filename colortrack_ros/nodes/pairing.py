@@ -1,44 +1,54 @@
 """Pictures that wait for what has been detected in them."""
 
 from collections import deque
+from typing import Generic
+from typing import Protocol
+from typing import TypeVar
 
 from colortrack_ros.data import Detections
-from colortrack_ros.data import Frame
+
+
+class Stamped(Protocol):
+    """A Frame, or what stands for one."""
+
+    @property
+    def stamp(self) -> int: ...  # noqa: D102
+
+
+Picture = TypeVar('Picture', bound=Stamped)
 
 WAITING = 30
 """Pictures that wait at most: a detector that has ended stops nobody."""
 
-Pair = tuple[Frame, Detections | None]
 
+class Pairing(Generic[Picture]):
+    """Brings pictures and detections of the same stamp together, whichever come first.
 
-class Pairing:
-    """Brings pictures and detections of the same stamp together, in whatever order they come.
-
-    A picture goes on once detections of its stamp or a later one are there: a detector may skip
-    pictures, but works on them in their order.
+    A detector may skip pictures, but works on them in their order: a picture goes on without
+    detections once there are those of a picture that came after it. Which stamp is greater does not
+    count, so a recording may loop.
     """
 
     def __init__(self) -> None:
-        self._frames: deque[Frame] = deque()
-        self._detections: deque[Detections] = deque(maxlen=WAITING)
+        self._frames: deque[Picture] = deque()
+        self._detections: dict[int, Detections] = {}
 
-    def put_frame(self, frame: Frame) -> list[Pair]:
+    def put_frame(self, frame: Picture) -> list[tuple[Picture, Detections | None]]:
         """Take a picture; return the pairs that are ready, in their order."""
         self._frames.append(frame)
-        return self._ready()
+        if frame.stamp in self._detections:
+            return self._release(len(self._frames))
+        return self._release(len(self._frames) - WAITING)
 
-    def put_detections(self, detections: Detections) -> list[Pair]:
+    def put_detections(self, detections: Detections) -> list[tuple[Picture, Detections | None]]:
         """Take detections; return the pairs that are ready, in their order."""
-        self._detections.append(detections)
-        return self._ready()
+        self._detections[detections.stamp] = detections
+        if len(self._detections) > WAITING:
+            self._detections.pop(next(iter(self._detections)))
+        stamps = [frame.stamp for frame in self._frames]
+        found = detections.stamp in stamps
+        return self._release(stamps.index(detections.stamp) + 1 if found else 0)
 
-    def _ready(self) -> list[Pair]:
-        pairs = []
-        newest = self._detections[-1].stamp if self._detections else None
-        while self._frames:
-            stamp = self._frames[0].stamp
-            if (newest is None or stamp > newest) and len(self._frames) <= WAITING:
-                break
-            mine = next((d for d in self._detections if d.stamp == stamp), None)
-            pairs.append((self._frames.popleft(), mine))
-        return pairs
+    def _release(self, count: int) -> list[tuple[Picture, Detections | None]]:
+        frames = [self._frames.popleft() for _ in range(count)]
+        return [(frame, self._detections.pop(frame.stamp, None)) for frame in frames]

@@ -37,6 +37,7 @@ class Spec:
     :param choices: the allowed values of a string, empty for any.
     :param read_only: whether only the start sets it.
     :param shown: what others see of the value, such as an address without its password.
+    :param valid: raises ValueError with what was expected, where type and range do not say all.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Spec:
     choices: tuple[str, ...] = ()
     read_only: bool = False
     shown: Callable[[Any], Any] = lambda value: value
+    valid: Callable[[Any], object] = lambda value: value
 
     @property
     def optional(self) -> bool:
@@ -67,12 +69,18 @@ class Spec:
     def range_text(self) -> str:
         """The range in words, empty when there is none."""
         if self.choices:
-            return ', '.join(self.choices)
+            return ', '.join(choice or "''" for choice in self.choices)
         if self.minimum is None and self.maximum is None:
             return ''
         low = '' if self.minimum is None else f'{self.minimum:g}'
         high = '' if self.maximum is None else f'{self.maximum:g}'
         return f'{low}..{high}'
+
+    @property
+    def allowed_text(self) -> str:
+        """The range and the unit in words, after a comma, empty when there is no range."""
+        one_of = 'one of ' if self.choices else ''
+        return f', {one_of}{self.range_text} {self.unit}'.rstrip() if self.range_text else ''
 
     def check(self, name: str, value: Any) -> Any:
         """The value in the parameter's type, an int being taken for a float.
@@ -85,7 +93,8 @@ class Spec:
         many = isinstance(self.default, tuple | list)
         items = list(value) if isinstance(value, Sequence) and not isinstance(value, str) else None
         if many != (items is not None):
-            raise ValueError(f'{name}: expected a {self.type_name}, got {value!r}')
+            expected = f'{self.type_name}{self.allowed_text}'
+            raise ValueError(f'{name}: expected a {expected}, got {value!r}')
         checked = [self._check_one(name, item, kind) for item in items or [value]]
         return ([] if not items else checked) if many else checked[0]
 
@@ -93,16 +102,20 @@ class Spec:
         if kind is float and type(value) is int:
             value = float(value)
         if type(value) is not kind:
-            raise ValueError(f'{name}: expected {self.type_name}, got {value!r}')
+            expected = f'{self.type_name}{self.allowed_text}'
+            raise ValueError(f'{name}: expected {expected}, got {value!r}')
         if kind is float and not math.isfinite(value):
-            raise ValueError(f'{name}: expected a finite number, got {value}')
+            raise ValueError(f'{name}: expected a finite number{self.allowed_text}, got {value}')
         low = -math.inf if self.minimum is None else self.minimum
         high = math.inf if self.maximum is None else self.maximum
         if kind in (int, float) and not low <= value <= high:
-            unit = f' {self.unit}' if self.unit else ''
-            raise ValueError(f'{name}: expected {self.range_text}{unit}, got {value}')
+            raise ValueError(f'{name}: expected {self.allowed_text[2:]}, got {value}')
         if self.choices and value not in self.choices:
-            raise ValueError(f'{name}: expected one of {self.range_text}, got {value!r}')
+            raise ValueError(f'{name}: expected {self.allowed_text[2:]}, got {value!r}')
+        try:
+            self.valid(value)
+        except ValueError as error:
+            raise ValueError(f'{name}: {error}') from error
         return value
 
     def descriptor(self) -> ParameterDescriptor:

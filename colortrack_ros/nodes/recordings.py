@@ -9,9 +9,7 @@ import dataclasses
 from pathlib import Path
 from typing import NamedTuple
 
-from colortrack_ros.bags import BagError
 from colortrack_ros.bags import BagReader
-from colortrack_ros.bags import StampOrder
 from colortrack_ros.bags import Topic
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
@@ -20,7 +18,7 @@ from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import MessageError
-from colortrack_ros.messages import stamp_of_serialized
+from colortrack_ros.nodes.replay_setup import Setup
 from colortrack_ros.nodes.runtime import StartError
 from colortrack_ros.sources import Grabber
 from colortrack_ros.sources import open_source
@@ -30,27 +28,27 @@ IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 CLOUD = 'sensor_msgs/msg/PointCloud2'
 
-WINDOW = NANOSECONDS // 2
-"""So much later than its place [ns] a message may stand in a bag."""
-
 
 class Item(NamedTuple):
-    """What the tracker advances on.
+    """A picture, or the detections of one.
 
-    :param number: of the frame in the recording, from 1; one that is refused has a number as well.
-    :param log_time: of the messages that come from it [ns], never less than that of the one before.
-    :param content: a picture, or the detections of one.
+    :param log_time: when it was recorded [ns].
+    :param content: what was recorded.
     :param cdr: the message that was recorded, empty where there was none.
     """
 
-    number: int
     log_time: int
     content: Frame | Detections
     cdr: bytes = b''
 
+    @property
+    def stamp(self) -> int:
+        """Of its header [ns]."""
+        return self.content.stamp
+
 
 class Recording(ABC):
-    """Frames or detections in the order of their stamps.
+    """Frames or detections in the order in which they were recorded.
 
     :ivar label: what it is, in words.
     :ivar total: number of messages, 0 where nobody knows.
@@ -59,7 +57,6 @@ class Recording(ABC):
     :ivar refused: number of messages or pictures that cannot be right, so far.
     :ivar reason: of the last refusal.
     :ivar late: number of messages dropped since they came too late for their place.
-    :ivar duplicates: number of messages dropped since their stamp was there already.
     """
 
     label: str
@@ -68,13 +65,17 @@ class Recording(ABC):
     has_pictures: bool
 
     def __init__(self) -> None:
-        self.refused = self.late = self.duplicates = 0
+        self.refused = self.late = 0
         self.reason = ''
 
     def refuse(self, reason: str) -> None:
         """Count input that cannot be right."""
         self.refused += 1
         self.reason = reason
+
+    def drop(self, _: str) -> None:
+        """Count a message that came too late."""
+        self.late += 1
 
     @abstractmethod
     def items(self) -> Iterator[Item]:
@@ -115,9 +116,7 @@ class SourceRecording(Recording):
 
     def items(self) -> Iterator[Item]:
         """Every frame once."""
-        number = 0
         while True:
-            number += 1
             try:
                 frame = self._grabber.read()
             except SourceError as error:
@@ -126,7 +125,7 @@ class SourceRecording(Recording):
             if frame is None:
                 return
             frame = dataclasses.replace(frame, frame_id=self._frame_id)
-            yield Item(number, frame.stamp, frame)
+            yield Item(frame.stamp, frame)
 
     def close(self) -> None:
         """End the thread that reads ahead."""
@@ -138,22 +137,20 @@ class BagRecording(Recording):
 
     :param path: of the bag.
     :param topic: the one to work on, or empty for the one that the parameters mean.
-    :param topics: full names of the nodes' topics, ``image`` and ``detections``.
-    :param max_late: what comes later than the window by more than this [ns] is not late: time has
-        gone back.
     :raises BagError: it cannot be opened.
     :raises StartError: no topic in it is the one.
     """
 
-    def __init__(self, path: Path, topic: str, topics: Mapping[str, str], max_late: int) -> None:
+    def __init__(self, path: Path, topic: str, setup: Setup) -> None:
         super().__init__()
         self._reader = BagReader(path)
+        topics = [t for t in self._reader.topics if setup.takes_detections or t.kind != CLOUD]
+        names = setup.topics['image'], setup.topics['detections']
         try:
-            self._topic = choose(self._reader.topics, topic, topics['image'], topics['detections'])
+            self._topic = choose(topics, topic, *names)
         except StartError as error:
             self._reader.close()
             raise StartError(f'{path}: {error}') from error
-        self._order: StampOrder[tuple[int, bytes]] = StampOrder(WINDOW, WINDOW + max_late)
         self.label = f'{path}, {self._topic.name}'
         self.total = self._topic.size
         self.rate = (self.total - 1) * NANOSECONDS / max(self._reader.duration, 1)
@@ -161,31 +158,11 @@ class BagRecording(Recording):
 
     def items(self) -> Iterator[Item]:
         """Every frame once."""
-        log_time = 0
-        for number, (recorded, cdr) in enumerate(self._ordered(), 1):
-            log_time = max(log_time, recorded)
+        for log_time, cdr in self._reader.messages(self._topic):
             try:
-                content = _content(cdr, self._topic.kind)
+                yield Item(log_time, _content(cdr, self._topic.kind), cdr)
             except MessageError as error:
                 self.refuse(str(error))
-                continue
-            yield Item(number, log_time, content, cdr)
-
-    def _ordered(self) -> Iterator[tuple[int, bytes]]:
-        broken = None
-        try:
-            for log_time, cdr in self._reader.messages(self._topic):
-                try:
-                    yield from self._order.put(stamp_of_serialized(cdr), (log_time, cdr))
-                except MessageError as error:
-                    self.refuse(str(error))
-                self.late, self.duplicates = self._order.late, self._order.duplicates
-        except BagError as error:
-            broken = error
-        yield from self._order.rest()
-        self.duplicates = self._order.duplicates
-        if broken:
-            raise broken
 
     def close(self) -> None:
         """Let go of the files."""
@@ -203,7 +180,7 @@ def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) ->
     usable = [t for t in topics if t.kind in (IMAGE, COMPRESSED, CLOUD)]
     images = [t for t in usable if t.kind != CLOUD]
     names = [wanted, f'/{wanted}'] if wanted else [image, f'{image}/compressed']
-    if not wanted and not images:
+    if not wanted and not images and detections:
         names = [detections]
     for name in names:
         for topic in usable:

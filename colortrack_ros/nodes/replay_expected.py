@@ -7,7 +7,6 @@ import csv
 import math
 from pathlib import Path
 
-from colortrack_ros.data import Detections
 from colortrack_ros.data import Tracks
 from colortrack_ros.nodes.recordings import Item
 from colortrack_ros.nodes.replay_output import COLUMNS
@@ -40,13 +39,13 @@ class ExpectedOutput(Output):
         except (ValueError, KeyError, TypeError, csv.Error) as error:
             raise StartError(f'{path}: expected a table that --csv wrote: {error!r}') from error
 
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
         """Compare a frame."""
         expected = self._expected.pop(tracks.stamp, {})
-        lines = [dict(zip(COLUMNS, line, strict=True)) for line in lines_of(item, tracks)]
+        lines = [dict(zip(COLUMNS, line, strict=True)) for line in lines_of(number, tracks)]
         found = {int(line['track_id']): line for line in lines}
         for track in sorted(expected.keys() | found.keys()):
-            where = f'frame {item.number}, track {track}'
+            where = f'frame {number}, track {track}'
             if track not in found:
                 self.differences.append(f'{where}: is missing')
             elif track not in expected:

@@ -52,9 +52,15 @@ covariance the upper half."""
 class Output(ABC):
     """One file or folder of results."""
 
+    def write_detections(self, item: Item, detections: Detections) -> None:  # noqa: B027
+        """Add what was detected in a frame, where that is wanted."""
+
     @abstractmethod
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
-        """Add what came of one frame."""
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
+        """Add the tracks after a frame.
+
+        :param number: of the frame, from 1; one that was refused has a number as well.
+        """
 
     @abstractmethod
     def close(self) -> None:
@@ -70,21 +76,27 @@ class BagOutput(Output):
     def __init__(self, path: Path, storage: str, setup: Setup) -> None:
         self._topics = setup.topics
         self._scale = setup.tracker.marker_scale
-        topics = {self._topics[name]: kind for name, kind in KINDS.items()}
+        topics = {self._topics[name]: kind for name, kind in KINDS.items() if self._topics[name]}
         self._bag = BagWriter(path, topics, storage)
+        self._last = dict.fromkeys(KINDS, 0)
         self._markers = MarkerWriter()
 
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
-        """One message on each topic; recorded detections stay as they were."""
+    def write_detections(self, item: Item, detections: Detections) -> None:
+        """One message; recorded detections stay as they were."""
         recorded = isinstance(item.content, Detections)
         self._add('detections', item, None if recorded else cloud_of_detections(detections))
+
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
+        """One message of tracks, one of markers."""
         self._add('tracks', item, cloud_of_tracks(tracks))
         self._add('markers', item, self._markers.write(tracks, self._scale))
 
     def _add(self, name: str, item: Item, message: PointCloud2 | MarkerArray | None) -> None:
         """A message, or where there is none, the recorded one."""
         cdr = canonical(serialize_message(message), KINDS[name]) if message else item.cdr
-        self._bag.write(self._topics[name], item.log_time, cdr)
+        # What was put in its place before others was not recorded after them.
+        self._last[name] = max(self._last[name], item.log_time)
+        self._bag.write(self._topics[name], self._last[name], cdr)
 
     def close(self) -> None:
         """Write the index and the metadata."""
@@ -99,22 +111,22 @@ class CsvOutput(Output):
         self._table = csv.writer(self._file, lineterminator='\n')
         self._table.writerow(COLUMNS)
 
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
         """The tracks."""
-        self._table.writerows(lines_of(item, tracks))
+        self._table.writerows(lines_of(number, tracks))
 
     def close(self) -> None:
         """Finish the file."""
         self._file.close()
 
 
-def lines_of(item: Item, tracks: Tracks) -> Iterator[list[Any]]:
+def lines_of(number: int, tracks: Tracks) -> Iterator[list[Any]]:
     """The values of each track, as many as there are COLUMNS."""
     for row in tracks.rows:
         values = [row[name].item() for name in (*BEFORE, *STATE)]
         values += row['covariance'][UPPER].tolist()
         values += [row[name] for name in AFTER]
-        yield [tracks.stamp, item.number, *values]
+        yield [tracks.stamp, number, *values]
 
 
 class MotOutput(Output):
@@ -127,14 +139,14 @@ class MotOutput(Output):
     def __init__(self, path: Path) -> None:
         self._file = path.open('w')
 
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
         """The tracks."""
         for row in tracks.rows[tracks.rows['state'] != TENTATIVE]:
             width, height = float(row['box_w']), float(row['box_h'])
             left = float(row['u']) - (width - 1) / 2 + 1
             top = float(row['v']) - (height - 1) / 2 + 1
             self._file.write(
-                f'{item.number},{row["track_id"]},{left:.3f},{top:.3f},{width:.3f},{height:.3f},'
+                f'{number},{row["track_id"]},{left:.3f},{top:.3f},{width:.3f},{height:.3f},'
                 f'{row["score"]:.4f},-1,-1,-1\n'
             )
 
@@ -155,7 +167,7 @@ class VideoOutput(Output):
         self._video: cv2.VideoWriter | None = None
         self._size = 0, 0
 
-    def write(self, item: Item, detections: Detections, tracks: Tracks) -> None:
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
         """The picture, in the size of the first one."""
         assert isinstance(item.content, Frame)
         image = writable_bgr(item.content)

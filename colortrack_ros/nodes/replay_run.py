@@ -23,15 +23,16 @@ from rich.progress import TimeRemainingColumn
 from colortrack_ros.bags import BagError
 from colortrack_ros.bags import is_bag
 from colortrack_ros.bags import is_only_a_bag
-from colortrack_ros.data import Frame
+from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
-from colortrack_ros.detection import Detector
 from colortrack_ros.nodes.recordings import BagRecording
 from colortrack_ros.nodes.recordings import Item
 from colortrack_ros.nodes.recordings import Recording
 from colortrack_ros.nodes.recordings import SourceRecording
+from colortrack_ros.nodes.replay_chains import Chain
+from colortrack_ros.nodes.replay_chains import CHAINS
 from colortrack_ros.nodes.replay_expected import ExpectedOutput
 from colortrack_ros.nodes.replay_output import BagOutput
 from colortrack_ros.nodes.replay_output import CsvOutput
@@ -42,10 +43,6 @@ from colortrack_ros.nodes.replay_setup import parse
 from colortrack_ros.nodes.replay_setup import read_setup
 from colortrack_ros.nodes.replay_setup import Setup
 from colortrack_ros.nodes.runtime import StartError
-from colortrack_ros.tracking import Tracker
-
-NODES = ('camera', 'detector', 'tracker')
-"""Whose parameters count; a bag is its own camera."""
 
 
 @dataclass
@@ -59,12 +56,11 @@ class Tally:
     first: int = 0
     last: int = 0
 
-    def add(self, item: Item, detections: int, tracks: Tracks) -> None:
+    def add(self, item: Item, tracks: Tracks) -> None:
         """Count a frame."""
         self.first = item.log_time if self.frames == 0 else self.first
         self.last = item.log_time
         self.frames += 1
-        self.detections += detections
         self.tracks.update(tracks.rows['track_id'][tracks.rows['state'] != TENTATIVE].tolist())
         if tracks.restarted:
             self.restarts.append(tracks.restarted)
@@ -88,7 +84,7 @@ def replay(args: Sequence[str], stop: threading.Event) -> int:
 
 def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
     from_bag = is_bag(Path(arguments.input))
-    setup = read_setup(arguments, NODES[from_bag:])
+    setup = read_setup(arguments, from_bag=from_bag)
     path = arguments.output or default_output(arguments.input)
     tally = Tally()
     broken = None
@@ -102,7 +98,7 @@ def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
             outputs.append(output)
         began = time.monotonic()
         try:
-            _run(recording, setup, outputs, tally, stop)
+            _run(CHAINS[arguments.tracker], recording, setup, outputs, tally, stop)
         except BagError as error:
             broken = error
         seconds = time.monotonic() - began
@@ -116,6 +112,7 @@ def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
 
 
 def _run(
+    make: Callable[..., Chain],
     recording: Recording,
     setup: Setup,
     outputs: Sequence[Output],
@@ -123,18 +120,26 @@ def _run(
     stop: threading.Event,
 ) -> None:
     """Each frame through the rooms that the nodes run, and what comes of it into the outputs."""
-    detector, tracker = Detector(setup.detector.config), Tracker(setup.tracker.config)
-    with _progress(recording) as advance:
-        for item in recording.items():
+
+    def detected(item: Item, detections: Detections) -> None:
+        tally.detections += len(detections.rows)
+        for output in outputs:
+            output.write_detections(item, detections)
+
+    def tracked(item: Item, tracks: Tracks) -> None:
+        tally.add(item, tracks)
+        number = tally.frames + recording.refused
+        for output in outputs:
+            output.write(number, item, tracks)
+
+    chain = make(setup, detected, tracked, recording.drop)
+    with _progress(recording) as advance, contextlib.ExitStack() as at_end:
+        at_end.callback(chain.flush)
+        for number, item in enumerate(recording.items(), 1):
             if stop.is_set():
                 return
-            given = item.content
-            detections = detector.detect(given) if isinstance(given, Frame) else given
-            tracks = tracker.update(detections)
-            for output in outputs:
-                output.write(item, detections, tracks)
-            tally.add(item, len(detections.rows), tracks)
-            advance(item.number)
+            chain.push(item)
+            advance(number)
 
 
 @contextlib.contextmanager
@@ -169,8 +174,7 @@ def default_output(name: str) -> Path:
 
 def _open(arguments: argparse.Namespace, setup: Setup, *, from_bag: bool) -> Recording:
     if from_bag:
-        max_late = round(setup.tracker.max_late * NANOSECONDS)
-        return BagRecording(Path(arguments.input), arguments.topic, setup.topics, max_late)
+        return BagRecording(Path(arguments.input), arguments.topic, setup)
     if arguments.topic:
         raise StartError(f'--topic {arguments.topic}: {arguments.input} is not a bag')
     return SourceRecording(arguments.input, setup.camera)
@@ -228,7 +232,7 @@ def summary(
         f'  speed       {speed:.0f} frames/s, {real_time:.1f} times real time',
         f'  refused     {recording.refused}'
         + (f', the last: {recording.reason}' if recording.reason else ''),
-        f'  dropped     {recording.late} late, {recording.duplicates} with the stamp of another',
+        f'  dropped     {recording.late} late',
         f'  restarts    {len(tally.restarts)}'
         + (f', the last: {tally.restarts[-1]}' if tally.restarts else ''),
     ]

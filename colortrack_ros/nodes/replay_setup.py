@@ -12,10 +12,13 @@ from typing import Any
 
 from colortrack_ros.bags import STORAGES
 from colortrack_ros.nodes import camera_parameters
+from colortrack_ros.nodes import contour_tracker_parameters
 from colortrack_ros.nodes import detector_parameters
 from colortrack_ros.nodes import overlay
 from colortrack_ros.nodes import tracker_parameters
+from colortrack_ros.nodes import window_tracker_parameters
 from colortrack_ros.nodes.detector_parameters import DetectorSetup
+from colortrack_ros.nodes.image_tracker import ImageTrackerSetup
 from colortrack_ros.nodes.parameters import FOREIGN
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.params_file import Given
@@ -25,10 +28,18 @@ from colortrack_ros.nodes.params_file import read_params_file
 from colortrack_ros.nodes.runtime import StartError
 from colortrack_ros.nodes.tracker_parameters import TrackerSetup
 
-TABLES: dict[str, tuple[ParameterTable, Callable[[Mapping[str, Any]], Any]]] = {
+Tables = dict[str, tuple[ParameterTable, Callable[[Mapping[str, Any]], Any]]]
+
+TRACKERS: Tables = {
+    'tracker': (tracker_parameters.TABLE, tracker_parameters.build),
+    'window_tracker': (window_tracker_parameters.TABLE, window_tracker_parameters.build),
+    'contour_tracker': (contour_tracker_parameters.TABLE, contour_tracker_parameters.build),
+}
+"""What ``--tracker`` may name."""
+
+TABLES: Tables = TRACKERS | {
     'camera': (camera_parameters.TABLE, dict),
     'detector': (detector_parameters.TABLE, detector_parameters.build),
-    'tracker': (tracker_parameters.TABLE, tracker_parameters.build),
     'overlay': (overlay.TABLE, dict),
 }
 
@@ -38,13 +49,20 @@ class Setup:
     """What the nodes of the same parameters would have.
 
     :param camera: values of the camera's parameters; empty where a bag is its own camera.
+    :param detector: None where the tracker takes no detections.
+    :param tracker: of the node that publishes the tracks.
     :param topics: full names by ``image``, ``detections``, ``tracks`` and ``markers``.
     """
 
     camera: Mapping[str, Any]
-    detector: DetectorSetup
-    tracker: TrackerSetup
+    detector: DetectorSetup | None
+    tracker: TrackerSetup | ImageTrackerSetup
     topics: Mapping[str, str]
+
+    @property
+    def takes_detections(self) -> bool:
+        """Whether recorded detections will do in place of pictures."""
+        return isinstance(self.tracker, TrackerSetup)
 
 
 def parse(args: Sequence[str]) -> argparse.Namespace:
@@ -57,6 +75,12 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
     add = parser.add_argument
     add('input', help='a rosbag2 (folder, .mcap or .db3), a video, pictures, or scene:NAME')
     add('--output', type=Path, help='folder of the new bag; default: the input with _tracks')
+    add(
+        '--tracker',
+        choices=list(TRACKERS),
+        default='tracker',
+        help='whose tracks; default: tracker',
+    )
     add('--storage', choices=list(STORAGES), default='mcap', help='default: mcap')
     add('--topic', default='', help="the bag's topic to work on, images or detections")
     add('--video', type=Path, help='write the overlay to this .mp4')
@@ -71,25 +95,24 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
     return parser.parse_args([word for word in args if word not in ('--ros-args', '--')])
 
 
-def read_setup(arguments: argparse.Namespace, nodes: Sequence[str]) -> Setup:
+def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:
     """The parameters that the files and the command line give, checked as the nodes check them.
 
-    :param nodes: those that the recording does not replace.
+    :param from_bag: whether the recording takes the place of the camera.
     :raises StartError: a value is refused, or a file cannot be read.
     """
+    name = arguments.tracker
     try:
         given = [item for path in arguments.params_file for item in read_params_file(path)]
         given += [read_assignment(text) for text in arguments.param]
         namespace, remaps = _read_remaps(arguments.remap)
+        nodes = ('camera', 'detector', name)[from_bag:]
         namespace = namespace or _only_namespace(given, nodes)
     except ValueError as error:
         raise StartError(str(error)) from error
-    base = namespace.rstrip('/')
-    values = {
-        node: _values(f'{base}/{node}', given, table, build)
-        for node, (table, build) in TABLES.items()
-        if node in nodes
-    }
+
+    def values_of(node: str) -> dict[str, Any]:
+        return _values(f'{namespace.rstrip("/")}/{node}', given, *TABLES[node])
 
     def resolved(node: str, topic: str) -> str:
         full = _full_name(values[node][f'{topic}_topic'], namespace, node)
@@ -98,15 +121,19 @@ def read_setup(arguments: argparse.Namespace, nodes: Sequence[str]) -> Setup:
                 return _full_name(new, namespace, node)
         return full
 
+    values = {name: values_of(name)}
+    detects = values[name].get('detections_topic', '') != ''
+    if detects:
+        values['detector'] = values_of('detector')
     return Setup(
-        camera=values.get('camera', {}),
-        detector=detector_parameters.build(values['detector']),
-        tracker=tracker_parameters.build(values['tracker']),
+        camera={} if from_bag else values_of('camera'),
+        detector=detector_parameters.build(values['detector']) if detects else None,
+        tracker=TRACKERS[name][1](values[name]),
         topics={
-            'image': resolved('detector', 'image'),
-            'detections': resolved('tracker', 'detections'),
-            'tracks': resolved('tracker', 'tracks'),
-            'markers': resolved('tracker', 'markers'),
+            'image': resolved('detector' if detects else name, 'image'),
+            'detections': resolved(name, 'detections') if detects else '',
+            'tracks': resolved(name, 'tracks'),
+            'markers': resolved(name, 'markers'),
         },
     )
 

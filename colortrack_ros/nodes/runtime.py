@@ -2,15 +2,18 @@
 
 from collections.abc import Callable
 from collections.abc import Sequence
+import contextlib
 import os
 from pathlib import Path
 import signal
 import sys
 import threading
+import time
 
 from ament_index_python.packages import get_package_share_directory
 from ament_index_python.packages import PackageNotFoundError
 import rclpy
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -18,6 +21,8 @@ from rclpy.signals import SignalHandlerOptions
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 PATIENCE = 1.5
 """How long [s] the nodes have to end in order before the process ends without them."""
+LAST = 5.0
+"""How long [s] the last messages have to arrive; what is lost on the way is missed after 3 s."""
 
 
 class StartError(Exception):
@@ -55,12 +60,18 @@ def run(
 
     A node with a method ``close`` has it called before it is destroyed.
 
-    :param make_nodes: called once ROS is there, with a function that ends the spinning.
+    :param make_nodes: called once ROS is there, with a function by which a node ends all of them
+        when its work is done; then reliable subscribers get the last messages first.
     :return: the exit status: 0, or 1 when a node could not start.
     """
     use_transport_profile()
-    stop = threading.Event()
+    stop, done = threading.Event(), threading.Event()
     _on_signal(stop)
+
+    def finish() -> None:
+        done.set()
+        stop.set()
+
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # rclpy has no common class for its errors
@@ -68,8 +79,10 @@ def run(
         return 1
     nodes: Sequence[Node] = ()
     try:
-        nodes = make_nodes(stop.set)
+        nodes = make_nodes(finish)
         _spin(nodes, stop)
+        if done.is_set():
+            _send_the_last(nodes)
     except (StartError, RuntimeError) as error:  # of rclpy, where a node cannot be made
         rclpy.logging.get_logger('colortrack_ros').fatal(_one_line(error))
         return 1
@@ -95,6 +108,15 @@ def _spin(nodes: Sequence[Node], stop: threading.Event) -> None:
     while not stop.is_set():
         executor.spin_once()
     executor.shutdown(timeout_sec=0.0)
+
+
+def _send_the_last(nodes: Sequence[Node]) -> None:
+    """Wait until every reliable subscriber has acknowledged all messages, but not for long."""
+    end = time.monotonic() + LAST
+    for publisher in [publisher for node in nodes for publisher in node.publishers]:
+        left = max(end - time.monotonic(), 0.0)
+        with contextlib.suppress(RuntimeError):  # of a middleware that cannot tell
+            publisher.wait_for_all_acked(Duration(seconds=left))
 
 
 def _on_signal(stop: threading.Event) -> None:

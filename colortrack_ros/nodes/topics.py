@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 
+from rclpy.exceptions import NameValidationException
+from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.qos import ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
+from rclpy.validate_full_topic_name import validate_full_topic_name
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
@@ -34,8 +37,21 @@ DEPTH = Spec(
 
 
 def topic(name: str, default: str, content: str) -> Spec:
-    """The row of a topic's name in a parameter table."""
-    return Spec(name, default, f'Topic of {content}.', read_only=True)
+    """The row of a topic's name in a parameter table; only an empty default may be empty."""
+
+    def valid(value: str) -> None:
+        if value or default:
+            _check_topic(value)
+
+    return Spec(name, default, f'Topic of {content}.', read_only=True, valid=valid)
+
+
+def _check_topic(name: str) -> None:
+    try:
+        validate_full_topic_name(expand_topic_name(name, 'node', '/'))
+    except (NameValidationException, ValueError) as error:
+        reason = str(error).splitlines()[0]
+        raise ValueError(f'expected the name of a topic, got {name!r}: {reason}') from error
 
 
 def publish_on(node: Node, kind: type, name: str) -> Publisher:

@@ -3,8 +3,6 @@
 import threading
 from typing import Any
 
-from rclpy.clock import Clock
-from rclpy.clock import ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
@@ -15,8 +13,12 @@ from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.messages import MessageError
+from colortrack_ros.nodes.clocks import lacks_clock
+from colortrack_ros.nodes.clocks import seconds_of
+from colortrack_ros.nodes.clocks import STEADY
 from colortrack_ros.nodes.health import Health
 from colortrack_ros.nodes.live_parameters import declare
+from colortrack_ros.nodes.order import IDLE
 from colortrack_ros.nodes.order import Order
 from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.topics import publish_on
@@ -25,9 +27,6 @@ from colortrack_ros.nodes.tracker_parameters import build
 from colortrack_ros.nodes.tracker_parameters import TABLE
 from colortrack_ros.nodes.tracker_parameters import TrackerSetup
 from colortrack_ros.tracking import Tracker
-
-IDLE = 0.1
-"""How often [s] it is looked whether waiting messages have to wait any longer."""
 
 
 class TrackerNode(Node):
@@ -45,15 +44,14 @@ class TrackerNode(Node):
         self._markers = MarkerWriter()
         self._alive = self._dropped = 0
         self.health = Health(self, tracks=lambda: self._alive)
-        self._order: Order[Detections] = Order(self.process, self.health.refuse)
+        self._order: Order[Detections] = Order(self.process, self.health.refuse, seconds_of(self))
         self._apply(self._setup)
         self._tracks_publisher = publish_on(self, PointCloud2, self._setup.tracks_topic)
         self._markers_publisher = publish_on(self, MarkerArray, self._setup.markers_topic)
         self.create_service(Trigger, '~/reset', self._reset)
         if subscribe:
             subscribe_to(self, PointCloud2, self._setup.detections_topic, self._receive)
-            self._idle = 0.0
-            self.create_timer(IDLE, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            self.create_timer(IDLE, self._look, clock=STEADY)
 
     def process(self, detections: Detections) -> None:
         """Track and publish."""
@@ -77,7 +75,6 @@ class TrackerNode(Node):
         self.health.gave_out(tracks.stamp)
 
     def _receive(self, cdr: bytes) -> None:
-        self._idle = 0.0
         try:
             detections = detections_of_serialized_cloud(cdr)
             self._order.push(detections.stamp, detections)
@@ -85,10 +82,7 @@ class TrackerNode(Node):
             self.health.refuse(str(error))
 
     def _look(self) -> None:
-        """What waits for its place waits no longer when nothing comes."""
-        self._idle += IDLE
-        if self._idle > self._order.window:
-            self._order.flush()
+        self._order.look(lambda: lacks_clock(self))
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         with self._lock:

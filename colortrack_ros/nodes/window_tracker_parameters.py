@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from dataclasses import fields
 from typing import Any
 
-from colortrack_ros.nodes.health import HEALTH
+from colortrack_ros.nodes.image_tracker import IMAGE_TRACKER
+from colortrack_ros.nodes.image_tracker import ImageTrackerSetup
 from colortrack_ros.nodes.parameters import own_values
 from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
-from colortrack_ros.nodes.topics import DEPTH
-from colortrack_ros.nodes.topics import PICTURE_DEPTH
 from colortrack_ros.nodes.topics import topic
 from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows.config import METHODS
@@ -146,48 +145,21 @@ TABLE = ParameterTable(
             1e-3,
             3600.0,
         ),
-        Spec(
-            'max_lag',
-            0.05,
-            'When working off the waiting images would take longer, the oldest are skipped.',
-            unit='s',
-            minimum=0.0,
-            maximum=60.0,
-        ),
-        Spec(
-            'marker_scale',
-            0.01,
-            'Size of a pixel in the markers.',
-            unit='m/px',
-            minimum=1e-9,
-            maximum=1e3,
-        ),
-        topic('image_topic', 'camera/image_raw', 'the images'),
         topic('detections_topic', '', 'detections that start targets; empty: none'),
-        topic('tracks_topic', 'tracks', 'the tracks that are published'),
-        topic('markers_topic', 'tracks/markers', 'the markers that are published'),
-        PICTURE_DEPTH,
-        DEPTH,
-        *HEALTH,
+        *IMAGE_TRACKER,
     ]
 )
 
 
 @dataclass(frozen=True)
-class WindowTrackerSetup:
-    """The configuration of the room, and what the node itself needs.
+class WindowTrackerSetup(ImageTrackerSetup):
+    """What every image tracker has, and:
 
     :param targets: (u, v, w, h) of each [px].
     """
 
-    config: WindowConfig
     targets: tuple[tuple[float, ...], ...]
-    max_lag: float
-    marker_scale: float
-    image_topic: str
     detections_topic: str
-    tracks_topic: str
-    markers_topic: str
 
 
 def build(values: Mapping[str, Any]) -> WindowTrackerSetup:

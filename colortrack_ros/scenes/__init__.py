@@ -12,6 +12,8 @@ from colortrack_ros.scenes.ideal import BLACKOUT
 from colortrack_ros.scenes.ideal import detections_of
 from colortrack_ros.scenes.options import Options
 from colortrack_ros.scenes.options import parse_options
+from colortrack_ros.scenes.outlines import approach
+from colortrack_ros.scenes.outlines import silhouette
 from colortrack_ros.scenes.pegoretti import crossing
 from colortrack_ros.scenes.pegoretti import enter_exit
 from colortrack_ros.scenes.pegoretti import five
@@ -50,6 +52,8 @@ SCENES: dict[str, Callable[[Options], Scene]] = {
     'window_partial': window_partial,
     'window_hidden': window_hidden,
     'window_jump': window_jump,
+    'silhouette': silhouette,
+    'approach': approach,
 }
 """Every scene by its name: a function that builds it."""
 

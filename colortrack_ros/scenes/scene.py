@@ -20,6 +20,10 @@ from colortrack_ros.scenes.shapes import draw_rectangle
 from colortrack_ros.scenes.shapes import paint_disc
 from colortrack_ros.scenes.shapes import paint_rectangle
 from colortrack_ros.scenes.shapes import Prop
+from colortrack_ros.scenes.silhouettes import draw_polygon
+from colortrack_ros.scenes.silhouettes import paint_polygon
+from colortrack_ros.scenes.silhouettes import placed
+from colortrack_ros.scenes.silhouettes import Silhouette
 from colortrack_ros.scenes.texture import Color
 from colortrack_ros.scenes.texture import grain
 from colortrack_ros.scenes.texture import uniform
@@ -100,6 +104,8 @@ class Scene:
         ):  # fmt: skip
             if isinstance(thing, Patch):
                 draw_patch(image, center, float(half[0]), self._turn(thing, k), thing)
+            elif isinstance(thing, Silhouette):
+                self._draw_silhouette(image, thing, center, float(half[0]), bgr, k)
             elif isinstance(thing, Ball) or thing.round:
                 draw_ball(image, center, smear, float(half[0]), bgr)
             else:
@@ -159,6 +165,9 @@ class Scene:
                 value = names.index(thing.color) + 1
                 if isinstance(thing, Patch):
                     paint_patch(mask, center, half[0], self._turn(thing, k), value)
+                elif isinstance(thing, Silhouette):
+                    corners = placed(thing.outline, center, float(half[0]), self._turn(thing, k))
+                    paint_polygon(mask, corners, value)
                 else:
                     paint_disc(mask, center, half[0], value)
             elif thing.round:
@@ -170,13 +179,41 @@ class Scene:
             mask[cover.row : cover.row + height, cover.column : cover.column + width] = 0
         return mask
 
+    def outlines(self, k: int) -> dict[int, NDArray[np.float64]]:
+        """Return the corners (P, 2) [px] of each silhouette of truth(k), by its ID.
+
+        :raises IndexError: when k is not in 0..len - 1.
+        """
+        corners = {}
+        for number in (self.truth(k)['id'] - 1).tolist():
+            i = self._balls[number]
+            thing = self._things[i]
+            if isinstance(thing, Silhouette):
+                place = self._center[i, k], float(self._half[i, k, 0]), self._turn(thing, k)
+                corners[number + 1] = placed(thing.outline, *place)
+        return corners
+
+    def _draw_silhouette(
+        self,
+        image: NDArray[np.uint8],
+        thing: Silhouette,
+        center: NDArray[np.float64],
+        radius: float,
+        bgr: NDArray[np.float32],
+        k: int,
+    ) -> None:
+        turn = self._turn(thing, k)
+        draw_polygon(image, placed(thing.outline, center, radius, turn), bgr)
+        for mark, color in thing.marks:
+            draw_polygon(image, placed(mark, center, radius, turn), color[::-1])
+
     def _checked(self, k: int) -> int:
         if not 0 <= k < len(self):
             raise IndexError(f'frame {k} of scene {self.name}: expected 0 to {len(self) - 1}')
         return k
 
-    def _turn(self, patch: Patch, k: int) -> float:
-        return float(patch.turn.value(np.array([k / self.rate]))[0, 0])
+    def _turn(self, thing: Patch | Silhouette, k: int) -> float:
+        return float(thing.turn.value(np.array([k / self.rate]))[0, 0])
 
     def _brightness(self, thing: Ball | Prop, t: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return (K, 3), the BGR color of a thing at each frame."""

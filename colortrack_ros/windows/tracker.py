@@ -47,12 +47,15 @@ class WindowTracker:
         self.refused = 0
         """Boxes refused so far: outside the picture, or one too many."""
         self._next_id = 1
-        self._why = ''
         self._swarm = Swarm(self.config)
         self.reset()
 
-    def reset(self) -> None:
-        """Forget all targets, and start the first ones again. IDs go on: none is used twice."""
+    def reset(self, why: str = '') -> None:
+        """Forget all targets, and start the first ones again. IDs go on: none is used twice.
+
+        :param why: what the next Tracks tell as the reason.
+        """
+        self._why = why
         self._stamp: int | None = None
         self._bank = Bank(MOTION_MODELS['constant_velocity']())
         self._records = np.zeros(0, RECORD)
@@ -101,13 +104,15 @@ class WindowTracker:
     def _advance(self, stamp: int) -> float:
         """Predict to the stamp, or start afresh; return dt [s]."""
         dt = 0.0 if self._stamp is None else (stamp - self._stamp) / NANOSECONDS
+        why = ''
         if dt < 0:
-            self._why = f'the stamp went back by {-dt:.6f} s'
+            why = f'the stamp went back by {-dt:.6f} s'
         elif dt > self.config.max_dt:
-            self._why = f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s'
-        if not 0 <= dt <= self.config.max_dt:
-            self.reset()
-            dt = 0.0
+            why = f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s'
+        if why:
+            offered = self._offered
+            self.reset(why)
+            self._offered, dt = offered, 0.0  # what is offered is of this frame
         self._stamp = stamp
         if self.config.method == 'WM':  # no memory of the motion: expected where it was last
             self._bank.mean[..., 2:] = 0

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -41,6 +43,21 @@ def test_box_and_ellipse_are_where_the_track_is():
     ellipse = np.flatnonzero(image[120, 112:209]) + 112
     radius = np.sqrt(5.991 * 100)
     assert (ellipse[0], ellipse[-1]) == pytest.approx((160 - radius, 160 + radius), abs=2)
+
+
+@pytest.mark.parametrize('state', [TENTATIVE, CONFIRMED, COASTING])
+def test_an_outline_takes_the_place_of_the_box(state):
+    tracks = tracks_of((160, 120), (60, 60), state=state, variance=0.01)
+    outlines = np.array([[(150, 90), (210, 200), (110, 190)], [(np.nan, 0)] * 3], float)
+    image = drawn(replace(tracks, outlines=outlines)).any(axis=2)
+    sides = [(150, 90, 210, 200), (210, 200, 110, 190), (110, 190, 150, 90)]
+    share = 1.0 if state != COASTING else 0.5
+    for a, b, c, d in sides:
+        t = np.linspace(0.05, 0.95, 50)
+        near = image[np.rint(b + t * (d - b)).astype(int), np.rint(a + t * (c - a)).astype(int)]
+        assert near.mean() == pytest.approx(share, abs=0.3)
+    assert not image[100, 140]
+    assert image[40:81, 40].mean() > 0.3  # what has no outline has its box
 
 
 @pytest.mark.parametrize('lean', [150, -150])

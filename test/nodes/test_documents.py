@@ -7,10 +7,12 @@ import pytest
 import readme_tables
 import yaml
 
+from colortrack_ros.contours import ContourConfig
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import TRACK
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.nodes import camera_parameters
+from colortrack_ros.nodes import contour_tracker_parameters
 from colortrack_ros.nodes import detector_parameters
 from colortrack_ros.nodes import tracker_parameters
 from colortrack_ros.nodes import window_tracker_parameters
@@ -25,6 +27,7 @@ BUILD = {
     'tracker': tracker_parameters.build,
     'overlay': dict,
     'window_tracker': window_tracker_parameters.build,
+    'contour_tracker': contour_tracker_parameters.build,
 }
 
 
@@ -69,9 +72,13 @@ def test_every_setting_of_a_room_is_a_parameter():
     assert names <= set(detector_parameters.TABLE.specs)
     names = {field.name for field in fields(WindowConfig)}
     assert names <= set(window_tracker_parameters.TABLE.specs)
+    names = {field.name for field in fields(ContourConfig)}
+    assert names <= set(contour_tracker_parameters.TABLE.specs)
 
 
-@pytest.mark.parametrize('node', ['detector', 'tracker', 'camera', 'window_tracker'])
+@pytest.mark.parametrize(
+    'node', ['detector', 'tracker', 'camera', 'window_tracker', 'contour_tracker']
+)
 def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
     table = readme_tables.NODES[node]
     for name, spec in table.specs.items():
@@ -97,6 +104,6 @@ def test_the_security_policy_gives_each_node_its_own_topics_and_no_others(node):
         for n, s in readme_tables.NODES[node].specs.items()
         if n.endswith('_topic') and s.default
     }
-    if 'camera/image_raw' in topics and node in ('camera', 'detector'):
+    if node == 'camera' or 'image_transport' in readme_tables.NODES[node].specs:
         topics.add('camera/image_raw/compressed')
     assert allowed == topics

@@ -37,11 +37,13 @@ def test_a_detector_that_has_ended_stops_nobody():
     assert stamps(out) == [(k, None) for k in range(100 - WAITING)]
 
 
-def test_stamps_that_go_back_are_taken_as_they_come():
-    pairing = Pairing()
-    pairing.put_frame(frame(100))
-    assert stamps(pairing.put_detections(Detections(stamp=100))) == [(100, 100)]
-    assert stamps(pairing.put_frame(frame(0))) == [(0, None)]
-    assert pairing.put_detections(Detections(stamp=1)) == []
-    assert stamps(pairing.put_frame(frame(1))) == [(1, 1)]
-    assert pairing.put_frame(frame(2)) == []
+def test_a_loop_changes_no_pair_whoever_is_ahead():
+    for ahead in range(-5, 6):
+        pairing, out = Pairing(), []
+        loops = [*range(10)] * 3
+        for k in range(-5, 40):
+            if 0 <= k < len(loops):
+                out += pairing.put_frame(frame(loops[k]))
+            if 0 <= k + ahead < len(loops):
+                out += pairing.put_detections(Detections(stamp=loops[k + ahead]))
+        assert stamps(out) == [(k, k) for k in loops]

@@ -65,11 +65,11 @@ def remove_orphans() -> None:
 class Process:
     """A node as a user starts it: an executable on the path, with ROS arguments."""
 
-    def __init__(self, name: str, arguments: list[str], env: dict[str, str], log: Path) -> None:
+    def __init__(self, command: list[str], env: dict[str, str], log: Path) -> None:
         self.log = log
         with log.open('w') as file:
             self.popen = subprocess.Popen(
-                [_executable(name), *arguments],
+                command,
                 env=env,
                 stdin=subprocess.DEVNULL,
                 stdout=file,
@@ -114,9 +114,16 @@ class Ros:
     def start(self, name: str, *arguments: str, **parameters: object) -> Process:
         """Start an executable with parameters (YAML values) and further ROS arguments."""
         options = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
+        return self._start(name, [_executable(name), '--ros-args', *options, *arguments])
+
+    def start_code(self, code: str, *arguments: str) -> Process:
+        """Start a Python program with ROS arguments."""
+        return self._start('code', [sys.executable, '-c', code, '--ros-args', *arguments])
+
+    def _start(self, name: str, command: list[str]) -> Process:
         env = dict(os.environ, ROS_DOMAIN_ID=str(self.domain))
         log = self.folder / f'{len(self.processes)}_{name}.log'
-        process = Process(name, ['--ros-args', *options, *arguments], env, log)
+        process = Process(command, env, log)
         self.processes.append(process)
         return process
 

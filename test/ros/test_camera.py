@@ -1,4 +1,5 @@
 from pathlib import Path
+import signal
 import time
 
 import cv2
@@ -103,3 +104,36 @@ def test_a_file_that_is_no_video_is_refused_by_name(ros, tmp_path: Path):
     assert camera.popen.wait(timeout=20.0) == 1
     assert str(path) in camera.output
     assert 'Traceback' not in camera.output
+
+
+READER = """
+import rclpy
+from sensor_msgs.msg import Image
+rclpy.init()
+node = rclpy.create_node('reader')
+heard = []
+node.create_subscription(Image, 'camera/image_raw', heard.append, 100)
+while len(heard) < 48:
+    print('reading', len(heard), flush=True)
+    rclpy.spin_once(node)
+print('reading', len(heard), flush=True)
+"""
+
+
+def test_at_its_end_a_camera_waits_for_reliable_subscribers(ros, monkeypatch):
+    # whose sockets hold less than this while they stand still
+    monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
+    reader = ros.start_code(READER)
+    reader.wait_for('reading 0')
+    source = 'scene:single?width=640&height=480&duration=2'
+    options = {'wait_for_subscribers': 1, 'exit_at_end': 'true', 'image_queue_depth': 100}
+    camera = ros.start('camera', source=source, rate=100.0, **options)
+    reader.wait_for('reading 1')
+    reader.popen.send_signal(signal.SIGSTOP)
+    camera.wait_for('has ended')
+    time.sleep(1.0)
+    assert camera.popen.poll() is None
+    reader.popen.send_signal(signal.SIGCONT)
+    reader.wait_for('reading 48')
+    assert camera.popen.wait(timeout=10.0) == 0
+    assert reader.popen.wait(timeout=10.0) == 0

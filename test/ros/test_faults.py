@@ -16,18 +16,10 @@ import numpy as np
 import pytest
 from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import GetParameters
-from rclpy.serialization import serialize_message
-from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 
-from colortrack_ros.data import Detections
-from colortrack_ros.data import Frame
-from colortrack_ros.messages import cloud_of_detections
-from colortrack_ros.messages import compressed_of_frame
-from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import stamp_of
-from colortrack_ros.scenes import detections_of
 from colortrack_ros.scenes import open_scene
 
 SCENE = open_scene('five?width=320&height=240')
@@ -100,13 +92,23 @@ def test_a_stream_that_goes_and_comes_back_is_taken_up_again(ros):
         server.kill()
 
 
+OUTPUTS = {'camera': 'camera/image_raw', 'detector': 'detections', 'tracker': 'tracks'}
+
+
 def test_any_node_can_be_killed_and_started_again(ros):
+    """Tracks flow within 2 s after the new node is there; starting Python comes before that."""
     tracks = ros.listen(PointCloud2, 'tracks')
     source = 'scene:five?width=320&height=240'
     arguments = {'camera': {'source': source, 'loop': 'true'}, 'detector': {}, 'tracker': {}}
     running = {name: ros.start(name, **arguments[name]) for name in arguments}
     assert ros.spin(lambda: len(tracks) > 10), ros.outputs()
     chance = random.Random(7)
+    starting, flowing = [], []
+
+    def publishers(name: str) -> set[bytes]:
+        infos = ros.node.get_publishers_info_by_topic(OUTPUTS[name])
+        return {bytes(info.endpoint_gid) for info in infos}
+
     for _ in range(20):
         name = chance.choice(list(running))
         running[name].popen.kill()
@@ -114,127 +116,25 @@ def test_any_node_can_be_killed_and_started_again(ros):
         others = [process for other, process in running.items() if other != name]
         ros.spin(lambda: False, 0.3)  # what was still on its way
         tracks.clear()
+        dead, start = publishers(name), time.monotonic()
         running[name] = ros.start(name, **arguments[name])
+        assert ros.spin(lambda n=name, d=dead: bool(publishers(n) - d)), ros.outputs()
+        there = time.monotonic()
+        assert ros.spin(lambda: len(tracks) > 0), f'{name} killed; {ros.outputs()}'
+        starting.append(there - start)
+        flowing.append(time.monotonic() - there)
         assert ros.spin(lambda: len(tracks) > 3), f'{name} killed; {ros.outputs()}'
         assert all(process.popen.poll() is None for process in others), ros.outputs()
+    print('started [s]', np.round(starting, 2), 'tracks after [s]', np.round(flowing, 2))
+    assert np.median(flowing) < 2.0
     assert [process.stop() for process in running.values()] == [0, 0, 0]
     assert all('Traceback' not in process.output for process in running.values())
-
-
-def mutations(messages: list, count: int, seed: int) -> list[bytes]:
-    """Serialized messages with bytes changed, cut out and put in."""
-    chance = random.Random(seed)
-    originals = [bytes(serialize_message(message)) for message in messages]
-    mutated = []
-    for _ in range(count):
-        cdr = bytearray(chance.choice(originals))
-        for _ in range(chance.randint(1, 6)):
-            at = chance.randrange(4, min(len(cdr), 900))
-            kind = chance.random()
-            if kind < 0.7:
-                cdr[at] = chance.choice([0, 1, 127, 255, chance.randrange(256)])
-            elif kind < 0.85:
-                del cdr[at : at + chance.randint(1, 40)]
-            else:
-                cdr[at:at] = chance.randbytes(chance.randint(1, 40))
-            if len(cdr) < 20:
-                break
-        mutated.append(bytes(cdr))
-    return mutated
-
-
-def lies(good, changes: dict) -> list:
-    """Copies of a message, each with one field changed."""
-    copies = []
-    for name, values in changes.items():
-        for value in values:
-            copy = type(good)(**{f: getattr(good, f) for f in good.get_fields_and_field_types()})
-            if name == 'stamp':
-                copy.header = type(good.header)(frame_id='x')
-                copy.header.stamp.sec = value
-            else:
-                setattr(copy, name, value)
-            copies.append(copy)
-    return copies
-
-
-FRAME = Frame(SCENE.render(250)[100:130, 100:140].copy(), 'bgr8', 10**18)
-WRONG_IMAGE = {
-    'width': [0, 1, 2**31],
-    'height': [0, 1, 2**31],
-    'step': [0, 1, 2**31],
-    'encoding': ['', 'mono16', 'bgr8x'],
-    'data': [b'', b'12'],
-    'stamp': [-(2**31), -62135596800 % 2**31, 4102444800 - 2**31],
-}
-WRONG_CLOUD = {
-    'width': [0, 1, 2**31],
-    'height': [0, 2, 2**31],
-    'point_step': [0, 1, 73],
-    'row_step': [0, 1],
-    'fields': [[]],
-    'data': [b'', b'12'],
-    'is_bigendian': [True],
-    'stamp': [-(2**31), 4102444800 - 2**31],
-}
-ROWS = detections_of(SCENE, 250)
-
-
-def subscription(node: str):
-    """Topic, type, good message, what comes out, and lies, of each subscription of a node."""
-    image = image_of_frame(FRAME)
-    cloud = cloud_of_detections(Detections(ROWS.rows, 10**18))
-    return {
-        'detector': ('camera/image_raw', Image, image, 'detections', lies(image, WRONG_IMAGE)),
-        'tracker': ('detections', PointCloud2, cloud, 'tracks', lies(cloud, WRONG_CLOUD)),
-        'compressed': (
-            'camera/image_raw/compressed',
-            CompressedImage,
-            compressed_of_frame(FRAME, 90),
-            'detections',
-            lies(
-                compressed_of_frame(FRAME, 90), {'data': [b'', b'1234'], 'stamp': [-1, 2**31 - 1]}
-            ),
-        ),
-    }[node]
 
 
 def memory(process) -> int:
     """Resident memory [bytes]."""
     with open(f'/proc/{process.popen.pid}/statm') as file:
         return int(file.read().split()[1]) * os.sysconf('SC_PAGE_SIZE')
-
-
-@pytest.mark.parametrize('node', ['detector', 'tracker', 'compressed'])
-def test_ten_thousand_mutated_messages_do_no_harm(ros, node):
-    topic, kind, good, out, wrong = subscription(node)
-    transport = {'image_transport': 'compressed'} if node == 'compressed' else {}
-    process = ros.start('tracker' if node == 'tracker' else 'detector', **transport)
-    answers = ros.listen(PointCloud2, out)
-    publisher = ros.node.create_publisher(kind, topic, 1000)
-    assert ros.spin(lambda: publisher.get_subscription_count() == 1), ros.outputs()
-    ros.settle()
-    mutated = [bytes(serialize_message(message)) for message in wrong]
-    mutated += mutations([good, *wrong], 10_000, seed=3)
-    before = 0
-    for number, cdr in enumerate(mutated):
-        publisher.publish(cdr)
-        if number % 50 == 0:
-            ros.executor.spin_once(timeout_sec=0.0)
-            time.sleep(0.005)
-        if number == 2000:
-            before = memory(process)
-    ros.spin(lambda: False, 1.0)
-    assert process.popen.poll() is None, process.output
-    assert memory(process) < before + 64 * 2**20
-    answers.clear()
-    good.header.stamp.sec = 2**31 - 10
-    publisher.publish(good)
-    assert ros.spin(lambda: any(m.header == good.header for m in answers)), process.output[-3000:]
-    assert process.output.count('Traceback') == 0, process.output
-    own = [line for line in process.output.splitlines() if line.startswith('[')]
-    assert len(own) < 30, process.output
-    assert process.stop() == 0
 
 
 @pytest.mark.parametrize('name', ['camera', 'detector', 'tracker', 'overlay'])

@@ -171,20 +171,44 @@ def test_a_scene_gives_what_a_bag_of_its_images_gives(replay):
     assert contents('five_tracks') == contents('run_tracks')
 
 
-def test_messages_are_put_in_the_order_of_their_stamps(replay, bag, images):
-    assert replay(bag, '--output', 'sorted')[0] == 0
+def mixed_up(images):
+    """Frames 6 a second, some up to 0.33 s behind the newest, one 0.5 s."""
     mixed = [*images]
     mixed[10:16] = [mixed[k] for k in (12, 10, 11, 15, 14, 13)]
-    mixed.insert(20, images[18])  # a stamp twice
-    mixed.insert(45, images[39])  # later than the window, by less than max_late
-    write_bag(Path('run'), {'/camera/image_raw': mixed})
-    status, out, _ = replay('run', '--output', 'mixed')
+    mixed.insert(32, mixed.pop(29))
+    return mixed
+
+
+@pytest.mark.parametrize('kind', ['images', 'detections'])
+def test_messages_are_put_in_the_order_of_their_stamps(replay, bag, images, kind):
+    assert replay(bag, '--output', 'sorted')[0] == 0
+    topic = {'images': '/camera/image_raw', 'detections': '/detections'}[kind]
+    recorded = [m.content for m in of_topic('sorted', '/detections')]
+    given = images if kind == 'images' else recorded
+    write_bag(Path('run'), {topic: mixed_up(given)})
+    for window, max_late, late in ((0.6, 0.0, 0), (0.3, 0.3, 1), (0.0, 0.6, 5)):
+        options = ['-p', f'reorder_window:={window}', '-p', f'max_late:={max_late}']
+        status, out, _ = replay('run', '--output', 'mixed', '--force', *options)
+        assert status == 0
+        assert f'dropped     {late} late\n' in out
+        assert 'restarts    0' in out
+        stamps = [stamp_of(m.content.header) for m in of_topic('mixed', '/tracks')]
+        assert stamps == sorted(stamps)
+        assert len(stamps) == len(images) - late
+        if late == 0:
+            for name in ('/tracks', '/tracks/markers'):
+                new, old = of_topic('mixed', name), of_topic('sorted', name)
+                assert [m.cdr for m in new] == [m.cdr for m in old], name
+
+
+def test_of_what_the_detector_lets_through_the_tracker_drops_what_is_late_for_it(replay, images):
+    write_bag(Path('run'), {'/camera/image_raw': [*images[:20], *images[16:30]]})
+    options = ['-p', 'detector:max_late:=0.1', '-p', 'tracker:max_late:=10.0']
+    status, out, _ = replay('run', '--output', 'new', *options)
     assert status == 0
-    for topic in TOPICS:
-        assert [m.cdr for m in of_topic('mixed', topic)] == [
-            m.cdr for m in of_topic('sorted', topic)
-        ]
-    assert 'dropped     1 late, 1 with the stamp of another\n' in out
+    assert 'dropped     3 late\n' in out
+    assert len(of_topic('new', '/detections')) == 34
+    assert len(of_topic('new', '/tracks')) == 31
 
 
 def test_a_loop_in_the_recording_restarts_the_tracker_once(replay, images):
@@ -305,7 +329,7 @@ def test_names_come_from_the_file_its_namespace_and_remappings(replay, bag):
         ('tracker:min_area:=3', 'min_area: no such parameter; the nearest is'),
         ('max_tme:=3', 'max_tme: no such parameter; the nearest is'),
         ('detector:colors:=[green]', 'green: expected green.lab'),
-        ('detector:min_area:=.nan', 'min_area: expected int, got nan'),
+        ('detector:min_area:=.nan', 'min_area: expected int, 1..1e+09 px, got nan'),
         ('min_area', 'expected name:=value'),
     ],
 )
@@ -426,3 +450,20 @@ def test_a_signal_finishes_the_bag(ros, number, storage):
     assert frames > 0
     assert 'Traceback' not in process.output
     assert [len(of_topic(new, topic)) for topic in TOPICS] == [frames] * 3
+
+
+def test_a_tracker_of_pictures_takes_its_own_parameters_and_no_detections(replay, bag):
+    options = ['--tracker', 'window_tracker', '-p', 'targets:=[40.0, 40.0, 20.0, 20.0]']
+    options += ['--output', 'new']
+    status, _, errors = replay(bag, *options, '-p', 'tracks_topic:=windows')
+    assert status == 0, errors
+    assert topics_of('new') == {'/windows', '/tracks/markers'}
+    first = np.frombuffer(of_topic('new', '/windows')[0].content.data, TRACK)
+    assert [(row['u'], row['v'], row['track_id']) for row in first] == [(49.5, 49.5, 1)]
+    assert replay(bag, '--output', 'color')[0] == 0
+    status, _, errors = replay('color', '--tracker', 'contour_tracker', '--output', 'x')
+    assert status == 1
+    assert 'color: no topic /camera/image_raw there' in errors
+    refused = ['-p', 'window_tracker:window:=4']
+    status, _, errors = replay(bag, *options, '--force', *refused)
+    assert (status, 'window is 4, expected an odd number' in errors) == (1, True)

@@ -11,6 +11,7 @@ NODES = {
     'tracker': {},
     'overlay': {},
     'window_tracker': {},
+    'contour_tracker': {},
     'pipeline': {},
 }
 # the pipeline's camera gets its source from a file, since `-p` would be for all three nodes

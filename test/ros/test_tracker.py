@@ -82,6 +82,6 @@ def test_bad_parameters_are_refused_with_a_reason(ros):
     text = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value='long')
     refused = set_parameter(ros, 'tracker', 'process_noise', text)
     assert not refused.successful
-    assert "process_noise: expected float, got 'long'" in refused.reason
+    assert "process_noise: expected float, 0..1e+06 px/s^2, got 'long'" in refused.reason
     whole = ParameterValue(type=ParameterType.PARAMETER_INTEGER, integer_value=3)
     assert set_parameter(ros, 'tracker', 'max_time_since_update', whole).successful

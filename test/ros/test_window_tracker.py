@@ -1,3 +1,4 @@
+from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from rcl_interfaces.msg import Parameter
 from rcl_interfaces.msg import ParameterType
@@ -5,6 +6,7 @@ from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker
 from visualization_msgs.msg import MarkerArray
 
@@ -73,6 +75,18 @@ def test_targets_of_the_first_picture_are_followed_and_every_image_gives_one_mes
     assert ros.spin(lambda: len(tracks) == len(markers) == 41), ros.outputs()
     assert tracks_of_cloud(tracks[-1]).rows['track_id'].tolist() == [3, 4]
     assert markers[-1].markers[0].action == Marker.DELETEALL
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    assert ros.call(Trigger, 'window_tracker/reset', Trigger.Request()).success
+    publisher.publish(sent[0])
+    assert ros.spin(lambda: len(tracks) == len(markers) == 42), ros.outputs()
+    assert tracks_of_cloud(tracks[-1]).rows['track_id'].tolist() == [5, 6]
+    assert markers[-1].markers[0].action == Marker.DELETEALL
+
+    def shown() -> list[dict[str, str]]:
+        return [{v.key: v.value for v in m.status[0].values} for m in diagnostics]
+
+    wanted = {'tracks': '2', 'refused': '0', 'skipped': '0', 'refused targets': '0'}
+    assert ros.spin(lambda: any(wanted.items() <= one.items() for one in shown())), shown()
 
 
 def test_detections_start_targets_in_the_picture_that_they_are_of(ros):

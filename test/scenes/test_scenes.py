@@ -30,6 +30,8 @@ DIGESTS = {
     'window_partial': 'c71d726b7ad06bd6',
     'window_hidden': 'db164c9e340e5b1c',
     'window_jump': '64be306c64324f10',
+    'silhouette': 'bcded963cb4519cc',
+    'approach': '7be16d6f1dd006ee',
 }
 """SHA-256 of frame 250 with all options at their defaults, first 16 digits."""
 

@@ -1,0 +1,164 @@
+"""Contour tracker: how well outlines are followed, and how long it takes.
+
+python benchmark/contours.py prints the tables and writes out/benchmark_contours.json.
+"""
+
+from dataclasses import replace
+import json
+import os
+from pathlib import Path
+import platform
+import time
+
+import cv2
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from colortrack_ros.contours import ContourConfig
+from colortrack_ros.contours import ContourTracker
+from colortrack_ros.data import Frame
+from colortrack_ros.scenes import open_scene
+from colortrack_ros.scenes.outlines import QUADRILATERAL
+from colortrack_ros.scenes.silhouettes import draw_polygon
+from colortrack_ros.scenes.silhouettes import normalized
+from colortrack_ros.scenes.silhouettes import placed
+
+OUT = Path(__file__).parents[1] / 'out' / 'benchmark_contours.json'
+SIZES = {'320x240': 'width=320&height=240', '640x480': 'width=640&height=480'}
+FRAMES = 300
+REPORTED = {'silhouette': (8.99, 3.73), 'approach': (4.65, 1.52, 7.65, 8.60)}
+"""Mean squared errors in the document [px^2]."""
+
+DOCUMENT = ContourConfig(
+    outline='box', interpolating=False, filters='two', edge_variance=0.4, motion_noise=0.001,
+    scale_noise=1e-8, shape_noise=0.001, no_edge=0.0, inside_deviation=0.0, outside_deviation=0.0,
+    outlier=0.0, min_found=0.0, start_found=0.0,
+)  # fmt: skip
+WAYS = {
+    'as in the document': DOCUMENT,
+    'the same, points on the area': replace(DOCUMENT, outline='area'),
+    'defaults': ContourConfig(),
+    'defaults, 24 points': ContourConfig(points=24),
+}
+
+
+def overlap(one, other, shape):
+    """Intersection over union of two polygons (P, 2)."""
+    masks = np.zeros((2, *shape), np.uint8)
+    for mask, polygon in zip(masks, (one, other), strict=True):
+        cv2.fillPoly(mask, [np.rint(polygon * 16).astype(np.int32)], 1, shift=4)
+    return (masks[0] & masks[1]).sum() / max((masks[0] | masks[1]).sum(), 1)
+
+
+def quality(name, size, config):
+    """For each object squared errors, normalized ones, overlaps and the track, of FRAMES frames.
+
+    They begin when all objects have been confirmed; an object belongs to the nearest track.
+    """
+    scene = open_scene(f'{name}?{size}')
+    if config.outline == 'box' or not config.interpolating:
+        config = replace(config, line_length=10 if name == 'approach' else 30)
+    tracker, count, rows = ContourTracker(config), len(REPORTED[name]), []
+    for k in range(len(scene)):
+        image = scene.render(k)
+        tracks = tracker.update(Frame(image, 'bgr8', round(k * 1e9 / scene.rate)))
+        live = np.flatnonzero(tracks.rows['state'] > 0)
+        if len(live) < count and not rows:
+            continue
+        outlines, own = scene.outlines(k), []
+        for truth in scene.truth(k):
+            e = np.stack([tracks.rows[x][live] - truth[x] for x in 'uv'], axis=1)
+            i = np.hypot(*e.T).argmin()
+            row, shape = tracks.rows[live[i]], tracks.outlines[live[i]]
+            nees = e[i] @ np.linalg.solve(row['covariance'][:2, :2], e[i])
+            alike = overlap(shape, outlines[int(truth['id'])], image.shape[:2])
+            own.append((e[i] @ e[i], nees, alike, row['track_id']))
+        rows.append(own)
+        if len(rows) == FRAMES:
+            break
+    return np.array(rows)
+
+
+def measure_quality():
+    result = {}
+    for name in REPORTED:
+        for label, size in SIZES.items():
+            for way, config in WAYS.items():
+                seen = quality(name, size, config)
+                result[f'{name}, {label}, {way}'] = {
+                    'mean squared error [px^2]': seen[..., 0].mean(axis=0).round(3).tolist(),
+                    'normalized, 2 is right': seen[..., 1].mean(axis=0).round(2).tolist(),
+                    'intersection over union': seen[..., 2].mean(axis=0).round(3).tolist(),
+                    'switches': int((np.diff(seen[..., 3], axis=0) != 0).sum()),
+                    'frames': len(seen),
+                }
+        result[f'{name}, in the document'] = {'mean squared error [px^2]': list(REPORTED[name])}
+    return result
+
+
+def moving(count, frames=120):
+    """Pictures 640x480 of so many quadrilaterals that move, turn round and change their size."""
+    rng = np.random.default_rng(0)
+    wall = np.clip(200 + rng.normal(0, 2, (480, 640, 3)), 0, 255).astype(np.uint8)
+    outline, columns = normalized(QUADRILATERAL)[0], -(-count // 2)
+    for k in range(frames):
+        image = wall.copy()
+        for i in range(count if k > 8 else 0):
+            u = 640 * (i % columns + 0.5) / columns + 15 * np.sin(k / 20 + i)
+            v = 120 + 240 * (i // columns) + 25 * np.cos(k / 25 + i)
+            radius = min(28, 200 / columns) + 3 * np.sin(k / 30 + i)
+            draw_polygon(image, placed(outline, np.array([u, v]), radius, 0.0), (40, 50, 60))
+        yield image
+
+
+def measure_speed():
+    """Median and mean of a frame [ms], and of a frame in which new targets are looked for."""
+    result = {}
+    for count, points in ((1, 12), (10, 12), (10, 24), (40, 12)):
+        tracker, times, looks = ContourTracker(ContourConfig(points=points)), [], []
+        for k, image in enumerate(moving(count)):
+            due = tracker._start._due
+            stamp = round(k * 1e9 / 24)
+            begin = time.perf_counter()
+            tracks = tracker.update(Frame(image, 'bgr8', stamp))
+            spent = (time.perf_counter() - begin) * 1e3
+            if k >= 50:
+                (looks if due is not None and stamp >= due else times).append(spent)
+        assert len(tracks.rows) == count, len(tracks.rows)
+        result[f'{count} targets, {points} points'] = {
+            'following [ms]': round(float(np.median(times)), 3),
+            'and looking for new ones [ms]': round(float(np.median(looks)), 3),
+            'mean [ms]': round(float(np.mean(times + looks)), 3),
+        }
+    return result
+
+
+def show(console, title, rows):
+    columns = list(next(iter(rows.values())))
+    table = Table('', *columns, title=title)
+    for way, row in rows.items():
+        cells = [row.get(column, '') for column in columns]
+        texts = [', '.join(map(str, c)) if isinstance(c, list) else str(c) for c in cells]
+        table.add_row(way, *texts)
+    console.print(table)
+
+
+def main():
+    cv2.setNumThreads(1)
+    console = Console(width=140)
+    result = {
+        'versions': {'opencv': cv2.__version__, 'numpy': np.__version__},
+        'python': platform.python_version(),
+        'load': os.getloadavg(),
+        'speed': measure_speed(),
+    }
+    show(console, 'One frame of 640x480, one thread', result['speed'])
+    result['quality'] = measure_quality()
+    show(console, 'Followed against the truth', result['quality'])
+    OUT.parent.mkdir(exist_ok=True)
+    OUT.write_text(json.dumps(result, indent=2) + '\n')
+
+
+if __name__ == '__main__':
+    main()

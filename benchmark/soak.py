@@ -1,0 +1,105 @@
+"""Half an hour's frames through the pipeline, as fast as it goes: what it holds grows by nothing.
+
+python benchmark/soak.py [FRAMES] prints a table and writes out/benchmark_soak.json. The exit status
+is 1 when resident memory has grown by 2 MiB or more since the first minute's frames, or when there
+are more threads or open files.
+"""
+
+import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
+
+import rclpy
+from rich.console import Console
+from rich.table import Table
+from sensor_msgs.msg import PointCloud2
+
+from colortrack_ros.messages import stamp_of
+from colortrack_ros.nodes.runtime import use_transport_profile
+
+OUT = Path(__file__).parents[1] / 'out' / 'benchmark_soak.json'
+RATE = 30
+MINUTE = 60 * RATE
+FRAMES = 30 * MINUTE
+LOOKS = 10
+MOST = 2 * 2**20
+CODE = 'from colortrack_ros.nodes.pipeline import main; raise SystemExit(main())'
+PARAMS = f"""/**/camera:
+  ros__parameters:
+    source: scene:five?width=640&height=480&rate={RATE}
+    loop: true
+    rate: -1.0
+    wait_for_subscribers: 0
+"""
+
+
+def held(pid: int) -> dict[str, int]:
+    """What a process has: resident memory [bytes], threads, open files."""
+    folder = Path('/proc') / str(pid)
+    resident = int((folder / 'statm').read_text().split()[1]) * os.sysconf('SC_PAGE_SIZE')
+    threads, files = (len(list((folder / name).iterdir())) for name in ('task', 'fd'))
+    return {'resident': resident, 'threads': threads, 'files': files}
+
+
+def soak(pid: int, frames: int) -> list[dict[str, int]]:
+    """What the pipeline holds after a minute's frames, and then ten times until the end."""
+    rclpy.init()
+    node = rclpy.create_node('soak')
+    stamps: list[int] = []
+
+    def note(message: PointCloud2) -> None:
+        stamps[1:] = [stamp_of(message.header)]
+
+    node.create_subscription(PointCloud2, 'tracks', note, 100)
+    looks: list[dict[str, int]] = []
+    due = [MINUTE + (frames - MINUTE) * k // LOOKS for k in range(LOOKS + 1)]
+    while due:
+        rclpy.spin_once(node, timeout_sec=10.0)
+        done = round((stamps[-1] - stamps[0]) * RATE / 1e9) if stamps else 0
+        if done >= due[0]:
+            looks.append({'frames': done} | held(pid))
+            due.pop(0)
+    node.destroy_node()
+    rclpy.shutdown()
+    return looks
+
+
+def main(frames: int) -> int:
+    """Run the pipeline and look at it."""
+    use_transport_profile()
+    began = time.monotonic()
+    with tempfile.NamedTemporaryFile('w', suffix='.yaml') as params:
+        params.write(PARAMS)
+        params.flush()
+        command = [sys.executable, '-c', CODE, '--ros-args', '--params-file', params.name]
+        pipeline = subprocess.Popen(command)
+        try:
+            looks = soak(pipeline.pid, frames)
+        finally:
+            pipeline.send_signal(signal.SIGINT)
+            pipeline.wait()
+    seconds = time.monotonic() - began
+    table = Table(title=f'the pipeline, {frames} frames of 640x480 in {seconds:.0f} s')
+    for column in ('frames', 'resident [MiB]', 'threads', 'open files'):
+        table.add_column(column, justify='right')
+    for look in looks:
+        numbers = look['threads'], look['files']
+        table.add_row(str(look['frames']), f'{look["resident"] / 2**20:.2f}', *map(str, numbers))
+    Console().print(table)
+    OUT.parent.mkdir(exist_ok=True)
+    OUT.write_text(json.dumps(looks, indent=1))
+    first, last = looks[0], looks[-1]
+    stays = all(last[name] <= first[name] for name in ('threads', 'files'))
+    return 0 if stays and last['resident'] - first['resident'] < MOST else 1
+
+
+if __name__ == '__main__':
+    raise SystemExit(main(int(sys.argv[1]) if len(sys.argv) > 1 else FRAMES))

@@ -1,0 +1,241 @@
+"""The filters of motion and shape, all targets at once.
+
+The state of a target is its nodes X, (n, 2) [px], and its motion M = (u, v, s, r): velocity of the
+center [px/frame], change of scale and angular velocity [1/frame]. With H of (6), a row for each
+node (I, X - C, and X - C turned by a right angle)::
+
+    X_k = X_{k-1} + T H M_k + w,  M_k = M_{k-1} + q,  z_i = n_i (X_i - X'_i) + v
+
+(De Bem 2007, (4)-(8)), T being the time that has passed in frames, n_i the normal of line i and z_i
+where its edge is. A line says nothing of what moves along the contour.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.contours.config import ContourConfig
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+MOTION = 4
+NONE = 1e12
+"""Variance of what has not been measured [px^2]."""
+
+FITS = 4
+"""Times that a motion is fitted with new weights."""
+
+FIRST_NODE = 2.0
+FIRST_MOTION = np.array([1.0, 1.0, 1e-2, 1e-2])
+"""Standard deviations of a new target: of a node [px], and of M [px/frame, 1/frame]."""
+
+
+@dataclass
+class Contours:
+    """N targets with n nodes each.
+
+    :ivar nodes: (N, n, 2) [px].
+    :ivar motion: (N, MOTION).
+    :ivar cov: (N, 2n + MOTION, 2n + MOTION) of nodes (u and v in turn) and motion.
+    :ivar node_design: (N, n) P_X of (8) for each coordinate; of filters `two` alone.
+    :ivar motion_design: (N, MOTION, MOTION) P_M of (7); of filters `two` alone.
+    """
+
+    nodes: Floats
+    motion: Floats
+    cov: Floats
+    node_design: Floats
+    motion_design: Floats
+
+    @classmethod
+    def new(cls, nodes: Floats, velocity: Floats, config: ContourConfig) -> 'Contours':
+        """Targets that begin with nodes (N, n, 2) and velocities (N, 2) [px/frame]."""
+        count, n = nodes.shape[:2]
+        motion = np.zeros((count, MOTION))
+        motion[:, :2] = velocity
+        spread = np.concatenate([np.full(2 * n, FIRST_NODE), FIRST_MOTION])
+        spread[-1] *= config.rotation
+        cov = np.tile(np.diag(spread**2), (count, 1, 1))
+        return cls(
+            nodes.copy(),
+            motion,
+            cov,
+            np.full((count, n), config.edge_variance),
+            cov[:, 2 * n :, 2 * n :].copy(),
+        )
+
+    def __len__(self) -> int:
+        return len(self.nodes)
+
+    def keep(self, mask: Bools) -> 'Contours':
+        """Those where mask (N,) is True."""
+        return Contours(*(part[mask] for part in vars(self).values()))
+
+    def joined(self, other: 'Contours') -> 'Contours':
+        """These and others."""
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Contours(*(np.concatenate(pair) for pair in pairs))
+
+    def renewed(self, which: Indices, nodes: Floats, config: ContourConfig) -> 'Contours':
+        """Some of these, which (K,), with new nodes (K, n, 2) and the motion that they have."""
+        new, n = Contours.new(nodes, self.motion[which, :2], config), nodes.shape[1]
+        new.motion[:] = self.motion[which]
+        new.cov[:, 2 * n :, 2 * n :] = self.cov[which, 2 * n :, 2 * n :]
+        new.motion_design[:] = self.motion_design[which]
+        return new
+
+    def put(self, which: Indices, others: 'Contours') -> None:
+        """Replace some of these, which (K,)."""
+        for mine, theirs in zip(vars(self).values(), vars(others).values(), strict=True):
+            mine[which] = theirs
+
+    def predict(self, T: float, config: ContourConfig) -> None:
+        """(4), with the covariance of nodes and motion together."""
+        count, n = self.nodes.shape[:2]
+        H = T * shifts(self.nodes)
+        self.nodes += (H @ self.motion[..., None]).reshape(count, n, 2)
+        noise = np.full(2 * n + MOTION, config.shape_noise)
+        noise[2 * n :] = motion_noise(config)
+        # F P F^T with F = [I H; 0 I]
+        self.cov[:, : 2 * n] += H @ self.cov[:, 2 * n :]
+        self.cov[:, :, : 2 * n] += self.cov[:, :, 2 * n :] @ H.swapaxes(1, 2)
+        diagonal = np.arange(2 * n + MOTION)
+        self.cov[:, diagonal, diagonal] += T * noise
+        self.node_design += T * config.shape_noise
+        self.motion_design += np.diag(T * noise[2 * n :])
+
+    def deviations(self, normals: Floats) -> Floats:
+        """Standard deviations of the nodes along the normals (N, n, 2), (N, n) [px]."""
+        count, n = self.nodes.shape[:2]
+        index = np.arange(n)
+        blocks = self.cov[:, : 2 * n, : 2 * n].reshape(count, n, 2, n, 2)[:, index, :, index]
+        variance = np.einsum('inab,nia,nib->ni', blocks, normals, normals)
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+    def correct(
+        self, offset: Floats, found: Bools, normals: Floats, T: float, config: ContourConfig
+    ) -> None:
+        """Take edges in: by the gain of the one filter, or by those of (7) and then (8).
+
+        The covariance is that of the estimate by whatever gain, in Joseph form.
+
+        :param offset: (N, n) of the edges along the normals [px].
+        :param found: (N, n); lines without an edge tell nothing.
+        :param normals: (N, n, 2).
+        :param T: time since the last frame [frames].
+        """
+        count, n = self.nodes.shape[:2]
+        R = np.where(found, config.edge_variance, NONE)
+        across = self._across(self.cov, normals)
+        if config.filters == 'two':
+            K = self._gain_of_two(found, normals, T, config)
+        else:
+            S = self._across(across[:, : 2 * n].swapaxes(1, 2), normals)
+            S[:, np.arange(n), np.arange(n)] += R
+            K = np.asarray(np.linalg.solve(S, across.swapaxes(1, 2)).swapaxes(1, 2), float)
+        step = (K @ np.where(found, offset, 0.0)[..., None])[..., 0]
+        self.nodes += step[:, : 2 * n].reshape(count, n, 2)
+        self.motion += step[:, 2 * n :]
+        part = self.cov - K @ across.swapaxes(1, 2)
+        cov = part - self._across(part, normals) @ K.swapaxes(1, 2)
+        cov += (K * R[:, None]) @ K.swapaxes(1, 2)
+        self.cov = (cov + cov.swapaxes(1, 2)) / 2
+
+    @staticmethod
+    def _across(matrix: Floats, normals: Floats) -> Floats:
+        """Matrices (N, m, 2n or more) times what the lines see, (N, m, n)."""
+        n = normals.shape[1]
+        pairs = matrix[:, :, : 2 * n].reshape(*matrix.shape[:2], n, 2)
+        return np.asarray(
+            pairs[..., 0] * normals[:, None, :, 0] + pairs[..., 1] * normals[:, None, :, 1]
+        )
+
+    def _gain_of_two(
+        self, found: Bools, normals: Floats, T: float, config: ContourConfig
+    ) -> Floats:
+        """What the motion filter (7) and then the shape filter (8) make of the edges, (N, m, n).
+
+        Each edge is a measured point there: of what moves along the contour it is said that it
+        does not.
+        """
+        count, n = self.nodes.shape[:2]
+        v, H = config.edge_variance, T * shifts(self.nodes)
+        seen = np.repeat(found, 2, axis=1)[..., None] * H
+        P = self.motion_design
+        S = np.eye(MOTION) + P @ (seen.swapaxes(1, 2) @ seen) / v
+        self.motion_design = P = np.asarray(np.linalg.solve(S, P), float)
+        each = np.zeros((count, 2 * n, n))  # a column of (Z - X') for each line
+        i = np.arange(n)
+        each[:, 2 * i, i], each[:, 2 * i + 1, i] = normals[..., 0], normals[..., 1]
+        motion = P @ (seen.swapaxes(1, 2) @ each) / v
+        k = np.where(found, self.node_design / (self.node_design + v), 0.0)
+        self.node_design = self.node_design * (1 - k)
+        moved = H @ motion
+        shape = moved + np.repeat(k, 2, axis=1)[..., None] * (each - moved)
+        return np.concatenate([shape, motion], axis=1)
+
+    def rest(self, mask: Bools) -> None:
+        """Targets that are not seen, mask (N,), neither grow nor turn."""
+        self.motion[mask, 2:] = 0.0
+
+
+def shifts(nodes: Floats) -> Floats:
+    """H of (6), with rotation: (N, 2n, MOTION), what the motion does to nodes (N, n, 2)."""
+    arm = nodes - nodes.mean(axis=1, keepdims=True)
+    H = np.zeros((*nodes.shape, MOTION))
+    H[..., 0, 0] = H[..., 1, 1] = 1.0
+    H[..., 2] = arm
+    H[..., 0, 3], H[..., 1, 3] = -arm[..., 1], arm[..., 0]
+    return H.reshape(len(nodes), 2 * nodes.shape[1], MOTION)
+
+
+def motion_noise(config: ContourConfig) -> Floats:
+    """Q of (7), its diagonal (MOTION,)."""
+    turn = config.turn_noise if config.rotation else 0.0
+    return np.array([config.motion_noise, config.motion_noise, config.scale_noise, turn])
+
+
+def agree(
+    offset: Floats, found: Bools, spread: Floats, normals: Floats, nodes: Floats,
+    config: ContourConfig,
+) -> Bools:  # fmt: skip
+    """Which edges are where they are expected, or where one motion of the whole contour puts them.
+
+    What covers a part of a target has edges as well, and they would press its contour together. So
+    only those count that are near enough to the prediction, or, where that makes them more, to a
+    motion fitted to all, with weights that are the smaller the farther an edge is off.
+
+    :param offset: (N, n) [px]; found: (N, n).
+    :param spread: (N, n) standard deviation of the offsets [px].
+    :return: (N, n), a part of found.
+    """
+    if config.outlier == 0:
+        return found
+    gate = config.outlier * spread
+    good = found & (np.abs(offset) <= gate)
+    rest = np.flatnonzero((good != found).any(axis=1))
+    if not len(rest):
+        return good
+    offset, found, gate = offset[rest], found[rest], gate[rest]
+    H = _seen(nodes[rest], normals[rest], rotation=config.rotation)
+    far = np.zeros_like(offset)
+    for _ in range(FITS):
+        weighted = H * (found / np.maximum(far, gate))[..., None]
+        square = weighted.swapaxes(1, 2) @ H + 1e-3 * np.eye(H.shape[2])
+        fit = np.linalg.solve(square, weighted.swapaxes(1, 2) @ offset[..., None])
+        far = np.abs(offset - (H @ fit)[..., 0])
+    # a motion that was fitted has to do better than one that was expected
+    better = (found & (far <= gate / 2)).sum(axis=1) > good[rest].sum(axis=1)
+    good[rest[better]] = (found & (far <= gate))[better]
+    return good
+
+
+def _seen(nodes: Floats, normals: Floats, *, rotation: bool) -> Floats:
+    """What the lines see of a motion, (N, n, 3 or 4); scale and turn in pixels as the others."""
+    H = shifts(nodes).reshape(*nodes.shape, MOTION)[..., : MOTION if rotation else MOTION - 1]
+    H = (H * normals[..., None]).sum(axis=2)
+    H[..., 2:] /= np.maximum(np.abs(H[..., 2:]).mean(axis=(1, 2), keepdims=True), 1.0)
+    return H

@@ -1,0 +1,112 @@
+"""Edges along measurement lines: one remap for all samples, one filter for all lines."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.contours.config import ContourConfig
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+BESIDE = np.array([[-6, -5, -4, -3, -2], [2, 3, 4, 5, 6]])
+"""Samples that tell what is just inside and just outside of an edge [px]."""
+
+FAR = 30_000.0
+"""Points farther out [px] are looked for here: OpenCV's coordinates end somewhere."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """One edge on each line, or none.
+
+    :param found: (N, n).
+    :param offset: (N, n) from the middle of the line outward [px], 0 where there is none.
+    :param sides: (N, n, 2) intensities just inside and outside of it [levels], NaN where there is
+        none.
+    """
+
+    found: Bools
+    offset: Floats
+    sides: Floats
+
+
+def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: int) -> NDArray:
+    """Intensities along lines, the greatest of the channels (V of HSV, as in the document).
+
+    :param image: (H, W, channels) or (H, W).
+    :param points: (M, 2) middles of the lines [px].
+    :param normals: (M, 2) their directions, of length 1.
+    :param reach: samples to each side, 1 px apart.
+    :return: (M, 2 reach + 1) uint8, from inside to outside.
+    """
+    if not len(points) or not image.size:
+        return np.zeros((len(points), 2 * reach + 1), np.uint8)
+    steps = np.arange(-reach, reach + 1, dtype=np.float32)
+    start, along = np.clip(points, -FAR, FAR).astype(np.float32), normals.astype(np.float32)
+    u, v = (start[:, [axis]] + along[:, [axis]] * steps for axis in (0, 1))
+    picture = cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    if picture.ndim == 2:
+        return picture
+    return np.maximum(np.maximum(picture[..., 0], picture[..., 1]), picture[..., 2])
+
+
+def find_edges(
+    image: NDArray[np.uint8],
+    points: Floats,
+    normals: Floats,
+    sigma: Floats,
+    usual: Floats,
+    config: ContourConfig,
+) -> Edges:
+    """The edge of maximum a posteriori probability on each line (De Bem 2007, section 3, Figure 3).
+
+    :param points: (N, n, 2) predicted [px].
+    :param normals: (N, n, 2), outward.
+    :param sigma: (N, n) standard deviation of an edge around its prediction [px].
+    :param usual: (N, n, 2) intensities inside and outside [levels], NaN where not known.
+    """
+    half, shape = config.line_length // 2, points.shape[:2]
+    margin = max(len(config.mask) // 2, int(BESIDE.max())) + 1
+    points, normals = points.reshape(-1, 2), normals.reshape(-1, 2)
+    samples = sampled(image, points, normals, half + margin)
+    contrast = _responses(samples, config.mask)[:, margin - 1 : margin + 2 * half + 2]
+    here = contrast[:, 1:-1]
+    peaks = (here >= contrast[:, :-2]) & (here > contrast[:, 2:]) & (here >= config.min_contrast)
+    line, place = np.nonzero(peaks)
+    sides = samples[line[:, None, None], (place + margin)[:, None, None] + BESIDE].sum(axis=2)
+    sides = sides / BESIDE.shape[1]
+    deviations = np.array([config.inside_deviation, config.outside_deviation])
+    weights = np.where(deviations > 0, 1 / np.maximum(deviations, 1e-9), 0.0)
+    unlike = np.square((sides - usual.reshape(-1, 2)[line]) * weights)
+    unlike = np.fmax(unlike, 0.0).sum(axis=1)  # 0 for NaN
+    unlike += np.square((place - half) / sigma.reshape(-1)[line])
+    score = here[line, place] * np.exp(-0.5 * unlike)
+    order = np.argsort(score, kind='stable')
+    order = order[score[order] > config.no_edge]
+    best = np.full(len(points), -1)
+    best[line[order]] = order  # of several on a line, the last stays
+    line = np.flatnonzero(best >= 0)
+    best = best[line]
+    before, at, after = (contrast[line, place[best] + k].astype(float) for k in range(3))
+    bend = np.maximum(2 * at - before - after, 1e-9)
+    step = place[best] - half + np.clip((after - before) / (2 * bend), -0.5, 0.5)
+    edges = Edges(np.zeros(shape, bool), np.zeros(shape), np.full((*shape, 2), np.nan))
+    where = points[line] + normals[line] * step[:, None]
+    seen = ((where >= 0) & (where <= np.array(image.shape[1::-1]) - 1)).all(axis=1)
+    line = line[seen]
+    edges.found.reshape(-1)[line] = True
+    edges.offset.reshape(-1)[line] = step[seen]
+    edges.sides.reshape(-1, 2)[line] = sides[best[seen]]
+    return edges
+
+
+def _responses(samples: NDArray[np.uint8], mask: tuple[float, ...]) -> NDArray[np.float32]:
+    """The edge mask at each sample, without its sign: h for a step by h levels."""
+    if not len(samples):
+        return samples.astype(np.float32)
+    weights = np.array([mask], np.float32)
+    weights /= np.abs(weights).sum() / 2
+    return np.abs(cv2.filter2D(samples, cv2.CV_32F, weights, borderType=cv2.BORDER_REPLICATE))

@@ -1,0 +1,95 @@
+"""Where the first nodes of a contour are put."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.contours.spline import SAMPLES
+from colortrack_ros.contours.spline import Spline
+
+Floats = NDArray[np.float64]
+
+PHASES = 8
+"""Beginnings of equally spaced nodes that are tried."""
+
+ROUNDS = 40
+FIRST_STEP, LAST_STEP = 0.4, 0.02
+NEAREST = 0.25
+"""Nodes are moved by so much, and come so near to each other [their spacing]."""
+
+CENTROID = 4.0
+"""How much more a centroid that is off counts than a curve that is."""
+
+
+def equally_spaced(points: Floats, spline: Spline) -> Floats:
+    """Nodes (n, 2) [px] equally spaced along an outline, of positive area.
+
+    :param points: (P, 2) of a closed polygon [px], in either sense.
+    """
+    return _Outline(points, spline).nodes(np.arange(spline.count) / spline.count)
+
+
+def along_outline(points: Floats, spline: Spline) -> tuple[Floats, float]:
+    """Nodes (n, 2) [px] on an outline, so that the curve follows it as well as it can.
+
+    They are spaced equally, and then each is moved along the outline, one at a time, as long as
+    that makes the squares of the distances of curve and centroids smaller.
+
+    :param points: (P, 2) of a closed polygon [px], in either sense.
+    :return: nodes in the sense from u to v, so that the area is positive, and by how much the
+        curve misses the outline, root mean square [px].
+    """
+    outline, n = _Outline(points, spline), spline.count
+    tried = np.arange(n) / n + np.arange(PHASES)[:, None] / PHASES / n
+    miss = outline.miss(tried)
+    place, least, step = tried[miss.argmin()], miss.min(), FIRST_STEP
+    for _ in range(ROUNDS):
+        tried = place + np.concatenate([np.eye(n), -np.eye(n)]) * step / n
+        gap = np.diff(np.concatenate([tried, tried[:, :1] + 1], axis=1), axis=1)
+        miss = np.where(gap.min(axis=1) < NEAREST / n, np.inf, outline.miss(tried))
+        if miss.min() < least:
+            place, least = tried[miss.argmin()], miss.min()
+        elif step < LAST_STEP:
+            break
+        else:
+            step /= 2
+    return outline.nodes(place), float(np.sqrt(outline.far(place[None])[0]))
+
+
+class _Outline:
+    """A closed polygon; places on it are parts of the way around, and go on beyond 1."""
+
+    def __init__(self, points: Floats, spline: Spline) -> None:
+        after = np.roll(points, -1, axis=0)
+        cross = points[:, 0] * after[:, 1] - points[:, 1] * after[:, 0]
+        twice = cross.sum()
+        arm = ((points + after) * cross[:, None]).sum(axis=0)
+        self._center = arm / (3 * twice) if twice else points.mean(axis=0)
+        points = points if twice >= 0 else points[::-1]
+        self._points = np.concatenate([points, points[:1]])
+        way = np.linalg.norm(np.diff(self._points, axis=0), axis=1)
+        self._way = np.concatenate([[0.0], np.cumsum(way)])
+        self._spline = spline
+
+    def nodes(self, place: Floats) -> Floats:
+        """Points at places (...), (..., 2)."""
+        s = (place % 1.0) * self._way[-1]
+        return np.stack([np.interp(s, self._way, column) for column in self._points.T], axis=-1)
+
+    def miss(self, place: Floats) -> Floats:
+        """How badly curves through nodes at places (K, n) follow, and their centroids, (K,)."""
+        off = np.square(self._spline.centroid(self.nodes(place))[0] - self._center).sum(axis=1)
+        return self.far(place) + CENTROID * np.nan_to_num(off, nan=np.inf)
+
+    def far(self, place: Floats) -> Floats:
+        """Mean squares of the distances of curves through nodes at places (K, n), (K,) [px^2].
+
+        A node is the middle of its segment; to what lies between two nodes the curve belongs the
+        outline between their places.
+        """
+        t = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
+        before = np.concatenate([place[:, -1:] - 1, place[:, :-1]], axis=1)
+        after = np.concatenate([place[:, 1:], place[:, :1] + 1], axis=1)
+        side = np.where(t < 0, (place - before)[..., None], (after - place)[..., None])
+        wanted = self.nodes((place[..., None] + t * side).reshape(len(place), -1))
+        curve = self._spline.outline(self.nodes(place))
+        return np.asarray(np.square(curve - wanted).sum(axis=2).mean(axis=1))

@@ -1,0 +1,38 @@
+"""The node that follows what has moved by its contour."""
+
+from typing import Any
+
+from std_srvs.srv import Trigger
+
+from colortrack_ros.contours import ContourTracker
+from colortrack_ros.nodes.contour_tracker_parameters import build
+from colortrack_ros.nodes.contour_tracker_parameters import TABLE
+from colortrack_ros.nodes.image_tracker import ImageTrackerNode
+from colortrack_ros.nodes.image_tracker import ImageTrackerSetup
+from colortrack_ros.nodes.runtime import run
+
+
+class ContourTrackerNode(ImageTrackerNode):
+    """Images in; tracks and markers, an outline among them, for each that it works on out."""
+
+    tracker: ContourTracker
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__('contour_tracker', TABLE, build, **options)
+        self.create_service(Trigger, '~/learn_background', self._learn_background)
+
+    def make(self, setup: ImageTrackerSetup) -> ContourTracker:
+        """The tracker of the room."""
+        return ContourTracker(setup.config)
+
+    def _learn_background(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        with self._lock:
+            self.tracker.learn_background()
+        response.success = True
+        response.message = 'the background is learned anew from the next picture on'
+        return response
+
+
+def main() -> int:
+    """Run the node."""
+    return run(lambda _: [ContourTrackerNode()])

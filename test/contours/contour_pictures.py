@@ -1,0 +1,68 @@
+"""Silhouettes before any background, behind covers, and how well they are followed."""
+
+import cv2
+import numpy as np
+
+from colortrack_ros.contours import ContourTracker
+from colortrack_ros.data import Frame
+from colortrack_ros.scenes.outlines import PERSON
+from colortrack_ros.scenes.outlines import QUADRILATERAL
+from colortrack_ros.scenes.silhouettes import draw_polygon
+from colortrack_ros.scenes.silhouettes import normalized
+from colortrack_ros.scenes.silhouettes import placed
+
+SHAPES = {'person': normalized(PERSON)[0], 'quadrilateral': normalized(QUADRILATERAL)[0]}
+RATE = 24.0
+EMPTY = 6
+"""Pictures of the background alone, before the target is there."""
+
+
+def texture(seed, height=240, width=320, contrast=30.0, cell=4.0):
+    """Smooth random gray levels around 170, (height, width)."""
+    noise = np.random.default_rng(seed).normal(size=(height, width))
+    smooth = cv2.GaussianBlur(noise, (0, 0), cell)
+    return np.clip(170 + contrast * smooth / smooth.std(), 60, 255)
+
+
+def picture(shape, center, radius, turn=0.0, background=None, cover=None, level=45, seed=0):
+    """A gray picture with a silhouette.
+
+    :param cover: slices of what is in front of it, and its level.
+    """
+    gray = np.full((240, 320), 215.0) if background is None else background
+    image = cv2.merge([gray.astype(np.uint8)] * 3)
+    if center is not None:
+        corners = placed(SHAPES[shape], np.asarray(center, float), radius, turn)
+        draw_polygon(image, corners, [level] * 3)
+    if cover is not None:
+        image[cover[0]] = cover[1]
+    noise = np.random.default_rng((7, seed)).normal(0, 2, image.shape[:2])
+    return np.clip(image[..., 0] + noise, 0, 255).astype(np.uint8)
+
+
+def frame(image, k=0, rate=RATE):
+    encoding = 'mono8' if image.ndim == 2 else 'bgr8'
+    return Frame(image, encoding, round(k * 1e9 / rate))
+
+
+def follow(pictures, config, each=lambda k, tracks: None):
+    """The tracks of each picture."""
+    tracker = ContourTracker(config)
+    result = []
+    for k, image in enumerate(pictures):
+        result.append(tracker.update(frame(image, k)))
+        each(k, result[-1])
+    return result
+
+
+def overlap(one, other, shape=(240, 320)):
+    """Intersection over union of two polygons (P, 2)."""
+    masks = np.zeros((2, *shape), np.uint8)
+    for mask, polygon in zip(masks, (one, other), strict=True):
+        cv2.fillPoly(mask, [np.rint(polygon * 16).astype(np.int32)], 1, shift=4)
+    return (masks[0] & masks[1]).sum() / max((masks[0] | masks[1]).sum(), 1)
+
+
+def corners_of(shape, center, radius, turn=0.0):
+    """The true outline."""
+    return placed(SHAPES[shape], np.asarray(center, float), radius, turn)

@@ -1,0 +1,271 @@
+"""Messages that lie on every subscription of every node: nothing dies, and each is reported."""
+
+import os
+from pathlib import Path
+import random
+import signal
+
+from diagnostic_msgs.msg import DiagnosticArray
+import numpy as np
+import pytest
+from rclpy.serialization import serialize_message
+import readme_tables
+from ros_domain import Ros
+from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import Image
+from sensor_msgs.msg import PointCloud2
+
+from colortrack_ros.bags import BagReader
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Frame
+from colortrack_ros.data import TRACK
+from colortrack_ros.data import Tracks
+from colortrack_ros.messages import cloud_of_detections
+from colortrack_ros.messages import cloud_of_tracks
+from colortrack_ros.messages import compressed_of_frame
+from colortrack_ros.messages import image_of_frame
+from colortrack_ros.scenes import detections_of
+from colortrack_ros.scenes import open_scene
+
+DATA = Path(os.environ.get('COLORTRACK_DATA', Path(__file__).parents[3] / 'shared' / 'data'))
+COUNT, DEPTH = 10_000, 900
+"""Mutated messages on each subscription, and how many wait at once."""
+
+SCENE = open_scene('five?width=320&height=240')
+STAMP = (2**31 - 10) * 10**9
+FRAME = Frame(SCENE.render(250)[100:130, 100:140].copy(), 'bgr8', STAMP)
+TAKERS = [n for n, table in readme_tables.NODES.items() if 'image_transport' in table.specs]
+"""The nodes that take images, raw or compressed."""
+
+GOOD = {
+    '/raw/camera/image_raw': image_of_frame(FRAME),
+    '/jpeg/camera/image_raw/compressed': compressed_of_frame(FRAME, 90),
+    '/clouds/detections': cloud_of_detections(Detections(detections_of(SCENE, 250).rows, STAMP)),
+    '/raw/tracks': cloud_of_tracks(Tracks(np.zeros(3, TRACK), STAMP)),
+}
+"""What is right on each topic."""
+
+NEWEST = GOOD['/raw/tracks'].header.stamp
+
+STAMPS = [-(2**31), -62135596800 % 2**31, 4102444800 - 2**31, -1, 2**31 - 1]
+WRONG_IMAGE = {
+    'width': [0, 1, 2**31],
+    'height': [0, 1, 2**31],
+    'step': [0, 1, 2**31],
+    'encoding': ['', 'mono16', 'bgr8x'],
+    'data': [b'', b'12'],
+    'stamp': STAMPS,
+}
+WRONG_CLOUD = {
+    'width': [0, 1, 2**31],
+    'height': [0, 2, 2**31],
+    'point_step': [0, 1, 73],
+    'row_step': [0, 1],
+    'fields': [[]],
+    'data': [b'', b'12', b'\xff' * (72 * 5)],
+    'is_bigendian': [True],
+    'stamp': STAMPS,
+}
+WRONG = {
+    Image: WRONG_IMAGE,
+    CompressedImage: {'data': [b'', b'1234'], 'format': ['', 'x' * 99], 'stamp': STAMPS},
+    PointCloud2: WRONG_CLOUD,
+}
+
+
+HEARD = {
+    **{f'/raw/{name}': ['/raw/camera/image_raw'] for name in TAKERS},
+    **{f'/jpeg/{name}': ['/jpeg/camera/image_raw/compressed'] for name in TAKERS},
+    '/raw/overlay': ['/raw/camera/image_raw', '/raw/tracks'],
+    '/clouds/tracker': ['/clouds/detections'],
+    '/clouds/window_tracker': ['/clouds/detections'],
+    '/clouds/camera': ['/clouds/detections'],
+}
+"""The topics that each node hears."""
+
+
+def parameters(node: str) -> dict[str, object]:
+    """So that each subscription hears its topic alone, and all can be counted."""
+    namespace, _, name = node[1:].partition('/')
+    values: dict[str, object] = {
+        f'qos_overrides.{topic}.subscription.reliability': 'reliable' for topic in HEARD[node]
+    }
+    for depth in ('queue_depth', 'image_queue_depth'):
+        if depth in readme_tables.NODES[name].specs:
+            values[depth] = 1000
+    if name in TAKERS:
+        values['max_lag'] = 60.0
+        values['image_transport'] = 'compressed' if namespace == 'jpeg' else 'raw'
+    if name in TAKERS and name != 'detector':
+        values['tracks_topic'] = f'{name}/tracks'  # not what the overlay hears
+    if namespace == 'clouds' and name == 'window_tracker':
+        values['detections_topic'] = 'detections'
+    if name == 'camera':
+        values |= {'source': 'scene:single?width=64&height=48', 'rate': -1.0, 'loop': 'true'}
+    return values
+
+
+def lies(good) -> list:
+    """Copies of a message, each with one field changed."""
+    copies = []
+    for name, values in WRONG[type(good)].items():
+        for value in values:
+            copy = type(good)(**{f: getattr(good, f) for f in good.get_fields_and_field_types()})
+            if name == 'stamp':
+                copy.header = type(good.header)(frame_id='x')
+                copy.header.stamp.sec = value
+            else:
+                setattr(copy, name, value)
+            copies.append(copy)
+    return copies
+
+
+def mutations(good, seed: int) -> list[bytes]:
+    """Serialized messages that lie, and others with bytes changed, cut out and put in."""
+    chance = random.Random(seed)
+    wrong = [bytes(serialize_message(message)) for message in lies(good)]
+    originals = [bytes(serialize_message(good)), *wrong]
+    for _ in range(COUNT - len(wrong)):
+        cdr = bytearray(chance.choice(originals))
+        for _ in range(chance.randint(1, 6)):
+            # most of what can be wrong stands at the beginning
+            at = chance.randrange(4, min(len(cdr), chance.choice([60, 120, 900])))
+            kind = chance.random()
+            if kind < 0.7:
+                cdr[at] = chance.choice([0, 1, 127, 255, chance.randrange(256)])
+            elif kind < 0.85:
+                del cdr[at : at + chance.randint(1, 40)]
+            else:
+                cdr[at:at] = chance.randbytes(chance.randint(1, 40))
+            if len(cdr) < 20:
+                break
+        wrong.append(bytes(cdr))
+    return wrong
+
+
+def memory(process) -> int:
+    """Resident memory [bytes]."""
+    with open(f'/proc/{process.popen.pid}/statm') as file:
+        return int(file.read().split()[1]) * os.sysconf('SC_PAGE_SIZE')
+
+
+class Crowd:
+    """All those nodes, each in its process, what they say, and publishers of what they hear."""
+
+    def __init__(self, ros) -> None:
+        self.ros = ros
+        self.taken = dict.fromkeys(HEARD, 0)
+        self.refused = dict.fromkeys(HEARD, 0)
+        self.seen: set[str] = set()
+        ros.node.create_subscription(DiagnosticArray, '/diagnostics', self._note, 1000)
+        self.publishers = {
+            topic: ros.node.create_publisher(type(good), topic, DEPTH)
+            for topic, good in GOOD.items()
+        }
+        self.processes = {
+            node: ros.start(
+                node.rpartition('/')[2],
+                *('-r', f'__ns:={node.rpartition("/")[0]}'),
+                **parameters(node),
+            )
+            for node in HEARD
+        }
+        assert ros.spin(lambda: self.seen == set(HEARD), 40.0), ros.outputs()
+        ros.settle()
+        self.sent = dict.fromkeys(GOOD, 0)
+
+    def _note(self, message: DiagnosticArray) -> None:
+        (status,) = message.status
+        values = {v.key: v.value for v in status.values}
+        self.seen.add(status.name)
+        self.taken[status.name] += round(float(values['rate in [Hz]']))
+        self.refused[status.name] = int(values['refused'])
+
+    def publish(self, messages: dict[str, list]) -> None:
+        """Publish on each topic, and wait until all is worked on."""
+        for topic, some in messages.items():
+            self.sent[topic] += len(some)
+            for message in some:
+                self.publishers[topic].publish(message)
+        assert self.ros.spin(self.all_heard, 30.0), f'{self.sent} {self.taken} {self.refused}'
+
+    def all_heard(self) -> bool:
+        """Whether each node has taken or refused all that it has been sent.
+
+        What camera and window tracker take are pictures, so detections count when refused alone.
+        """
+        return all(
+            self.taken[node] + self.refused[node] >= sum(self.sent[t] for t in HEARD[node])
+            for node in set(HEARD) - {'/clouds/camera', '/clouds/window_tracker'}
+        )
+
+    def memory(self) -> dict[str, int]:
+        """Resident memory of each node [bytes]."""
+        size = os.sysconf('SC_PAGE_SIZE')
+        folders = {n: Path(f'/proc/{p.popen.pid}') for n, p in self.processes.items()}
+        return {n: int((f / 'statm').read_text().split()[1]) * size for n, f in folders.items()}
+
+
+@pytest.fixture(scope='module')
+def crowd(tmp_path_factory):
+    ros = Ros(tmp_path_factory.mktemp('crowd'))
+    yield Crowd(ros)
+    ros.close()
+
+
+def test_ten_thousand_mutated_messages_on_each_subscription_do_no_harm(crowd):
+    wrong = {topic: mutations(good, seed) for seed, (topic, good) in enumerate(GOOD.items())}
+    before: dict[str, int] = {}
+    for start in range(0, COUNT, DEPTH):
+        crowd.publish({topic: some[start : start + DEPTH] for topic, some in wrong.items()})
+        before = before or crowd.memory()
+    after = crowd.memory()
+    assert {n: after[n] - before[n] for n in after if after[n] > before[n] + 16 * 2**20} == {}
+    for name, process in crowd.processes.items():
+        assert process.popen.poll() is None, name
+        assert 'Traceback' not in process.output, process.output
+        lines = [line for line in process.output.splitlines() if line.startswith('[')]
+        assert 2 < len(lines) < 150, process.output  # of which one a second of a new start
+        assert min(crowd.refused[name], COUNT - 1) > COUNT / 2, name
+
+
+@pytest.mark.parametrize('folder', ['test_bag_mcap', 'test_bag_sqlite3'])
+def test_what_malformed_bags_hold_is_refused_by_every_node(crowd, folder):
+    path = DATA / 'malformed_bags' / folder
+    if not path.exists():
+        pytest.skip(f'{path} is not there')
+    reader = BagReader(path)
+    held = {t.kind: [cdr for _, cdr in reader.messages(t)] for t in reader.topics}
+    reader.close()
+    kinds = {topic: f'sensor_msgs/msg/{type(good).__name__}' for topic, good in GOOD.items()}
+    crowd.ros.spin(lambda: False, 2.0)  # for the nodes of which not all is counted
+    before = dict(crowd.refused)
+    crowd.publish({topic: held[kind] for topic, kind in kinds.items()})
+    expected = {node: before[node] + 2 * len(topics) for node, topics in HEARD.items()}
+    assert crowd.ros.spin(lambda: crowd.refused == expected), (expected, crowd.refused)
+    # and what is not even of the type
+    others = [cdr for cdrs in held.values() for cdr in cdrs]
+    crowd.publish(dict.fromkeys(GOOD, others))
+    for name, process in crowd.processes.items():
+        assert process.popen.poll() is None, name
+        assert 'Traceback' not in process.output, process.output
+
+
+def test_the_next_good_message_is_answered_and_the_end_is_in_order(crowd):
+    topics = ['detections', *(f'{name}/tracks' for name in TAKERS if name != 'detector')]
+    outputs: dict[str, type] = {f'/{ns}/{t}': PointCloud2 for ns in ('raw', 'jpeg') for t in topics}
+    outputs |= {'/raw/overlay/image_raw': Image, '/clouds/tracks': PointCloud2}
+    answers = {topic: crowd.ros.listen(kind, topic) for topic, kind in outputs.items()}
+    assert crowd.ros.spin(lambda: all(crowd.ros.node.count_publishers(t) for t in outputs))
+    crowd.ros.settle()
+    for topic, good in GOOD.items():
+        crowd.publishers[topic].publish(good)
+
+    def answered() -> list[str]:
+        return [t for t, some in answers.items() if any(m.header.stamp == NEWEST for m in some)]
+
+    assert crowd.ros.spin(lambda: len(answered()) == len(outputs)), answered()
+    for process in crowd.processes.values():
+        process.popen.send_signal(signal.SIGINT)
+    statuses = {name: process.popen.wait(10.0) for name, process in crowd.processes.items()}
+    assert statuses == dict.fromkeys(HEARD, 0)
