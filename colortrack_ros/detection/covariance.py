@@ -12,8 +12,8 @@ OUTLINE_VARIANCE = 0.06
 PIXELATION = 1 / 12
 """Variance of a position within its pixel [px^2], all that is known of a single one."""
 
-SHADING = 0.0135
-"""Shift of a centroid by shading and blur: share of the radius, times the mean D / tolerance."""
+SHADING, LENS = 0.0115, 0.05
+"""Shift of a centroid by shading and blur over the mean D / tolerance: of the radius, and [px]."""
 
 SMEAR = 0.004
 """Share of what makes a blob long: the ends of a smear fade unequally."""
@@ -43,9 +43,10 @@ def centroid_covariance(
     - the grid: PIXELATION / N;
     - shading: blur mixes the object with what is around, and a mix is within tolerance up to the
       farther out the nearer the object itself is to the reference color, which on its light and
-      its dark side is not the same. The blur of a lens and of motion grows with the picture, the
-      part of the blur with the distance to the color that the tolerance has been used up by, on
-      the mean 1 - score: (SHADING (1 - score) r)^2, with r^2 / 4 the minor second moment;
+      its dark side is not the same. The blur of motion grows with the object in the picture, that
+      of a lens is some pixels, and the part of it by which the outline is shifted grows with the
+      part of the tolerance that is used up, on the mean 1 - score: ((1 - score) (SHADING r +
+      LENS))^2, with r^2 / 4 the minor second moment;
     - the smear of a moving object: SMEAR times what the major second moment has beyond ROUND
       times the minor one, up to twice the minor one: longer things are long by themselves.
 
@@ -55,7 +56,7 @@ def centroid_covariance(
     go on where pixels of its color were dropped. A segment whose arc is a small part s of the
     outline cuts off little, and more than half of the blob is seldom hidden: s^4 (e / 2)^2 / 12.
 
-    The constants are fitted to rendered balls of 10 to 65 px radius.
+    The constants are fitted to rendered balls of 10 to 130 px radius.
 
     :param score: (N,) mean closeness to the reference color, 0..1.
     :param part: (N,) of the outline beyond which the color was dropped, 0..1, see open_part().
@@ -69,7 +70,8 @@ def centroid_covariance(
     minor, major = blobs.axes
     smear = np.minimum(np.maximum(major - ROUND * minor, 0), 2 * minor)
     hidden = np.maximum(box_width, box_height) ** 2 / 12
-    even = PIXELATION / blobs.area + (2 * SHADING * (1 - score)) ** 2 * minor
+    shift = (1 - score) * (SHADING * 2 * np.sqrt(minor) + LENS)
+    even = PIXELATION / blobs.area + shift**2
     even += SMEAR * smear + part**4 * hidden / 4
     at_side = (left == 0) | (left + box_width == width)
     at_end = (top == 0) | (top + box_height == height)
