@@ -39,6 +39,8 @@ IN_FLIGHT = 2
 """Frames that may wait for their detections when a recording goes as fast as it is consumed."""
 PATIENCE = 1.0
 """How long [s] such a frame waits for them."""
+ACQUAINTANCE = 0.5
+"""How long [s] subscribers that the camera knows may not know the camera yet."""
 PAUSES = (0.5, 1.0, 2.0, 5.0)
 """Pauses [s] before a live source that failed is opened again; the last one repeats."""
 
@@ -154,6 +156,7 @@ class CameraNode(Node):
         while wanted and not self._closing.wait(0.02):
             listening = self._images.get_subscription_count() >= wanted
             if listening and (self._answers is None or self._is_answered()):
+                self._closing.wait(ACQUAINTANCE)
                 return
 
     def _is_answered(self) -> bool:
