@@ -7,7 +7,7 @@ PARAMS ?=
 COLOR ?=
 TOLERANCE ?=
 SECONDS ?= 21
-TESTS ?= test
+TESTS ?=
 
 # A sourced ROS and another environment's wheels would be mixed into this one.
 RUN = env -u PYTHONPATH -u LD_LIBRARY_PATH -u AMENT_PREFIX_PATH -u _ROS_WHEELS_BOOTSTRAP_COMPLETE
@@ -23,12 +23,20 @@ demo: $(VENV)/demo
 	$(PYTHON_IN) -m colortrack_ros.nodes.demo --source '$(SOURCE)' --params '$(PARAMS)' \
 		--color '$(COLOR)' --tolerance '$(TOLERANCE)' --seconds $(SECONDS)
 
+# The rooms on two cores; nodes one after the other, since they have processes enough. TESTS=... are
+# run alone.
+define run_tests
+	$(if $(TESTS),$(RUN) $(1) -m pytest $(TESTS),\
+	$(RUN) $(1) -m pytest --numprocesses 2 --dist loadfile --ignore test/ros test)
+	$(if $(TESTS),,$(RUN) $(1) -m pytest test/ros)
+endef
+
 test: lint
-	$(PYTHON_IN) -m pytest $(TESTS)
+	$(call run_tests,$(VENV)/bin/python)
 
 # The same tests with the versions that Ubuntu 24.04 has.
 test-ubuntu: .venv-ubuntu/test
-	$(RUN) .venv-ubuntu/bin/python -m pytest $(TESTS)
+	$(call run_tests,.venv-ubuntu/bin/python)
 
 # Tables on the terminal, the same numbers as JSON in out/.
 bench: .venv-bench/bench

@@ -51,7 +51,15 @@ setup(
         'standalone': STANDALONE,
         'demo': ['rich', 'ruamel.yaml'],
         'replay': ['rich', 'rosbags>=0.11'],
-        'test': ['hypothesis', 'motmetrics', 'mypy', 'pytest', 'ruff', 'types-PyYAML'],
+        'test': [
+            'hypothesis',
+            'motmetrics',
+            'mypy',
+            'pytest',
+            'pytest-xdist',
+            'ruff',
+            'types-PyYAML',
+        ],
     },
     zip_safe=True,
     entry_points={
