@@ -20,7 +20,7 @@ PICTURES = (Image, CompressedImage)
 
 PICTURE_DEPTH = Spec(
     'image_queue_depth',
-    5,
+    30,
     'Images that wait in the queue of each publisher and subscription.',
     minimum=1,
     maximum=1000,
