@@ -110,3 +110,19 @@ class Tracks:
     frame_id: str = ''
     restarted: str = ''
     outlines: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 2)))
+
+
+def time_passed(last: int | None, stamp: int, max_dt: float) -> tuple[float, str]:
+    """Tell how a tracker goes from one frame to the next.
+
+    :param last: stamp of the last frame [ns], None before the first.
+    :param stamp: of the next frame [ns].
+    :param max_dt: a longer jump starts afresh [s].
+    :return: dt [s], 0 for a first frame; and why to start afresh, empty if not.
+    """
+    dt = 0.0 if last is None else (stamp - last) / NANOSECONDS
+    if dt < 0:
+        return 0.0, f'the stamp went back by {-dt:.6f} s'
+    if dt > max_dt:
+        return 0.0, f'the stamp jumped ahead by {dt:.6f} s, max_dt is {max_dt:g} s'
+    return dt, ''

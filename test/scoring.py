@@ -72,15 +72,16 @@ class Tally:
         """
         truth = np.asarray(objects, float).reshape(-1, 3)
         tracks = np.asarray(hypotheses, float).reshape(-1, 3)
+        objects_at = cKDTree(truth[:, 1:])
         if hidden and len(tracks):
-            nearest = cKDTree(truth[:, 1:]).query(tracks[:, 1:])[0]
+            nearest = objects_at.query(tracks[:, 1:])[0]
             order = np.argsort(-nearest, kind='stable')
             far = np.count_nonzero(nearest > self.max_distance)
             tracks = tracks[order[min(hidden, far) :]]
         ids, names = truth[:, 0].astype(int), tracks[:, 0].astype(int)
         self.seen[0].append(ids)
         self.seen[1].append(names)
-        near = cKDTree(truth[:, 1:]).query_ball_point(tracks[:, 1:], self.max_distance)
+        near = objects_at.query_ball_point(tracks[:, 1:], self.max_distance)
         i = np.concatenate([*near, []]).astype(int)
         j = np.repeat(np.arange(len(tracks)), [len(some) for some in near])
         self.together.append(np.stack([ids[i], names[j]], axis=1))

@@ -16,6 +16,7 @@ from colortrack_ros.contours.start import Areas
 from colortrack_ros.contours.start import Start
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import time_passed
 from colortrack_ros.data import Tracks
 
 Floats = NDArray[np.float64]
@@ -104,12 +105,10 @@ class ContourTracker:
 
     def _advance(self, stamp: int) -> float:
         """Predict to the stamp, or start afresh; return the time passed [frames]."""
-        dt = 0.0 if self._stamp is None else (stamp - self._stamp) / NANOSECONDS
-        if dt < 0:
-            self.reset(f'the stamp went back by {-dt:.6f} s')
-        elif dt > self.config.max_dt:
-            self.reset(f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s')
-        T = 0.0 if self._stamp is None else dt * self.config.rate
+        dt, why = time_passed(self._stamp, stamp, self.config.max_dt)
+        if why:
+            self.reset(why)
+        T = dt * self.config.rate
         self._stamp = stamp
         self._contours.predict(T, self.config)
         return T

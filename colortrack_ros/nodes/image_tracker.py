@@ -1,5 +1,7 @@
 """What all nodes have in common that take images and publish tracks."""
 
+from abc import ABC
+from abc import abstractmethod
 from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,38 +10,26 @@ from typing import Any
 from typing import Protocol
 
 from rclpy.node import Node
-from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
-from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.data import Tracks
-from colortrack_ros.messages import cloud_of_tracks
-from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.nodes.health import HEALTH
 from colortrack_ros.nodes.health import Health
 from colortrack_ros.nodes.intake import ImageIntake
 from colortrack_ros.nodes.intake import INTAKE
 from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.parameters import ParameterTable
-from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
 from colortrack_ros.nodes.topics import PICTURE_DEPTH
-from colortrack_ros.nodes.topics import publish_on
-from colortrack_ros.nodes.topics import topic
+from colortrack_ros.nodes.tracks_output import MARKER_SCALE
+from colortrack_ros.nodes.tracks_output import TRACKS_OUT
+from colortrack_ros.nodes.tracks_output import TracksOutput
 
 IMAGE_TRACKER = (
-    Spec(
-        'marker_scale',
-        0.01,
-        'Size of a pixel in the markers.',
-        unit='m/px',
-        minimum=1e-9,
-        maximum=1e3,
-    ),
+    MARKER_SCALE,
     *INTAKE,
-    topic('tracks_topic', 'tracks', 'the tracks that are published'),
-    topic('markers_topic', 'tracks/markers', 'the markers that are published'),
+    *TRACKS_OUT,
     PICTURE_DEPTH,
     DEPTH,
     *HEALTH,
@@ -78,7 +68,7 @@ class ImageTracker(Protocol):
         """Drop all tracks; the next ones are marked as restarted, with this reason."""
 
 
-class ImageTrackerNode(Node):
+class ImageTrackerNode(Node, ABC):
     """Images in, one message of tracks and one of markers for each that it works on out.
 
     A node of its own has :meth:`make`, and overrides :meth:`facts`, :meth:`take` and :meth:`apply`
@@ -103,25 +93,23 @@ class ImageTrackerNode(Node):
         self._lock = threading.Lock()  # images and parameters come from two threads
         self.setup: Any = declare(self, table, build, self._apply)
         self.tracker = self.make(self.setup)
-        self._markers, self._alive = MarkerWriter(), 0
         self.health = Health(
             self,
             str,
             skipped=lambda: self._intake.skipped,
-            tracks=lambda: self._alive,
+            tracks=lambda: self._output.alive,
             **self.facts(),
         )
         self._intake: ImageIntake = ImageIntake(self, self.take, self.health.refuse)
         self._intake.configure(self.setup)
-        self._tracks_publisher = publish_on(self, PointCloud2, self.setup.tracks_topic)
-        self._markers_publisher = publish_on(self, MarkerArray, self.setup.markers_topic)
+        self._output = TracksOutput(self, self.setup)
         self.create_service(Trigger, '~/reset', self._reset)
         if subscribe:
             self._intake.subscribe(self.setup.image_topic, self.setup.image_transport)
 
+    @abstractmethod
     def make(self, setup: Any) -> ImageTracker:
         """The tracker of the room."""
-        raise NotImplementedError
 
     def facts(self) -> dict[str, Callable[[], object]]:
         """Further values for the diagnostics."""
@@ -142,13 +130,7 @@ class ImageTrackerNode(Node):
         with self._lock:
             tracks = self.tracker.update(frame)
             scale = self.setup.marker_scale
-        self._alive = len(tracks.rows)
-        if tracks.restarted:
-            self.get_logger().warning(
-                f'The tracker started afresh: {tracks.restarted}', throttle_duration_sec=1.0
-            )
-        self._tracks_publisher.publish(cloud_of_tracks(tracks))
-        self._markers_publisher.publish(self._markers.write(tracks, scale))
+        self._output.publish(tracks, scale)
         self.health.gave_out(tracks.stamp)
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -6,12 +6,9 @@ from typing import Any
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
-from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import Detections
-from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import detections_of_serialized_cloud
-from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.messages import MessageError
 from colortrack_ros.nodes.clocks import lacks_clock
 from colortrack_ros.nodes.clocks import seconds_of
@@ -21,11 +18,11 @@ from colortrack_ros.nodes.live_parameters import declare
 from colortrack_ros.nodes.order import IDLE
 from colortrack_ros.nodes.order import Order
 from colortrack_ros.nodes.runtime import run
-from colortrack_ros.nodes.topics import publish_on
 from colortrack_ros.nodes.topics import subscribe_to
 from colortrack_ros.nodes.tracker_parameters import build
 from colortrack_ros.nodes.tracker_parameters import TABLE
 from colortrack_ros.nodes.tracker_parameters import TrackerSetup
+from colortrack_ros.nodes.tracks_output import TracksOutput
 from colortrack_ros.tracking import Tracker
 
 
@@ -41,13 +38,11 @@ class TrackerNode(Node):
         self._lock = threading.Lock()  # in a pipeline, frames come from the camera's thread
         self._setup: TrackerSetup = declare(self, TABLE, build, self._apply)
         self._tracker = Tracker(self._setup.config)
-        self._markers = MarkerWriter()
-        self._alive = self._dropped = 0
-        self.health = Health(self, tracks=lambda: self._alive)
+        self._dropped = 0
+        self.health = Health(self, tracks=lambda: self._output.alive)
         self._order: Order[Detections] = Order(self.process, self.health.refuse, seconds_of(self))
         self._apply(self._setup)
-        self._tracks_publisher = publish_on(self, PointCloud2, self._setup.tracks_topic)
-        self._markers_publisher = publish_on(self, MarkerArray, self._setup.markers_topic)
+        self._output = TracksOutput(self, self._setup)
         self.create_service(Trigger, '~/reset', self._reset)
         if subscribe:
             subscribe_to(self, PointCloud2, self._setup.detections_topic, self._receive)
@@ -59,19 +54,13 @@ class TrackerNode(Node):
         with self._lock:
             tracks = self._tracker.update(detections)
             dropped = self._tracker.dropped
-        self._alive = len(tracks.rows)
         if dropped > self._dropped:
             self.health.refuse(
                 f'{dropped - self._dropped} of {len(detections.rows)} detections: expected '
                 'positions within 1e6 px, and a covariance that is positive definite or all zero'
             )
             self._dropped = dropped
-        if tracks.restarted:
-            self.get_logger().warning(
-                f'The tracker started afresh: {tracks.restarted}', throttle_duration_sec=1.0
-            )
-        self._tracks_publisher.publish(cloud_of_tracks(tracks))
-        self._markers_publisher.publish(self._markers.write(tracks, self._setup.marker_scale))
+        self._output.publish(tracks, self._setup.marker_scale)
         self.health.gave_out(tracks.stamp)
 
     def _receive(self, cdr: bytes) -> None:

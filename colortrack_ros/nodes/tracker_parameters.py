@@ -13,6 +13,8 @@ from colortrack_ros.nodes.parameters import ParameterTable
 from colortrack_ros.nodes.parameters import Spec
 from colortrack_ros.nodes.topics import DEPTH
 from colortrack_ros.nodes.topics import topic
+from colortrack_ros.nodes.tracks_output import MARKER_SCALE
+from colortrack_ros.nodes.tracks_output import TRACKS_OUT
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.motion import MOTION_MODELS
@@ -140,18 +142,10 @@ TABLE = ParameterTable(
             1e-3,
             3600.0,
         ),
-        Spec(
-            'marker_scale',
-            0.01,
-            'Size of a pixel in the markers.',
-            unit='m/px',
-            minimum=1e-9,
-            maximum=1e3,
-        ),
+        MARKER_SCALE,
         *ORDER,
         topic('detections_topic', 'detections', 'the detections'),
-        topic('tracks_topic', 'tracks', 'the tracks that are published'),
-        topic('markers_topic', 'tracks/markers', 'the markers that are published'),
+        *TRACKS_OUT,
         DEPTH,
         *HEALTH,
     ]

@@ -11,6 +11,7 @@ from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import time_passed
 from colortrack_ros.data import Tracks
 from colortrack_ros.tracking import blobs as shape
 from colortrack_ros.tracking import life
@@ -103,12 +104,10 @@ class Tracker:
 
     def _advance(self, stamp: int) -> float:
         """Go to the stamp, or start afresh; return dt [s]."""
-        dt = (stamp - self._stamp) / NANOSECONDS if self._started else 0.0
-        if dt < 0:
-            self.reset(f'the stamp went back by {-dt:.6f} s')
-        elif dt > self.config.max_dt:
-            self.reset(f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s')
-        dt = dt if self._started else 0.0
+        last = self._stamp if self._started else None
+        dt, why = time_passed(last, stamp, self.config.max_dt)
+        if why:
+            self.reset(why)
         self._started, self._stamp = True, stamp
         self._period = dt or self._period
         return dt

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import time_passed
 from colortrack_ros.data import Tracks
 from colortrack_ros.tracking.bank import Bank
 from colortrack_ros.tracking.motion import MOTION_MODELS
@@ -103,16 +104,11 @@ class WindowTracker:
 
     def _advance(self, stamp: int) -> float:
         """Predict to the stamp, or start afresh; return dt [s]."""
-        dt = 0.0 if self._stamp is None else (stamp - self._stamp) / NANOSECONDS
-        why = ''
-        if dt < 0:
-            why = f'the stamp went back by {-dt:.6f} s'
-        elif dt > self.config.max_dt:
-            why = f'the stamp jumped ahead by {dt:.6f} s, max_dt is {self.config.max_dt:g} s'
+        dt, why = time_passed(self._stamp, stamp, self.config.max_dt)
         if why:
             offered = self._offered
             self.reset(why)
-            self._offered, dt = offered, 0.0  # what is offered is of this frame
+            self._offered = offered  # it is of this frame
         self._stamp = stamp
         if self.config.method == 'WM':  # no memory of the motion: expected where it was last
             self._bank.mean[..., 2:] = 0
