@@ -20,7 +20,7 @@ BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py,$(wildcard benchmark/
 .PHONY: bench soak demo test test-ubuntu lint docs clean
 
 demo: $(VENV)/demo
-	$(PYTHON_IN) -m colortrack_ros.nodes.demo --source '$(SOURCE)' --params '$(PARAMS)' \
+	$(PYTHON_IN) -m colortrack_ros.tools.demo --source '$(SOURCE)' --params '$(PARAMS)' \
 		--color '$(COLOR)' --tolerance '$(TOLERANCE)' --seconds $(SECONDS)
 
 # The rooms on two cores; nodes one after the other, since they have processes enough. TESTS=... are
@@ -63,7 +63,7 @@ lint: $(VENV)/test
 	touch $@
 
 docs: $(VENV)/test
-	$(PYTHON_IN) test/readme_tables.py
+	PYTHONPATH=test $(VENV)/bin/python -m support.readme_tables
 
 # norfair asks for NumPy 1, which the newest OpenCV does not work with; it works with NumPy 2.
 %/bench: setup.py benchmark/requirements.txt

@@ -7,17 +7,17 @@ from setuptools import setup
 
 NAME = 'colortrack_ros'
 
-EXECUTABLES = (
-    'camera',
-    'contour_tracker',
-    'detector',
-    'overlay',
-    'pick_color',
-    'pipeline',
-    'replay',
-    'tracker',
-    'window_tracker',
-)
+EXECUTABLES = {
+    'camera': 'nodes.camera',
+    'contour_tracker': 'nodes.contour_tracker',
+    'detector': 'nodes.detector',
+    'overlay': 'nodes.overlay',
+    'pick_color': 'tools.pick_color',
+    'pipeline': 'nodes.pipeline',
+    'replay': 'replay.main',
+    'tracker': 'nodes.tracker',
+    'window_tracker': 'nodes.window_tracker',
+}
 
 # What a robot gets from apt: Jazzy as wheels, and the newest of the rest.
 STANDALONE = [
@@ -63,6 +63,6 @@ setup(
     },
     zip_safe=True,
     entry_points={
-        'console_scripts': [f'{name} = {NAME}.nodes.{name}:main' for name in EXECUTABLES]
+        'console_scripts': [f'{name} = {NAME}.{file}:main' for name, file in EXECUTABLES.items()]
     },
 )

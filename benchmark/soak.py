@@ -23,7 +23,7 @@ from rich.table import Table
 from sensor_msgs.msg import PointCloud2
 
 from colortrack_ros.messages import stamp_of
-from colortrack_ros.nodes.runtime import use_transport_profile
+from colortrack_ros.node_kit.runtime import use_transport_profile
 
 OUT = Path(__file__).parents[1] / 'out' / 'benchmark_soak.json'
 RATE = 30

@@ -28,7 +28,7 @@ from sensor_msgs.msg import PointCloud2
 
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.messages import stamp_of_serialized
-from colortrack_ros.nodes.runtime import use_transport_profile
+from colortrack_ros.node_kit.runtime import use_transport_profile
 
 OUT = Path(__file__).parents[1] / 'out' / 'benchmark_transport.json'
 CASES = {'640x480 at 60 Hz': (640, 480, 60), '1920x1080 at 30 Hz': (1920, 1080, 30)}

@@ -12,25 +12,28 @@ ROOMS_WITHOUT_ROS = (
     'bags',
     'sources',
     'scenes',
+    'estimation',
     'detection',
     'tracking',
     'windows',
     'contours',
     'drawing',
+    'flow',
 )
 ALLOWED = {
     'data': set(),
     'scenes': {'data'},
     'sources': {'data', 'scenes'},
+    'estimation': {'data'},
     'detection': {'data'},
-    'tracking': {'data'},
-    # the bank of Kalman filters is one
-    'windows': {'data', 'tracking'},
+    'tracking': {'data', 'estimation'},
+    'windows': {'data', 'estimation'},
     # new targets are found as the detector's method `background` does
     'contours': {'data', 'detection'},
     'drawing': {'data'},
     'messages': {'data'},
     'bags': {'data'},
+    'flow': {'data'},
 }
 
 

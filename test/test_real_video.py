@@ -1,9 +1,9 @@
 """Three real videos of a ball, tracked with the preset that was chosen from their pictures."""
 
 import numpy as np
-from pipeline import DATA
-from pipeline import run
 import pytest
+from support.paths import DATA
+from support.pipeline import run
 
 from colortrack_ros.data import TENTATIVE
 

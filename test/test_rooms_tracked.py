@@ -1,9 +1,9 @@
 """Thrown balls in a room full of their colors, detected and tracked with the preset for it."""
 
 import numpy as np
-from pipeline import run
 import pytest
-from scoring import Tally
+from support.pipeline import run
+from support.scoring import Tally
 
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.scenes import open_scene

@@ -1,10 +1,10 @@
 """The five example videos of Pegoretti, chapter 4, at default parameters."""
 
 import numpy as np
-from pipeline import run
 import pytest
 from scipy.stats import chi2
-from scoring import Tally
+from support.pipeline import run
+from support.scoring import Tally
 
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.scenes import open_scene

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from scoring import score
+from support.scoring import score
 
 
 def wobbly(seed):

@@ -5,11 +5,11 @@ from typing import Any
 from std_srvs.srv import Trigger
 
 from colortrack_ros.contours import ContourTracker
+from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
+from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
+from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.nodes.contour_tracker_parameters import build
 from colortrack_ros.nodes.contour_tracker_parameters import TABLE
-from colortrack_ros.nodes.image_tracker import ImageTrackerNode
-from colortrack_ros.nodes.image_tracker import ImageTrackerSetup
-from colortrack_ros.nodes.runtime import run
 
 
 class ContourTrackerNode(ImageTrackerNode):

@@ -7,11 +7,11 @@ from typing import Any
 from colortrack_ros.contours import ContourConfig
 from colortrack_ros.contours.config import CHOICES
 from colortrack_ros.contours.config import RANGES
-from colortrack_ros.nodes.image_tracker import IMAGE_TRACKER
-from colortrack_ros.nodes.image_tracker import ImageTrackerSetup
-from colortrack_ros.nodes.parameters import own_values
-from colortrack_ros.nodes.parameters import ParameterTable
-from colortrack_ros.nodes.parameters import Spec
+from colortrack_ros.node_kit.image_tracker import IMAGE_TRACKER
+from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
+from colortrack_ros.node_kit.parameters import own_values
+from colortrack_ros.node_kit.parameters import ParameterTable
+from colortrack_ros.node_kit.parameters import Spec
 
 _DEFAULT = ContourConfig()
 

@@ -16,14 +16,14 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import image_of_frame
+from colortrack_ros.node_kit.diagnostics import Health
+from colortrack_ros.node_kit.intake import ImageIntake
+from colortrack_ros.node_kit.live_parameters import declare
+from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.nodes.detector_parameters import build
 from colortrack_ros.nodes.detector_parameters import DetectorSetup
 from colortrack_ros.nodes.detector_parameters import TABLE
-from colortrack_ros.nodes.health import Health
-from colortrack_ros.nodes.intake import ImageIntake
-from colortrack_ros.nodes.live_parameters import declare
-from colortrack_ros.nodes.runtime import run
-from colortrack_ros.nodes.topics import publish_on
 
 
 class DetectorNode(Node):

@@ -22,17 +22,17 @@ from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import outlines_of_serialized_markers
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.messages import tracks_with_outlines
-from colortrack_ros.nodes.health import HEALTH
-from colortrack_ros.nodes.health import Health
-from colortrack_ros.nodes.live_parameters import declare
-from colortrack_ros.nodes.parameters import ParameterTable
-from colortrack_ros.nodes.parameters import Spec
-from colortrack_ros.nodes.runtime import run
-from colortrack_ros.nodes.topics import DEPTH
-from colortrack_ros.nodes.topics import PICTURE_DEPTH
-from colortrack_ros.nodes.topics import publish_on
-from colortrack_ros.nodes.topics import subscribe_to
-from colortrack_ros.nodes.topics import topic
+from colortrack_ros.node_kit.diagnostics import HEALTH
+from colortrack_ros.node_kit.diagnostics import Health
+from colortrack_ros.node_kit.live_parameters import declare
+from colortrack_ros.node_kit.parameters import ParameterTable
+from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.topics import DEPTH
+from colortrack_ros.node_kit.topics import PICTURE_DEPTH
+from colortrack_ros.node_kit.topics import publish_on
+from colortrack_ros.node_kit.topics import subscribe_to
+from colortrack_ros.node_kit.topics import topic
 
 WAITING = 30
 """Pictures that wait for their tracks, and tracks that wait for their picture."""

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 from rclpy.node import Node
 
+from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.nodes.camera import CameraNode
 from colortrack_ros.nodes.detector import DetectorNode
-from colortrack_ros.nodes.runtime import run
 from colortrack_ros.nodes.tracker import TrackerNode
 
 

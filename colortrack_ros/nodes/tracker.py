@@ -8,21 +8,21 @@ from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
 from colortrack_ros.data import Detections
+from colortrack_ros.flow.order import IDLE
+from colortrack_ros.flow.order import Order
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
-from colortrack_ros.nodes.clocks import lacks_clock
-from colortrack_ros.nodes.clocks import seconds_of
-from colortrack_ros.nodes.clocks import STEADY
-from colortrack_ros.nodes.health import Health
-from colortrack_ros.nodes.live_parameters import declare
-from colortrack_ros.nodes.order import IDLE
-from colortrack_ros.nodes.order import Order
-from colortrack_ros.nodes.runtime import run
-from colortrack_ros.nodes.topics import subscribe_to
+from colortrack_ros.node_kit.clocks import lacks_clock
+from colortrack_ros.node_kit.clocks import seconds_of
+from colortrack_ros.node_kit.clocks import STEADY
+from colortrack_ros.node_kit.diagnostics import Health
+from colortrack_ros.node_kit.live_parameters import declare
+from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.topics import subscribe_to
+from colortrack_ros.node_kit.tracks_output import TracksOutput
 from colortrack_ros.nodes.tracker_parameters import build
 from colortrack_ros.nodes.tracker_parameters import TABLE
 from colortrack_ros.nodes.tracker_parameters import TrackerSetup
-from colortrack_ros.nodes.tracks_output import TracksOutput
 from colortrack_ros.tracking import Tracker
 
 

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from dataclasses import fields
 from typing import Any
 
-from colortrack_ros.nodes.health import HEALTH
-from colortrack_ros.nodes.order import ORDER
-from colortrack_ros.nodes.parameters import own_values
-from colortrack_ros.nodes.parameters import ParameterTable
-from colortrack_ros.nodes.parameters import Spec
-from colortrack_ros.nodes.topics import DEPTH
-from colortrack_ros.nodes.topics import topic
-from colortrack_ros.nodes.tracks_output import MARKER_SCALE
-from colortrack_ros.nodes.tracks_output import TRACKS_OUT
+from colortrack_ros.estimation.motion import MOTION_MODELS
+from colortrack_ros.node_kit.diagnostics import HEALTH
+from colortrack_ros.node_kit.intake import ORDER
+from colortrack_ros.node_kit.parameters import own_values
+from colortrack_ros.node_kit.parameters import ParameterTable
+from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.node_kit.topics import DEPTH
+from colortrack_ros.node_kit.topics import topic
+from colortrack_ros.node_kit.tracks_output import MARKER_SCALE
+from colortrack_ros.node_kit.tracks_output import TRACKS_OUT
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.association import ASSOCIATORS
-from colortrack_ros.tracking.motion import MOTION_MODELS
 
 _DEFAULT = TrackerConfig()
 

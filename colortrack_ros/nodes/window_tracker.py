@@ -10,13 +10,13 @@ from sensor_msgs.msg import PointCloud2
 
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
+from colortrack_ros.flow.backlog import Backlog
+from colortrack_ros.flow.pairing import Pairing
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
-from colortrack_ros.nodes.backlog import Backlog
-from colortrack_ros.nodes.image_tracker import ImageTrackerNode
-from colortrack_ros.nodes.pairing import Pairing
-from colortrack_ros.nodes.runtime import run
-from colortrack_ros.nodes.topics import subscribe_to
+from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
+from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.nodes.window_tracker_parameters import build
 from colortrack_ros.nodes.window_tracker_parameters import TABLE
 from colortrack_ros.nodes.window_tracker_parameters import WindowTrackerSetup

@@ -8,7 +8,7 @@ another. Either way one of its two sides is still a side of the object, and give
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.tracking.intake import Blobs
+from colortrack_ros.tracking.measurements import Blobs
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

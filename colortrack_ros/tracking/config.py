@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 import math
 
+from colortrack_ros.estimation.motion import MOTION_MODELS
 from colortrack_ros.tracking.association import ASSOCIATORS
-from colortrack_ros.tracking.motion import MOTION_MODELS
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.intake import Blobs
+from colortrack_ros.tracking.measurements import Blobs
 
 RECORD = np.dtype(
     [

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from colortrack_ros.tracking.blobs import EDGE_VARIANCE
-from colortrack_ros.tracking.intake import Blobs
+from colortrack_ros.tracking.measurements import Blobs
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]

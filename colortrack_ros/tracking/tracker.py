@@ -13,19 +13,19 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import time_passed
 from colortrack_ros.data import Tracks
+from colortrack_ros.estimation.motion import MOTION_MODELS
 from colortrack_ros.tracking import blobs as shape
 from colortrack_ros.tracking import life
-from colortrack_ros.tracking import regroup
+from colortrack_ros.tracking import merge_split
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.intake import accept
-from colortrack_ros.tracking.intake import Blobs
-from colortrack_ros.tracking.motion import MOTION_MODELS
-from colortrack_ros.tracking.outlook import Outlook
-from colortrack_ros.tracking.pairs import Pairs
-from colortrack_ros.tracking.population import Population
-from colortrack_ros.tracking.reunion import reunions
+from colortrack_ros.tracking.hypotheses import Pairs
+from colortrack_ros.tracking.measurements import accept
+from colortrack_ros.tracking.measurements import Blobs
+from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.stitching import reunions
+from colortrack_ros.tracking.track_table import TrackTable
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -56,7 +56,7 @@ class Tracker:
 
     def _start(self, first_id: int, why: str) -> None:
         model = MOTION_MODELS[self.config.motion_model](self.config.acceleration)
-        self._tracks = Population(model, first_id)
+        self._tracks = TrackTable(model, first_id)
         self._adaptation = Adaptation()
         self._started, self._stamp, self._period = False, 0, 1 / 30
         self._known_rows = np.zeros(0, DETECTION)
@@ -127,7 +127,7 @@ class Tracker:
         self.dropped += len(rows) - len(blobs.rows)
         return blobs
 
-    def _expect(self, dt: float, blobs: Blobs) -> Outlook:
+    def _expect(self, dt: float, blobs: Blobs) -> Prediction:
         """Predict all tracks by dt [s]."""
         config, learned, tracks = self.config, self._adaptation, self._tracks
         learned.learn_size(blobs.z, config.image_size)
@@ -141,7 +141,7 @@ class Tracker:
         seen = config.detection_probability * tracks.records['visible']
         unmeasured = (self._stamp - tracks.records['updated']) / NANOSECONDS
         sized = config.use_boxes and bool(blobs.size.any() or tracks.records['extent'].any())
-        return Outlook(
+        return Prediction(
             bank=tracks.bank,
             records=tracks.records,
             center=mean[:, :2],
@@ -156,7 +156,7 @@ class Tracker:
             sized=sized,
         )
 
-    def _associate(self, outlook: Outlook, blobs: Blobs) -> tuple[Pairs, Floats]:
+    def _associate(self, outlook: Prediction, blobs: Blobs) -> tuple[Pairs, Floats]:
         """Choose pairs by their likelihood against misses and clutter."""
         pairs = outlook.pair(blobs, *outlook.candidates(blobs, self.config))
         gain = pairs.likelihood - outlook.density + outlook.odds[pairs.track]
@@ -171,7 +171,7 @@ class Tracker:
 
     def _regroup(
         self,
-        outlook: Outlook,
+        outlook: Prediction,
         blobs: Blobs,
         pairs: Pairs,
         share: Floats,
@@ -185,8 +185,8 @@ class Tracker:
             return blobs, pairs, share
         taken = np.where(outlook.unmeasured > 0, -1, -2)
         taken[pairs.track[share > 0.5]] = pairs.blob[share > 0.5]
-        piece, whole = regroup.pieces(self._tracks.records, blobs, taken, np.flatnonzero(free))
-        guest, host = regroup.guests(self._tracks.records, outlook.center, blobs, taken)
+        piece, whole = merge_split.pieces(self._tracks.records, blobs, taken, np.flatnonzero(free))
+        guest, host = merge_split.guests(self._tracks.records, outlook.center, blobs, taken)
         if not len(piece) and not len(guest):
             return blobs, pairs, share
         free[piece] = False
@@ -198,7 +198,7 @@ class Tracker:
         return blobs, outlook.pair(blobs, track, blob, np.isin(blob, host)), share
 
     def _correct(
-        self, outlook: Outlook, blobs: Blobs, pairs: Pairs, share: Floats, again: bool
+        self, outlook: Prediction, blobs: Blobs, pairs: Pairs, share: Floats, again: bool
     ) -> None:
         """Update filters, existence, sizes and what is learned by what has been measured."""
         p = self.config.detection_probability
@@ -222,7 +222,7 @@ class Tracker:
         life.hit(self._tracks.records, track, blobs.rows[blob], self._stamp)
 
     def _learn_sizes(
-        self, outlook: Outlook, blobs: Blobs, track: Indices, blob: Indices
+        self, outlook: Prediction, blobs: Blobs, track: Indices, blob: Indices
     ) -> NDArray[np.bool_]:
         """Learn sizes from blobs that tracks have for themselves; return (K,) which are whole.
 
@@ -251,7 +251,7 @@ class Tracker:
             ) ** 2
         return whole
 
-    def _adapt(self, outlook: Outlook, taken: Pairs, whole: NDArray[np.bool_]) -> None:
+    def _adapt(self, outlook: Prediction, taken: Pairs, whole: NDArray[np.bool_]) -> None:
         """Learn from objects seen whole in this frame and in the last."""
         records, track = self._tracks.records, taken.track
         before, unmeasured = records['innovation'][track], outlook.unmeasured[track]

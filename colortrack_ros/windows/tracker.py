@@ -8,8 +8,8 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import time_passed
 from colortrack_ros.data import Tracks
-from colortrack_ros.tracking.bank import Bank
-from colortrack_ros.tracking.motion import MOTION_MODELS
+from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.motion import MOTION_MODELS
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.life import births
 from colortrack_ros.windows.life import RECORD

@@ -1,11 +1,11 @@
-from contour_pictures import corners_of
-from contour_pictures import overlap
-from contour_pictures import SHAPES
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
+from support.contour_pictures import corners_of
+from support.contour_pictures import overlap
+from support.contour_pictures import SHAPES
 
 from colortrack_ros.contours.placing import along_outline
 from colortrack_ros.contours.placing import equally_spaced

@@ -1,11 +1,11 @@
 from dataclasses import replace
 
-from contour_pictures import corners_of
-from contour_pictures import frame
-from contour_pictures import overlap
-from contour_pictures import picture
 import numpy as np
 import pytest
+from support.contour_pictures import corners_of
+from support.contour_pictures import frame
+from support.contour_pictures import overlap
+from support.contour_pictures import picture
 
 from colortrack_ros.contours import ContourConfig
 from colortrack_ros.contours.spline import Spline

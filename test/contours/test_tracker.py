@@ -1,16 +1,16 @@
 from dataclasses import replace
 from functools import cache
 
-from contour_pictures import corners_of
-from contour_pictures import EMPTY
-from contour_pictures import follow
-from contour_pictures import frame
-from contour_pictures import overlap
-from contour_pictures import picture
-from contour_pictures import SHAPES
-from contour_pictures import texture
 import numpy as np
 import pytest
+from support.contour_pictures import corners_of
+from support.contour_pictures import EMPTY
+from support.contour_pictures import follow
+from support.contour_pictures import frame
+from support.contour_pictures import overlap
+from support.contour_pictures import picture
+from support.contour_pictures import SHAPES
+from support.contour_pictures import texture
 
 from colortrack_ros.contours import ContourConfig
 from colortrack_ros.contours import ContourTracker

@@ -1,19 +1,16 @@
 """A green ball with white stripes before a gray wall: three real videos, positions read by eye."""
 
-import os
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
+from support.paths import DATA
 
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 
-ROOT = Path(__file__).parents[2]
-VIDEOS = Path(os.environ.get('COLORTRACK_DATA', ROOT.parent / 'shared' / 'data')) / 'ball_toss'
+VIDEOS = DATA / 'ball_toss'
 
 GREEN = (50.0, -60.0, 22.0)
 """Far greener than the ball, so that of a large sphere only the side towards gray matters: light,

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
-import pictures
 import pytest
 from scipy import ndimage
-import textbook
+from support import pictures
+from support import textbook
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame

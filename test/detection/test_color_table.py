@@ -2,9 +2,9 @@ from hypothesis import assume
 from hypothesis import given
 from hypothesis import settings
 import numpy as np
-import pictures
 import pytest
-import textbook
+from support import pictures
+from support import textbook
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame

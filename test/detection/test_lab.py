@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-import textbook
+from support import textbook
 
 from colortrack_ros.detection.color_table import cell_bounds
 from colortrack_ros.detection.lab import lab_from_rgb

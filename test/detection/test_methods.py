@@ -4,9 +4,9 @@ from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
-import pictures
 import pytest
-import textbook
+from support import pictures
+from support import textbook
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame

@@ -10,7 +10,7 @@ import tempfile
 
 from colortrack_ros.bags import BagReader
 from colortrack_ros.bags import BagWriter
-from colortrack_ros.nodes.replay import main
+from colortrack_ros.replay.main import main
 
 HERE = Path(__file__).parent
 SCENE = 'scene:occlusion?width=320&height=240&rate=8'

@@ -6,7 +6,7 @@ import signal
 
 import pytest
 
-from colortrack_ros.nodes.replay import main
+from colortrack_ros.replay.main import main
 
 HERE = Path(__file__).parent
 

@@ -1,10 +1,10 @@
 from dataclasses import fields
-from pathlib import Path
 from xml.etree import ElementTree
 
-from pipeline import flat
 import pytest
-import readme_tables
+from support import readme_tables
+from support.paths import ROOT
+from support.pipeline import flat
 import yaml
 
 from colortrack_ros.contours import ContourConfig
@@ -19,7 +19,6 @@ from colortrack_ros.nodes import window_tracker_parameters
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.windows import WindowConfig
 
-ROOT = Path(__file__).parents[2]
 PARAMS = sorted((ROOT / 'params').glob('*.yaml'))
 BUILD = {
     'camera': camera_parameters.build,

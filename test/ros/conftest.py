@@ -2,7 +2,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from ros_domain import Ros
+from support.ros_domain import Ros
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import GetParameters
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support.paths import ROOT
 
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.scenes import open_scene
@@ -52,7 +53,7 @@ def serve(port: int) -> subprocess.Popen:
         'from test_faults import Stream\n'
         "http.server.ThreadingHTTPServer(('127.0.0.1', int(sys.argv[1])), Stream).serve_forever()"
     )
-    folders = [os.path.dirname(__file__)]
+    folders = [os.path.dirname(__file__), str(ROOT / 'test')]
     return subprocess.Popen([sys.executable, '-c', code, str(port), *folders])
 
 

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
 import readme_tables
-from ros_domain import Ros
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support.paths import DATA
+from support.ros_domain import Ros
 from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.bags import BagReader
@@ -29,7 +30,6 @@ from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.scenes import detections_of
 from colortrack_ros.scenes import open_scene
 
-DATA = Path(os.environ.get('COLORTRACK_DATA', Path(__file__).parents[3] / 'shared' / 'data'))
 COUNT, DEPTH = 10_000, 900
 """Mutated messages on each subscription, and how many wait at once."""
 

@@ -3,8 +3,6 @@
 import itertools
 import math
 
-from all_nodes import NAMES
-from all_nodes import start_nodes
 import numpy as np
 from rcl_interfaces.srv import GetParameters
 from rcl_interfaces.srv import SetParameters
@@ -14,11 +12,13 @@ from rclpy.parameter import parameter_value_to_python
 import readme_tables
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support.all_nodes import NAMES
+from support.all_nodes import start_nodes
 
 from colortrack_ros.data import Frame
 from colortrack_ros.messages import detections_of_cloud
 from colortrack_ros.messages import image_of_frame
-from colortrack_ros.nodes.parameters import Spec
+from colortrack_ros.node_kit.parameters import Spec
 
 FAULTS = ('type', 'low', 'high', 'nan')
 """One namespace for each: a file gives every parameter of a node there a value of this kind."""

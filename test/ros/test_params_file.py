@@ -3,9 +3,9 @@ import sys
 
 import pytest
 
-from colortrack_ros.nodes.params_file import namespaces_of
-from colortrack_ros.nodes.params_file import read_assignment
-from colortrack_ros.nodes.params_file import read_params_file
+from colortrack_ros.replay.params_file import namespaces_of
+from colortrack_ros.replay.params_file import read_assignment
+from colortrack_ros.replay.params_file import read_params_file
 
 SCALARS = [
     '1e-6', '010', '08', '1:30', 'on', 'n', 'tRue', '~', 'null', '0x10', '2024-01-01', "'3'",

@@ -2,8 +2,8 @@ import cv2
 import pytest
 import yaml
 
-from colortrack_ros.nodes.pick_color import main
 from colortrack_ros.scenes import open_scene
+from colortrack_ros.tools.pick_color import main
 
 SCENE = 'scene:single?width=320&height=240&noise=0'
 PARAMS = """\

@@ -15,13 +15,14 @@ import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message
 from rclpy.serialization import serialize_message
-from recorded import frames
-from recorded import NAMES
-from recorded import of_topic
-from recorded import read_bag
-from recorded import write_bag
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support.paths import DATA
+from support.recorded import frames
+from support.recorded import NAMES
+from support.recorded import of_topic
+from support.recorded import read_bag
+from support.recorded import write_bag
 from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.bags import BagReader
@@ -31,13 +32,12 @@ from colortrack_ros.data import TRACK
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import stamp_of
-from colortrack_ros.nodes.replay import main
-from colortrack_ros.nodes.replay_run import default_output
+from colortrack_ros.replay.main import main
+from colortrack_ros.replay.run import default_output
 
 SCENE = 'scene:five?width=320&height=240&rate=6&duration=12'
 START = 1_700_000_000_123_456_789
 TOPICS = {'/detections': PointCloud2, '/tracks': PointCloud2, '/tracks/markers': MarkerArray}
-DATA = Path(os.environ.get('COLORTRACK_DATA', Path(__file__).parents[3] / 'shared' / 'data'))
 
 
 @pytest.fixture
@@ -429,7 +429,7 @@ def test_the_video_shows_every_frame_with_its_tracks(replay, bag, images):
 
 
 def test_a_missing_library_is_named(replay, bag, monkeypatch):
-    monkeypatch.setitem(sys.modules, 'colortrack_ros.nodes.replay_run', None)
+    monkeypatch.setitem(sys.modules, 'colortrack_ros.replay.run', None)
     status, _, errors = replay(bag)
     assert (status, 'pip install rosbags rich' in errors) == (1, True)
 

@@ -6,14 +6,14 @@ import threading
 from diagnostic_msgs.msg import DiagnosticArray
 from diagnostic_msgs.msg import DiagnosticStatus
 import numpy as np
-from player import Player
 import pytest
-from recorded import frames
-from recorded import NAMES
-from recorded import of_topic
-from recorded import read_bag
-from recorded import write_bag
 from sensor_msgs.msg import PointCloud2
+from support.player import Player
+from support.recorded import frames
+from support.recorded import NAMES
+from support.recorded import of_topic
+from support.recorded import read_bag
+from support.recorded import write_bag
 from visualization_msgs.msg import Marker
 from visualization_msgs.msg import MarkerArray
 
@@ -21,7 +21,7 @@ from colortrack_ros.bags import BagWriter
 from colortrack_ros.bags import canonical
 from colortrack_ros.data import TRACK
 from colortrack_ros.messages import stamp_of
-from colortrack_ros.nodes.replay_run import replay
+from colortrack_ros.replay.run import replay
 
 SCENE = 'scene:five?width=320&height=240&rate=6&duration=8'
 START = 1_600_000_000_123_456_789

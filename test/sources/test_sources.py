@@ -1,9 +1,9 @@
-import os
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from support.paths import DATA
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.scenes import open_scene
@@ -168,8 +168,7 @@ def test_a_device_that_is_not_there_or_no_camera_is_refused(spec, capfd):
     [('ball.mp4', 60, 33555555), ('ball2.mp4', 1004, 41708333), ('ball4.mp4', 492, 33444444)],
 )
 def test_real_videos_are_read_to_their_end(name, count, period):
-    data = os.environ.get('COLORTRACK_DATA', Path(__file__).parents[3] / 'shared' / 'data')
-    path = Path(data) / 'ball_toss' / name
+    path = DATA / 'ball_toss' / name
     if not path.exists():
         pytest.skip(f'{path} is not there')
     source = open_source(str(path))

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from silhouettes import FRAME
-from silhouettes import points
+from support.silhouettes import FRAME
+from support.silhouettes import points
 
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from colortrack_ros.tracking.bank import Bank
-from colortrack_ros.tracking.motion import MOTION_MODELS
+from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.motion import MOTION_MODELS
 
 RUNS, BATCH, DT, SIGMA_S, SIGMA_W, SPEED = 1000, 200, 1 / 24, 300.0, 1.5, 200.0
 GRAVITY = (30.0, 900.0)

@@ -1,11 +1,9 @@
 """Identities where others lose them, at default parameters."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
-from scoring import Tally
+from support.paths import DATA
+from support.scoring import Tally
 
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
@@ -24,7 +22,6 @@ from colortrack_ros.tracking import TrackerConfig
 SEEN = 0.25
 """An object of which no such part is visible is hidden: no track can be asked for."""
 
-DATA = Path(os.environ.get('COLORTRACK_DATA', Path(__file__).parents[3] / 'shared' / 'data'))
 JUGGLING = DATA / 'juggling_centroids'
 
 

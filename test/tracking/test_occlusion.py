@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scoring import score
-from silhouettes import discs
-from silhouettes import FRAME
-from silhouettes import inside
-from silhouettes import run
+from support.scoring import score
+from support.silhouettes import discs
+from support.silhouettes import FRAME
+from support.silhouettes import inside
+from support.silhouettes import run
 
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.tracking import Tracker

@@ -10,9 +10,9 @@ import pytest
 
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
+from colortrack_ros.estimation.motion import MOTION_MODELS
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
-from colortrack_ros.tracking.motion import MOTION_MODELS
 
 VALUES = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True),

@@ -6,18 +6,18 @@ from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from silhouettes import FRAME
-from silhouettes import points
+from support.silhouettes import FRAME
+from support.silhouettes import points
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
+from colortrack_ros.estimation.motion import MOTION_MODELS
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.association import ASSOCIATORS
-from colortrack_ros.tracking.motion import MOTION_MODELS
 
 PEGORETTI = TrackerConfig(
     process_noise=1.0,

@@ -2,8 +2,8 @@
 
 import cv2
 import numpy as np
-from pipeline import DATA
 import pytest
+from support.paths import DATA
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import Frame

@@ -4,8 +4,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from windows_pictures import frame
-from windows_pictures import texture
+from support.window_pictures import frame
+from support.window_pictures import texture
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame

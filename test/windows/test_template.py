@@ -1,7 +1,7 @@
 import cv2
 import numpy as np
 import pytest
-from windows_pictures import texture
+from support.window_pictures import texture
 
 from colortrack_ros.windows.template import PROVED
 from colortrack_ros.windows.template import Region

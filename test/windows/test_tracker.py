@@ -2,11 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from windows_pictures import boxes
-from windows_pictures import errors
-from windows_pictures import frame
-from windows_pictures import played
-from windows_pictures import texture
+from support.window_pictures import boxes
+from support.window_pictures import errors
+from support.window_pictures import frame
+from support.window_pictures import played
+from support.window_pictures import texture
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED

@@ -1,0 +1,1 @@
+"""estimation: what every tracker stands on: motion models and the bank of Kalman filters."""

@@ -1,0 +1,48 @@
+"""Interacting multiple models: constant acceleration and constant velocity with large noise."""
+
+import math
+
+import numpy as np
+
+from colortrack_ros.estimation.motion.base import Floats
+from colortrack_ros.estimation.motion.base import MotionModel
+from colortrack_ros.estimation.motion.base import planar
+from colortrack_ros.estimation.motion.constant_acceleration import ConstantAcceleration
+from colortrack_ros.estimation.motion.constant_velocity import ConstantVelocity
+
+SMOOTH, ROUGH = 1.0, 0.25
+"""How long an object moves smoothly, and roughly, on average [s]."""
+
+CALM = 0.3
+"""Process noise of the smooth mode, times sigma_s."""
+
+
+class InteractingModels(MotionModel):
+    """Blom and Bar-Shalom 1988 (Vidal 2009, 2.3.1.2).
+
+    Mode 0 is constant acceleration, disturbed little: flight. Mode 1 is constant velocity with
+    sigma_s, its acceleration drawn anew: a hand, a bounce, a turn.
+    """
+
+    size = 6
+    modes = 2
+
+    def transition(self, dt: float) -> Floats:
+        """F, (2, 6, 6)."""
+        smooth = ConstantAcceleration().transition(dt)
+        rough = planar([[1, dt, 0], [0, 1, 0], [0, 0, 0]])
+        return np.concatenate([smooth, rough[None]])
+
+    def noise(self, dt: float) -> Floats:
+        """Q / sigma_s^2, (2, 6, 6)."""
+        smooth = CALM**2 * ConstantAcceleration().noise(dt)
+        rough = np.eye(6)
+        rough[:4, :4] = ConstantVelocity().noise(dt)[0]
+        return np.concatenate([smooth, rough[None]])
+
+    def switching(self, dt: float) -> Floats:
+        """Of a Markov process in continuous time, with mean stays SMOOTH and ROUGH."""
+        mixed = -math.expm1(-dt * (1 / SMOOTH + 1 / ROUGH))
+        rough = mixed * ROUGH / (SMOOTH + ROUGH)
+        smooth = mixed * SMOOTH / (SMOOTH + ROUGH)
+        return np.array([[1 - rough, rough], [smooth, 1 - smooth]])

@@ -1,0 +1,27 @@
+"""Two filters side by side, one trusting the measurement, one the model."""
+
+import numpy as np
+
+from colortrack_ros.estimation.motion.base import Floats
+from colortrack_ros.estimation.motion.known_acceleration import KnownAcceleration
+
+
+class SwitchedPair(KnownAcceleration):
+    """The first filter speaks while the object is measured, the second while it is hidden.
+
+    Red object, figure 10: both take every measurement, the first with gains for ten times the
+    process noise, the second for a tenth. Their covariances are those of the errors that such
+    gains make.
+    """
+
+    modes = 2
+    selected = True
+    trust = (10.0, 0.1)
+
+    def transition(self, dt: float) -> Floats:
+        """F, (2, 4, 4), twice the same."""
+        return np.repeat(super().transition(dt), 2, axis=0)
+
+    def noise(self, dt: float) -> Floats:
+        """Q / sigma_s^2, (2, 4, 4), twice the same."""
+        return np.repeat(super().noise(dt), 2, axis=0)

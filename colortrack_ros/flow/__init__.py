@@ -1,0 +1,1 @@
+"""flow: messages in time, without ROS: order, backlog, pairing, pacing."""

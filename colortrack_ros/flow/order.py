@@ -1,0 +1,78 @@
+"""Messages in the order of their stamps, whatever the order in which they arrive."""
+
+from collections.abc import Callable
+import heapq
+import itertools
+import time
+from typing import Generic
+from typing import TypeVar
+
+from colortrack_ros.data import NANOSECONDS
+
+Item = TypeVar('Item')
+
+IDLE = 0.1
+"""How often [s] to look whether waiting messages have to wait any longer."""
+
+
+class Order(Generic[Item]):
+    """Releases items in the order of their stamps, and refuses those that come too late.
+
+    :param release: takes an item whose turn it is.
+    :param refuse: takes the reason why an item is dropped.
+    :param clock: the time [s] at which items arrive. A node's own, so that a bag that is paused or
+        played slowly has all the time it needs.
+    :ivar window: parameter reorder_window [s].
+    :ivar max_late: parameter max_late [s].
+    """
+
+    def __init__(
+        self,
+        release: Callable[[Item], object],
+        refuse: Callable[[str], object],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.window = self.max_late = 0.0
+        self._release, self._refuse, self._clock = release, refuse, clock
+        self._arrived = clock()
+        self._waiting: list[tuple[int, int, Item]] = []
+        self._number = itertools.count()
+        self._last = self._newest = -(1 << 62)  # older than any stamp
+
+    def push(self, stamp: int, item: Item) -> None:
+        """Take the next item that has arrived.
+
+        :param stamp: of its header [ns].
+        """
+        self._arrived = self._clock()
+        behind = (self._newest - stamp) / NANOSECONDS
+        if behind > self.window + self.max_late:
+            self.flush()  # time has gone back: what waits was before that
+            self._newest = self._last = stamp
+        if stamp < self._last:
+            self._refuse(
+                f'stamp {stamp / NANOSECONDS:.3f} s is {behind:.3f} s older than the newest: late '
+                'by no more than max_late, so it is dropped; reorder_window would wait for it'
+            )
+            return
+        self._newest = max(self._newest, stamp)
+        heapq.heappush(self._waiting, (stamp, next(self._number), item))
+        self._release_until(self._newest - round(self.window * NANOSECONDS))
+
+    def look(self, over: Callable[[], bool] = lambda: False) -> None:
+        """Release all that wait when nothing has come for the time of the window.
+
+        :param over: whether nothing comes any more.
+        """
+        # A clock that has gone back is one of another playing: nothing more comes of the old one.
+        if self._waiting and (abs(self._clock() - self._arrived) > self.window or over()):
+            self.flush()
+
+    def flush(self) -> None:
+        """Release all that wait: nothing more comes."""
+        self._release_until(self._newest)
+
+    def _release_until(self, stamp: int) -> None:
+        while self._waiting and self._waiting[0][0] <= stamp:
+            self._last, _, item = heapq.heappop(self._waiting)
+            self._release(item)

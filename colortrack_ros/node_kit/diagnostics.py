@@ -1,0 +1,148 @@
+"""What an operator sees of a node: counters on /diagnostics and throttled log lines."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from dataclasses import field
+from statistics import median
+import threading
+
+from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import KeyValue
+from rclpy.node import Node
+
+from colortrack_ros.node_kit.clocks import lacks_clock
+from colortrack_ros.node_kit.clocks import seconds_of
+from colortrack_ros.node_kit.clocks import STEADY
+from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.node_kit.topics import publish_on
+
+PERIOD = 1.0
+THROTTLE = 5.0
+OTHER_CLOCK = 3600.0
+"""Stamps farther away from now [s] are of another clock, as in an old recording: no latency."""
+
+NO_CLOCK = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play --clock` does'
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+
+def _limit(name: str, default: float, description: str) -> Spec:
+    return Spec(name, default, description, unit='s', minimum=0.0, maximum=3600.0)
+
+
+HEALTH = (
+    _limit('warn_latency', 0.5, 'Diagnostics warn when the median time since the stamp is longer.'),
+    _limit('error_latency', 5.0, 'Diagnostics report an error when it is longer than this.'),
+    _limit('warn_silence', 2.0, 'Diagnostics warn when nothing has come in for longer.'),
+    _limit('error_silence', 60.0, 'Diagnostics report an error when it is longer than this.'),
+)
+"""The rows of the thresholds in a parameter table."""
+
+
+@dataclass
+class _Counts:
+    """Of one period."""
+
+    taken: int = 0
+    given: int = 0
+    refused: int = 0
+    latencies: list[float] = field(default_factory=list)
+
+
+class Health:
+    """Counts what a node takes in, gives out, skips and refuses, and publishes it every second.
+
+    :param node: whose health it is, with the parameters HEALTH declared.
+    :param trouble: what is wrong at the moment, empty when nothing is.
+    :param facts: further values to show, each a function that returns it.
+    """
+
+    def __init__(
+        self, node: Node, trouble: Callable[[], str] = str, **facts: Callable[[], object]
+    ) -> None:
+        self.refused = 0
+        self._node, self._trouble, self._facts = node, trouble, facts
+        self._lock = threading.Lock()
+        self._counts = _Counts()
+        self._reason = ''
+        self._told = -THROTTLE
+        self._seconds = seconds_of(node)
+        self._heard = self._seconds()
+        self._publisher = publish_on(node, DiagnosticArray, '/diagnostics')
+        node.create_timer(PERIOD, self.publish, clock=STEADY)
+
+    def took_in(self) -> None:
+        """Count a message or a frame that came in."""
+        with self._lock:
+            self._counts.taken += 1
+            self._heard = self._seconds()
+
+    def gave_out(self, stamp: int) -> None:
+        """Count a message that went out.
+
+        :param stamp: of its header [ns].
+        """
+        latency = (self._node.get_clock().now().nanoseconds - stamp) * 1e-9
+        with self._lock:
+            self._counts.given += 1
+            if abs(latency) < OTHER_CLOCK:
+                self._counts.latencies.append(latency)
+
+    def refuse(self, reason: str) -> None:
+        """Count input that cannot be right, and say why, at most once in a while."""
+        now = STEADY.now().nanoseconds * 1e-9
+        with self._lock:
+            self.refused += 1
+            self._counts.refused += 1
+            self._reason = reason
+            tell = now - self._told >= THROTTLE
+            self._told = now if tell else self._told
+        if tell:  # the logger's own throttling costs more than refusing
+            self._node.get_logger().warning(f'Refused: {reason}')
+
+    def publish(self) -> None:
+        """Publish the counts since the last time."""
+        with self._lock:
+            counts, self._counts = self._counts, _Counts()
+            silence = self._seconds() - self._heard
+            refused, reason = self.refused, self._reason
+        latency = median(counts.latencies) if counts.latencies else None
+        level, message = self._judge(counts, latency, silence)
+        values = {
+            'rate in [Hz]': f'{counts.taken / PERIOD:.1f}',
+            'rate out [Hz]': f'{counts.given / PERIOD:.1f}',
+            'latency from stamp, median [ms]': f'{latency * 1e3:.1f}' if latency else 'none',
+            'refused': refused,
+            'last refusal': reason,
+            **{name.replace('_', ' '): fact() for name, fact in self._facts.items()},
+        }
+        status = DiagnosticStatus(
+            level=level,
+            name=self._node.get_fully_qualified_name(),
+            message=message,
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+        )
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(array)
+
+    def _judge(self, counts: _Counts, latency: float | None, silence: float) -> tuple[bytes, str]:
+        """The level and what it is about, the worst first."""
+        limit = {spec.name: self._node.get_parameter(spec.name).value for spec in HEALTH}
+        late = 0.0 if latency is None else latency
+        lateness = f'{late:.3f} s from stamp to output'
+        quiet = f'nothing has come in for {silence:.0f} s'
+        refusal = f'{counts.refused} refused: {self._reason}'
+        findings = (
+            (ERROR, self._trouble(), self._trouble() != ''),
+            (ERROR, lateness, late > limit['error_latency']),
+            (ERROR, quiet, silence > limit['error_silence']),
+            (WARN, NO_CLOCK, lacks_clock(self._node)),
+            (WARN, refusal, counts.refused > 0),
+            (WARN, lateness, late > limit['warn_latency']),
+            (WARN, quiet, silence > limit['warn_silence']),
+        )
+        return next(
+            ((level, message) for level, message, found in findings if found), (OK, 'working')
+        )

@@ -1,0 +1,89 @@
+"""Publishers and subscriptions with the package's quality of service, open to overrides."""
+
+from collections.abc import Callable
+
+from rclpy.exceptions import NameValidationException
+from rclpy.expand_topic_name import expand_topic_name
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rclpy.qos import ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.subscription import Subscription
+from rclpy.validate_full_topic_name import validate_full_topic_name
+from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import Image
+
+from colortrack_ros.node_kit.parameters import Spec
+
+PICTURES = (Image, CompressedImage)
+
+PICTURE_DEPTH = Spec(
+    'image_queue_depth',
+    30,
+    'Images that wait in the queue of each publisher and subscription.',
+    minimum=1,
+    maximum=1000,
+    read_only=True,
+)
+DEPTH = Spec(
+    'queue_depth',
+    100,
+    'Other messages that wait in the queue of each publisher and subscription.',
+    minimum=1,
+    maximum=10000,
+    read_only=True,
+)
+
+
+def topic(name: str, default: str, content: str) -> Spec:
+    """The row of a topic's name in a parameter table; only an empty default may be empty."""
+
+    def valid(value: str) -> None:
+        if value or default:
+            _check_topic(value)
+
+    return Spec(name, default, f'Topic of {content}.', read_only=True, valid=valid)
+
+
+def _check_topic(name: str) -> None:
+    try:
+        validate_full_topic_name(expand_topic_name(name, 'node', '/'))
+    except (NameValidationException, ValueError) as error:
+        reason = str(error).splitlines()[0]
+        raise ValueError(f'expected the name of a topic, got {name!r}: {reason}') from error
+
+
+def publish_on(node: Node, kind: type, name: str) -> Publisher:
+    """A reliable publisher; every subscriber can hear it."""
+    return node.create_publisher(
+        kind,
+        name,
+        QoSProfile(depth=_depth(node, kind), reliability=ReliabilityPolicy.RELIABLE),
+        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+    )
+
+
+def subscribe_to(
+    node: Node, kind: type, name: str, callback: Callable[[bytes], None]
+) -> Subscription:
+    """A subscription that hands over serialized bytes: what cannot be read is the node's to refuse.
+
+    Pictures are taken best effort: what is late is not sent again.
+    """
+    best_effort = kind in PICTURES
+    reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
+    return node.create_subscription(
+        kind,
+        name,
+        callback,
+        QoSProfile(depth=_depth(node, kind), reliability=reliability),
+        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        raw=True,
+    )
+
+
+def _depth(node: Node, kind: type) -> int:
+    spec = PICTURE_DEPTH if kind in PICTURES else DEPTH
+    depth: int = node.get_parameter(spec.name).value
+    return depth

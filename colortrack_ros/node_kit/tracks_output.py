@@ -1,0 +1,61 @@
+"""Tracks on the way out of a node, whatever has made them."""
+
+from typing import Protocol
+
+from rclpy.node import Node
+from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import MarkerArray
+
+from colortrack_ros.data import Tracks
+from colortrack_ros.messages import cloud_of_tracks
+from colortrack_ros.messages import MarkerWriter
+from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.node_kit.topics import publish_on
+from colortrack_ros.node_kit.topics import topic
+
+MARKER_SCALE = Spec(
+    'marker_scale',
+    0.01,
+    'Size of a pixel in the markers.',
+    unit='m/px',
+    minimum=1e-9,
+    maximum=1e3,
+)
+TRACKS_OUT = (
+    topic('tracks_topic', 'tracks', 'the tracks that are published'),
+    topic('markers_topic', 'tracks/markers', 'the markers that are published'),
+)
+"""The rows of this output in a parameter table."""
+
+
+class OutputSetup(Protocol):
+    """The topics of TRACKS_OUT."""
+
+    @property
+    def tracks_topic(self) -> str: ...  # noqa: D102
+    @property
+    def markers_topic(self) -> str: ...  # noqa: D102
+
+
+class TracksOutput:
+    """Publishes one message of tracks and one of markers at a time.
+
+    :param node: whose tracks they are.
+    :ivar alive: number of tracks in the last message.
+    """
+
+    def __init__(self, node: Node, setup: OutputSetup) -> None:
+        self.alive = 0
+        self._node, self._writer = node, MarkerWriter()
+        self._tracks = publish_on(node, PointCloud2, setup.tracks_topic)
+        self._markers = publish_on(node, MarkerArray, setup.markers_topic)
+
+    def publish(self, tracks: Tracks, marker_scale: float) -> None:
+        """Publish, and log when the tracker has started afresh."""
+        self.alive = len(tracks.rows)
+        if tracks.restarted:
+            self._node.get_logger().warning(
+                f'The tracker started afresh: {tracks.restarted}', throttle_duration_sec=1.0
+            )
+        self._tracks.publish(cloud_of_tracks(tracks))
+        self._markers.publish(self._writer.write(tracks, marker_scale))

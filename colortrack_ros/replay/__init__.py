@@ -1,0 +1,1 @@
+"""replay: the chain of the nodes over a recording."""

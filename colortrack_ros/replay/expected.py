@@ -1,0 +1,75 @@
+"""``replay --expect``: whether the tracks are those of an earlier run, and where they are not."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from collections.abc import Mapping
+import csv
+import math
+from pathlib import Path
+
+from colortrack_ros.data import Tracks
+from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.replay.outputs import COLUMNS
+from colortrack_ros.replay.outputs import lines_of
+from colortrack_ros.replay.outputs import Output
+from colortrack_ros.replay.recordings import Item
+
+ABSOLUTE, RELATIVE = 1e-3, 1e-4
+"""Differences that count for none: another version of a library rounds in another way."""
+SHOWN = 20
+
+Line = Mapping[str, float]
+
+
+class ExpectedOutput(Output):
+    """Compares the tracks with those that ``--csv`` wrote once.
+
+    :ivar differences: one line for each value that differs, and for each track too many or too few.
+    :raises StartError: that is no such file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.differences: list[str] = []
+        self._expected: dict[int, dict[int, Line]] = defaultdict(dict)
+        try:
+            with path.open(newline='') as file:
+                for texts in csv.DictReader(file):
+                    line = {name: float(texts[name]) for name in COLUMNS}
+                    self._expected[int(texts['stamp'])][int(line['track_id'])] = line
+        except (ValueError, KeyError, TypeError, csv.Error) as error:
+            raise StartError(f'{path}: expected a table that --csv wrote: {error!r}') from error
+
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
+        """Compare a frame."""
+        expected = self._expected.pop(tracks.stamp, {})
+        lines = [dict(zip(COLUMNS, line, strict=True)) for line in lines_of(number, tracks)]
+        found = {int(line['track_id']): line for line in lines}
+        for track in sorted(expected.keys() | found.keys()):
+            where = f'frame {number}, track {track}'
+            if track not in found:
+                self.differences.append(f'{where}: is missing')
+            elif track not in expected:
+                self.differences.append(f'{where}: is not expected')
+            else:
+                self.differences += _differences(where, found[track], expected[track])
+
+    def close(self) -> None:
+        """What is left has not come."""
+        for lines in self._expected.values():
+            self.differences += [
+                f'frame {line["frame"]:.0f}, track {track}: no frame with the stamp of this one'
+                for track, line in lines.items()
+            ]
+
+    def report(self) -> str:
+        """The first differences, in lines."""
+        more = len(self.differences) - SHOWN
+        shown = self.differences[:SHOWN] + ([f'and {more} more'] if more > 0 else [])
+        return '\n'.join(shown)
+
+
+def _differences(where: str, found: Line, expected: Line) -> Iterator[str]:
+    for name in COLUMNS[2:]:
+        is_, was = float(found[name]), expected[name]
+        if not math.isclose(is_, was, rel_tol=RELATIVE, abs_tol=ABSOLUTE):
+            yield f'{where}: {name} is {is_:g}, expected {was:g}, a difference of {is_ - was:+.3g}'

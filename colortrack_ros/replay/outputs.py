@@ -1,0 +1,189 @@
+"""What ``replay`` writes: a bag, tables of the tracks, a video."""
+
+from abc import ABC
+from abc import abstractmethod
+from collections.abc import Iterator
+import csv
+import itertools
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import MarkerArray
+
+from colortrack_ros.bags import BagWriter
+from colortrack_ros.bags import canonical
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Frame
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import Tracks
+from colortrack_ros.drawing import draw_tracks
+from colortrack_ros.drawing import Trails
+from colortrack_ros.messages import cloud_of_detections
+from colortrack_ros.messages import cloud_of_tracks
+from colortrack_ros.messages import MarkerWriter
+from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.nodes.overlay import writable_bgr
+from colortrack_ros.replay.recordings import CLOUD
+from colortrack_ros.replay.recordings import Item
+from colortrack_ros.replay.setup import Setup
+
+KINDS = {'detections': CLOUD, 'tracks': CLOUD, 'markers': 'visualization_msgs/msg/MarkerArray'}
+
+STATE = ('u', 'v', 'du', 'dv')
+BEFORE = ('track_id', 'color', 'state')
+AFTER = ('age', 'time_since_update', 'hits', 'area', 'box_w', 'box_h', 'score')
+UPPER = np.triu_indices(len(STATE))
+COLUMNS = (
+    'stamp',
+    'frame',
+    *BEFORE,
+    *STATE,
+    *(f'cov_{a}_{b}' for a, b in itertools.combinations_with_replacement(STATE, 2)),
+    *AFTER,
+)
+"""Columns of the CSV: stamp [ns], number of the frame from 1, and the fields of a track; of the
+covariance the upper half."""
+
+
+class Output(ABC):
+    """One file or folder of results."""
+
+    def write_detections(self, item: Item, detections: Detections) -> None:  # noqa: B027
+        """Add what was detected in a frame, where that is wanted."""
+
+    @abstractmethod
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
+        """Add the tracks after a frame.
+
+        :param number: of the frame, from 1; one that was refused has a number as well.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Finish the file."""
+
+
+class BagOutput(Output):
+    """Detections, tracks and markers as the nodes publish them.
+
+    :raises BagError: the folder is there already or cannot be made.
+    """
+
+    def __init__(self, path: Path, storage: str, setup: Setup) -> None:
+        self._topics = setup.topics
+        self._scale = setup.tracker.marker_scale
+        topics = {self._topics[name]: kind for name, kind in KINDS.items() if self._topics[name]}
+        self._bag = BagWriter(path, topics, storage)
+        self._last = dict.fromkeys(KINDS, 0)
+        self._markers = MarkerWriter()
+
+    def write_detections(self, item: Item, detections: Detections) -> None:
+        """One message; recorded detections stay as they were."""
+        recorded = isinstance(item.content, Detections)
+        self._add('detections', item, None if recorded else cloud_of_detections(detections))
+
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
+        """One message of tracks, one of markers."""
+        self._add('tracks', item, cloud_of_tracks(tracks))
+        self._add('markers', item, self._markers.write(tracks, self._scale))
+
+    def _add(self, name: str, item: Item, message: PointCloud2 | MarkerArray | None) -> None:
+        """A message, or where there is none, the recorded one."""
+        cdr = canonical(serialize_message(message), KINDS[name]) if message else item.cdr
+        # What was put in its place before others was not recorded after them.
+        self._last[name] = max(self._last[name], item.log_time)
+        self._bag.write(self._topics[name], self._last[name], cdr)
+
+    def close(self) -> None:
+        """Write the index and the metadata."""
+        self._bag.close()
+
+
+class CsvOutput(Output):
+    """One line for each track in each frame, numbers with all their digits."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open('w', newline='')
+        self._table = csv.writer(self._file, lineterminator='\n')
+        self._table.writerow(COLUMNS)
+
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
+        """The tracks."""
+        self._table.writerows(lines_of(number, tracks))
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._file.close()
+
+
+def lines_of(number: int, tracks: Tracks) -> Iterator[list[Any]]:
+    """The values of each track, as many as there are COLUMNS."""
+    for row in tracks.rows:
+        values = [row[name].item() for name in (*BEFORE, *STATE)]
+        values += row['covariance'][UPPER].tolist()
+        values += [row[name] for name in AFTER]
+        yield [tracks.stamp, number, *values]
+
+
+class MotOutput(Output):
+    """MOTChallenge: frame, id, left, top, width, height, score, -1, -1, -1.
+
+    Frames count from 1, and so do pixels: the center of the top left one is (1, 1). Only confirmed
+    and coasting tracks; the box is that of the last detection, centered on the estimate.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open('w')
+
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
+        """The tracks."""
+        for row in tracks.rows[tracks.rows['state'] != TENTATIVE]:
+            width, height = float(row['box_w']), float(row['box_h'])
+            left = float(row['u']) - (width - 1) / 2 + 1
+            top = float(row['v']) - (height - 1) / 2 + 1
+            self._file.write(
+                f'{number},{row["track_id"]},{left:.3f},{top:.3f},{width:.3f},{height:.3f},'
+                f'{row["score"]:.4f},-1,-1,-1\n'
+            )
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._file.close()
+
+
+class VideoOutput(Output):
+    """The pictures with the tracks drawn on them, as MPEG-4.
+
+    :param rate: frames a second [Hz].
+    """
+
+    def __init__(self, path: Path, rate: float) -> None:
+        self._path, self._rate = path, rate
+        self._trails = Trails()
+        self._video: cv2.VideoWriter | None = None
+        self._size = 0, 0
+
+    def write(self, number: int, item: Item, tracks: Tracks) -> None:
+        """The picture, in the size of the first one."""
+        assert isinstance(item.content, Frame)
+        image = writable_bgr(item.content)
+        self._trails.update(tracks)
+        draw_tracks(image, tracks, self._trails)
+        if self._video is None:
+            self._size = image.shape[1], image.shape[0]
+            codec = cv2.VideoWriter.fourcc(*'mp4v')
+            self._video = cv2.VideoWriter(str(self._path), codec, self._rate, self._size)
+            if not self._video.isOpened():
+                raise StartError(f'{self._path}: no video can be written there; expected an .mp4')
+        if image.shape[1::-1] != self._size:
+            image = np.asarray(cv2.resize(image, self._size), np.uint8)
+        self._video.write(image)
+
+    def close(self) -> None:
+        """Finish the file."""
+        if self._video is not None:
+            self._video.release()

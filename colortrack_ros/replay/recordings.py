@@ -1,0 +1,201 @@
+"""What ``replay`` works on: the pictures or the detections of a bag, or a source of frames."""
+
+from abc import ABC
+from abc import abstractmethod
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+import dataclasses
+from pathlib import Path
+from typing import NamedTuple
+
+from colortrack_ros.bags import BagReader
+from colortrack_ros.bags import Topic
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.messages import detections_of_serialized_cloud
+from colortrack_ros.messages import frame_of_serialized_compressed_image
+from colortrack_ros.messages import frame_of_serialized_image
+from colortrack_ros.messages import MessageError
+from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.replay.setup import Setup
+from colortrack_ros.sources import Grabber
+from colortrack_ros.sources import open_source
+from colortrack_ros.sources import SourceError
+
+IMAGE = 'sensor_msgs/msg/Image'
+COMPRESSED = 'sensor_msgs/msg/CompressedImage'
+CLOUD = 'sensor_msgs/msg/PointCloud2'
+
+
+class Item(NamedTuple):
+    """A picture, or the detections of one.
+
+    :param log_time: when it was recorded [ns].
+    :param content: what was recorded.
+    :param cdr: the message that was recorded, empty where there was none.
+    """
+
+    log_time: int
+    content: Frame | Detections
+    cdr: bytes = b''
+
+    @property
+    def stamp(self) -> int:
+        """Of its header [ns]."""
+        return self.content.stamp
+
+
+class Recording(ABC):
+    """Frames or detections in the order in which they were recorded.
+
+    :ivar label: what it is, in words.
+    :ivar total: number of messages, 0 where nobody knows.
+    :ivar rate: frames a second [Hz].
+    :ivar has_pictures: whether the items are frames.
+    :ivar refused: number of messages or pictures that cannot be right, so far.
+    :ivar reason: of the last refusal.
+    :ivar late: number of messages dropped since they came too late for their place.
+    """
+
+    label: str
+    total: int
+    rate: float
+    has_pictures: bool
+
+    def __init__(self) -> None:
+        self.refused = self.late = 0
+        self.reason = ''
+
+    def refuse(self, reason: str) -> None:
+        """Count input that cannot be right."""
+        self.refused += 1
+        self.reason = reason
+
+    def drop(self, _: str) -> None:
+        """Count a message that came too late."""
+        self.late += 1
+
+    @abstractmethod
+    def items(self) -> Iterator[Item]:
+        """Every frame once.
+
+        :raises BagError: the bag is broken there; what could be read has been given out.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of the files."""
+
+
+class SourceRecording(Recording):
+    """A video, pictures or a scene, stamped from zero on.
+
+    :param spec: as the camera takes it.
+    :param camera: the values of the camera's parameters.
+    :raises StartError: it cannot be opened, or it is live.
+    """
+
+    total = 0
+    has_pictures = True
+
+    def __init__(self, spec: str, camera: Mapping[str, object]) -> None:
+        super().__init__()
+        try:
+            source = open_source(spec, max(float(str(camera['rate'])), 0.0))
+        except SourceError as error:
+            raise StartError(f'{error}; or a bag: a folder, .mcap or .db3') from error
+        if source.live:
+            source.close()
+            raise StartError(f'{spec}: is live; expected a recording, such as a bag or a video')
+        self.label = spec
+        self.rate = NANOSECONDS / source.period
+        self._frame_id = str(camera['frame_id'])
+        self._grabber = Grabber(source)
+
+    def items(self) -> Iterator[Item]:
+        """Every frame once."""
+        while True:
+            try:
+                frame = self._grabber.read()
+            except SourceError as error:
+                self.refuse(str(error))
+                continue
+            if frame is None:
+                return
+            frame = dataclasses.replace(frame, frame_id=self._frame_id)
+            yield Item(frame.stamp, frame)
+
+    def close(self) -> None:
+        """End the thread that reads ahead."""
+        self._grabber.close()
+
+
+class BagRecording(Recording):
+    """One topic of a bag.
+
+    :param path: of the bag.
+    :param topic: the one to work on, or empty for the one that the parameters mean.
+    :raises BagError: it cannot be opened.
+    :raises StartError: no topic in it is the one.
+    """
+
+    def __init__(self, path: Path, topic: str, setup: Setup) -> None:
+        super().__init__()
+        self._reader = BagReader(path)
+        topics = [t for t in self._reader.topics if setup.takes_detections or t.kind != CLOUD]
+        names = setup.topics['image'], setup.topics['detections']
+        try:
+            self._topic = choose(topics, topic, *names)
+        except StartError as error:
+            self._reader.close()
+            raise StartError(f'{path}: {error}') from error
+        self.label = f'{path}, {self._topic.name}'
+        self.total = self._topic.size
+        self.rate = (self.total - 1) * NANOSECONDS / max(self._reader.duration, 1)
+        self.has_pictures = self._topic.kind != CLOUD
+
+    def items(self) -> Iterator[Item]:
+        """Every frame once."""
+        for log_time, cdr in self._reader.messages(self._topic):
+            try:
+                yield Item(log_time, _content(cdr, self._topic.kind), cdr)
+            except MessageError as error:
+                self.refuse(str(error))
+
+    def close(self) -> None:
+        """Let go of the files."""
+        self._reader.close()
+
+
+def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) -> Topic:
+    """The topic to work on.
+
+    It is the wanted one if any; else the one of the images, raw or compressed, or the only one that
+    has images; in a bag without images the one of the detections, or the only point cloud.
+
+    :raises StartError: there is none, or several may be meant: they are listed.
+    """
+    usable = [t for t in topics if t.kind in (IMAGE, COMPRESSED, CLOUD)]
+    images = [t for t in usable if t.kind != CLOUD]
+    names = [wanted, f'/{wanted}'] if wanted else [image, f'{image}/compressed']
+    if not wanted and not images and detections:
+        names = [detections]
+    for name in names:
+        for topic in usable:
+            if topic.name == name:
+                return topic
+    candidates = images or usable
+    if not wanted and len(candidates) == 1:
+        return candidates[0]
+    listed = ', '.join(f'{t.name} ({t.kind}, {t.size})' for t in usable) or 'none'
+    raise StartError(f'no topic {names[0]} there; topics that --topic may choose: {listed}')
+
+
+def _content(cdr: bytes, kind: str) -> Frame | Detections:
+    if kind == IMAGE:
+        return frame_of_serialized_image(cdr)
+    if kind == COMPRESSED:
+        return frame_of_serialized_compressed_image(cdr)
+    return detections_of_serialized_cloud(cdr)

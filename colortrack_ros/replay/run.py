@@ -1,0 +1,239 @@
+"""Detector and tracker over a recording: what ``replay`` does."""
+
+import argparse
+from collections.abc import Callable
+from collections.abc import Iterator
+from collections.abc import Sequence
+import contextlib
+from dataclasses import dataclass
+from dataclasses import field
+from pathlib import Path
+import shutil
+import sys
+import threading
+import time
+
+from rich.console import Console
+from rich.progress import BarColumn
+from rich.progress import MofNCompleteColumn
+from rich.progress import Progress
+from rich.progress import TextColumn
+from rich.progress import TimeRemainingColumn
+
+from colortrack_ros.bags import BagError
+from colortrack_ros.bags import is_bag
+from colortrack_ros.bags import is_only_a_bag
+from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import Tracks
+from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.replay.chains import Chain
+from colortrack_ros.replay.chains import CHAINS
+from colortrack_ros.replay.expected import ExpectedOutput
+from colortrack_ros.replay.outputs import BagOutput
+from colortrack_ros.replay.outputs import CsvOutput
+from colortrack_ros.replay.outputs import MotOutput
+from colortrack_ros.replay.outputs import Output
+from colortrack_ros.replay.outputs import VideoOutput
+from colortrack_ros.replay.recordings import BagRecording
+from colortrack_ros.replay.recordings import Item
+from colortrack_ros.replay.recordings import Recording
+from colortrack_ros.replay.recordings import SourceRecording
+from colortrack_ros.replay.setup import parse
+from colortrack_ros.replay.setup import read_setup
+from colortrack_ros.replay.setup import Setup
+
+
+@dataclass
+class Tally:
+    """What has been done so far."""
+
+    frames: int = 0
+    detections: int = 0
+    restarts: list[str] = field(default_factory=list)
+    tracks: set[int] = field(default_factory=set)
+    first: int = 0
+    last: int = 0
+
+    def add(self, item: Item, tracks: Tracks) -> None:
+        """Count a frame."""
+        self.first = item.log_time if self.frames == 0 else self.first
+        self.last = item.log_time
+        self.frames += 1
+        self.tracks.update(tracks.rows['track_id'][tracks.rows['state'] != TENTATIVE].tolist())
+        if tracks.restarted:
+            self.restarts.append(tracks.restarted)
+
+
+def replay(args: Sequence[str], stop: threading.Event) -> int:
+    """What the command line asks for.
+
+    :param stop: once set, what is done so far is finished.
+    :return: the exit status.
+    """
+    arguments = parse(args)
+    try:
+        return _replay(arguments, stop)
+    except (StartError, BagError) as error:
+        print(f'replay: {error}', file=sys.stderr)
+    except OSError as error:
+        print(f'replay: {error.filename or "output"}: {error.strerror}', file=sys.stderr)
+    return 1
+
+
+def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
+    from_bag = is_bag(Path(arguments.input))
+    setup = read_setup(arguments, from_bag=from_bag)
+    path = arguments.output or default_output(arguments.input)
+    tally = Tally()
+    broken = None
+    with contextlib.ExitStack() as stack:
+        recording = _open(arguments, setup, from_bag=from_bag)
+        stack.callback(recording.close)
+        _make_room(arguments, path, recording)
+        outputs = []
+        for output in _outputs(arguments, path, recording, setup):
+            stack.callback(output.close)
+            outputs.append(output)
+        began = time.monotonic()
+        try:
+            _run(CHAINS[arguments.tracker], recording, setup, outputs, tally, stop)
+        except BagError as error:
+            broken = error
+        seconds = time.monotonic() - began
+    print(summary(recording, path, tally, seconds, interrupted=stop.is_set()))
+    if broken:
+        raise broken
+    differences = next((o.report() for o in outputs if isinstance(o, ExpectedOutput)), '')
+    if differences:
+        print(f'the tracks are not those of {arguments.expect}:\n{differences}')
+    return 0 if stop.is_set() or (tally.frames and not differences) else 1
+
+
+def _run(
+    make: Callable[..., Chain],
+    recording: Recording,
+    setup: Setup,
+    outputs: Sequence[Output],
+    tally: Tally,
+    stop: threading.Event,
+) -> None:
+    """Each frame through the rooms that the nodes run, and what comes of it into the outputs."""
+
+    def detected(item: Item, detections: Detections) -> None:
+        tally.detections += len(detections.rows)
+        for output in outputs:
+            output.write_detections(item, detections)
+
+    def tracked(item: Item, tracks: Tracks) -> None:
+        tally.add(item, tracks)
+        number = tally.frames + recording.refused
+        for output in outputs:
+            output.write(number, item, tracks)
+
+    chain = make(setup, detected, tracked, recording.drop)
+    with _progress(recording) as advance, contextlib.ExitStack() as at_end:
+        at_end.callback(chain.flush)
+        for number, item in enumerate(recording.items(), 1):
+            if stop.is_set():
+                return
+            chain.push(item)
+            advance(number)
+
+
+@contextlib.contextmanager
+def _progress(recording: Recording) -> Iterator[Callable[[int], None]]:
+    """A bar on a terminal, and nothing elsewhere; gives the function that moves it to a number."""
+    columns = TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn()
+    bar = Progress(
+        *columns,
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        disable=not sys.stderr.isatty(),
+        transient=True,
+    )
+    task = bar.add_task('replay', total=recording.total or None)
+    with bar:
+        yield lambda number: bar.update(task, completed=number)
+
+
+def default_output(name: str) -> Path:
+    """The input's name without its suffix and with ``_tracks``, beside the input.
+
+    A scene, ``scene:five?rate=25``, gives ``five_tracks`` in the current folder.
+    """
+    if name.startswith('scene:'):
+        return Path(f'{name[6:].partition("?")[0]}_tracks')
+    path = Path(name)
+    if any(character in path.name for character in '*?['):
+        path = path.parent
+    path = path.resolve() if path.name in ('', '..') else path
+    return path.with_name(f'{path.name if path.is_dir() else path.stem}_tracks')
+
+
+def _open(arguments: argparse.Namespace, setup: Setup, *, from_bag: bool) -> Recording:
+    if from_bag:
+        return BagRecording(Path(arguments.input), arguments.topic, setup)
+    if arguments.topic:
+        raise StartError(f'--topic {arguments.topic}: {arguments.input} is not a bag')
+    return SourceRecording(arguments.input, setup.camera)
+
+
+def _make_room(arguments: argparse.Namespace, path: Path, recording: Recording) -> None:
+    """Make sure that nothing is lost by what will be written, and remove an old bag.
+
+    :raises StartError: something is there and may not be overwritten.
+    """
+    if arguments.video and not recording.has_pictures:
+        raise StartError(f'--video: there are no pictures in {recording.label}')
+    source = Path(arguments.input).resolve()
+    files = [file for file in (arguments.video, arguments.csv, arguments.mot) if file]
+    for file in (path, *files):
+        target = file.resolve()
+        if target == source or target in source.parents:
+            raise StartError(f'{file}: is the input; it is not overwritten')
+        if file.exists() and not arguments.force:
+            raise StartError(f'{file}: is there already; --force overwrites it')
+    for file in files:
+        if file.is_dir() or not file.parent.is_dir():
+            raise StartError(f'{file}: expected the name of a file in a folder that is there')
+    if path.exists():
+        if not is_only_a_bag(path):
+            raise StartError(f'{path}: is not a bag, or not only; it is not overwritten')
+        shutil.rmtree(path)
+
+
+def _outputs(
+    arguments: argparse.Namespace, path: Path, recording: Recording, setup: Setup
+) -> Iterator[Output]:
+    if arguments.expect:
+        yield ExpectedOutput(arguments.expect)
+    yield BagOutput(path, arguments.storage, setup)
+    if arguments.csv:
+        yield CsvOutput(arguments.csv)
+    if arguments.mot:
+        yield MotOutput(arguments.mot)
+    if arguments.video:
+        yield VideoOutput(arguments.video, recording.rate)
+
+
+def summary(
+    recording: Recording, path: Path, tally: Tally, seconds: float, *, interrupted: bool
+) -> str:
+    """What was done, in a few lines."""
+    speed = tally.frames / max(seconds, 1e-9)
+    real_time = (tally.last - tally.first) / NANOSECONDS / max(seconds, 1e-9)
+    lines = [
+        f'{recording.label} -> {path}',
+        f'  frames      {tally.frames}' + (', interrupted' if interrupted else ''),
+        f'  detections  {tally.detections}',
+        f'  tracks      {len(tally.tracks)} confirmed',
+        f'  speed       {speed:.0f} frames/s, {real_time:.1f} times real time',
+        f'  refused     {recording.refused}'
+        + (f', the last: {recording.reason}' if recording.reason else ''),
+        f'  dropped     {recording.late} late',
+        f'  restarts    {len(tally.restarts)}'
+        + (f', the last: {tally.restarts[-1]}' if tally.restarts else ''),
+    ]
+    return '\n'.join(lines)

@@ -1,0 +1,1 @@
+"""tools: what people start by hand: demo, pick_color."""

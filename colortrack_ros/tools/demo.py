@@ -1,0 +1,222 @@
+"""``make demo``: the nodes as processes of their own, their tracks as a live table, and a video."""
+
+import argparse
+from collections.abc import Iterable
+from collections.abc import Sequence
+import os
+from pathlib import Path
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.signals import SignalHandlerOptions
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+from sensor_msgs.msg import Image
+from sensor_msgs.msg import PointCloud2
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import Tracks
+from colortrack_ros.messages import frame_of_serialized_image
+from colortrack_ros.messages import tracks_of_cloud
+from colortrack_ros.node_kit.runtime import share_file
+from colortrack_ros.node_kit.runtime import use_transport_profile
+
+STATES = ('tentative', 'confirmed', 'coasting')
+QUIET = 3.0
+"""The demo is over when nothing has come for so long [s]."""
+
+
+class Recorder(Node):
+    """Keeps the newest tracks, and writes the overlay to a video and its best frame to a PNG."""
+
+    def __init__(self, out: Path) -> None:
+        super().__init__('demo')
+        self.tracks = Tracks()
+        self.objects: dict[int, np.void] = {}
+        self.messages = self.frames = 0
+        self.latencies: list[float] = []
+        self.heard = time.monotonic()
+        self._out = out
+        self._first: tuple[int, NDArray[np.uint8]] | None = None
+        self._video: cv2.VideoWriter | None = None
+        self._best = -1
+        self.create_subscription(PointCloud2, 'tracks', self._take_tracks, 10)
+        self.create_subscription(
+            Image, 'overlay/image_raw', self._take_picture, qos_profile_sensor_data, raw=True
+        )
+
+    def _take_tracks(self, message: PointCloud2) -> None:
+        self.tracks = tracks_of_cloud(message)
+        self.messages += 1
+        self.heard = time.monotonic()
+        self.latencies.append((time.time_ns() - self.tracks.stamp) / NANOSECONDS)
+        rows = self.tracks.rows
+        confirmed = rows[rows['state'] != TENTATIVE]
+        self.objects.update(zip(confirmed['track_id'].tolist(), confirmed, strict=True))
+
+    def _take_picture(self, cdr: bytes) -> None:
+        frame = frame_of_serialized_image(cdr)
+        self.frames += 1
+        if self._first is None:
+            self._first = frame.stamp, frame.image
+            return
+        if self._video is None:
+            self._open(frame.stamp - self._first[0], frame.image.shape)
+        assert self._video is not None
+        self._video.write(frame.image)
+        alive = int(np.count_nonzero(self.tracks.rows['state'] != TENTATIVE))
+        if alive > self._best and self.frames > 24:
+            self._best = alive
+            cv2.imwrite(str(self._out / 'demo.png'), frame.image)
+
+    def _open(self, period: int, shape: tuple[int, ...]) -> None:
+        assert self._first is not None
+        rate = NANOSECONDS / max(period, 1)
+        codec = cv2.VideoWriter.fourcc(*'mp4v')
+        size = shape[1], shape[0]
+        self._video = cv2.VideoWriter(str(self._out / 'demo.mp4'), codec, rate, size)
+        self._video.write(self._first[1])
+
+    def is_complete(self) -> bool:
+        """Whether all nodes but the camera are there."""
+        listeners = self.count_subscribers('camera/image_raw') + self.count_subscribers(
+            'detections'
+        )
+        publishers = ('detections', 'tracks', 'overlay/image_raw')
+        return listeners == 3 and all(self.count_publishers(topic) for topic in publishers)
+
+    def close(self) -> None:
+        """Finish the video."""
+        if self._video is not None:
+            self._video.release()
+
+
+def table_of(rows: Iterable[np.void], title: str) -> Table:
+    """Tracks as a table for a terminal."""
+    table = Table(title=title)
+    for column in ('id', 'state', 'u [px]', 'v [px]', 'du [px/s]', 'dv [px/s]', 'age [s]', 'hits'):
+        table.add_column(column, justify='left' if column == 'state' else 'right')
+    for row in rows:
+        sigma_u, sigma_v = np.sqrt(np.diag(row['covariance'])[:2])
+        table.add_row(
+            str(row['track_id']),
+            STATES[row['state']],
+            f'{row["u"]:.1f} ± {sigma_u:.1f}',
+            f'{row["v"]:.1f} ± {sigma_v:.1f}',
+            f'{row["du"]:.0f}',
+            f'{row["dv"]:.0f}',
+            f'{row["age"]:.1f}',
+            str(row['hits']),
+        )
+    return table
+
+
+def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog='make demo', description=__doc__)
+    parser.add_argument('--source', default='scene:occlusion', help='as the camera takes it')
+    parser.add_argument('--params', default='', help='parameters of the nodes')
+    parser.add_argument('--color', default='', help='r,g,b of the objects, 0..255')
+    parser.add_argument('--tolerance', default='', help='in CIELAB units')
+    parser.add_argument('--seconds', type=float, default=21.0, help='how long at the most')
+    parser.add_argument('--out', type=Path, default=Path('out'), help='folder for the results')
+    arguments = parser.parse_args(args)
+    if arguments.color:
+        try:
+            red, green, blue = (int(value) for value in arguments.color.split(','))
+        except ValueError:
+            parser.error(f'--color {arguments.color}: expected r,g,b, such as 220,60,40')
+        arguments.color = f'[{red}, {green}, {blue}]'
+    return arguments
+
+
+def _start(name: str, params: str, *parameters: str) -> subprocess.Popen[bytes]:
+    """A node as a process of its own, with a file of parameters and some others."""
+    options = [word for parameter in parameters for word in ('-p', parameter)]
+    code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
+    command = [sys.executable, '-c', code, '--ros-args', '--params-file', params, *options]
+    return subprocess.Popen([*command, '--log-level', 'warn'])
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the demo."""
+    arguments = _arguments(args)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
+    use_transport_profile()
+    color = [f'red.rgb:={arguments.color}'] if arguments.color else []
+    tolerance = [f'red.tolerance:={arguments.tolerance}'] if arguments.tolerance else []
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    recorder = Recorder(arguments.out)
+    params = arguments.params or str(share_file('params/colortrack.yaml'))
+    nodes = [
+        _start('tracker', params),
+        _start('detector', params, *color, *tolerance),
+        _start('overlay', params),
+    ]
+    executor = SingleThreadedExecutor()
+    executor.add_node(recorder)
+    try:
+        while not recorder.is_complete():
+            executor.spin_once(timeout_sec=0.1)
+        play = (f'source:={arguments.source}', 'wait_for_subscribers:=2', 'exit_at_end:=true')
+        nodes.append(_start('camera', params, *play))
+        status = _watch(recorder, executor, nodes[-1], arguments.seconds)
+    except KeyboardInterrupt:
+        status = 0
+    finally:
+        for node in nodes:
+            node.send_signal(signal.SIGINT)
+        for node in nodes:
+            node.wait()
+        recorder.close()
+    return status or _report(recorder, arguments.out)
+
+
+def _watch(
+    recorder: Recorder,
+    executor: SingleThreadedExecutor,
+    camera: subprocess.Popen[bytes],
+    seconds: float,
+) -> int:
+    """Show the table until the camera ends or the time is over."""
+    end: float | None = None
+    with Live(refresh_per_second=10, transient=True) as live:
+        while True:
+            executor.spin_once(timeout_sec=0.1)
+            title = f'tracks of frame {recorder.messages}'
+            live.update(table_of(recorder.tracks.rows, title))
+            now = time.monotonic()
+            if end is None and recorder.messages:
+                end = now + seconds
+            ended = camera.poll() is not None and now - recorder.heard > QUIET
+            if ended or (end is not None and now > end):
+                return camera.poll() or 0
+
+
+def _report(recorder: Recorder, out: Path) -> int:
+    console = Console()
+    latency = 1e3 * float(np.median(recorder.latencies)) if recorder.latencies else 0.0
+    console.print(table_of(recorder.objects.values(), 'objects, when last seen'))
+    console.print(
+        f'{recorder.messages} frames tracked, {len(recorder.objects)} objects, '
+        f'median latency from camera to tracks {latency:.1f} ms'
+    )
+    console.print(f'Look at {out / "demo.png"} and {out / "demo.mp4"}')
+    return 0 if recorder.frames else 1
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,144 @@
+"""``pick_color``: read a reference color from a picture, ready to paste into a params file."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+import sys
+import time
+
+import cv2
+import rclpy
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.utilities import remove_ros_args
+import ruamel.yaml
+from sensor_msgs.msg import Image
+
+from colortrack_ros.data import Frame
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection.pick import pick_color
+from colortrack_ros.detection.pick import PickedColor
+from colortrack_ros.detection.pick import side_by_side
+from colortrack_ros.messages import frame_of_serialized_image
+from colortrack_ros.messages import MessageError
+from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.node_kit.runtime import use_transport_profile
+from colortrack_ros.sources import open_source
+from colortrack_ros.sources import SourceError
+
+PATIENCE = 5.0
+"""How long [s] an image of a topic is waited for."""
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Pick a color.
+
+    :return: the exit status: 0, or 1 when it could not be done.
+    """
+    arguments = _parse(args)
+    try:
+        frame = _frame_of(arguments.source, arguments.frame)
+        u, v, width, height = arguments.box or (round(arguments.u), round(arguments.v), 1, 1)
+        picked = pick_color(frame, u, v, width, height, arguments.name)
+        if arguments.write:
+            write_color(arguments.write, picked)
+    except (StartError, SourceError, ValueError) as error:
+        print(f'pick_color: {error}', file=sys.stderr)
+        return 1
+    print(yaml_of(picked))
+    config = DetectorConfig(colors=(picked.color,), min_area=max(picked.area // 4, 1))
+    cv2.imwrite(str(arguments.output), side_by_side(frame, Detector(config)))
+    print(f'Look at {arguments.output}: the picture, the mask and the blobs.', file=sys.stderr)
+    return 0
+
+
+def _parse(args: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog='pick_color', description=__doc__)
+    parser.add_argument('source', help='a picture, a video, scene:NAME, or the topic of an Image')
+    parser.add_argument('u', nargs='?', type=float, help='of the pixel, to the right [px]')
+    parser.add_argument('v', nargs='?', type=float, help='of the pixel, down [px]')
+    parser.add_argument('--box', nargs=4, type=int, metavar=('U', 'V', 'W', 'H'), help='a region')
+    parser.add_argument('--frame', type=int, default=0, help='of a video, from 0')
+    parser.add_argument('--name', default='picked', help='of the color')
+    parser.add_argument('--write', type=Path, metavar='YAML', help='a params file to change')
+    parser.add_argument('--output', type=Path, default=Path('pick_color.png'), help='the picture')
+    given = sys.argv if args is None else ['pick_color', *args]
+    arguments = parser.parse_args(remove_ros_args(given)[1:])
+    if (arguments.v is None) == (arguments.box is None):
+        parser.error('expected a pixel, u and v, or a region, --box u v w h')
+    return arguments
+
+
+def yaml_of(picked: PickedColor) -> str:
+    """The parameters of the color, ready to paste below the detector's ros__parameters."""
+    lab = ', '.join(str(value) for value in picked.color.lab)
+    return (
+        f'# expected area: {picked.area} px\n'
+        f'colors: [{picked.color.name}]\n'
+        f'{picked.color.name}:\n'
+        f'  lab: [{lab}]\n'
+        f'  tolerance: {picked.color.tolerance}'
+    )
+
+
+def write_color(path: Path, picked: PickedColor) -> None:
+    """Change the color's entry in a params file, and nothing else: comments and order stay.
+
+    :raises ValueError: it is not a params file with a detector.
+    """
+    yaml = ruamel.yaml.YAML()
+    yaml.preserve_quotes = True
+    yaml.width = 4096
+    try:
+        tree = yaml.load(path.read_text())
+        detectors = [tree[key] for key in tree if str(key).rpartition('/')[2] == 'detector']
+        parameters = detectors[0]['ros__parameters']
+    except (OSError, ruamel.yaml.YAMLError, TypeError, KeyError, IndexError) as error:
+        raise ValueError(f'{path}: expected a params file with a detector: {error}') from error
+    name = picked.color.name
+    entry = parameters.setdefault(name, {})
+    for other in ('rgb', 'preset', 'tolerance_lab'):
+        entry.pop(other, None)
+    lab = ruamel.yaml.comments.CommentedSeq(picked.color.lab)
+    lab.fa.set_flow_style()
+    entry['lab'], entry['tolerance'] = lab, picked.color.tolerance
+    names = parameters.setdefault('colors', [])
+    if name not in names:
+        names.append(name)
+    with path.open('w') as file:
+        yaml.dump(tree, file)
+
+
+def _frame_of(source: str, number: int) -> Frame:
+    """A frame of a recording, or the next one on a topic."""
+    if source.startswith('/') and not Path(source).exists():
+        return _frame_on(source)
+    frames = open_source(source)
+    try:
+        for _ in range(number):
+            frames.read()
+        frame = frames.read()
+    finally:
+        frames.close()
+    if frame is None:
+        raise ValueError(f'--frame {number}: {source} has fewer frames')
+    return frame
+
+
+def _frame_on(topic: str) -> Frame:
+    use_transport_profile()
+    rclpy.init()
+    node = rclpy.create_node('pick_color')
+    heard: list[bytes] = []
+    node.create_subscription(Image, topic, heard.append, qos_profile_sensor_data, raw=True)
+    end = time.monotonic() + PATIENCE
+    while not heard and time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
+    node.destroy_node()
+    rclpy.shutdown()
+    if not heard:
+        raise StartError(f'{topic}: no file, and no sensor_msgs/Image on it for {PATIENCE:g} s')
+    try:
+        return frame_of_serialized_image(heard[0])
+    except MessageError as error:
+        raise StartError(f'{topic}: {error}') from error

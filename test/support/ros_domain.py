@@ -1,0 +1,177 @@
+"""Real nodes in real processes, a domain for each test, all traffic on this machine."""
+
+from collections.abc import Callable
+import contextlib
+import fcntl
+import itertools
+import os
+from pathlib import Path
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from typing import TextIO
+
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+
+from colortrack_ros.node_kit.runtime import use_transport_profile
+
+use_transport_profile()
+_domains = itertools.count(os.getpid())
+
+
+def _executable(name: str) -> str:
+    """The one of this environment, or the one on the path, where colcon's may be."""
+    beside = Path(sys.executable).parent / name
+    found = str(beside) if beside.exists() else shutil.which(name)
+    assert found, f'there is no executable {name}: install the package first'
+    return found
+
+
+def free_domain() -> tuple[int, TextIO]:
+    """A domain that no other test run on this machine has, and what keeps it ours."""
+    while True:
+        domain = 1 + next(_domains) % 100
+        lock = (Path(tempfile.gettempdir()) / f'colortrack_test_domain_{domain}').open('w')
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            lock.close()
+        else:
+            return domain, lock
+
+
+def remove_orphans() -> None:
+    """Remove the shared memory of killed nodes, 64 MiB each, which nobody can use any more."""
+    mapped = set()
+    for maps in Path('/proc').glob('[0-9]*/maps'):
+        with contextlib.suppress(OSError):
+            mapped.update(re.findall(r'/dev/shm/(fastrtps_[0-9a-f]+)', maps.read_text()))
+    for segment in Path('/dev/shm').glob('fastrtps_*'):
+        if segment.name.partition('_el')[0] not in mapped and 'port' not in segment.name:
+            with contextlib.suppress(OSError):
+                segment.unlink()
+
+
+class Process:
+    """A node as a user starts it: an executable on the path, with ROS arguments."""
+
+    def __init__(self, command: list[str], env: dict[str, str], log: Path) -> None:
+        self.log = log
+        with log.open('w') as file:
+            self.popen = subprocess.Popen(
+                command,
+                env=env,
+                stdin=subprocess.DEVNULL,
+                stdout=file,
+                stderr=subprocess.STDOUT,
+            )
+
+    @property
+    def output(self) -> str:
+        return self.log.read_text()
+
+    def wait_for(self, text: str, seconds: float = 20.0) -> None:
+        wait_until(lambda: text in self.output, seconds, lambda: f'{text!r} in:\n{self.output}')
+
+    def stop(self, number: signal.Signals = signal.SIGINT) -> int:
+        """Send a signal and return the exit status."""
+        self.popen.send_signal(number)
+        return self.popen.wait(timeout=10.0)
+
+
+def wait_until(
+    condition: Callable[[], bool], seconds: float, what: Callable[[], str] = lambda: 'condition'
+) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, f'waited {seconds} s for {what()}'
+        time.sleep(0.02)
+
+
+class Ros:
+    """One ROS domain: starts processes, and listens and talks in this process."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.domain, self._lock = free_domain()
+        self.processes: list[Process] = []
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=self.domain)
+        self.node = Node('test', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+
+    def start(self, name: str, *arguments: str, **parameters: object) -> Process:
+        """Start an executable with parameters (YAML values) and further ROS arguments."""
+        options = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
+        return self._start(name, [_executable(name), '--ros-args', *options, *arguments])
+
+    def start_code(self, code: str, *arguments: str) -> Process:
+        """Start a Python program with ROS arguments."""
+        return self._start('code', [sys.executable, '-c', code, '--ros-args', *arguments])
+
+    def _start(self, name: str, command: list[str]) -> Process:
+        env = dict(os.environ, ROS_DOMAIN_ID=str(self.domain))
+        log = self.folder / f'{len(self.processes)}_{name}.log'
+        process = Process(command, env, log)
+        self.processes.append(process)
+        return process
+
+    def listen(self, kind: type, topic: str, *, reliable: bool = True, depth: int = 1000) -> list:
+        """All messages on a topic from now on, a list that grows while :meth:`spin` runs."""
+        messages: list = []
+        qos = depth if reliable else qos_profile_sensor_data
+        self.node.create_subscription(kind, topic, messages.append, qos)
+        return messages
+
+    def spin(self, condition: Callable[[], bool], seconds: float = 20.0) -> bool:
+        """Spin until the condition holds; whether it did in time."""
+        end = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > end:
+                return False
+            self.executor.spin_once(timeout_sec=0.05)
+        return True
+
+    def settle(self) -> None:
+        """Let the nodes that are there find each other: what they send before that is lost."""
+        self.spin(lambda: False, 2.0)
+
+    def call(self, kind: type, name: str, request: object) -> object:
+        """Call a service."""
+        client = self.node.create_client(kind, name)
+        assert client.wait_for_service(timeout_sec=20.0), name
+        future = client.call_async(request)
+        assert self.spin(future.done), name
+        self.node.destroy_client(client)
+        return future.result()
+
+    def outputs(self) -> str:
+        return '\n'.join(f'--- {p.log.name}\n{p.output}' for p in self.processes)
+
+    def close(self) -> None:
+        for process in self.processes:
+            if process.popen.poll() is None:
+                process.popen.send_signal(signal.SIGINT)
+        for process in self.processes:
+            try:
+                process.popen.wait(timeout=5.0)
+            except subprocess.TimeoutExpired:
+                process.popen.kill()
+                process.popen.wait()
+        if any(process.popen.returncode == -signal.SIGKILL for process in self.processes):
+            remove_orphans()
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+        self._lock.close()
