@@ -19,21 +19,23 @@ ROOMS_WITHOUT_ROS = (
     'contours',
     'drawing',
     'flow',
+    'parameters',
 )
 ALLOWED = {
     'data': set(),
+    'parameters': set(),
     'scenes': {'data'},
     'sources': {'data', 'scenes'},
     'estimation': {'data'},
-    'detection': {'data'},
-    'tracking': {'data', 'estimation'},
-    'windows': {'data', 'estimation'},
+    'detection': {'data', 'parameters'},
+    'tracking': {'data', 'estimation', 'parameters'},
+    'windows': {'data', 'estimation', 'parameters'},
     # new targets are found as the detector's method `background` does
-    'contours': {'data', 'detection'},
+    'contours': {'data', 'detection', 'estimation', 'parameters'},
     'drawing': {'data'},
     'messages': {'data'},
     'bags': {'data'},
-    'flow': {'data'},
+    'flow': {'data', 'parameters'},
 }
 
 

@@ -14,8 +14,8 @@ from rclpy.node import Node
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
-from colortrack_ros.node_kit.parameters import Spec
 from colortrack_ros.node_kit.topics import publish_on
+from colortrack_ros.parameters import Spec
 
 PERIOD = 1.0
 THROTTLE = 5.0

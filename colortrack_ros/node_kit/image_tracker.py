@@ -19,12 +19,12 @@ from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.intake import ImageIntake
 from colortrack_ros.node_kit.intake import INTAKE
 from colortrack_ros.node_kit.live_parameters import declare
-from colortrack_ros.node_kit.parameters import ParameterTable
 from colortrack_ros.node_kit.topics import DEPTH
 from colortrack_ros.node_kit.topics import PICTURE_DEPTH
 from colortrack_ros.node_kit.tracks_output import MARKER_SCALE
 from colortrack_ros.node_kit.tracks_output import TRACKS_OUT
 from colortrack_ros.node_kit.tracks_output import TracksOutput
+from colortrack_ros.parameters import ParameterTable
 
 IMAGE_TRACKER = (
     MARKER_SCALE,

@@ -18,9 +18,9 @@ from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
-from colortrack_ros.node_kit.parameters import Spec
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic
+from colortrack_ros.parameters import Spec
 
 READERS = {
     'raw': (Image, '{}', frame_of_serialized_image),

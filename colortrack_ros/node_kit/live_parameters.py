@@ -3,16 +3,57 @@
 from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import Any
 
+from rcl_interfaces.msg import FloatingPointRange
+from rcl_interfaces.msg import IntegerRange
+from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from colortrack_ros.node_kit.parameters import FOREIGN
-from colortrack_ros.node_kit.parameters import ParameterTable
+from colortrack_ros.parameters import DOCUMENT
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import ParameterTable
+from colortrack_ros.parameters import Spec
+from colortrack_ros.parameters import USER
 
 Build = Callable[[Mapping[str, Any]], Any]
+
+FOREIGN = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
+"""Names (or their beginnings) of the parameters that rclpy declares on its own."""
+
+
+FOR = {USER: '', EXPERT: ' For experts.', DOCUMENT: ' Only to reproduce a document.'}
+"""What a description ends with, by the audience."""
+
+
+def own_values(setup: type, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Of the parameters those that a setup, a dataclass, has as fields of the same name."""
+    return {field.name: values[field.name] for field in fields(setup) if field.name in values}
+
+
+def descriptor_of(spec: Spec) -> ParameterDescriptor:
+    """What ``ros2 param describe`` shows."""
+    descriptor = ParameterDescriptor(
+        description=spec.description
+        + (f' [{spec.unit}]' if spec.unit else '')
+        + FOR[spec.audience],
+        additional_constraints=spec.range_text,
+        read_only=spec.read_only,
+        # The types are checked here, so that 30 is taken for 30.0 and the reason is ours.
+        dynamic_typing=True,
+    )
+    if spec.minimum is not None and spec.maximum is not None:
+        low, high = spec.minimum, spec.maximum
+        if type(spec.default) is float:
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=float(low), to_value=float(high))
+            ]
+        elif type(spec.default) is int:
+            descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    return descriptor
 
 
 def declare(node: Node, table: ParameterTable, build: Build, apply: Callable[[Any], object]) -> Any:
@@ -37,7 +78,7 @@ def declare(node: Node, table: ParameterTable, build: Build, apply: Callable[[An
         node.get_logger().error(f'Parameter refused: {reason}. The default stays in force.')
     for name, value in values.items():
         spec = table.find(name)
-        node.declare_parameter(name, spec.shown(value), spec.descriptor(), ignore_override=True)
+        node.declare_parameter(name, spec.shown(value), descriptor_of(spec), ignore_override=True)
     live = LiveParameters(table, build, apply, values)
     node.add_pre_set_parameters_callback(live.widen)
     node.add_on_set_parameters_callback(live.check)

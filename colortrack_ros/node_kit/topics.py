@@ -14,7 +14,7 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
-from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.parameters import Spec
 
 PICTURES = (Image, CompressedImage)
 

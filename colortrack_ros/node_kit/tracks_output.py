@@ -9,9 +9,9 @@ from visualization_msgs.msg import MarkerArray
 from colortrack_ros.data import Tracks
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import MarkerWriter
-from colortrack_ros.node_kit.parameters import Spec
 from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.node_kit.topics import topic
+from colortrack_ros.parameters import Spec
 
 MARKER_SCALE = Spec(
     'marker_scale',

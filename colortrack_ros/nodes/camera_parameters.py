@@ -8,12 +8,12 @@ from sensor_msgs.msg import CameraInfo
 
 from colortrack_ros.messages import load_camera_info
 from colortrack_ros.node_kit.diagnostics import HEALTH
-from colortrack_ros.node_kit.parameters import own_values
-from colortrack_ros.node_kit.parameters import ParameterTable
-from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.node_kit.live_parameters import own_values
 from colortrack_ros.node_kit.topics import DEPTH
 from colortrack_ros.node_kit.topics import PICTURE_DEPTH
 from colortrack_ros.node_kit.topics import topic
+from colortrack_ros.parameters import ParameterTable
+from colortrack_ros.parameters import Spec
 from colortrack_ros.sources.stream import without_secrets
 
 TABLE = ParameterTable(

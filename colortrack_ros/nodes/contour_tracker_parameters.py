@@ -9,9 +9,9 @@ from colortrack_ros.contours.config import CHOICES
 from colortrack_ros.contours.config import RANGES
 from colortrack_ros.node_kit.image_tracker import IMAGE_TRACKER
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
-from colortrack_ros.node_kit.parameters import own_values
-from colortrack_ros.node_kit.parameters import ParameterTable
-from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.node_kit.live_parameters import own_values
+from colortrack_ros.parameters import ParameterTable
+from colortrack_ros.parameters import Spec
 
 _DEFAULT = ContourConfig()
 

@@ -14,12 +14,12 @@ from colortrack_ros.detection.regions import Region
 from colortrack_ros.detection.regions import Regions
 from colortrack_ros.node_kit.diagnostics import HEALTH
 from colortrack_ros.node_kit.intake import INTAKE
-from colortrack_ros.node_kit.parameters import own_values
-from colortrack_ros.node_kit.parameters import ParameterTable
-from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.node_kit.live_parameters import own_values
 from colortrack_ros.node_kit.topics import DEPTH
 from colortrack_ros.node_kit.topics import PICTURE_DEPTH
 from colortrack_ros.node_kit.topics import topic
+from colortrack_ros.parameters import ParameterTable
+from colortrack_ros.parameters import Spec
 
 _DEFAULT = DetectorConfig()
 

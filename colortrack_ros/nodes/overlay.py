@@ -25,14 +25,14 @@ from colortrack_ros.messages import tracks_with_outlines
 from colortrack_ros.node_kit.diagnostics import HEALTH
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.live_parameters import declare
-from colortrack_ros.node_kit.parameters import ParameterTable
-from colortrack_ros.node_kit.parameters import Spec
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import DEPTH
 from colortrack_ros.node_kit.topics import PICTURE_DEPTH
 from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic
+from colortrack_ros.parameters import ParameterTable
+from colortrack_ros.parameters import Spec
 
 WAITING = 30
 """Pictures that wait for their tracks, and tracks that wait for their picture."""

@@ -8,10 +8,10 @@ from typing import Any
 
 from colortrack_ros.node_kit.image_tracker import IMAGE_TRACKER
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
-from colortrack_ros.node_kit.parameters import own_values
-from colortrack_ros.node_kit.parameters import ParameterTable
-from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.node_kit.live_parameters import own_values
 from colortrack_ros.node_kit.topics import topic
+from colortrack_ros.parameters import ParameterTable
+from colortrack_ros.parameters import Spec
 from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows.config import METHODS
 from colortrack_ros.windows.config import SUPERVISIONS

@@ -12,8 +12,7 @@ from typing import Any
 
 from colortrack_ros.bags import STORAGES
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
-from colortrack_ros.node_kit.parameters import FOREIGN
-from colortrack_ros.node_kit.parameters import ParameterTable
+from colortrack_ros.node_kit.live_parameters import FOREIGN
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.nodes import camera_parameters
 from colortrack_ros.nodes import contour_tracker_parameters
@@ -23,6 +22,7 @@ from colortrack_ros.nodes import tracker_parameters
 from colortrack_ros.nodes import window_tracker_parameters
 from colortrack_ros.nodes.detector_parameters import DetectorSetup
 from colortrack_ros.nodes.tracker_parameters import TrackerSetup
+from colortrack_ros.parameters import ParameterTable
 from colortrack_ros.replay.params_file import Given
 from colortrack_ros.replay.params_file import namespaces_of
 from colortrack_ros.replay.params_file import read_assignment

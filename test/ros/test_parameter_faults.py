@@ -18,7 +18,7 @@ from support.all_nodes import start_nodes
 from colortrack_ros.data import Frame
 from colortrack_ros.messages import detections_of_cloud
 from colortrack_ros.messages import image_of_frame
-from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.parameters import Spec
 
 FAULTS = ('type', 'low', 'high', 'nan')
 """One namespace for each: a file gives every parameter of a node there a value of this kind."""

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-import readme_tables
+from support import readme_tables
 from support.ros_domain import Process
 from support.ros_domain import Ros
 import yaml

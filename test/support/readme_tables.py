@@ -4,14 +4,14 @@ import re
 
 from support.paths import ROOT
 
-from colortrack_ros.node_kit.parameters import ParameterTable
-from colortrack_ros.node_kit.parameters import Spec
 from colortrack_ros.nodes import camera_parameters
 from colortrack_ros.nodes import contour_tracker_parameters
 from colortrack_ros.nodes import detector_parameters
 from colortrack_ros.nodes import overlay
 from colortrack_ros.nodes import tracker_parameters
 from colortrack_ros.nodes import window_tracker_parameters
+from colortrack_ros.parameters import ParameterTable
+from colortrack_ros.parameters import Spec
 
 README = ROOT / 'README.md'
 NODES = {

@@ -2,8 +2,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from colortrack_ros.node_kit.parameters import ParameterTable
-from colortrack_ros.node_kit.parameters import Spec
+from colortrack_ros.parameters import ParameterTable
+from colortrack_ros.parameters import Spec
 
 TABLE = ParameterTable(
     [

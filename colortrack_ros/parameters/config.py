@@ -1,0 +1,177 @@
+"""Configurations whose fields declare the parameters: tables, checks and pages follow from them.
+
+::
+
+    @dataclass(frozen=True)
+    class TrackerConfig(Config):
+        process_noise: float = parameter(
+            0.0, 'Standard deviation of the acceleration; 0 learns it.', unit='px/s^2',
+            minimum=0.0, maximum=1e6,
+        )
+
+``TrackerConfig(process_noise=-1.0)`` raises ValueError with the reason,
+``ParameterTable.of(TrackerConfig)`` is the node's table, and ``build(TrackerConfig, values)`` makes
+the configuration of the values in it.
+"""
+
+from collections.abc import Callable
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import dataclass
+from dataclasses import Field
+from dataclasses import field
+from dataclasses import fields
+from dataclasses import replace
+from typing import Any
+from typing import TypeVar
+
+from colortrack_ros.parameters.spec import Spec
+from colortrack_ros.parameters.spec import USER
+
+Kind = TypeVar('Kind', bound='Config')
+
+_SPEC, _NAMED, _PART = 'spec', 'named', 'part'
+"""Keys of a field's metadata: what the field is."""
+
+
+def parameter(
+    default: Any,
+    description: str,
+    *,
+    unit: str = '',
+    minimum: float | None = None,
+    maximum: float | None = None,
+    choices: Iterable[str] = (),
+    audience: str = USER,
+    read_only: bool = False,
+    shown: Callable[[Any], Any] = lambda value: value,
+    valid: Callable[[Any], object] = lambda value: value,
+) -> Any:
+    """A field that is a parameter; see :class:`Spec` for what is not said here.
+
+    :param default: a tuple is a list of that many items; a type, such as ``float``, a list of it
+        of any length that is absent, ``()``, until it is set.
+    """
+    absent = isinstance(default, type)
+    listed = isinstance(default, tuple)
+    spec = Spec(
+        name='',
+        default=(default,) if absent else list(default) if listed else default,
+        description=description,
+        unit=unit,
+        minimum=minimum,
+        maximum=maximum,
+        choices=tuple(choices),
+        length=len(default) if listed else None,
+        audience=audience,
+        read_only=read_only,
+        shown=shown,
+        valid=valid,
+    )
+    return field(default=() if absent else default, metadata={_SPEC: spec})
+
+
+@dataclass(frozen=True)
+class Named:
+    """A list of names with parameters ``NAME.spec`` for each NAME in it.
+
+    :param spec: of the list of names.
+    :param each: the configuration that declares what each NAME has.
+    :param make: makes the item of the field of a name and its configuration; raises ValueError.
+    """
+
+    spec: Spec
+    each: type['Config']
+    make: Callable[[str, Any], Any]
+
+
+def named(
+    default: Sequence[Any],
+    description: str,
+    each: type['Config'],
+    make: Callable[[str, Any], Any],
+    *,
+    audience: str = USER,
+) -> Any:
+    """A field that is a tuple of items, each with a name and parameters of its own.
+
+    :param default: items with an attribute ``name``; none: the list is absent until it is set.
+    :param each: declares the parameters that each item has.
+    :param make: makes an item of its name and an instance of ``each``; raises ValueError.
+    """
+    names = [item.name for item in default]
+    spec = Spec('', names or (str,), description, audience=audience)
+    return field(default=tuple(default), metadata={_NAMED: Named(spec, each, make)})
+
+
+def part(config: type['Config']) -> Any:
+    """A field that is a configuration itself; its parameters are met under their own names."""
+    return field(default_factory=config, metadata={_PART: config})
+
+
+@dataclass(frozen=True)
+class Config:
+    """The base of all configurations: checks every parameter, then :meth:`check`.
+
+    :raises ValueError: a value has the wrong type or is out of its range; the reason names it.
+    """
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            if _SPEC in item.metadata:
+                value = _spec(item).check(item.name, getattr(self, item.name))
+                value = tuple(value) if isinstance(value, list) else value
+                object.__setattr__(self, item.name, value)
+        self.check()
+
+    def check(self) -> None:
+        """Raise ValueError where values do not fit together."""
+
+
+def specs_of(config: type[Config]) -> Iterator[Spec]:
+    """The parameters of a configuration and of its parts, in the order of the fields."""
+    for item in fields(config):
+        if _PART in item.metadata:
+            yield from specs_of(item.metadata[_PART])
+        elif _NAMED in item.metadata:
+            yield replace(item.metadata[_NAMED].spec, name=item.name)
+        elif _SPEC in item.metadata:
+            yield _spec(item)
+
+
+def groups_of(config: type[Config]) -> Iterator[tuple[str, Named]]:
+    """By the parameter that lists names, what exists once for each NAME in it."""
+    for item in fields(config):
+        if _PART in item.metadata:
+            yield from groups_of(item.metadata[_PART])
+        elif _NAMED in item.metadata:
+            yield item.name, item.metadata[_NAMED]
+
+
+def build(config: type[Kind], values: Mapping[str, Any], prefix: str = '') -> Kind:
+    """The configuration of the values of its parameters; what is not given has its default.
+
+    :param prefix: of the names in ``values``, such as ``NAME.``.
+    :raises ValueError: values do not fit together; the reason names the parameter.
+    """
+    given: dict[str, Any] = {}
+    for item in fields(config):
+        key = prefix + item.name
+        if _PART in item.metadata:
+            given[item.name] = build(item.metadata[_PART], values, prefix)
+        elif key not in values:
+            continue
+        elif _NAMED in item.metadata:
+            group = item.metadata[_NAMED]
+            given[item.name] = tuple(
+                group.make(name, build(group.each, values, f'{name}.')) for name in values[key]
+            )
+        else:
+            given[item.name] = values[key]
+    return config(**given)
+
+
+def _spec(item: 'Field[Any]') -> Spec:
+    return replace(item.metadata[_SPEC], name=item.name)

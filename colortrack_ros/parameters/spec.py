@@ -1,0 +1,120 @@
+"""One parameter: its type, default, unit, range and text, and the check of a value against them."""
+
+from collections.abc import Callable
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+from typing import Any
+
+USER, EXPERT, DOCUMENT = 'user', 'expert', 'document'
+"""For whom a parameter is: whom a robot's owner sets; whom somebody sets who knows the method; what
+only reproduces one of the documents that the package implements."""
+
+
+@dataclass(frozen=True)
+class Spec:
+    """The declaration of a parameter.
+
+    :param name: of the parameter; of one that exists for each NAME of a list, its part after the
+        dot.
+    :param default: its value when nobody sets it, and by that its type. An empty tuple of a type,
+        such as ``(float,)``, is a list of that type that is absent until it is set.
+    :param description: one sentence.
+    :param unit: of the value, empty where it has none.
+    :param minimum: the least allowed value, None for no limit.
+    :param maximum: the greatest allowed value, None for no limit.
+    :param choices: the allowed values of a string, empty for any.
+    :param length: how many items a list must have, None for any number.
+    :param audience: USER, EXPERT or DOCUMENT.
+    :param read_only: whether only the start sets it.
+    :param shown: what others see of the value, such as an address without its password.
+    :param valid: raises ValueError with what was expected, where type and range do not say all.
+    """
+
+    name: str
+    default: Any
+    description: str
+    unit: str = ''
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[str, ...] = ()
+    length: int | None = None
+    audience: str = USER
+    read_only: bool = False
+    shown: Callable[[Any], Any] = lambda value: value
+    valid: Callable[[Any], object] = lambda value: value
+
+    @property
+    def optional(self) -> bool:
+        """Whether the parameter is absent until somebody sets it."""
+        return isinstance(self.default, tuple)
+
+    @property
+    def many(self) -> bool:
+        """Whether the value is a list."""
+        return isinstance(self.default, tuple | list)
+
+    @property
+    def kind(self) -> type[Any]:
+        """The type of the value, or of each item of a list."""
+        scalar = self.default[0] if self.many else self.default
+        return scalar if isinstance(scalar, type) else type(scalar)
+
+    @property
+    def type_name(self) -> str:
+        """The type in words: float, int, bool, str, or list of one of them."""
+        return f'list of {self.kind.__name__}' if self.many else self.kind.__name__
+
+    @property
+    def range_text(self) -> str:
+        """The range in words, empty when there is none."""
+        if self.choices:
+            return ', '.join(choice or "''" for choice in self.choices)
+        if self.minimum is None and self.maximum is None:
+            return ''
+        low = '' if self.minimum is None else f'{self.minimum:g}'
+        high = '' if self.maximum is None else f'{self.maximum:g}'
+        return f'{low}..{high}'
+
+    @property
+    def allowed_text(self) -> str:
+        """The range and the unit in words, after a comma, empty when there is no range."""
+        one_of = 'one of ' if self.choices else ''
+        return f', {one_of}{self.range_text} {self.unit}'.rstrip() if self.range_text else ''
+
+    def check(self, name: str, value: Any) -> Any:
+        """The value in the parameter's type, an int being taken for a float.
+
+        :param name: the full name, for the reason.
+        :return: a list where :attr:`many`, else a scalar.
+        :raises ValueError: it has another type, is not finite, or lies outside the range.
+        """
+        is_list = isinstance(value, Sequence) and not isinstance(value, str)
+        count = f' of {self.length}' if self.length is not None else ''
+        if self.many != is_list or (self.length is not None and len(value) != self.length):
+            expected = f'{self.type_name}{count}{self.allowed_text}'
+            raise ValueError(f'{name}: expected a {expected}, got {value!r}')
+        if self.many:
+            return [self._check_one(name, item) for item in value]
+        return self._check_one(name, value)
+
+    def _check_one(self, name: str, value: Any) -> Any:
+        kind: Any = self.kind
+        if kind is float and type(value) is int:
+            value = float(value)
+        if type(value) is not kind:
+            expected = f'{self.type_name}{self.allowed_text}'
+            raise ValueError(f'{name}: expected {expected}, got {value!r}')
+        if kind is float and not math.isfinite(value):
+            raise ValueError(f'{name}: expected a finite number{self.allowed_text}, got {value}')
+        low = -math.inf if self.minimum is None else self.minimum
+        high = math.inf if self.maximum is None else self.maximum
+        if kind in (int, float) and not low <= value <= high:
+            raise ValueError(f'{name}: expected {self.allowed_text[2:]}, got {value}')
+        if self.choices and value not in self.choices:
+            raise ValueError(f'{name}: expected {self.allowed_text[2:]}, got {value!r}')
+        try:
+            self.valid(value)
+        except ValueError as error:
+            raise ValueError(f'{name}: {error}') from error
+        return value
