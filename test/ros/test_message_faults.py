@@ -9,10 +9,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
-import readme_tables
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support import readme_tables
 from support.paths import DATA
 from support.ros_domain import Ros
 from visualization_msgs.msg import MarkerArray

@@ -9,9 +9,9 @@ from rcl_interfaces.srv import SetParameters
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.parameter import Parameter
 from rclpy.parameter import parameter_value_to_python
-import readme_tables
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support import readme_tables
 from support.all_nodes import NAMES
 from support.all_nodes import start_nodes
 
