@@ -1,6 +1,7 @@
 """Messages in the order of their stamps, whatever the order in which they arrive."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 import heapq
 import itertools
 import time
@@ -8,11 +9,37 @@ from typing import Generic
 from typing import TypeVar
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
 
 Item = TypeVar('Item')
 
 IDLE = 0.1
 """How often [s] to look whether waiting messages have to wait any longer."""
+
+
+@dataclass(frozen=True)
+class OrderConfig(Config):
+    """Which messages wait for others, and which are too late."""
+
+    reorder_window: float = parameter(
+        0.0,
+        'Messages wait so long, by their stamps, for others that belong before them.',
+        unit='s',
+        minimum=0.0,
+        maximum=10.0,
+        audience=EXPERT,
+    )
+    max_late: float = parameter(
+        0.25,
+        'A message older than the last one by no more than this is late and dropped; by more, '
+        'time has gone back, as in a loop.',
+        unit='s',
+        minimum=0.0,
+        maximum=10.0,
+        audience=EXPERT,
+    )
 
 
 class Order(Generic[Item]):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from dataclasses import field
 from statistics import median
 import threading
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -15,7 +16,10 @@ from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.topics import publish_on
-from colortrack_ros.parameters import Spec
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
+from colortrack_ros.parameters import specs_of
 
 PERIOD = 1.0
 THROTTLE = 5.0
@@ -27,17 +31,27 @@ NO_CLOCK = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
-def _limit(name: str, default: float, description: str) -> Spec:
-    return Spec(name, default, description, unit='s', minimum=0.0, maximum=3600.0)
+def _limit(default: float, description: str) -> Any:
+    return parameter(default, description, unit='s', minimum=0.0, maximum=3600.0, audience=EXPERT)
 
 
-HEALTH = (
-    _limit('warn_latency', 0.5, 'Diagnostics warn when the median time since the stamp is longer.'),
-    _limit('error_latency', 5.0, 'Diagnostics report an error when it is longer than this.'),
-    _limit('warn_silence', 2.0, 'Diagnostics warn when nothing has come in for longer.'),
-    _limit('error_silence', 60.0, 'Diagnostics report an error when it is longer than this.'),
-)
-"""The rows of the thresholds in a parameter table."""
+@dataclass(frozen=True)
+class HealthConfig(Config):
+    """When the diagnostics of a node warn."""
+
+    warn_latency: float = _limit(
+        0.5, 'Diagnostics warn when the median time since the stamp is longer.'
+    )
+    error_latency: float = _limit(
+        5.0, 'Diagnostics report an error when the median time since the stamp is longer.'
+    )
+    warn_silence: float = _limit(2.0, 'Diagnostics warn when nothing has come in for longer.')
+    error_silence: float = _limit(
+        60.0, 'Diagnostics report an error when nothing has come in for longer.'
+    )
+
+
+HEALTH = tuple(specs_of(HealthConfig))
 
 
 @dataclass

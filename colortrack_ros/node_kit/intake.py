@@ -1,6 +1,7 @@
 """Pictures on the way from a topic to what works on them."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 import threading
 import time
 from typing import Protocol
@@ -13,14 +14,19 @@ from colortrack_ros.data import Frame
 from colortrack_ros.flow.backlog import Backlog
 from colortrack_ros.flow.order import IDLE
 from colortrack_ros.flow.order import Order
+from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.topics import subscribe_to
-from colortrack_ros.node_kit.topics import topic
-from colortrack_ros.parameters import Spec
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
+from colortrack_ros.parameters import part
+from colortrack_ros.parameters import specs_of
 
 READERS = {
     'raw': (Image, '{}', frame_of_serialized_image),
@@ -28,48 +34,31 @@ READERS = {
 }
 """For each value of image_transport the message, its topic and what reads it."""
 
-ORDER = (
-    Spec(
-        'reorder_window',
-        0.0,
-        'Messages wait so long, by their stamps, for others that belong before them.',
-        unit='s',
-        minimum=0.0,
-        maximum=10.0,
-    ),
-    Spec(
-        'max_late',
-        0.25,
-        'A message older than the last one by no more than this is late and dropped; by more, '
-        'time has gone back, as in a loop.',
-        unit='s',
-        minimum=0.0,
-        maximum=10.0,
-    ),
-)
-"""The rows of these two in a parameter table."""
 
+@dataclass(frozen=True)
+class IntakeConfig(Config):
+    """Where pictures come from, and which of them are worked on."""
 
-INTAKE = (
-    Spec(
-        'max_lag',
+    max_lag: float = parameter(
         0.05,
         'When working off the waiting images would take longer, the oldest are skipped.',
         unit='s',
         minimum=0.0,
         maximum=60.0,
-    ),
-    *ORDER,
-    topic('image_topic', 'camera/image_raw', 'the images'),
-    Spec(
-        'image_transport',
+        audience=EXPERT,
+    )
+    order: OrderConfig = part(OrderConfig)
+    image_topic: str = topic_name('camera/image_raw', 'the images')
+    image_transport: str = parameter(
         'raw',
         'Whether images come raw, or as JPEG or PNG on <image_topic>/compressed.',
-        choices=tuple(READERS),
+        choices=READERS,
         read_only=True,
-    ),
-)
-"""The rows of an image intake in a parameter table."""
+    )
+
+
+ORDER = tuple(specs_of(OrderConfig))
+INTAKE = tuple(specs_of(IntakeConfig))
 
 
 class IntakeSetup(Protocol):

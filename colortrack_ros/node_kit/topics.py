@@ -1,6 +1,8 @@
 """Publishers and subscriptions with the package's quality of service, open to overrides."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 from rclpy.exceptions import NameValidationException
 from rclpy.expand_topic_name import expand_topic_name
@@ -14,36 +16,63 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import Spec
+from colortrack_ros.parameters import specs_of
 
 PICTURES = (Image, CompressedImage)
 
-PICTURE_DEPTH = Spec(
-    'image_queue_depth',
-    30,
-    'Images that wait in the queue of each publisher and subscription.',
-    minimum=1,
-    maximum=1000,
-    read_only=True,
-)
-DEPTH = Spec(
-    'queue_depth',
-    100,
-    'Other messages that wait in the queue of each publisher and subscription.',
-    minimum=1,
-    maximum=10000,
-    read_only=True,
-)
+
+@dataclass(frozen=True)
+class PictureQueueConfig(Config):
+    """The queues of a node that publishes pictures or subscribes to them."""
+
+    image_queue_depth: int = parameter(
+        30,
+        'Images that wait in the queue of each publisher and subscription.',
+        minimum=1,
+        maximum=1000,
+        audience=EXPERT,
+        read_only=True,
+    )
+
+
+@dataclass(frozen=True)
+class QueueConfig(Config):
+    """The queues of any node."""
+
+    queue_depth: int = parameter(
+        100,
+        'Other messages that wait in the queue of each publisher and subscription.',
+        minimum=1,
+        maximum=10000,
+        audience=EXPERT,
+        read_only=True,
+    )
+
+
+(PICTURE_DEPTH,) = specs_of(PictureQueueConfig)
+(DEPTH,) = specs_of(QueueConfig)
+
+
+def topic_name(default: str, content: str) -> Any:
+    """A field that is the name of a topic; only one whose default is empty may be empty."""
+    return parameter(default, f'Topic of {content}.', read_only=True, valid=_check(default))
 
 
 def topic(name: str, default: str, content: str) -> Spec:
     """The row of a topic's name in a parameter table; only an empty default may be empty."""
+    return Spec(name, default, f'Topic of {content}.', read_only=True, valid=_check(default))
 
+
+def _check(default: str) -> Callable[[str], None]:
     def valid(value: str) -> None:
         if value or default:
             _check_topic(value)
 
-    return Spec(name, default, f'Topic of {content}.', read_only=True, valid=valid)
+    return valid
 
 
 def _check_topic(name: str) -> None:

@@ -1,5 +1,6 @@
 """Tracks on the way out of a node, whatever has made them."""
 
+from dataclasses import dataclass
 from typing import Protocol
 
 from rclpy.node import Node
@@ -10,22 +11,24 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.node_kit.topics import publish_on
-from colortrack_ros.node_kit.topics import topic
-from colortrack_ros.parameters import Spec
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import parameter
+from colortrack_ros.parameters import specs_of
 
-MARKER_SCALE = Spec(
-    'marker_scale',
-    0.01,
-    'Size of a pixel in the markers.',
-    unit='m/px',
-    minimum=1e-9,
-    maximum=1e3,
-)
-TRACKS_OUT = (
-    topic('tracks_topic', 'tracks', 'the tracks that are published'),
-    topic('markers_topic', 'tracks/markers', 'the markers that are published'),
-)
-"""The rows of this output in a parameter table."""
+
+@dataclass(frozen=True)
+class TracksOutputConfig(Config):
+    """Where tracks go."""
+
+    marker_scale: float = parameter(
+        0.01, 'Size of a pixel in the markers.', unit='m/px', minimum=1e-9, maximum=1e3
+    )
+    tracks_topic: str = topic_name('tracks', 'the tracks that are published')
+    markers_topic: str = topic_name('tracks/markers', 'the markers that are published')
+
+
+MARKER_SCALE, *TRACKS_OUT = specs_of(TracksOutputConfig)
 
 
 class OutputSetup(Protocol):
