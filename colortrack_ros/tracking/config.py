@@ -109,9 +109,18 @@ class TrackerConfig(Config):
         audience=DOCUMENT,
     )
     confirm_hits: int = parameter(
-        3, 'Detections that confirm a track, among', minimum=1, maximum=100
+        3,
+        'A track with this many detections in its first confirm_window frames is confirmed.',
+        minimum=1,
+        maximum=100,
     )
-    confirm_window: int = parameter(4, 'its first so many frames.', minimum=1, maximum=100)
+    confirm_window: int = parameter(
+        4,
+        'Frames in which a new track must have confirm_hits detections; one that cannot is deleted.',
+        unit='frames',
+        minimum=1,
+        maximum=100,
+    )
     max_position_sigma: float = parameter(
         300.0,
         'A track whose position is known less well is deleted.',
