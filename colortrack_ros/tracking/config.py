@@ -116,7 +116,7 @@ class TrackerConfig(Config):
     )
     confirm_window: int = parameter(
         4,
-        'Frames in which a new track must have confirm_hits detections; one that cannot is deleted.',
+        'First frames in which a track needs confirm_hits detections; one that cannot is deleted.',
         unit='frames',
         minimum=1,
         maximum=100,
