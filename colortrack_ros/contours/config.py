@@ -1,132 +1,232 @@
-"""The configuration of the contour tracker: every field is a ROS parameter of the same name."""
+"""What can be set on the contour tracker."""
 
 from dataclasses import dataclass
-import math
+
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import DOCUMENT
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
 
 STARTS = ('background', 'difference')
 OUTLINES = ('area', 'box')
 FILTERS = ('joint', 'two')
 
-RANGES: dict[str, tuple[float, float]] = {
-    'points': (6, 64),
-    'line_length': (4, 200),
-    'sigma': (0.1, 100.0),
-    'min_contrast': (0.0, 255.0),
-    'no_edge': (0.0, 255.0),
-    'inside_deviation': (0.0, 255.0),
-    'outside_deviation': (0.0, 255.0),
-    'outlier': (0.0, 100.0),
-    'min_found': (0.0, 1.0),
-    'start_found': (0.0, 1.0),
-    'edge_variance': (1e-4, 1e3),
-    'motion_noise': (0.0, 1e3),
-    'scale_noise': (0.0, 1.0),
-    'turn_noise': (0.0, 1.0),
-    'shape_noise': (0.0, 1e3),
-    'rate': (0.1, 1000.0),
-    'difference_threshold': (0.0, 254.0),
-    'blur_sigma': (0.0, 50.0),
-    'min_area': (16, 1_000_000_000),
-    'opening_size': (1, 99),
-    'learn_seconds': (0.0, 3600.0),
-    'start_interval': (0.0, 3600.0),
-    'max_time_since_update': (0.0, 3600.0),
-    'max_targets': (1, 500),
-    'max_dt': (1e-3, 3600.0),
-}
-CHOICES = {'start': STARTS, 'outline': OUTLINES, 'filters': FILTERS}
-
 
 @dataclass(frozen=True)
-class ContourConfig:
-    """What a person may set. Noises are variances that grow in a frame of 1 / rate.
+class ContourConfig(Config):
+    """How what moves becomes contours. Noises are variances that grow in a frame of 1 / rate."""
 
-    :param start: what targets are told from: the learned background, or the picture of the look
-        before, start_interval ago (frame differencing).
-    :param outline: where the first control points are: along the area's outline, or as in the
-        document along its box.
-    :param points: n, control points and measurement lines of a contour.
-    :param interpolating: lines stand on the curve; if not, as in the document, the edges found are
-        taken for its control points.
-    :param line_length: L [px], half of it to each side.
-    :param mask: of the edge detector along a line, odd in number.
-    :param sigma: standard deviation of an edge around the point predicted [px].
-    :param min_contrast: weaker changes of intensity are no edges [levels].
-    :param no_edge: a line has no edge when the best is weaker, its contrast times the Gaussian,
-        1 at the point predicted [levels].
-    :param inside_deviation: standard deviation of the intensity just inside of an edge from that
-        usual on its line [levels]; 0: any will do.
-    :param outside_deviation: the same just outside.
-    :param outlier: an edge farther from where it is expected, and from where the motion of most
-        puts it, is none [standard deviations]; 0: all are taken.
-    :param min_found: a target with edges on a smaller part of its lines is not measured.
-    :param start_found: a new target needs edges on such a part of its lines.
-    :param rotation: estimate rotation beside translation and scale.
-    :param filters: one filter for motion and shape, or as in the document two in turn.
-    :param edge_variance: v, of an edge found [px^2].
-    :param motion_noise: q_u, of the velocity [px^2/frame^2].
-    :param scale_noise: q_s, of the change of scale [1/frame^2].
-    :param turn_noise: of the angular velocity [rad^2/frame^2].
-    :param shape_noise: w, of each control point [px^2].
-    :param rate: of the frames that the noises are for [Hz]; at others they are scaled.
-    :param difference_threshold: what differs by more is a target [levels].
-    :param blur_sigma: of the Gaussian before the threshold [px].
-    :param min_area: smaller components are dropped (area opening) [px].
-    :param opening_size: side of the square of the opening [px], odd.
-    :param learn_seconds: how long what moves is taken out of a new background [s].
-    :param start_interval: time between two looks for new targets [s].
-    :param max_time_since_update: a target unmeasured for longer is given up [s].
-    :param max_targets: so many are followed at a time.
-    :param max_dt: a longer jump of the stamps starts the tracker afresh [s].
-    :raises ValueError: when a value is out of its range; the message says which and why.
-    """
+    start: str = parameter(
+        'background',
+        'What new targets differ from: the learned background, or the picture start_interval '
+        'before (frame differencing).',
+        choices=STARTS,
+    )
+    outline: str = parameter(
+        'area',
+        "Where the first control points lie: on the area's outline, or as in the document on its "
+        'box.',
+        choices=OUTLINES,
+        audience=DOCUMENT,
+    )
+    points: int = parameter(
+        12, 'Control points and measurement lines of a contour (n).', minimum=6, maximum=64
+    )
+    interpolating: bool = parameter(
+        True,
+        'Whether the curve passes through the edges found; if not, as in the document, they are '
+        'its control points.',
+        audience=DOCUMENT,
+    )
+    line_length: int = parameter(
+        30,
+        'Length of a measurement line, half of it to each side of the contour (L).',
+        unit='px',
+        minimum=4,
+        maximum=200,
+    )
+    mask: tuple[float, ...] = parameter(
+        [-1.2, -2.0, 0.0, 2.0, 1.2],
+        'Weights of the edge detector along a line, odd in number, of sum 0.',
+        audience=EXPERT,
+    )
+    sigma: float = parameter(
+        3.0,
+        'Standard deviation of an edge around the predicted point.',
+        unit='px',
+        minimum=0.1,
+        maximum=100.0,
+        audience=EXPERT,
+    )
+    min_contrast: float = parameter(
+        15.0, 'Weaker changes of intensity are no edges.', unit='levels', minimum=0.0, maximum=255.0
+    )
+    no_edge: float = parameter(
+        2.0,
+        'A line has no edge when the best is weaker: its contrast times a Gaussian that is 1 at '
+        'the predicted point.',
+        unit='levels',
+        minimum=0.0,
+        maximum=255.0,
+        audience=EXPERT,
+    )
+    inside_deviation: float = parameter(
+        20.0,
+        'Standard deviation of the intensity just inside an edge from what is usual on its line; '
+        '0 accepts any.',
+        unit='levels',
+        minimum=0.0,
+        maximum=255.0,
+        audience=EXPERT,
+    )
+    outside_deviation: float = parameter(
+        40.0,
+        'The same just outside the edge.',
+        unit='levels',
+        minimum=0.0,
+        maximum=255.0,
+        audience=EXPERT,
+    )
+    outlier: float = parameter(
+        4.0,
+        'Gate of an edge around its prediction, or around the motion that most edges share; 0 '
+        'takes all.',
+        unit='standard deviations',
+        minimum=0.0,
+        maximum=100.0,
+        audience=EXPERT,
+    )
+    min_found: float = parameter(
+        0.5,
+        'A target with edges on a smaller share of its lines is not measured and coasts.',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    start_found: float = parameter(
+        0.75, 'Share of its lines on which a new target needs edges.', minimum=0.0, maximum=1.0
+    )
+    rotation: bool = parameter(
+        False, 'Whether rotation is estimated beside translation and scale.', audience=EXPERT
+    )
+    filters: str = parameter(
+        'joint',
+        'One filter of motion and shape, or as in the document one after the other, (7) and (8).',
+        choices=FILTERS,
+        audience=DOCUMENT,
+    )
+    edge_variance: float = parameter(
+        0.1,
+        'Variance of a measured edge (v).',
+        unit='px^2',
+        minimum=1e-4,
+        maximum=1e3,
+        audience=EXPERT,
+    )
+    motion_noise: float = parameter(
+        0.02,
+        'Variance by which the velocity changes in a frame (q_u).',
+        unit='px^2/frame^2',
+        minimum=0.0,
+        maximum=1e3,
+        audience=EXPERT,
+    )
+    scale_noise: float = parameter(
+        1e-6,
+        'Variance by which the rate of scaling changes in a frame (q_s).',
+        unit='1/frame^2',
+        minimum=0.0,
+        maximum=1.0,
+        audience=EXPERT,
+    )
+    turn_noise: float = parameter(
+        1e-5,
+        'Variance by which the angular velocity changes in a frame.',
+        unit='rad^2/frame^2',
+        minimum=0.0,
+        maximum=1.0,
+        audience=EXPERT,
+    )
+    shape_noise: float = parameter(
+        0.005,
+        'Variance by which each control point moves on its own in a frame (w).',
+        unit='px^2',
+        minimum=0.0,
+        maximum=1e3,
+        audience=EXPERT,
+    )
+    rate: float = parameter(
+        24.0,
+        'Frame rate for which the noises are given; at others they are scaled.',
+        unit='Hz',
+        minimum=0.1,
+        maximum=1000.0,
+        audience=EXPERT,
+    )
+    difference_threshold: float = parameter(
+        20.0,
+        'What differs from the background by more is a new target.',
+        unit='levels',
+        minimum=0.0,
+        maximum=254.0,
+    )
+    blur_sigma: float = parameter(
+        1.5,
+        'Standard deviation of the Gaussian before that threshold.',
+        unit='px',
+        minimum=0.0,
+        maximum=50.0,
+    )
+    min_area: int = parameter(
+        150,
+        'Smaller areas start no target (area opening).',
+        unit='px',
+        minimum=16,
+        maximum=1_000_000_000,
+    )
+    opening_size: int = parameter(
+        3,
+        'Side of the square of the opening that follows, odd.',
+        unit='px',
+        minimum=1,
+        maximum=99,
+        audience=EXPERT,
+    )
+    learn_seconds: float = parameter(
+        1.0,
+        'Time during which what moves is taken out of a new background.',
+        unit='s',
+        minimum=0.0,
+        maximum=3600.0,
+    )
+    start_interval: float = parameter(
+        0.5, 'Time between two searches for new targets.', unit='s', minimum=0.0, maximum=3600.0
+    )
+    max_time_since_update: float = parameter(
+        1.5,
+        'A target that has not been measured for longer is deleted.',
+        unit='s',
+        minimum=0.0,
+        maximum=3600.0,
+    )
+    max_targets: int = parameter(
+        100, 'Targets that are followed at a time.', minimum=1, maximum=500
+    )
+    max_dt: float = parameter(
+        2.0,
+        'A longer jump of the stamps starts the tracker afresh.',
+        unit='s',
+        minimum=1e-3,
+        maximum=3600.0,
+        audience=EXPERT,
+    )
 
-    start: str = 'background'
-    outline: str = 'area'
-    points: int = 12
-    interpolating: bool = True
-    line_length: int = 30
-    mask: tuple[float, ...] = (-1.2, -2.0, 0.0, 2.0, 1.2)
-    sigma: float = 3.0
-    min_contrast: float = 15.0
-    no_edge: float = 2.0
-    inside_deviation: float = 20.0
-    outside_deviation: float = 40.0
-    outlier: float = 4.0
-    min_found: float = 0.5
-    start_found: float = 0.75
-    rotation: bool = False
-    filters: str = 'joint'
-    edge_variance: float = 0.1
-    motion_noise: float = 0.02
-    scale_noise: float = 1e-6
-    turn_noise: float = 1e-5
-    shape_noise: float = 0.005
-    rate: float = 24.0
-    difference_threshold: float = 20.0
-    blur_sigma: float = 1.5
-    min_area: int = 150
-    opening_size: int = 3
-    learn_seconds: float = 1.0
-    start_interval: float = 0.5
-    max_time_since_update: float = 1.5
-    max_targets: int = 100
-    max_dt: float = 2.0
-
-    def __post_init__(self) -> None:
-        for name, choices in CHOICES.items():
-            value = getattr(self, name)
-            if value not in choices:
-                raise ValueError(f'{name} is {value!r}, expected one of {", ".join(choices)}')
-        for name, (low, high) in RANGES.items():
-            value = getattr(self, name)
-            if not (math.isfinite(value) and low <= value <= high):
-                raise ValueError(f'{name} is {value!r}, expected {low:g} to {high:g}')
+    def check(self) -> None:
+        """An opening with a middle, and a mask that sees edges alone."""
         if self.opening_size % 2 == 0:
-            raise ValueError(f'opening_size is {self.opening_size}, expected an odd number of px')
-        if not 3 <= len(self.mask) <= 15 or len(self.mask) % 2 == 0 or abs(sum(self.mask)) > 1e-6:
+            raise ValueError(f'opening_size: expected an odd number of px, got {self.opening_size}')
+        fits = 3 <= len(self.mask) <= 15 and len(self.mask) % 2 == 1
+        if not fits or abs(sum(self.mask)) > 1e-6 or not any(self.mask):
             raise ValueError(
-                f'mask is {list(self.mask)}, expected 3 to 15 weights, odd in number, of sum 0'
+                'mask: expected 3 to 15 weights, odd in number, of sum 0 and not all 0, '
+                f'got {list(self.mask)}'
             )
-        if not sum(map(abs, self.mask)) > 0:
-            raise ValueError(f'mask is {list(self.mask)}, expected weights that are not all 0')

@@ -51,8 +51,8 @@ def parameter(
 ) -> Any:
     """A field that is a parameter; see :class:`Spec` for what is not said here.
 
-    :param default: a tuple is a list of that many items; a type, such as ``float``, a list of it
-        of any length that is absent, ``()``, until it is set.
+    :param default: a tuple is a list of that many items, a list one of any length; a type, such as
+        ``float``, a list of it that is absent, ``()``, until it is set.
     """
     absent = isinstance(default, type)
     listed = isinstance(default, tuple)
@@ -70,7 +70,8 @@ def parameter(
         shown=shown,
         valid=valid,
     )
-    return field(default=() if absent else default, metadata={_SPEC: spec})
+    value = () if absent else tuple(default) if isinstance(default, list) else default
+    return field(default=value, metadata={_SPEC: spec})
 
 
 @dataclass(frozen=True)

@@ -357,5 +357,5 @@ def test_no_more_targets_than_allowed():
     ],
 )  # fmt: skip
 def test_a_bad_setting_is_refused_by_its_name(name, value):
-    with pytest.raises(ValueError, match=f'^{name} is .*expected'):
+    with pytest.raises(ValueError, match=f'^{name}: expected .*got'):
         ContourConfig(**{name: value})

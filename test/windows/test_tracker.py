@@ -229,7 +229,7 @@ def test_the_same_stamp_twice_does_no_harm():
     ],
 )  # fmt: skip
 def test_a_bad_setting_is_refused_by_its_name(name, value):
-    with pytest.raises(ValueError, match=f'{name} is {value!r}, expected'):
+    with pytest.raises(ValueError, match=f'^{name}: expected .*, got {value!r}'):
         WindowConfig(**{name: value})
 
 
