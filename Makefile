@@ -1,4 +1,4 @@
-# Works on a machine without ROS, with Python 3.11 or 3.12: everything goes into .venv.
+# Works on a machine without ROS, with Python 3.10 to 3.14: everything goes into .venv.
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -31,7 +31,7 @@ define run_tests
 	$(if $(TESTS),,$(RUN) $(1) -m pytest test/ros)
 endef
 
-test: lint
+test: $(VENV)/test
 	$(call run_tests,$(VENV)/bin/python)
 
 # The same tests with the versions that Ubuntu 24.04 has.
@@ -46,10 +46,16 @@ bench: .venv-bench/bench
 soak: .venv-bench/bench
 	$(RUN) .venv-bench/bin/python benchmark/soak.py
 
-lint: $(VENV)/test
-	$(PYTHON_IN) -m ruff format --check .
-	$(PYTHON_IN) -m ruff check .
-	$(PYTHON_IN) -m mypy colortrack_ros
+# With tools of its own, in the versions of .ci/lint.txt.
+lint: .venv-lint/lint
+	.venv-lint/bin/ruff format --check .
+	.venv-lint/bin/ruff check .
+	$(RUN) .venv-lint/bin/python -m mypy colortrack_ros
+
+.venv-lint/lint: .ci/lint.txt
+	$(RUN) $(PYTHON) -m venv .venv-lint
+	$(RUN) .venv-lint/bin/python -m pip install --quiet --disable-pip-version-check -r .ci/lint.txt
+	touch $@
 
 %/demo: setup.py
 	$(RUN) $(PYTHON) -m venv $*
@@ -75,4 +81,4 @@ docs: $(VENV)/test
 	touch $@
 
 clean:
-	rm -rf $(VENV) .venv-ubuntu .venv-bench build install log out
+	rm -rf $(VENV) .venv-lint .venv-ubuntu .venv-bench build install log out

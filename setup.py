@@ -54,11 +54,8 @@ setup(
         'test': [
             'hypothesis',
             'motmetrics',
-            'mypy',
             'pytest',
             'pytest-xdist',
-            'ruff',
-            'types-PyYAML',
         ],
     },
     zip_safe=True,
