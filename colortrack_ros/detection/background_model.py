@@ -1,5 +1,6 @@
 """A picture of what stands still."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -9,6 +10,9 @@ from numpy.typing import NDArray
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import Blobs
 from colortrack_ros.detection.blobs import sample_pixels
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
 
 Picture = NDArray[Any]
 
@@ -41,6 +45,29 @@ GRID = 4096
 
 DEAD_BAND = 0.02
 """Changes of the light that are taken for none: noise moves the estimate that much."""
+
+
+@dataclass(frozen=True)
+class BackgroundModelConfig(Config):
+    """How methods use the learned background."""
+
+    difference_threshold: float = parameter(
+        8.0,
+        'A pixel moves where it differs by more from the learned background, in the mean of the '
+        'channels; for moving_only and the background model median.',
+        unit='levels',
+        minimum=0.0,
+        maximum=254.0,
+        audience=EXPERT,
+    )
+    learn_seconds: float = parameter(
+        1.0,
+        'How long a new background is learned, so that what moves meanwhile is not part of it.',
+        unit='s',
+        minimum=0.0,
+        maximum=3600.0,
+        audience=EXPERT,
+    )
 
 
 class BackgroundModel:

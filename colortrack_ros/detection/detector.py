@@ -116,11 +116,11 @@ class Detector:
 def check_image(frame: Frame) -> None:
     """Raise ValueError when a frame's encoding is not known or does not fit its picture."""
     if frame.encoding not in ENCODINGS:
-        raise ValueError(f'encoding is {frame.encoding!r}, expected one of {list(ENCODINGS)}')
+        raise ValueError(f'encoding: expected one of {list(ENCODINGS)}, got {frame.encoding!r}')
     channels, shape = ENCODINGS[frame.encoding], frame.image.shape
     if not (shape[2:] == (channels,) or (len(shape) == 2 and channels == 1)):
         raise ValueError(
-            f'image.shape is {shape}, expected (height, width, {channels}) for {frame.encoding}'
+            f'image.shape: expected (height, width, {channels}) for {frame.encoding}, got {shape}'
         )
     if frame.image.dtype != np.uint8:
-        raise ValueError(f'image.dtype is {frame.image.dtype}, expected uint8')
+        raise ValueError(f'image.dtype: expected uint8, got {frame.image.dtype}')

@@ -4,12 +4,54 @@ What lies outside of the picture neither erodes nor grows a blob at its border. 
 size is the side of the structuring element [px], 1 for none, and count the greatest label.
 """
 
+from dataclasses import dataclass
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
+
+MAX_ELEMENT_SIZE = 99
+
+
+def _odd(size: int) -> None:
+    if size % 2 == 0:
+        raise ValueError(f'expected an odd number in 1..{MAX_ELEMENT_SIZE}, got {size}')
+
+
+def _side(default: int, operation: str, **declared: Any) -> Any:
+    """A field: the side of a structuring element."""
+    return parameter(
+        default,
+        f'Side of the structuring element of the {operation}, odd; 1 leaves the mask as it is.',
+        unit='px',
+        minimum=1,
+        maximum=MAX_ELEMENT_SIZE,
+        valid=_odd,
+        **declared,
+    )
+
+
+@dataclass(frozen=True)
+class MorphologyConfig(Config):
+    """How the mask is cleaned: closing, erosion, opening, in this order.
+
+    Area, box and centroid are those of the cleaned mask.
+    """
+
+    erosion_size: int = _side(3, 'erosion (2.4)')
+    opening_size: int = _side(1, 'opening (2.6), after the erosion', audience=EXPERT)
+    closing_size: int = _side(
+        1,
+        'closing (2.7), before the erosion, which joins the parts of a striped object',
+        audience=EXPERT,
+    )
 
 
 def _square(size: int) -> NDArray[np.uint8]:

@@ -2,9 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from dataclasses import replace
 
 from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import linear_from_srgb
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
 
 MAX_TOLERANCE = 200.0
 LAB_RANGES = (('L', 0.0, 100.0), ('a', -128.0, 128.0), ('b', -128.0, 128.0))
@@ -15,7 +19,7 @@ Triple = tuple[float, float, float]
 def expect(valid: bool, name: str, value: object, expected: str) -> None:
     """Raise ValueError with a reason that names the parameter, the value and the range."""
     if not valid:
-        raise ValueError(f'{name} is {value!r}, expected {expected}')
+        raise ValueError(f'{name}: expected {expected}, got {value!r}')
 
 
 @dataclass(frozen=True)
@@ -95,3 +99,57 @@ PRESETS: dict[str, tuple[Triple, Triple]] = {
     'black': ((6.0, 0.0, 0.0), (18.0, 12.0, 12.0)),
 }
 """Names, and lab and tolerance_lab of painted things in daylight."""
+
+
+DEFAULT_COLORS = (ReferenceColor.from_rgb('red', (205, 58, 34), 50.0),)
+
+
+@dataclass(frozen=True)
+class ReferenceColorConfig(Config):
+    """What each NAME in ``colors`` has: one of lab, rgb and preset, and a tolerance."""
+
+    lab: Triple = parameter(
+        float, 'The reference color [L, a, b] in CIELAB (D65); or give rgb or preset.'
+    )
+    rgb: Triple = parameter(
+        float, 'The reference color [r, g, b], sRGB, 0..255; or give lab or preset.'
+    )
+    preset: str = parameter('', 'The reference color by its common name.', choices=('', *PRESETS))
+    tolerance_lab: Triple = parameter(
+        float,
+        'Half axes [dL, da, db] of an ellipsoid in place of the sphere of radius tolerance.',
+        unit='CIELAB units',
+        minimum=0.0,
+        maximum=MAX_TOLERANCE,
+        audience=EXPERT,
+    )
+    tolerance: float = parameter(
+        DEFAULT_COLORS[0].tolerance,
+        'Pixels closer than this to the reference color belong to it (tau).',
+        unit='CIELAB units',
+        minimum=0.0,
+        maximum=MAX_TOLERANCE,
+    )
+
+
+def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColor:
+    """The color that the parameters of a NAME describe; a default color needs a tolerance alone.
+
+    :raises ValueError: none or several of lab, rgb and preset are given, or one is out of range.
+    """
+    given = [key for key in ('lab', 'rgb', 'preset') if getattr(config, key)]
+    one = f'one of {name}.lab, {name}.rgb and {name}.preset'
+    if len(given) > 1:
+        raise ValueError(f'{name}: expected {one}, got {" and ".join(given)}')
+    axes = config.tolerance_lab or None
+    if config.lab:
+        return ReferenceColor(name, config.lab, config.tolerance, axes)
+    if config.rgb:
+        return ReferenceColor.from_rgb(name, config.rgb, config.tolerance, axes)
+    if config.preset:
+        color = ReferenceColor.from_preset(name, config.preset)
+        return replace(color, tolerance_lab=axes) if axes else color
+    for color in DEFAULT_COLORS:
+        if color.name == name:
+            return replace(color, tolerance=config.tolerance, tolerance_lab=axes)
+    raise ValueError(f'{name}: expected {one}, got none of them')

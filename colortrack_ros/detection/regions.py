@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.reference import expect
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import parameter
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,27 @@ class Region:
         valid = np.shape(self.polygon)[1:] == (2,) and bool(np.isfinite(self.polygon).all())
         expect(valid, name, self.polygon, 'corners (u, v) of finite numbers')
         expect(np.abs(self.polygon).max() < 1e6, name, self.polygon, 'corners within 1e6 px')
+
+
+@dataclass(frozen=True)
+class RegionConfig(Config):
+    """What each NAME in ``regions`` has."""
+
+    polygon: tuple[float, ...] = parameter(float, 'Corners [u1, v1, u2, v2, ...].', unit='px')
+    ignore: bool = parameter(
+        False, 'True: nothing is detected inside. False: nothing is detected outside.'
+    )
+
+
+def region_of(name: str, config: RegionConfig) -> Region:
+    """The region that the parameters of a NAME describe.
+
+    :raises ValueError: the polygon has a half corner, or too few.
+    """
+    corners = config.polygon
+    pairs = f'{name}.polygon'
+    expect(len(corners) % 2 == 0, pairs, len(corners), 'pairs of u and v, an even number of them')
+    return Region(name, tuple(zip(corners[::2], corners[1::2], strict=True)), config.ignore)
 
 
 class Regions:

@@ -1,19 +1,55 @@
 """Which blobs have the shape of what is looked for."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import parameter
 
-if TYPE_CHECKING:
-    from colortrack_ros.detection.config import DetectorConfig
+MAX_AREA = 1_000_000_000
 
 PIXEL = 1 / 12
 """Second moment of a pixel about its center, on each axis [px^2]."""
+
+
+@dataclass(frozen=True)
+class ShapeConfig(Config):
+    """Which blobs are objects, by their size and shape."""
+
+    min_area: int = parameter(
+        20, 'Blobs with fewer pixels are dropped.', unit='px', minimum=1, maximum=MAX_AREA
+    )
+    max_area: int = parameter(
+        MAX_AREA, 'Blobs with more pixels are dropped.', unit='px', minimum=1, maximum=MAX_AREA
+    )
+    min_aspect: float = parameter(
+        0.0, "Least ratio of a blob's minor to its major axis.", minimum=0.0, maximum=1.0
+    )
+    min_extent: float = parameter(
+        0.0, "Least ratio of a blob's area to that of its box.", minimum=0.0, maximum=1.0
+    )
+    min_circularity: float = parameter(
+        0.0,
+        'Least circularity of a blob, 1 for a disc; a ball is above 0.9.',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    min_solidity: float = parameter(
+        0.0, "Least ratio of a blob's area to that of its convex hull.", minimum=0.0, maximum=1.0
+    )
+
+    def check(self) -> None:
+        """min_area is at most max_area."""
+        super().check()
+        if self.max_area < self.min_area:
+            raise ValueError(
+                f'max_area: expected at least min_area, {self.min_area} px, got {self.max_area}'
+            )
 
 
 def aspect(blobs: Blobs) -> NDArray[np.float64]:
@@ -54,7 +90,7 @@ MEASURES: dict[str, Callable[[Blobs], NDArray[np.float64]]] = {
 """Parameters and what has to be at least as much, 0..1."""
 
 
-def keep_shapes(blobs: Blobs, config: 'DetectorConfig') -> Blobs:
+def keep_shapes(blobs: Blobs, config: ShapeConfig) -> Blobs:
     """The blobs up to max_area with all the shapes asked for; 0 asks for nothing."""
     if (large := blobs.area > config.max_area).any():
         blobs = blobs.take(~large)

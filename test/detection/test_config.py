@@ -7,27 +7,28 @@ import pytest
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.color_table import ColorTable
-from colortrack_ros.detection.config import RANGES
 from colortrack_ros.detection.reference import PRESETS
+from colortrack_ros.parameters.config import specs_of
 
 LAB = (50.0, 10.0, 10.0)
+RANGES = [spec for spec in specs_of(DetectorConfig) if spec.maximum is not None]
 
 
 @pytest.mark.parametrize('tolerance', [0.0, -1.0, 200.1, nan, inf])
 def test_a_tolerance_out_of_range_is_refused(tolerance):
-    with pytest.raises(ValueError, match=r'red\.tolerance is .*, expected above 0, at most 200'):
+    with pytest.raises(ValueError, match=r'red\.tolerance: expected above 0, at most 200.0, got '):
         ReferenceColor('red', LAB, tolerance)
 
 
 @pytest.mark.parametrize('lab', [(nan, 0, 0), (0, inf, 0), (-1, 0, 0), (50, 0, 129), (50, 0)])
 def test_a_lab_out_of_range_is_refused(lab):
-    with pytest.raises(ValueError, match=r'red\.lab is .*, expected'):
+    with pytest.raises(ValueError, match=r'red\.lab: expected .*, got '):
         ReferenceColor('red', lab)
 
 
 @pytest.mark.parametrize('rgb', [(256, 0, 0), (0, -1, 0), (0, nan, 0), (1, 2), (1, 2, 3, 4)])
 def test_an_rgb_out_of_range_is_refused(rgb):
-    with pytest.raises(ValueError, match=r'red\.rgb is .*, expected .* 0\.\.255'):
+    with pytest.raises(ValueError, match=r'red\.rgb: expected .* 0\.\.255, got '):
         ReferenceColor.from_rgb('red', rgb)
 
 
@@ -50,33 +51,36 @@ def test_an_rgb_out_of_range_is_refused(rgb):
     ],
 )
 def test_a_parameter_out_of_range_is_refused_by_name(parameter, value):
-    with pytest.raises(ValueError, match=rf'^{parameter} is .*, expected'):
+    with pytest.raises(ValueError, match=rf'^{parameter}: expected .*, got '):
         DetectorConfig(**{parameter: value})
 
 
-@pytest.mark.parametrize('parameter', RANGES)
-def test_a_number_out_of_its_range_is_refused_by_name(parameter):
-    low, high = RANGES[parameter]
+@pytest.mark.parametrize('spec', RANGES, ids=lambda spec: spec.name)
+def test_a_number_out_of_its_range_is_refused_by_name(spec):
+    low, high = spec.kind(spec.minimum), spec.kind(spec.maximum)
     for value in (low, high):
-        assert getattr(DetectorConfig(**{parameter: value}), parameter) == value
+        given = {'min_area': 1} | {spec.name: value}
+        assert getattr(DetectorConfig(**given), spec.name) == value
     for value in (low - 1, high + 1, nan):
-        with pytest.raises(ValueError, match=rf'^{parameter} is .*, expected {low}\.\.{high}$'):
-            DetectorConfig(**{parameter: value})
+        with pytest.raises(ValueError, match=rf'^{spec.name}: expected .*, got {value}$'):
+            DetectorConfig(**{spec.name: value})
 
 
 def test_a_color_without_a_name_is_refused():
-    with pytest.raises(ValueError, match='colors is'):
+    with pytest.raises(ValueError, match='colors: expected a name'):
         ReferenceColor('', LAB)
 
 
 @pytest.mark.parametrize('axes', [(0, 1, 1), (1, 201, 1), (1, 1, nan), (1, 1)])
 def test_an_ellipsoid_out_of_range_is_refused(axes):
-    with pytest.raises(ValueError, match=r'red\.tolerance_lab is .*, expected three numbers'):
+    with pytest.raises(ValueError, match=r'red\.tolerance_lab: expected three numbers'):
         ReferenceColor('red', LAB, tolerance_lab=axes)
 
 
 def test_an_unknown_preset_is_refused_with_those_there_are():
-    with pytest.raises(ValueError, match=r"ball\.preset is 'pink', expected one of red, orange"):
+    with pytest.raises(
+        ValueError, match=r"ball\.preset: expected one of red, orange.*, got 'pink'"
+    ):
         ReferenceColor.from_preset('ball', 'pink')
 
 

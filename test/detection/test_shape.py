@@ -129,7 +129,7 @@ def test_a_picture_tells_where_not_to_look(tmp_path):
 
 def test_a_mask_that_is_no_picture_is_refused_and_the_old_configuration_stays(tmp_path):
     detector = Detector(DetectorConfig())
-    with pytest.raises(ValueError, match=r'mask is .*, expected the path of a picture'):
+    with pytest.raises(ValueError, match=r'mask: expected the path of a picture, got .*'):
         detector.configure(DetectorConfig(min_area=1000, mask=str(tmp_path / 'none.png')))
     image = np.full((40, 50, 3), 120, np.uint8)
     image[10:20, 20:30] = RED
@@ -138,5 +138,5 @@ def test_a_mask_that_is_no_picture_is_refused_and_the_old_configuration_stays(tm
 
 @pytest.mark.parametrize('polygon', [((0, 0), (1, 1)), ((0, 0), (1, 1), (float('nan'), 2)), ()])
 def test_a_polygon_that_is_none_is_refused(polygon):
-    with pytest.raises(ValueError, match=r'door\.polygon is .*, expected'):
+    with pytest.raises(ValueError, match=r'door\.polygon: expected .*, got '):
         Region('door', polygon)

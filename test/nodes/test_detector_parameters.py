@@ -25,21 +25,24 @@ def test_a_color_is_given_as_lab_rgb_or_preset():
 @pytest.mark.parametrize(
     ('values', 'reason'),
     [
-        ({'colors': []}, r'colors is \[\], expected 1 to 254 names'),
+        ({'colors': []}, r'colors: expected 1 to 254 names, got \[\]'),
         ({'colors': ['b', 'b'], 'b__preset': 'blue'}, 'each name once'),
-        ({'colors': ['b']}, 'b: expected b.lab, b.rgb or b.preset, got none of them'),
+        ({'colors': ['b']}, 'b: expected one of b.lab, b.rgb and b.preset, got none of them'),
         (
             {'colors': ['b'], 'b__lab': [1.0, 2.0, 3.0], 'b__rgb': [1.0, 2.0, 3.0]},
-            'b: expected one of lab, rgb and preset, got lab and rgb',
+            'b: expected one of b.lab, b.rgb and b.preset, got lab and rgb',
         ),
-        ({'colors': ['b'], 'b__lab': [1.0, 2.0]}, r'b.lab is \(1.0, 2.0\), expected three numbers'),
-        ({'colors': ['b'], 'b__rgb': [1.0, 2.0, 256.0]}, 'b.rgb is .*256.0.*, expected .*0..255'),
-        ({'red__tolerance': 0.0}, 'red.tolerance is 0.0, expected above 0, at most 200'),
-        ({'min_area': 9, 'max_area': 8}, 'max_area is 8, expected at least min_area, 9 px'),
-        ({'mask': '/no/such.png'}, 'mask is .*/no/such.png'),
+        (
+            {'colors': ['b'], 'b__lab': [1.0, 2.0]},
+            r'b.lab: expected three numbers .*, got \(1.0, 2.0\)',
+        ),
+        ({'colors': ['b'], 'b__rgb': [1.0, 2.0, 256.0]}, 'b.rgb: expected .*0..255, got .*256.0'),
+        ({'red__tolerance': 0.0}, 'red.tolerance: expected above 0, at most 200.0, got 0.0'),
+        ({'min_area': 9, 'max_area': 8}, 'max_area: expected at least min_area, 9 px, got 8'),
+        ({'mask': '/no/such.png'}, 'mask: expected .*, got .*/no/such.png'),
         ({'regions': ['door'], 'door__polygon': [1.0, 2.0, 3.0]}, 'door.polygon: expected pairs'),
-        ({'regions': ['door']}, 'door.polygon is .*expected at least three corners'),
-        ({'erosion_size': 4}, 'erosion_size is 4, expected an odd number in 1..99'),
+        ({'regions': ['door']}, 'door.polygon: expected at least three corners'),
+        ({'erosion_size': 4}, 'erosion_size: expected an odd number in 1..99, got 4'),
     ],
 )
 def test_values_that_do_not_fit_are_refused_by_name_value_and_range(values, reason):

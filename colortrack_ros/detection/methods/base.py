@@ -16,7 +16,7 @@ class Method(Protocol):
 
     It is made with two arguments.
 
-    :param config: of the detector.
+    :param config: of the detector, or the part of it that the method reads.
     :param background: what the detector has learned so far, for methods that need it.
     """
 

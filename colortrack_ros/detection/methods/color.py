@@ -1,13 +1,14 @@
 """Objects by their color: Pegoretti 2021, 3.1.1."""
 
+from dataclasses import dataclass
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.background_model import BackgroundModel
+from colortrack_ros.detection.background_model import BackgroundModelConfig
 from colortrack_ros.detection.blobs import Blobs
 from colortrack_ros.detection.blobs import clear
 from colortrack_ros.detection.blobs import connect
@@ -19,19 +20,80 @@ from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.light import ColorFollower
 from colortrack_ros.detection.light import GrayWorld
 from colortrack_ros.detection.morphology import erode
+from colortrack_ros.detection.morphology import MorphologyConfig
 from colortrack_ros.detection.pixels import channels_of
 from colortrack_ros.detection.pixels import rgb_of
+from colortrack_ros.detection.reference import DEFAULT_COLORS
+from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.reference import MAX_TOLERANCE
+from colortrack_ros.detection.reference import reference_color_of
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.reference import ReferenceColorConfig
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import named
+from colortrack_ros.parameters import parameter
 
-if TYPE_CHECKING:
-    from colortrack_ros.detection.config import DetectorConfig
-
+MAX_COLORS = 254
 FOLLOW_PIXELS = 16
 """Pixels of a blob that a reference color follows."""
 
 
-class Color:
+@dataclass(frozen=True)
+class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
+    """Which colors are looked for, and what is done about changing light and clutter.
+
+    A pixel within tolerance of several colors belongs to the nearest.
+    """
+
+    colors: tuple[ReferenceColor, ...] = named(
+        DEFAULT_COLORS,
+        'Names of the reference colors; a detection carries the index into this list.',
+        ReferenceColorConfig,
+        reference_color_of,
+    )
+    grow: float = parameter(
+        1.0,
+        'Of method color: a blob that a pixel within tolerance has started grows by the connected '
+        'pixels within grow times the tolerance; 1 for none.',
+        minimum=1.0,
+        maximum=10.0,
+        audience=EXPERT,
+    )
+    white_balance: str = parameter(
+        'none',
+        'Of method color: gray_world keeps the mean of each channel at that of the first frame.',
+        choices=('none', 'gray_world'),
+    )
+    follow_light: float = parameter(
+        0.0,
+        'Of method color: how far the reference colors may follow slow changes of what is '
+        'detected; 0 for not at all.',
+        unit='CIELAB units',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    moving_only: bool = parameter(
+        False,
+        'Of method color: whether what stands still is dropped, so that furniture of the '
+        'reference colors is not found.',
+    )
+    threads: int = parameter(
+        1,
+        'Of method color: threads that work on a picture; 2 help at 3840x2160, with OpenCV 5.',
+        minimum=1,
+        maximum=64,
+        audience=EXPERT,
+    )
+
+    def check(self) -> None:
+        """There are 1 to 254 colors, each with a name of its own."""
+        super().check()
+        names = [color.name for color in self.colors]
+        expect(1 <= len(names) <= MAX_COLORS, 'colors', names, f'1 to {MAX_COLORS} names')
+        expect(len(set(names)) == len(names), 'colors', names, 'each name once')
+
+
+class ColorDistance:
     """Color distance (2.1) and threshold (2.2), and what makes them good for real rooms.
 
     With grow above 1, a pixel within tolerance starts a blob, and those within grow times the
@@ -44,7 +106,7 @@ class Color:
     connect = staticmethod(connect)
     whole: LabelImage | None = None
 
-    def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:
+    def __init__(self, config: ColorDistanceConfig, background: BackgroundModel) -> None:
         self.labels = len(config.colors)
         self._config, self._background = config, background
         self._follower = ColorFollower(config.colors, config.follow_light)

@@ -1,6 +1,6 @@
 """The largest object of a primary color: Red object, equations (8) to (12)."""
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -13,13 +13,33 @@ from colortrack_ros.detection.blobs import Blobs
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.pixels import split_rgb
-
-if TYPE_CHECKING:
-    from colortrack_ros.detection.config import DetectorConfig
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import DOCUMENT
+from colortrack_ros.parameters import parameter
 
 CHANNELS = ('red', 'green', 'blue')
 REGION = 0.10
 """Half the side of the region of interest, a share of the picture's width and height."""
+
+
+@dataclass(frozen=True)
+class ChannelDifferenceConfig(Config):
+    """Which channel is compared with the others."""
+
+    channel: str = parameter(
+        'red',
+        'Of method channel_difference: the channel from which the other two are subtracted.',
+        choices=CHANNELS,
+        audience=DOCUMENT,
+    )
+    channel_threshold: int = parameter(
+        60,
+        'Of method channel_difference: pixels with a greater difference belong to the object.',
+        unit='levels',
+        minimum=0,
+        maximum=254,
+        audience=DOCUMENT,
+    )
 
 
 class ChannelDifference:
@@ -28,15 +48,13 @@ class ChannelDifference:
     With the mask O, the row sums H (8) and the column sums V (9), the object is where V and H are
     greatest, x = argmax V, y = argmax H (10). Its centroid is that of all mask pixels in the
     region of plus and minus 10 % of the picture around (x, y), (11) and (12), connected or not.
-
-    :param config: channel and channel_threshold.
     """
 
     labels = 1
     whole = None
     connect = staticmethod(as_one)
 
-    def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:
+    def __init__(self, config: ChannelDifferenceConfig, background: BackgroundModel) -> None:
         self._channel = CHANNELS.index(config.channel)
         self._threshold = config.channel_threshold
 

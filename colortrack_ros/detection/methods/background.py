@@ -1,6 +1,6 @@
 """What moves, whatever its color."""
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -8,15 +8,16 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.background_model import BackgroundModel
+from colortrack_ros.detection.background_model import BackgroundModelConfig
 from colortrack_ros.detection.blobs import Blobs
 from colortrack_ros.detection.blobs import clear
 from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.pixels import channels_of
-
-if TYPE_CHECKING:
-    from colortrack_ros.detection.config import DetectorConfig
+from colortrack_ros.detection.shape import ShapeConfig
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
 
 SUBTRACTORS = {
     'mog2': lambda: cv2.createBackgroundSubtractorMOG2(detectShadows=False),
@@ -24,20 +25,39 @@ SUBTRACTORS = {
 }
 
 
-class Background:
+@dataclass(frozen=True)
+class BackgroundSubtractionConfig(BackgroundModelConfig, ShapeConfig):
+    """How what moves becomes a mask; min_area is also that of the area opening."""
+
+    background_model: str = parameter(
+        'median',
+        'Of method background: how the background is learned.',
+        choices=('median', *SUBTRACTORS),
+        audience=EXPERT,
+    )
+    blur_sigma: float = parameter(
+        1.5,
+        'Of method background: standard deviation of the Gaussian before the threshold; 0 for '
+        'none.',
+        unit='px',
+        minimum=0.0,
+        maximum=50.0,
+        audience=EXPERT,
+    )
+
+
+class BackgroundSubtraction:
     """Background subtraction and the clean-up of De Bem 2007, section 3.
 
     The subtraction is smoothed with a Gaussian, cut at a threshold, and freed of components that
     are smaller than min_area (area opening). The opening comes with the rest of the morphology.
-
-    :param config: background_model, difference_threshold, blur_sigma, min_area, learn_seconds.
     """
 
     labels = 1
     whole = None
     connect = staticmethod(connect)
 
-    def __init__(self, config: 'DetectorConfig', background: BackgroundModel) -> None:
+    def __init__(self, config: BackgroundSubtractionConfig, background: BackgroundModel) -> None:
         self._config, self._model = config, background
         self.restart()
 
