@@ -1,6 +1,8 @@
 """The rules of the house that a machine can check."""
 
 import ast
+from graphlib import CycleError
+from graphlib import TopologicalSorter
 from pathlib import Path
 import subprocess
 import sys
@@ -39,6 +41,73 @@ ALLOWED = {
 }
 
 
+FLOORS = (
+    {'data', 'parameters'},
+    {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
+    {'sources', 'detection', 'tracking', 'windows'},
+    {'contours'},
+    {'node_kit'},
+    {'nodes'},
+    {'replay'},
+    {'tools'},
+)
+"""The rooms, from the ground up: a file imports from its own room and from lower floors."""
+FILES = sorted(PACKAGE.rglob('*.py'))
+
+
+def file_of(module):
+    """The file of a module of the package, None where there is no such module."""
+    path = PACKAGE.parent.joinpath(*module.split('.'))
+    candidates = (path / '__init__.py', path.with_suffix('.py'))
+    return next((file for file in candidates if file.is_file()), None)
+
+
+def imported_by(file):
+    """The files of the package that a file imports, wherever in it the import stands."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            modules = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f'{file}: {node.module}: imports are absolute'
+            names = [f'{node.module}.{alias.name}' for alias in node.names]
+            modules = [name if file_of(name) else node.module for name in names]
+        else:
+            continue
+        for module in modules:
+            if module.split('.')[0] == PACKAGE.name:
+                yield file_of(module)
+
+
+def room_of(file):
+    return file.relative_to(PACKAGE).parts[0].removesuffix('.py')
+
+
+def test_no_files_import_each_other_in_a_circle():
+    graph = {file: set(imported_by(file)) for file in FILES}
+    try:
+        tuple(TopologicalSorter(graph).static_order())
+    except CycleError as error:
+        circle = ' -> '.join(str(file.relative_to(PACKAGE)) for file in reversed(error.args[1]))
+        pytest.fail(f'imports in a circle: {circle}')
+
+
+def test_imports_point_to_lower_floors():
+    floor = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+    upwards = [
+        f'{file.relative_to(PACKAGE)} imports {other.relative_to(PACKAGE)}'
+        for file in FILES
+        if room_of(file) != '__init__'
+        for other in imported_by(file)
+        if room_of(other) != room_of(file) and floor[room_of(other)] >= floor[room_of(file)]
+    ]
+    assert not upwards
+
+
+def test_every_room_has_one_floor():
+    rooms = sorted(room for rooms in FLOORS for room in rooms)
+    assert rooms == sorted({room_of(file) for file in FILES} - {'__init__'})
+
+
 @pytest.mark.parametrize('room', ROOMS_WITHOUT_ROS)
 def test_a_room_imports_without_ros(room):
     code = (
@@ -51,13 +120,6 @@ def test_a_room_imports_without_ros(room):
 
 @pytest.mark.parametrize('room', ALLOWED)
 def test_arrows_point_one_way(room):
-    files = [PACKAGE / 'data.py'] if room == 'data' else list((PACKAGE / room).rglob('*.py'))
-    used = set()
-    for file in files:
-        for node in ast.walk(ast.parse(file.read_text())):
-            if isinstance(node, ast.ImportFrom):
-                assert node.level == 0, f'{file}: {node.module}: imports are absolute'
-                parts = (node.module or '').split('.')
-                if parts[0] == 'colortrack_ros':
-                    used.add(parts[1])
+    files = [file for file in FILES if room_of(file) == room]
+    used = {room_of(other) for file in files for other in imported_by(file)}
     assert used - {room} <= ALLOWED[room]
