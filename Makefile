@@ -17,7 +17,7 @@ UBUNTU = opencv-python-headless==4.6.0.66 numpy==1.26.4 scipy==1.11.4
 
 BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py,$(wildcard benchmark/*.py))
 
-.PHONY: bench soak demo test test-ubuntu lint docs clean
+.PHONY: bench soak demo test test-ubuntu lint docs doc/demo.webp clean
 
 demo: $(VENV)/demo
 	$(PYTHON_IN) -m colortrack_ros.tools.demo --source '$(SOURCE)' --params '$(PARAMS)' \
@@ -68,8 +68,22 @@ lint: .venv-lint/lint
 		-e '.[standalone,demo,replay,test]' $(if $(findstring ubuntu,$*),$(UBUNTU))
 	touch $@
 
-docs: $(VENV)/test
-	PYTHONPATH=test $(VENV)/bin/python -m support.readme_tables
+# The pages of doc/ as HTML, in build/html.
+docs: $(VENV)/docs
+	$(PYTHON_IN) doc/parameter_pages.py
+	$(PYTHON_IN) -m sphinx -W --keep-going --quiet --builder html doc build/html
+
+# The moving picture of the README; needs ffmpeg.
+doc/demo.webp: $(VENV)/demo
+	$(VENV)/bin/replay 'scene:occlusion?width=480&height=270&noise=0&duration=11' \
+		--params-file params/colortrack.yaml --output build/demo --video build/demo.mp4 --force
+	ffmpeg -v error -y -ss 5 -i build/demo.mp4 -vf fps=12 -loop 0 -quality 50 $@
+
+%/docs: setup.py
+	$(RUN) $(PYTHON) -m venv $*
+	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
+		-e '.[standalone,docs]'
+	touch $@
 
 # norfair asks for NumPy 1, which the newest OpenCV does not work with; it works with NumPy 2.
 %/bench: setup.py benchmark/requirements.txt

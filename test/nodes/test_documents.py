@@ -1,8 +1,14 @@
+import ast
 from dataclasses import fields
+import re
 from xml.etree import ElementTree
 
+import cv2
+import numpy as np
+from parameter_pages import NODES
+from parameter_pages import PAGE
+from parameter_pages import page
 import pytest
-from support import readme_tables
 from support.paths import ROOT
 from support.pipeline import flat
 import yaml
@@ -10,12 +16,16 @@ import yaml
 from colortrack_ros.contours import ContourConfig
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import TRACK
+from colortrack_ros.data import Tracks
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.nodes import camera_parameters
 from colortrack_ros.nodes import contour_tracker_parameters
 from colortrack_ros.nodes import detector_parameters
 from colortrack_ros.nodes import tracker_parameters
 from colortrack_ros.nodes import window_tracker_parameters
+from colortrack_ros.replay.outputs import COLUMNS
+from colortrack_ros.scenes import open_scene
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.windows import WindowConfig
 
@@ -29,12 +39,37 @@ BUILD = {
     'contour_tracker': contour_tracker_parameters.build,
 }
 
+README = ROOT / 'README.md'
+PAGES = [README, ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').glob('*.md'))]
+FENCE = re.compile(r'^( *)```(\w*)\n(.*?)^\1```$', re.MULTILINE | re.DOTALL)
+POINT_TYPES = {'f8': 'FLOAT64', 'f4': 'FLOAT32', 'u4': 'UINT32', 'u1': 'UINT8'}
+
+
+def blocks(path, language):
+    """The code blocks of a page in a language."""
+    found = FENCE.findall(path.read_text())
+    return [text.replace('\n' + indent, '\n') for indent, kind, text in found if kind == language]
+
+
+def prose(path):
+    """A page without its code blocks."""
+    return FENCE.sub('', path.read_text())
+
+
+def anchor(title):
+    """The anchor of a heading, as GitHub and MyST make it."""
+    return re.sub(r'[^\w\- ]', '', title.lower()).replace(' ', '-')
+
+
+def by_page(*pages):
+    return pytest.mark.parametrize('path', pages, ids=lambda p: p.name)
+
 
 @pytest.mark.parametrize('path', PARAMS, ids=lambda p: p.name)
 def test_every_value_in_a_params_file_is_accepted(path):
     for node, content in yaml.safe_load(path.read_text()).items():
         name = node.removeprefix('/**/')
-        table = readme_tables.NODES[name]
+        table = NODES[name]
         given = flat(content['ros__parameters'])
         values, refused = table.consistent(given, BUILD[name])
         assert refused == {}
@@ -44,7 +79,7 @@ def test_every_value_in_a_params_file_is_accepted(path):
 def test_the_default_params_file_holds_the_defaults_and_the_scene():
     given = yaml.safe_load((ROOT / 'params' / 'colortrack.yaml').read_text())
     for node, content in given.items():
-        table = readme_tables.NODES[node.removeprefix('/**/')]
+        table = NODES[node.removeprefix('/**/')]
         values = flat(content['ros__parameters'])
         changed = {k: v for k, v in values.items() if table.defaults(values)[k] != v}
         defaults = {k: v for k, v in values.items() if table.find(k).default == v}
@@ -52,16 +87,127 @@ def test_the_default_params_file_holds_the_defaults_and_the_scene():
         assert set(values) - set(defaults) <= {'source', 'red.rgb'}
 
 
-def test_the_tables_in_the_readme_are_those_of_the_nodes():
-    text = readme_tables.README.read_text()
-    for node in readme_tables.NODES:
-        assert text.count(f'<!-- parameters of {node} -->') == 2
-    assert readme_tables.written(text) == text, 'run `make docs`'
+def test_the_page_of_parameters_is_what_its_command_writes():
+    assert PAGE.read_text() == page(), 'run `make docs`'
 
 
-def test_the_readme_names_every_field_of_the_messages():
-    text = readme_tables.README.read_text()
-    assert [n for n in (*DETECTION.names, *TRACK.names) if f'`{n}`' not in text] == []
+def test_the_readme_is_short():
+    assert len(README.read_text().splitlines()) <= 150
+
+
+@by_page(*PAGES)
+def test_every_link_leads_somewhere(path):
+    for target in re.findall(r'\]\(([^)\s]+)\)', prose(path)):
+        if target.startswith('http'):
+            continue
+        name, _, title = target.partition('#')
+        linked = (path.parent / name).resolve() if name else path
+        assert linked.exists(), target
+        assert linked.is_relative_to(ROOT), target
+        headings = re.findall(r'^#+ (.*)$', linked.read_text() if title else '', re.MULTILINE)
+        assert not title or title in [anchor(heading) for heading in headings], target
+
+
+@by_page(ROOT / 'doc' / 'messages.md')
+def test_the_page_of_messages_has_every_field_with_its_type_and_offset(path):
+    sections = re.split(r'^## ', path.read_text(), flags=re.MULTILINE)
+    for name, layout in (('Detections', DETECTION), ('Tracks', TRACK)):
+        (section,) = (text for text in sections if text.startswith(f'{name}\n'))
+        rows = re.findall(r'^\| `(\w+)` \| (.*?) \| (\d+) \|', section, re.MULTILINE)
+        expected = []
+        for field in layout.names:
+            kind, offset = layout.fields[field][:2]
+            several = f' × {kind.itemsize // kind.base.itemsize}' if kind.shape else ''
+            expected.append((field, POINT_TYPES[kind.base.str[1:]] + several, str(offset)))
+        assert rows == expected
+        assert f'{layout.itemsize} bytes' in section
+
+
+@by_page(*PAGES)
+def test_every_name_in_a_page_is_one_of_the_package(path):
+    """snake_case words in backticks, and what is set by `name: value`."""
+    known = {name for table in NODES.values() for name in (*table.specs, *table.each)}
+    code = '\n'.join(
+        file.read_text()
+        for file in ROOT.rglob('*.*')
+        if file.suffix in ('.py', '.yaml', '.xml', '.xsd')
+        and file.relative_to(ROOT).parts[0]
+        in ('colortrack_ros', 'test', 'benchmark', 'params', 'launch', 'setup.py', 'package.xml')
+        and file.name != 'test_documents.py'
+    )
+    words = set(re.findall(r'\w+', code)) | known | set(COLUMNS)
+    for text in re.findall(r'`([^`\n]+)`', prose(path)):
+        if setting := re.fullmatch(r'(\w+): \S+', text):
+            assert setting[1] in known | {'use_sim_time', 'ns'}, text
+        if re.fullmatch(r'(?!my_)[a-z]+(_[a-z0-9]+)+', text):
+            assert text in words, text
+
+
+@by_page(*PAGES)
+def test_every_parameter_in_yaml_is_accepted(path):
+    for text in blocks(path, 'yaml'):
+        for node, content in yaml.safe_load(text).items():
+            name = node.removeprefix('/**/')
+            given = {
+                key: value
+                for key, value in flat(content['ros__parameters']).items()
+                if key != 'use_sim_time' and not key.startswith('qos_overrides')
+            }
+            assert NODES[name].consistent(given, BUILD[name])[1] == {}
+
+
+@by_page(*PAGES)
+def test_shell_commands_name_what_there_is(path):
+    makefile = (ROOT / 'Makefile').read_text()
+    setup = (ROOT / 'setup.py').read_text()
+    replay = (ROOT / 'colortrack_ros' / 'replay' / 'setup.py').read_text()
+    inline = re.findall(r'`([^`]+)`', prose(path))
+    for line in [*'\n'.join(blocks(path, 'sh') + blocks(path, 'console')).splitlines(), *inline]:
+        for target in re.findall(r'\bmake ([a-z][\w./-]*)', line):
+            assert re.search(rf'^(\S+ )*{re.escape(target)}( \S+)*:', makefile, re.MULTILINE), line
+        for name in re.findall(r'ros2 run colortrack_ros (\w+)', line):
+            assert f"'{name}':" in setup, line
+        for file in re.findall(
+            r'(?<![\w/~])(?:python )?((?:test|benchmark|params|doc)/\S+\.\w+)', line
+        ):
+            assert (ROOT / file).exists(), line
+        if re.match(r'(\$ )?(ros2 run colortrack_ros )?replay ', line):
+            for option in re.findall(r' (--[a-z-]+)', line):
+                assert f"'{option}'" in replay or option == '--ros-args', line
+
+
+def test_the_python_of_the_readme_tracks_a_video(tmp_path, monkeypatch, capsys):
+    """Its ball.mp4 is a scene of one ball, in the color that the README names."""
+    scene = open_scene('single?width=320&height=240&duration=1')
+    codec = cv2.VideoWriter.fourcc(*'mp4v')
+    video = cv2.VideoWriter(str(tmp_path / 'ball.mp4'), codec, 24.0, (320, 240))
+    for k in range(len(scene)):
+        video.write(scene.render(k))
+    video.release()
+    monkeypatch.chdir(tmp_path)
+    (code,) = blocks(README, 'python')
+    exec(code, {})
+    _stamp, track, u, v = capsys.readouterr().out.splitlines()[-1].split()
+    truth = scene.truth(len(scene) - 1)[0]
+    assert int(track) == 1
+    assert abs(float(u) - truth['u']) < 3
+    assert abs(float(v) - truth['v']) < 3
+
+
+def test_the_python_that_reads_tracks_reads_a_message(capsys):
+    (code,) = blocks(ROOT / 'doc' / 'messages.md', 'python')
+    tree = ast.parse(code)
+    tree.body = [
+        node
+        for node in tree.body
+        if isinstance(node, ast.Import | ast.ImportFrom | ast.FunctionDef)
+    ]
+    scope = {}
+    exec(compile(tree, 'messages.md', 'exec'), scope)
+    rows = np.zeros(2, TRACK)
+    rows['track_id'], rows['state'] = [3, 4], [1, 0]
+    scope['tracks_of'](cloud_of_tracks(Tracks(rows)))
+    assert capsys.readouterr().out == '[3] [0.] [0.] (1, 4, 4)\n'
 
 
 def test_every_setting_of_a_room_is_a_parameter():
@@ -79,7 +225,7 @@ def test_every_setting_of_a_room_is_a_parameter():
     'node', ['detector', 'tracker', 'camera', 'window_tracker', 'contour_tracker']
 )
 def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
-    table = readme_tables.NODES[node]
+    table = NODES[node]
     for name, spec in table.specs.items():
         assert spec.description.endswith('.')
         for bound in (spec.minimum, spec.maximum):
@@ -93,16 +239,12 @@ def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
             assert all('expected' in reason for reason in reasons), reasons
 
 
-@pytest.mark.parametrize('node', readme_tables.NODES)
+@pytest.mark.parametrize('node', NODES)
 def test_the_security_policy_gives_each_node_its_own_topics_and_no_others(node):
     enclaves = ElementTree.parse(ROOT / 'params' / 'sros2_policy.xml').iter('enclave')
     (own,) = [e for e in enclaves if e.get('path') == f'/colortrack/{node}']
     allowed = {topic.text for topic in own.iter('topic')}
-    topics = {
-        s.default
-        for n, s in readme_tables.NODES[node].specs.items()
-        if n.endswith('_topic') and s.default
-    }
-    if node == 'camera' or 'image_transport' in readme_tables.NODES[node].specs:
+    topics = {s.default for n, s in NODES[node].specs.items() if n.endswith('_topic') and s.default}
+    if node == 'camera' or 'image_transport' in NODES[node].specs:
         topics.add('camera/image_raw/compressed')
     assert allowed == topics

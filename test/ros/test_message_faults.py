@@ -7,12 +7,12 @@ import signal
 
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
+import parameter_pages
 import pytest
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
-from support import readme_tables
 from support.paths import DATA
 from support.ros_domain import Ros
 from visualization_msgs.msg import MarkerArray
@@ -36,7 +36,7 @@ COUNT, DEPTH = 10_000, 900
 SCENE = open_scene('five?width=320&height=240')
 STAMP = (2**31 - 10) * 10**9
 FRAME = Frame(SCENE.render(250)[100:130, 100:140].copy(), 'bgr8', STAMP)
-TAKERS = [n for n, table in readme_tables.NODES.items() if 'image_transport' in table.specs]
+TAKERS = [n for n, table in parameter_pages.NODES.items() if 'image_transport' in table.specs]
 """The nodes that take images, raw or compressed."""
 
 OUTLINED = Tracks(np.ones(2, TRACK), STAMP, 'cam', outlines=np.ones((2, 4, 2)))
@@ -98,7 +98,7 @@ def parameters(node: str) -> dict[str, object]:
         f'qos_overrides.{topic}.subscription.reliability': 'reliable' for topic in HEARD[node]
     }
     for depth in ('queue_depth', 'image_queue_depth'):
-        if depth in readme_tables.NODES[name].specs:
+        if depth in parameter_pages.NODES[name].specs:
             values[depth] = 1000
     if name in TAKERS:
         values['max_lag'] = 60.0

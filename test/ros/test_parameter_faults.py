@@ -4,6 +4,7 @@ import itertools
 import math
 
 import numpy as np
+import parameter_pages
 from rcl_interfaces.srv import GetParameters
 from rcl_interfaces.srv import SetParameters
 from rcl_interfaces.srv import SetParametersAtomically
@@ -11,7 +12,6 @@ from rclpy.parameter import Parameter
 from rclpy.parameter import parameter_value_to_python
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
-from support import readme_tables
 from support.all_nodes import NAMES
 from support.all_nodes import start_nodes
 
@@ -50,7 +50,7 @@ def bad(spec: Spec, fault: str) -> object:
 
 def rows(node: str) -> dict[str, Spec]:
     """The parameters of a node; those of a NAME for one name."""
-    table = readme_tables.NODES[node]
+    table = parameter_pages.NODES[node]
     return table.specs | {
         f'red.{name}': spec for name, spec in table.groups.get('colors', {}).items()
     }

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from support import readme_tables
+import parameter_pages
 from support.ros_domain import Process
 from support.ros_domain import Ros
 import yaml
@@ -23,7 +23,7 @@ def make(name, namespace):
 
 raise SystemExit(run(lambda _: [make(*one) for one in {}]))
 """
-NAMES = list(readme_tables.NODES)
+NAMES = list(parameter_pages.NODES)
 
 
 def start_nodes(ros: Ros, parameters: dict[str, dict]) -> Process:
