@@ -15,9 +15,21 @@ PYTHON_IN = $(RUN) $(VENV)/bin/python
 
 UBUNTU = opencv-python-headless==4.6.0.66 numpy==1.26.4 scipy==1.11.4
 
+# What there are wheels of rclpy for: elsewhere pip would end in pages about versions it cannot find.
+LIBC_AND_PYTHON = import platform, sys; print(platform.libc_ver()[0], 'Python %d.%d' % sys.version_info[:2])
+define environment
+	@found="$$(uname -s) $$(uname -m) $$($(PYTHON) -c "$(LIBC_AND_PYTHON)")"; case "$$found" in \
+	  'Linux x86_64 glibc Python 3.1'[0-4]) ;; \
+	  *) echo "Without ROS this needs Linux x86_64 glibc Python 3.10 to 3.14, here is $$found:" \
+	    "use ROS 2 Jazzy from apt and colcon, or an x86-64 container" \
+	    "(docker run --platform linux/amd64)." >&2; exit 1;; \
+	esac
+	$(RUN) $(PYTHON) -m venv $*
+endef
+
 BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py,$(wildcard benchmark/*.py))
 
-.PHONY: bench soak demo test test-ubuntu lint docs doc/demo.webp clean
+.PHONY: bench soak demo test quick test-ubuntu lint docs doc/demo.webp clean
 
 demo: $(VENV)/demo
 	$(PYTHON_IN) -m colortrack_ros.tools.demo --source '$(SOURCE)' --params '$(PARAMS)' \
@@ -33,6 +45,10 @@ endef
 
 test: $(VENV)/test
 	$(call run_tests,$(VENV)/bin/python)
+
+# What a change is tried with while it is made: the rooms, without what takes long.
+quick: $(VENV)/test
+	$(PYTHON_IN) -m pytest --numprocesses 2 --dist loadfile --ignore test/ros -m 'not slow' test
 
 # The same tests with the versions that Ubuntu 24.04 has.
 test-ubuntu: .venv-ubuntu/test
@@ -58,12 +74,12 @@ lint: .venv-lint/lint
 	touch $@
 
 %/demo: setup.py
-	$(RUN) $(PYTHON) -m venv $*
+	$(environment)
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check -e '.[standalone,demo,replay]'
 	touch $@
 
 %/test: setup.py
-	$(RUN) $(PYTHON) -m venv $*
+	$(environment)
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
 		-e '.[standalone,demo,replay,test]' $(if $(findstring ubuntu,$*),$(UBUNTU))
 	touch $@
@@ -80,14 +96,14 @@ doc/demo.webp: $(VENV)/demo
 	ffmpeg -v error -y -ss 5 -i build/demo.mp4 -vf fps=12 -loop 0 -quality 50 $@
 
 %/docs: setup.py
-	$(RUN) $(PYTHON) -m venv $*
+	$(environment)
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
 		-e '.[standalone,docs]'
 	touch $@
 
 # norfair asks for NumPy 1, which the newest OpenCV does not work with; it works with NumPy 2.
 %/bench: setup.py benchmark/requirements.txt
-	$(RUN) $(PYTHON) -m venv $*
+	$(environment)
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check -e '.[standalone,demo]'
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
 		-r benchmark/requirements.txt
