@@ -176,6 +176,14 @@ def test_shell_commands_name_what_there_is(path):
                 assert f"'{option}'" in replay or option == '--ros-args', line
 
 
+def test_the_page_of_the_architecture_names_every_room_and_no_other():
+    page = ROOT / 'doc' / 'architecture.md'
+    rooms = {p.parent.name for p in (ROOT / 'colortrack_ros').glob('*/__init__.py')} | {'data.py'}
+    assert set(re.findall(r'^\| `([\w.]+)` \|', page.read_text(), re.MULTILINE)) == rooms
+    drawn = re.findall(r'class="name".*?>(.*?)<', (page.parent / 'architecture.svg').read_text())
+    assert {name for names in drawn for name in names.split(', ')} <= rooms | {'data'}
+
+
 def test_the_python_of_the_readme_tracks_a_video(tmp_path, monkeypatch, capsys):
     """Its ball.mp4 is a scene of one ball, in the color that the README names."""
     scene = open_scene('single?width=320&height=240&duration=1')
