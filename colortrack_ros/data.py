@@ -1,4 +1,4 @@
-"""The words that all rooms share: Frame, Detections, Tracks.
+"""What passes from room to room: Frame, Detections, Tracks; and what tables are made of: Columns.
 
 Pixel coordinates are (u, v): u to the right, v down, the center of the top left pixel is (0, 0).
 Time is an integer number of nanoseconds, so that the same stamps give the same results to the bit.
@@ -7,8 +7,12 @@ The rows of :class:`Detections` and :class:`Tracks` have the memory layout of th
 carry them (little-endian, fixed offsets), so a message is one copy of the array's bytes.
 """
 
+from copy import copy
 from dataclasses import dataclass
 from dataclasses import field
+from typing import Any
+from typing import ClassVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,17 +116,63 @@ class Tracks:
     outlines: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 2)))
 
 
-def time_passed(last: int | None, stamp: int, max_dt: float) -> tuple[float, str]:
-    """Tell how a tracker goes from one frame to the next.
+Selection = NDArray[np.bool_] | NDArray[np.intp]
+"""Rows of a table: a mask, or indices."""
 
-    :param last: stamp of the last frame [ns], None before the first.
-    :param stamp: of the next frame [ns].
-    :param max_dt: a longer jump starts afresh [s].
-    :return: dt [s], 0 for a first frame; and why to start afresh, empty if not.
+Table = TypeVar('Table', bound='Columns')
+
+
+class Columns:
+    """Base of dataclasses whose arrays have one row for each of the same things.
+
+    Fields that are arrays, or Columns themselves, are columns. All others, such as the width of
+    a picture, hold for the whole table and are left alone.
     """
-    dt = 0.0 if last is None else (stamp - last) / NANOSECONDS
-    if dt < 0:
-        return 0.0, f'the stamp went back by {-dt:.6f} s'
-    if dt > max_dt:
-        return 0.0, f'the stamp jumped ahead by {dt:.6f} s, max_dt is {max_dt:g} s'
-    return dt, ''
+
+    axis: ClassVar[int] = 0
+    """The axis of the arrays that counts the rows."""
+
+    def columns(self) -> dict[str, Any]:
+        """The columns by name."""
+        return {k: v for k, v in vars(self).items() if isinstance(v, (np.ndarray, Columns))}
+
+    def __len__(self) -> int:
+        column = next(iter(self.columns().values()))
+        return len(column) if isinstance(column, Columns) else int(column.shape[self.axis])
+
+    def take(self: Table, rows: Selection) -> Table:
+        """A table of some rows, in the order asked for."""
+        table = copy(self)
+        vars(table).update({name: self._chosen(c, rows) for name, c in self.columns().items()})
+        return table
+
+    def keep(self, rows: Selection) -> None:
+        """Drop all other rows from this table."""
+        vars(self).update({name: self._chosen(c, rows) for name, c in self.columns().items()})
+
+    def extend(self: Table, other: Table) -> None:
+        """Add the rows of another table below these."""
+        theirs = vars(other)
+        for name, column in self.columns().items():
+            if isinstance(column, Columns):
+                column.extend(theirs[name])
+            else:
+                vars(self)[name] = np.concatenate([column, theirs[name]], axis=self.axis)
+
+    def put(self: Table, rows: Selection, other: Table) -> None:
+        """Write the rows of another table over some of these.
+
+        :param rows: (K,) or a mask with K True, the rows to replace.
+        :param other: K rows.
+        """
+        theirs = vars(other)
+        for name, column in self.columns().items():
+            if isinstance(column, Columns):
+                column.put(rows, theirs[name])
+            else:
+                column[(slice(None),) * self.axis + (rows,)] = theirs[name]
+
+    def _chosen(self, column: Any, rows: Selection) -> Any:
+        if isinstance(column, Columns):
+            return column.take(rows)
+        return column[(slice(None),) * self.axis + (rows,)]

@@ -16,8 +16,8 @@ from colortrack_ros.contours.start import Areas
 from colortrack_ros.contours.start import Start
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.data import time_passed
 from colortrack_ros.data import Tracks
+from colortrack_ros.estimation.clock import time_passed
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

@@ -1,36 +1,70 @@
 """The bank of Kalman filters: of each mode, N states in one array (N, n), and (N, n, n)."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Columns
 from colortrack_ros.estimation.gaussian import invert
 from colortrack_ros.estimation.gaussian import joseph
-from colortrack_ros.estimation.gaussian import LOG_2PI
 from colortrack_ros.estimation.gaussian import log_density
 from colortrack_ros.estimation.gaussian import mixture
+from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.gaussian import turned
 from colortrack_ros.estimation.motion import MotionModel
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-TINY, LEAST_WEIGHT = 1e-300, 1e-12
-"""Next to nothing, and as little as a mode ever weighs: it must be able to come back."""
+LEAST_WEIGHT = 1e-12
+"""Least weight of a mode, so that it can come back: beyond it, a likelihood ratio of one
+measurement at 7.4 standard deviations, exp(7.4^2/2), makes up for the rest."""
+
+SETTLED = 1e3
+"""Time after which the modes have forgotten how they began, for the weights of new tracks [s]; the
+IMM stays in a mode for 1 s on average at most."""
 
 
-class Bank:
+@dataclass(frozen=True)
+class Innovations(Columns):
+    """How K measurements compare with what was predicted of their tracks.
+
+    Of the likeliest mode, going on, are nis, predicted_share and innovation.
+
+    :param log_likelihood: (K,) log of the density of the measurement [1/px^2].
+    :param maneuvered: (K,) probability that the track has maneuvered, if the measurement is its.
+    :param nis: (K,) innovation squared, normalized by its covariance S.
+    :param predicted_share: (K,) share of the prediction in S, 0..1; the rest is R.
+    :param innovation: (K, 2) over the fourth root of det S.
+    """
+
+    log_likelihood: Floats
+    maneuvered: Floats
+    nis: Floats
+    predicted_share: Floats
+    innovation: Floats
+
+
+class Bank(Columns):
     """N tracks, with M filters each; the filters' weights are the probabilities of the modes.
 
-    mean: (M, N, n); cov: (M, N, n, n); weight: (M, N). design: (M, N, n, n), covariances of a model
-    that sets its gains by other process noise than there is; cov itself where it does not.
+    :param model: how the tracks move.
+    :ivar mean: (M, N, n).
+    :ivar cov: (M, N, n, n).
+    :ivar weight: (M, N).
+    :ivar design: (M, N, n, n) covariances of a model that sets its gains by other process noise
+        than there is (see MotionModel.trust); None for all other models.
     """
+
+    axis = 1
 
     def __init__(self, model: MotionModel) -> None:
         self.model = model
         self.mean = np.zeros((model.modes, 0, model.size))
         self.cov = np.zeros((model.modes, 0, model.size, model.size))
         self.weight = np.zeros((model.modes, 0))
-        self.design = self.cov
+        self.design = None if model.trust is None else self.cov.copy()
 
     def predict(self, dt: float, variance: float) -> None:
         """One step of all filters (Pegoretti 2021, (2.21)-(2.22)).
@@ -48,10 +82,8 @@ class Bank:
         FF = FF.reshape(modes, n * n, n * n).swapaxes(1, 2)
         self.mean = self.mean @ F.swapaxes(1, 2) + self.model.drift(dt)
         self.cov = (self.cov.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape) + Q[:, None]
-        if self.model.trust is None:
-            self.design = self.cov
-        else:
-            Q = np.square(self.model.trust)[:, None, None] * Q
+        if self.design is not None:
+            Q = np.square(self.model.trust or ())[:, None, None] * Q
             self.design = (self.design.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape)
             self.design += Q[:, None]
 
@@ -73,8 +105,8 @@ class Bank:
 
     def compare(
         self, track: Indices, z: Floats, R: Floats, chance: Floats, T: Floats, speed: float
-    ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """How likely measurements are, of tracks that go on or have maneuvered.
+    ) -> Innovations:
+        """Compare measurements with the predictions of tracks that go on or have maneuvered.
 
         Log of N(z; H x, S), S = H P H^T + R, summed over the modes by their weights, and over going
         on and maneuvering. The determinant counts: what is uncertain pays.
@@ -85,9 +117,6 @@ class Bank:
         :param chance: (K,) probability of a maneuver.
         :param T: (K,) time that there was for it [s], see maneuver().
         :param speed: standard deviation of a new velocity on each axis [px/s].
-        :return: the last fields of Pairs: the log, (K,); the probability that it was a maneuver,
-            (K,); of the likeliest mode, going on, the squared innovation normalized by S, (K,),
-            the share of P in S, (K,), and the innovation over the fourth root of det S, (K, 2).
         """
         mean, cov = self.mean[:, track], self.cov[:, track]
         x, y = z[:, 0] - mean[..., 0], z[:, 1] - mean[..., 1]
@@ -111,7 +140,8 @@ class Bank:
         root = np.sqrt(det[best])
         predicted = 1 - np.sqrt(R[:, 0, 0] * R[:, 1, 1] - R[:, 0, 1] ** 2) / root
         innovation = np.array([x[best], y[best]]) / np.sqrt(root)
-        return total, np.exp(turning - total), d2[best], predicted, innovation.T
+        maneuvered = np.exp(turning - total)
+        return Innovations(total, maneuvered, d2[best], predicted, innovation.T)
 
     def maneuver(self, track: Indices, weight: Floats, T: Floats, speed: float) -> None:
         """Replace predictions by a mixture of going on and of having maneuvered.
@@ -128,37 +158,6 @@ class Bank:
             both, np.array([mean, new_mean]), np.array([cov, new_cov])
         )
 
-    def resemblance(
-        self, lost: Indices, found: Indices, chance: Floats, T: Floats, speed: float
-    ) -> Floats:
-        """How likely tracks, with their velocities, are what has become of others.
-
-        :param lost: (K,) tracks unmeasured for a time.
-        :param found: (K,) others that have begun since.
-        :param chance: (K,) probability that the lost one has maneuvered.
-        :param T: (K,) time that there was for it [s].
-        :param speed: standard deviation of a new velocity on each axis [px/s].
-        :return: (K,) log of the likelihood against that of any velocity, N(0, speed^2) [1/px^2].
-        """
-        mean, cov = self.estimate()
-        one, P = mean[lost, :4], cov[lost, :4, :4]
-        other, other_P = mean[found, :4], cov[found, :4, :4]
-        log = [np.log1p(-chance), np.log(np.maximum(chance, TINY))]
-        for i, (center, spread) in enumerate([(one, P), turned(one, P, T, speed)]):
-            S, e = spread + other_P, other - center
-            d2 = (e * np.linalg.solve(S, e[..., None])[..., 0]).sum(axis=1)
-            log[i] = log[i] - 0.5 * (d2 + np.linalg.slogdet(S)[1]) - 2 * LOG_2PI
-        any_S = speed**2 * np.eye(2) + other_P[:, 2:, 2:]
-        v = other[:, 2:]
-        d2 = (v * np.linalg.solve(any_S, v[..., None])[..., 0]).sum(axis=1)
-        any_velocity = -0.5 * (d2 + np.linalg.slogdet(any_S)[1]) - LOG_2PI
-        return np.asarray(np.logaddexp(*log) - any_velocity)
-
-    def succeed(self, lost: Indices, found: Indices) -> None:
-        """Give tracks the filters of others, which are what has become of them."""
-        self.mean[:, lost], self.cov[:, lost] = self.mean[:, found], self.cov[:, found]
-        self.design[:, lost], self.weight[:, lost] = self.design[:, found], self.weight[:, found]
-
     def correct(self, track: Indices, z: Floats, R: Floats, share: Floats | None = None) -> None:
         """Estimation, (2.26)-(2.28), with the covariance in Joseph form (Red object, (7)).
 
@@ -171,13 +170,13 @@ class Bank:
         :param share: (K,) probability that it is the track's; what is left is that none is.
         """
         x, cov = self.mean[:, track], self.cov[:, track]
-        design = cov if self.model.trust is None else self.design[:, track]
+        design = cov if self.design is None else self.design[:, track]
         inverse, det = invert(design[..., :2, :2] + R)
         K = design[..., :2] @ inverse
         e = (z - x[..., :2])[..., None]
         step = (K @ e)[..., 0]
         P = joseph(cov, K, R)
-        if self.model.trust is not None:
+        if self.design is not None:
             self.design[:, track] = joseph(design, K, R)
         if share is None and (self.model.modes == 1 or self.model.selected):
             self.mean[:, track], self.cov[:, track] = x + step, P
@@ -222,8 +221,8 @@ class Bank:
         self.cov[:, hit] = spread / total[..., None, None]
         self.weight[:, hit] = total / total.sum(axis=0)
 
-    def append(self, z: Floats, R: Floats, spread: Floats) -> None:
-        """New filters at rest with an honest doubt about it, (2.24)-(2.25).
+    def at_rest(self, z: Floats, R: Floats, spread: Floats) -> 'Bank':
+        """Filters of new tracks, at rest with an honest doubt about it, (2.24)-(2.25).
 
         With a wide prior the second detection makes the velocity what two-point differencing makes
         it (Bar-Shalom, Li and Kirubarajan 2001, 5.5.3), with its covariance.
@@ -231,33 +230,60 @@ class Bank:
         :param z: (K, 2) first measurement [px].
         :param R: (K, 2, 2) its covariance [px^2].
         :param spread: (n,) standard deviations of what is not measured, by element of the state.
+        :return: of the same model, to extend this bank by.
         """
-        mean = np.zeros((self.model.modes, len(z), self.model.size))
-        mean[:, :, :2] = z
-        cov = np.zeros((*mean.shape, self.model.size))
-        cov[:] = np.diag(spread**2)
-        cov[:, :, :2, :2] = R
-        weight = np.broadcast_to(self.model.switching(1e3)[0][:, None], mean.shape[:2])
-        self._hold(
-            np.concatenate([self.mean, mean], axis=1),
-            np.concatenate([self.cov, cov], axis=1),
-            self.design if self.model.trust is None else np.concatenate([self.design, cov], axis=1),
-            np.concatenate([self.weight, weight], axis=1),
-        )
+        new = Bank(self.model)
+        new.mean = np.zeros((self.model.modes, len(z), self.model.size))
+        new.mean[:, :, :2] = z
+        new.cov = np.zeros((*new.mean.shape, self.model.size))
+        new.cov[:] = np.diag(spread**2)
+        new.cov[:, :, :2, :2] = R
+        new.design = None if self.design is None else new.cov.copy()
+        weight = self.model.switching(SETTLED)[0][:, None]
+        new.weight = np.broadcast_to(weight, new.mean.shape[:2])
+        return new
 
-    def doubt(self, speed: float) -> None:
-        """Change what is known of the velocities of filters at rest: the standard deviation.
+    def set_speed(self, speed: float) -> None:
+        """Change what is assumed of the velocities of filters at rest.
 
-        :param speed: on each axis [px/s].
+        :param speed: standard deviation on each axis [px/s].
         """
         for cov in (self.cov, self.design):
-            cov[:, :, (2, 3), (2, 3)] = speed**2
+            if cov is not None:
+                cov[:, :, (2, 3), (2, 3)] = speed**2
 
-    def keep(self, mask: NDArray[np.bool_]) -> None:
-        """Drop the tracks where mask, (N,), is False."""
-        design = self.design if self.model.trust is None else self.design[:, mask]
-        self._hold(self.mean[:, mask], self.cov[:, mask], design, self.weight[:, mask])
+    def forget_velocity(self, speed: float) -> None:
+        """Make all tracks stand still where they are, with velocities as good as unknown.
 
-    def _hold(self, mean: Floats, cov: Floats, design: Floats, weight: Floats) -> None:
-        self.mean, self.cov, self.weight = mean, cov, weight
-        self.design = cov if self.model.trust is None else design
+        :param speed: standard deviation on each axis [px/s].
+        """
+        self.mean[..., 2:] = 0
+        self.cov[..., 2:, :] = self.cov[..., :, 2:] = 0
+        self.cov[..., (2, 3), (2, 3)] = speed**2
+
+    def set_velocity(self, track: Indices, velocity: Floats) -> None:
+        """Replace the velocities of tracks, (K,), by (K, 2) [px/s]; covariances stay."""
+        self.mean[:, track, 2:4] = velocity
+
+    def doubt_velocity(self, track: Indices, variance: Floats) -> None:
+        """Add to the variances of the velocities of tracks.
+
+        :param track: (K,) which.
+        :param variance: (K, 2) by axis [px^2/s^2].
+        """
+        self.cov[:, track[:, None], (2, 3), (2, 3)] += variance
+
+    def add_turn(self, track: Indices, T: Floats, variance: Floats) -> None:
+        """Let tracks have changed their velocity at any time of the last T alike.
+
+        The position is uncertain by variance T^2/3 and correlated with the velocity.
+
+        :param track: (K,) which.
+        :param T: (K,) [s].
+        :param variance: (K,) of the change of velocity on each axis [px^2/s^2].
+        """
+        for axis in range(2):
+            self.cov[:, track, axis, axis] += variance * T**2 / 3
+            self.cov[:, track, axis, axis + 2] += variance * T / 2
+            self.cov[:, track, axis + 2, axis] += variance * T / 2
+            self.cov[:, track, axis + 2, axis + 2] += variance

@@ -7,6 +7,9 @@ Floats = NDArray[np.float64]
 
 LOG_2PI = float(np.log(2 * np.pi))
 
+TINY = 1e-300
+"""Keeps logarithms and quotients of probabilities finite; near the least positive double."""
+
 
 def log_density(
     x: Floats, y: Floats, a: Floats, b: Floats, c: Floats

@@ -1,133 +1,120 @@
 """The life of a track: its records, its existence, its confirmation and its end."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import COASTING
-from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.measurements import Blobs
 
-RECORD = np.dtype(
-    [
-        ('track_id', 'u4'),
-        ('color', 'u4'),
-        ('state', 'u1'),
-        ('born', 'i8'),
-        ('updated', 'i8'),
-        ('origin', 'f8', 2),
-        ('hits', 'u4'),
-        ('misses', 'u4'),
-        ('area', 'f4'),
-        ('box_w', 'f4'),
-        ('box_h', 'f4'),
-        ('extent', 'f8', (2, 2)),
-        ('partial', '?', 2),
-        ('innovation', 'f8', 2),
-        ('outside', '?'),
-        ('visible', 'f8'),
-        ('hidden', 'f8'),
-    ]
-)
-"""One track, besides its filter.
+Indices = NDArray[np.intp]
 
-born, updated: stamp of the first and of the last detection [ns]; origin: where it began [px];
-hits, misses: frames with and without a detection; extent: reach of the object to the low and high
-side, by axis [px], see blobs; partial: it has never been in sight wholly, by axis; innovation: the
-last one, see Pairs; outside: predicted outside the picture; visible, hidden: probability that the
-object exists and can, or cannot, be seen.
+FIELDS = [
+    ('color', 'u4'),
+    ('origin', 'f8', 2),
+    ('misses', 'u4'),
+    ('area', 'f4'),
+    ('box_w', 'f4'),
+    ('box_h', 'f4'),
+    ('extent', 'f8', (2, 2)),
+    ('partial', '?', 2),
+    ('innovation', 'f8', 2),
+    ('outside', '?'),
+    ('visible', 'f8'),
+    ('hidden', 'f8'),
+]
+"""What is recorded of a track besides the COMMON fields.
+
+origin: where it began [px]; misses: frames without a detection; area, box_w, box_h: of the last
+detection [px]; extent: reach of the object to the low and high side, by axis [px], see blobs;
+partial: it has never been in sight wholly, by axis; innovation: the last one, see Innovations;
+outside: predicted outside the picture; visible, hidden: probability that the object exists and can,
+or cannot, be seen.
 """
+
+KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'partial', 'hits')
+"""What a track keeps when another goes on in its place."""
 
 NEW = 0.5
 """Probability that a detection which belongs to no track is an object."""
-
-COVERED_EVERY = 10.0
-GONE_EVERY = 100.0
-"""How long an object in sight stays so, until something covers it or it vanishes, on average [s]"""
 
 LEAVING = 3.5
 """So many frames after it was last seen an object is taken to have left on its straight way."""
 
 
-def births(blobs: Blobs, new: NDArray[np.intp], stamp: int, first_id: int) -> NDArray[np.void]:
-    """Records of new tracks.
+def initiate(
+    tracks: TrackTable[Bank],
+    blobs: Blobs,
+    new: Indices,
+    stamp: int,
+    speed: float,
+    acceleration: float,
+) -> None:
+    """Begin a track on each of some blobs.
 
-    :param blobs: of the frame.
-    :param new: (K,) which of them are new.
+    :param new: (K,) which blobs.
     :param stamp: of their frame [ns].
-    :param first_id: of the first one; the others follow.
-    :return: (K,) of dtype RECORD.
+    :param speed: standard deviation of their velocity on each axis [px/s].
+    :param acceleration: the same of the acceleration, for models that have one [px/s^2].
     """
-    records = np.zeros(len(new), RECORD)
-    records['track_id'] = np.arange(first_id, first_id + len(new))
-    records['born'] = stamp
-    records['origin'] = blobs.z[new]
+    bank, z = tracks.filters, blobs.z[new]
+    spread = np.array([0.0, 0.0, speed, speed, acceleration, acceleration])
+    filters = bank.at_rest(z, blobs.R[new], spread[: bank.model.size])
+    records = tracks.initiate(filters, stamp)
+    records['origin'] = z
     records['color'] = blobs.rows['color'][new]
     records['extent'] = blobs.reach(new)
     records['partial'] = blobs.cut[new]
     records['visible'] = NEW
-    hit(records, slice(None), blobs.rows[new], stamp)
-    return records
+    record_size(records, slice(None), blobs.rows[new])
 
 
-def hit(
-    records: NDArray[np.void], track: NDArray[np.intp] | slice, rows: NDArray[np.void], stamp: int
-) -> None:
-    """Note that the tracks have taken the detections rows, (K,) of dtype DETECTION."""
-    records['updated'][track] = stamp
-    records['hits'][track] += 1
+def record_size(records: NDArray[np.void], track: Indices | slice, rows: NDArray[np.void]) -> None:
+    """Note the sizes of the detections rows, (K,), that tracks have taken."""
     for name in ('area', 'box_w', 'box_h'):
         records[name][track] = rows[name]
 
 
-def conceal(records: NDArray[np.void], dt: float, config: TrackerConfig) -> None:
-    """Existence before the detections: what is seen gets covered or goes, what is covered returns.
+def succeed(tracks: TrackTable[Bank], lost: Indices, found: Indices) -> None:
+    """Let tracks, (K,), go on as what others, (K,), are; their IDs and sizes stay."""
+    tracks.filters.put(lost, tracks.filters.take(found))
+    records = tracks.records
+    hits = records['hits'][found]
+    for name in records.dtype.names or ():
+        if name not in KEPT:
+            records[name][lost] = records[name][found]
+    records['hits'][lost] += hits
 
-    A Markov chain of the states visible, hidden, gone (Markov chain two of Musicki, Evans and
-    Stankovic 1994), so that a hidden object does not stop existing by not being seen.
 
-    :param records: (N,) of dtype RECORD.
-    :param dt: [s].
-    :param config: a third of its max_time_since_update is how long objects stay hidden on average.
+def published(tracks: TrackTable[Bank], stamp: int, bias: float) -> NDArray[np.void]:
+    """The tracks as they are published, none that is outside the picture.
+
+    :param stamp: now [ns].
+    :param bias: standard deviation to add to the position on each axis [px].
+    :return: of dtype TRACK.
     """
-    returning = -math.expm1(-3 * dt / max(config.max_time_since_update, 1e-3))
-    covered, gone = -math.expm1(-dt / COVERED_EVERY), -math.expm1(-dt / GONE_EVERY)
-    visible, hidden = records['visible'].copy(), records['hidden'].copy()
-    records['visible'] = visible * (1 - covered - gone) + hidden * returning
-    records['hidden'] = hidden * (1 - returning) + visible * covered
+    if tracks.records['outside'].any():
+        tracks = tracks.take(~tracks.records['outside'])
+    mean, covariance = tracks.filters.estimate()
+    rows = tracks.rows(stamp, mean[:, :4], covariance[:, :4, :4])
+    rows['covariance'][:, 0, 0] += bias**2
+    rows['covariance'][:, 1, 1] += bias**2
+    rows['score'] = tracks.records['visible'] + tracks.records['hidden']
+    return rows
 
 
-def reveal(records: NDArray[np.void], ratio: NDArray[np.float64]) -> None:
-    """Existence after the detections (integrated PDA; Musicki, Evans and Stankovic 1994).
-
-    :param records: (N,) of dtype RECORD.
-    :param ratio: (N,) likelihood of what was measured if the object is visible, against clutter.
-    """
-    visible = records['visible'] * ratio
-    total = 1 + records['visible'] * (ratio - 1)
-    records['visible'] = np.minimum(visible / total, 1.0)
-    records['hidden'] = np.minimum(records['hidden'] / total, 1 - records['visible'])
-
-
-def settle(records: NDArray[np.void], stamp: int, config: TrackerConfig) -> NDArray[np.bool_]:
+def settle(tracks: TrackTable[Bank], stamp: int, config: TrackerConfig) -> NDArray[np.bool_]:
     """Confirm m of n, mark as coasting, and find the tracks whose time is not over.
 
-    :param records: (N,) of dtype RECORD.
     :param stamp: of this frame [ns].
     :param config: the limits.
     :return: (N,) True for tracks to keep.
     """
-    measured = records['updated'] == stamp
-    tentative = (records['state'] == TENTATIVE) & (records['hits'] < config.confirm_hits)
-    records['state'] = np.where(measured, CONFIRMED, COASTING)
-    records['state'][tentative] = TENTATIVE
-    hopeless = records['misses'] > config.confirm_window - config.confirm_hits
-    limit = round(config.max_time_since_update * NANOSECONDS)
-    return (stamp - records['updated'] <= limit) & ~(tentative & hopeless)
+    tentative = tracks.update_states(stamp, config.confirm_hits)
+    hopeless = tracks.records['misses'] > config.confirm_window - config.confirm_hits
+    return ~tracks.is_overdue(stamp, config.max_time_since_update) & ~(tentative & hopeless)
 
 
 def present(

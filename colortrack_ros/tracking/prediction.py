@@ -12,7 +12,7 @@ from colortrack_ros.tracking.blobs import measure
 from colortrack_ros.tracking.blobs import sides_of_one
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.gating import candidates
-from colortrack_ros.tracking.hypotheses import Pairs
+from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import Blobs
 from colortrack_ros.tracking.merged import sides_of_several
 
@@ -84,7 +84,7 @@ class Prediction:
 
     def pair(
         self, blobs: Blobs, track: Indices, blob: Indices, shared: NDArray[np.bool_] | None = None
-    ) -> Pairs:
+    ) -> Hypotheses:
         """Compare blobs with tracks.
 
         :param track: (K,).
@@ -106,4 +106,4 @@ class Prediction:
         compared = self.bank.compare(
             track, z, R, self.chance[track], self.unmeasured[track], self.speed
         )
-        return Pairs(track, blob, z, R, *compared)
+        return Hypotheses(track, blob, z, R, compared)

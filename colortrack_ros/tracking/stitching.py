@@ -3,12 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.gaussian import LOG_2PI
+from colortrack_ros.estimation.gaussian import TINY
+from colortrack_ros.estimation.gaussian import turned
+from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association.gnn import associate
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.track_table import TrackTable
 
+Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 FAR = 7.0
@@ -16,7 +20,7 @@ FAR = 7.0
 
 
 def reunions(
-    tracks: TrackTable,
+    tracks: TrackTable[Bank],
     lost: Indices,
     found: Indices,
     stamp: int,
@@ -41,17 +45,50 @@ def reunions(
     fit = records['born'][other] > records['updated'][one]
     fit &= records['color'][one] == records['color'][other]
     one, other = one[fit], other[fit]
-    T = (stamp - records['updated'][one]) / NANOSECONDS
+    T = tracks.unmeasured(stamp)[one]
     speed = config.initial_speed or learned.speed
-    mean, cov = tracks.bank.estimate()
+    mean, cov = tracks.filters.estimate()
     reach = np.hypot(mean[one, 2], mean[one, 3]) * T
     reach += FAR * np.sqrt((cov[one, 0, 0] + cov[one, 1, 1]) / 2 + (speed * T) ** 2)
     apart = mean[one, :2] - mean[other, :2]
     near = np.hypot(apart[:, 0], apart[:, 1]) <= reach
     one, other, T = one[near], other[near], T[near]
     chance = learned.chance(T, period) * config.maneuvers
-    gain = tracks.bank.resemblance(one, other, chance, T, speed)
+    gain = log_likelihood_ratio(mean, cov, one, other, chance, T, speed)
     gain += np.log(np.maximum(records['hidden'][one], 1e-9))
     gain -= np.log(learned.birth_density(records['origin'][other], config.image_size))
     chosen, _ = associate(one, other, gain)
     return one[chosen], other[chosen]
+
+
+def log_likelihood_ratio(
+    mean: Floats,
+    cov: Floats,
+    lost: Indices,
+    found: Indices,
+    chance: Floats,
+    T: Floats,
+    speed: float,
+) -> Floats:
+    """How likely tracks, with their velocities, are what has become of others.
+
+    :param mean, cov: (N, n) and (N, n, n) estimates of all tracks.
+    :param lost: (K,) tracks unmeasured for a time.
+    :param found: (K,) others that have begun since.
+    :param chance: (K,) probability that the lost one has maneuvered.
+    :param T: (K,) time that there was for it [s].
+    :param speed: standard deviation of a new velocity on each axis [px/s].
+    :return: (K,) log of the likelihood over that of any velocity, N(0, speed^2) [1/px^2].
+    """
+    one, P = mean[lost, :4], cov[lost, :4, :4]
+    other, other_P = mean[found, :4], cov[found, :4, :4]
+    log = [np.log1p(-chance), np.log(np.maximum(chance, TINY))]
+    for i, (center, spread) in enumerate([(one, P), turned(one, P, T, speed)]):
+        S, e = spread + other_P, other - center
+        d2 = (e * np.linalg.solve(S, e[..., None])[..., 0]).sum(axis=1)
+        log[i] = log[i] - 0.5 * (d2 + np.linalg.slogdet(S)[1]) - 2 * LOG_2PI
+    any_S = speed**2 * np.eye(2) + other_P[:, 2:, 2:]
+    v = other[:, 2:]
+    d2 = (v * np.linalg.solve(any_S, v[..., None])[..., 0]).sum(axis=1)
+    any_velocity = -0.5 * (d2 + np.linalg.slogdet(any_S)[1]) - LOG_2PI
+    return np.asarray(np.logaddexp(*log) - any_velocity)

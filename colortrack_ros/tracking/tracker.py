@@ -9,23 +9,25 @@ from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
-from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
-from colortrack_ros.data import time_passed
 from colortrack_ros.data import Tracks
+from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.clock import Clock
+from colortrack_ros.estimation.existence import predict_existence
+from colortrack_ros.estimation.existence import update_existence
 from colortrack_ros.estimation.motion import MOTION_MODELS
+from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking import blobs as shape
 from colortrack_ros.tracking import life
 from colortrack_ros.tracking import merge_split
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.hypotheses import Pairs
+from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import accept
 from colortrack_ros.tracking.measurements import Blobs
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.stitching import reunions
-from colortrack_ros.tracking.track_table import TrackTable
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -52,22 +54,23 @@ class Tracker:
         """Detections refused so far: not finite, or with a covariance that is none."""
         self.repeated = 0
         """Detections refused so far: the same as before, with the same stamp."""
-        self._start(1, '')
+        self._clock = Clock()
+        self._start(1)
 
-    def _start(self, first_id: int, why: str) -> None:
+    def _start(self, first_id: int) -> None:
         model = MOTION_MODELS[self.config.motion_model](self.config.acceleration)
-        self._tracks = TrackTable(model, first_id)
+        self._tracks = TrackTable(Bank(model), life.FIELDS, first_id)
         self._adaptation = Adaptation()
-        self._started, self._stamp, self._period = False, 0, 1 / 30
+        self._period = 1 / 30
         self._known_rows = np.zeros(0, DETECTION)
-        self._why = why
 
     def reset(self, why: str = '') -> None:
         """Forget all tracks. IDs go on: none is used twice.
 
         :param why: what the next Tracks tell as the reason.
         """
-        self._start(self._tracks.next_id, why)
+        self._clock.restart(why)
+        self._start(self._tracks.next_id)
 
     def configure(self, config: TrackerConfig) -> None:
         """Change the configuration; tracks live on, unless the motion model is another."""
@@ -85,7 +88,7 @@ class Tracker:
         :param detections: of the next frame; an empty one is a frame as well.
         :return: the tracks at its stamp, with its header.
         """
-        again = self._started and detections.stamp == self._stamp
+        again = self._clock.is_now(detections.stamp)
         dt = self._advance(detections.stamp)
         blobs = self._accept(detections.rows, again)
         outlook = self._expect(dt, blobs)
@@ -96,19 +99,15 @@ class Tracker:
         self._correct(outlook, blobs, pairs, share, again)
         new = np.flatnonzero(free)
         if len(new):
-            self._tracks.append(blobs, new, self._stamp, outlook.speed, outlook.noise)
+            life.initiate(self._tracks, blobs, new, self._clock.now, outlook.speed, outlook.noise)
         self._settle(again)
-        why, self._why = self._why, ''
-        rows = self._tracks.published(self._stamp, self.config.centroid_bias)
+        why = self._clock.tell_restart()
+        rows = life.published(self._tracks, self._clock.now, self.config.centroid_bias)
         return Tracks(rows, detections.stamp, detections.frame_id, why)
 
     def _advance(self, stamp: int) -> float:
         """Go to the stamp, or start afresh; return dt [s]."""
-        last = self._stamp if self._started else None
-        dt, why = time_passed(last, stamp, self.config.max_dt)
-        if why:
-            self.reset(why)
-        self._started, self._stamp = True, stamp
+        dt = self._clock.advance(stamp, self.config.max_dt, self.reset)
         self._period = dt or self._period
         return dt
 
@@ -132,17 +131,20 @@ class Tracker:
         config, learned, tracks = self.config, self._adaptation, self._tracks
         learned.learn_size(blobs.z, config.image_size)
         if dt > 0 and len(tracks.records) and not learned.has_met:
-            learned.meet(tracks.bank.mean[0, :, :2], blobs.z, dt)
-            tracks.bank.doubt(config.initial_speed or learned.speed)
+            learned.meet(tracks.filters.mean[0, :, :2], blobs.z, dt)
+            tracks.filters.set_speed(config.initial_speed or learned.speed)
         noise = config.process_noise or learned.noise
-        tracks.bank.predict(dt, noise**2)
-        life.conceal(tracks.records, dt, config)
-        mean, cov = tracks.bank.estimate()
+        tracks.filters.predict(dt, noise**2)
+        records = tracks.records
+        records['visible'], records['hidden'] = predict_existence(
+            records['visible'], records['hidden'], dt, config.max_time_since_update
+        )
+        mean, cov = tracks.filters.estimate()
         seen = config.detection_probability * tracks.records['visible']
-        unmeasured = (self._stamp - tracks.records['updated']) / NANOSECONDS
+        unmeasured = tracks.unmeasured(self._clock.now)
         sized = config.use_boxes and bool(blobs.size.any() or tracks.records['extent'].any())
         return Prediction(
-            bank=tracks.bank,
+            bank=tracks.filters,
             records=tracks.records,
             center=mean[:, :2],
             velocity=mean[:, 2:4],
@@ -156,10 +158,10 @@ class Tracker:
             sized=sized,
         )
 
-    def _associate(self, outlook: Prediction, blobs: Blobs) -> tuple[Pairs, Floats]:
+    def _associate(self, outlook: Prediction, blobs: Blobs) -> tuple[Hypotheses, Floats]:
         """Choose pairs by their likelihood against misses and clutter."""
         pairs = outlook.pair(blobs, *outlook.candidates(blobs, self.config))
-        gain = pairs.likelihood - outlook.density + outlook.odds[pairs.track]
+        gain = pairs.innovations.log_likelihood - outlook.density + outlook.odds[pairs.track]
         if not self.config.color_gating:
             colors = self._tracks.records['color'][pairs.track], blobs.rows['color'][pairs.blob]
             gain -= MISTAKEN * (colors[0] != colors[1])
@@ -167,16 +169,16 @@ class Tracker:
             gain -= gain.min(initial=0.0) - 1.0
         associate = ASSOCIATORS[self.config.associator]
         chosen, share = associate(pairs.track, pairs.blob, gain)
-        return pairs.take(chosen), share
+        return pairs if len(chosen) == len(pairs) else pairs.take(chosen), share
 
     def _regroup(
         self,
         outlook: Prediction,
         blobs: Blobs,
-        pairs: Pairs,
+        pairs: Hypotheses,
         share: Floats,
         free: NDArray[np.bool_],
-    ) -> tuple[Blobs, Pairs, Floats]:
+    ) -> tuple[Blobs, Hypotheses, Floats]:
         """Join the pieces of broken blobs, and let tracks that merged share a blob.
 
         :param free: (M,) blobs that no track has taken; pieces are no longer free.
@@ -198,28 +200,36 @@ class Tracker:
         return blobs, outlook.pair(blobs, track, blob, np.isin(blob, host)), share
 
     def _correct(
-        self, outlook: Prediction, blobs: Blobs, pairs: Pairs, share: Floats, again: bool
+        self, outlook: Prediction, blobs: Blobs, pairs: Hypotheses, share: Floats, again: bool
     ) -> None:
         """Update filters, existence, sizes and what is learned by what has been measured."""
         p = self.config.detection_probability
         ratio = np.full(len(self._tracks.records), 1.0 if again else 1 - p)
-        likelihood = p * np.exp(np.minimum(pairs.likelihood - outlook.density, 50.0))
+        likelihood = p * np.exp(
+            np.minimum(pairs.innovations.log_likelihood - outlook.density, 50.0)
+        )
         ratio += np.bincount(pairs.track, likelihood, len(ratio))
-        life.reveal(self._tracks.records, ratio)
+        records = self._tracks.records
+        records['visible'], records['hidden'] = update_existence(
+            records['visible'], records['hidden'], ratio
+        )
 
         hard = bool((share == 1).all())
         taken = pairs if hard else pairs.take(np.flatnonzero(share > 0.5))
         track, blob = taken.track, taken.blob
         whole = self._learn_sizes(outlook, blobs, track, blob)
         self._adapt(outlook, taken, whole)
-        turned = np.flatnonzero(taken.turned > UNLIKELY)
+        turned = np.flatnonzero(taken.innovations.maneuvered > UNLIKELY)
         if len(turned):
             T = outlook.unmeasured[track[turned]]
-            self._tracks.bank.maneuver(track[turned], taken.turned[turned], T, outlook.speed)
-        self._tracks.bank.correct(pairs.track, pairs.z, pairs.R, None if hard else share)
+            self._tracks.filters.maneuver(
+                track[turned], taken.innovations.maneuvered[turned], T, outlook.speed
+            )
+        self._tracks.filters.correct(pairs.track, pairs.z, pairs.R, None if hard else share)
         self._tracks.records['misses'] += not again
         self._tracks.records['misses'][track] -= 1
-        life.hit(self._tracks.records, track, blobs.rows[blob], self._stamp)
+        self._tracks.record_hits(track, self._clock.now)
+        life.record_size(records, track, blobs.rows[blob])
 
     def _learn_sizes(
         self, outlook: Prediction, blobs: Blobs, track: Indices, blob: Indices
@@ -246,40 +256,43 @@ class Tracker:
         growth = learned.sum(axis=1) - size
         growth[growth < shape.slack(size)] = 0.0
         if growth.any():
-            self._tracks.bank.cov[:, track[:, None], (2, 3), (2, 3)] += (
-                growth / 2 / self._period
-            ) ** 2
+            self._tracks.filters.doubt_velocity(track, (growth / 2 / self._period) ** 2)
         return whole
 
-    def _adapt(self, outlook: Prediction, taken: Pairs, whole: NDArray[np.bool_]) -> None:
+    def _adapt(self, outlook: Prediction, taken: Hypotheses, whole: NDArray[np.bool_]) -> None:
         """Learn from objects seen whole in this frame and in the last."""
         records, track = self._tracks.records, taken.track
         before, unmeasured = records['innovation'][track], outlook.unmeasured[track]
-        records['innovation'][track] = whole[:, None] * taken.innovation
+        records['innovation'][track] = whole[:, None] * taken.innovations.innovation
         known = records['hits'][track] > 2
-        self._adaptation.learn_rates(known, taken.turned, unmeasured, self._period)
+        self._adaptation.learn_rates(known, taken.innovations.maneuvered, unmeasured, self._period)
         steady = known & (unmeasured <= self._period) & whole
-        product = np.einsum('ij,ij->i', before, taken.innovation)
+        product = np.einsum('ij,ij->i', before, taken.innovations.innovation)
         velocity = outlook.velocity[track]
         self._adaptation.learn_motion(
-            steady, taken.nis, product, taken.predicted, taken.turned, velocity
+            steady,
+            taken.innovations.nis,
+            product,
+            taken.innovations.predicted_share,
+            taken.innovations.maneuvered,
+            velocity,
         )
 
     def _settle(self, again: bool) -> None:
         """Let tracks be confirmed, coast, or end."""
         records, config = self._tracks.records, self.config
         before = records['state'].copy()
-        keep = life.settle(records, self._stamp, config)
+        keep = life.settle(self._tracks, self._clock.now, config)
         false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
-        estimate = self._tracks.bank.estimate()
-        keep &= life.present(records, *estimate, self._stamp, self._period, config)
+        estimate = self._tracks.filters.estimate()
+        keep &= life.present(records, *estimate, self._clock.now, self._period, config)
         found = np.flatnonzero(keep & (before == TENTATIVE) & (records['state'] == CONFIRMED))
         lost = np.flatnonzero(keep & (records['state'] == COASTING))
         if len(found) and len(lost):
             lost, again_found = reunions(
-                self._tracks, lost, found, self._stamp, self._period, self._adaptation, config
+                self._tracks, lost, found, self._clock.now, self._period, self._adaptation, config
             )
-            self._tracks.succeed(lost, again_found)
+            life.succeed(self._tracks, lost, again_found)
             keep[again_found] = False
         if not again:
             self._adaptation.learn_new(false, int(np.count_nonzero(keep[found])))

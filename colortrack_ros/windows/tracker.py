@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.data import time_passed
 from colortrack_ros.data import Tracks
 from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.clock import time_passed
 from colortrack_ros.estimation.motion import MOTION_MODELS
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.life import births
@@ -111,9 +111,7 @@ class WindowTracker:
             self._offered = offered  # it is of this frame
         self._stamp = stamp
         if self.config.method == 'WM':  # no memory of the motion: expected where it was last
-            self._bank.mean[..., 2:] = 0
-            self._bank.cov[..., 2:, :] = self._bank.cov[..., :, 2:] = 0
-            self._bank.cov[..., (2, 3), (2, 3)] = self.config.initial_speed**2
+            self._bank.forget_velocity(self.config.initial_speed)
         self._bank.predict(dt, self.config.process_noise**2)
         self._expected = self._bank.estimate()[0][:, :2].copy()
         return dt
@@ -155,12 +153,7 @@ class WindowTracker:
         T = (self._now - self._records['updated'][track]) / NANOSECONDS
         T = np.maximum(T, 1e-3)
         variance = (np.abs(z[track] - self._expected[track]).max(axis=1) / T) ** 2
-        cov = self._bank.cov
-        for axis in range(2):  # it may have changed at any time of the last T seconds alike
-            cov[:, track, axis, axis] += variance * T**2 / 3
-            cov[:, track, axis, axis + 2] += variance * T / 2
-            cov[:, track, axis + 2, axis] += variance * T / 2
-            cov[:, track, axis + 2, axis + 2] += variance
+        self._bank.add_turn(track, T, variance)
         self._velocity[track] = np.nan
 
     def _correct(self, findings: Findings, believed: Bools, dt: float) -> None:
@@ -195,7 +188,7 @@ class WindowTracker:
         past[:, 0, 1] = np.where(turned[:, None], np.nan, self._bank.mean[0, track, 2:] * dt)
         self._velocity[track] = past
         best = self._swarm.search(past.reshape(len(track), -1, 2))
-        self._bank.mean[0, track, 2:] = best / dt
+        self._bank.set_velocity(track, best / dt)
 
     def _renew(self, findings: Findings, believed: Bools) -> None:
         """Take new templates from this frame: all of them, or with drift compensation few.
@@ -265,7 +258,7 @@ class WindowTracker:
         """New filters and records."""
         R = np.broadcast_to(ROUNDING**2 * np.eye(2), (len(center), 2, 2))
         spread = np.repeat([0.0, self.config.initial_speed], 2)
-        self._bank.append(center, R, spread)
+        self._bank.extend(self._bank.at_rest(center, R, spread))
         new = births(center, box, self._now, self._next_id)
         self._next_id += len(new)
         self._records = np.concatenate([self._records, new])

@@ -28,7 +28,7 @@ class Simulation:
         self.mode = self.rng.choice(self.model.modes, RUNS, p=stay)
         self.R = np.broadcast_to(SIGMA_W**2 * np.eye(2), (RUNS, 2, 2))
         self.bank = Bank(self.model)
-        self.bank.append(self.measure(), self.R, self.spread)
+        self.bank.extend(self.bank.at_rest(self.measure(), self.R, self.spread))
 
     def measure(self):
         return self.x[:, :2] + self.rng.normal(0, SIGMA_W, (RUNS, 2))
@@ -98,7 +98,8 @@ def test_covariances_stay_symmetric_and_positive(name):
     rng = np.random.default_rng(0)
     bank, steps, tracks = Bank(MOTION_MODELS[name](GRAVITY)), 1000, 100
     R = np.broadcast_to(0.003 * np.eye(2), (tracks, 2, 2))
-    bank.append(np.zeros((tracks, 2)), R, np.repeat([0.0, SPEED, SIGMA_S], 2)[: bank.model.size])
+    spread = np.repeat([0.0, SPEED, SIGMA_S], 2)[: bank.model.size]
+    bank.extend(bank.at_rest(np.zeros((tracks, 2)), R, spread))
     for _ in range(steps):
         bank.predict(10 ** rng.uniform(-3, 1), SIGMA_S**2)
         hit = np.flatnonzero(rng.random(tracks) < 2 / 3)

@@ -1,0 +1,68 @@
+"""From stamp to stamp: how much time has passed, and when a tracker has to start afresh."""
+
+from collections.abc import Callable
+
+from colortrack_ros.data import NANOSECONDS
+
+
+def time_passed(last: int | None, stamp: int, max_dt: float) -> tuple[float, str]:
+    """Tell how a tracker goes from one frame to the next.
+
+    :param last: stamp of the last frame [ns], None before the first.
+    :param stamp: of the next frame [ns].
+    :param max_dt: a longer jump starts afresh [s].
+    :return: dt [s], 0 for a first frame; and why to start afresh, empty if not.
+    """
+    dt = 0.0 if last is None else (stamp - last) / NANOSECONDS
+    if dt < 0:
+        return 0.0, f'the stamp went back by {-dt:.6f} s'
+    if dt > max_dt:
+        return 0.0, f'the stamp jumped ahead by {dt:.6f} s, max_dt is {max_dt:g} s'
+    return dt, ''
+
+
+class Clock:
+    """The time of a tracker: the stamp of its last frame, and why it last started afresh.
+
+    :ivar restarted: why, until :meth:`tell_restart` has told it; empty if it did not.
+    """
+
+    def __init__(self) -> None:
+        self._stamp: int | None = None
+        self.restarted = ''
+
+    @property
+    def now(self) -> int:
+        """Stamp of the last frame [ns], 0 before the first."""
+        return self._stamp or 0
+
+    def is_now(self, stamp: int) -> bool:
+        """Whether the last frame had this stamp [ns]."""
+        return stamp == self._stamp
+
+    def restart(self, why: str) -> None:
+        """Forget the last frame.
+
+        :param why: to be told with the next tracks.
+        """
+        self._stamp, self.restarted = None, why
+
+    def advance(self, stamp: int, max_dt: float, reset: Callable[[str], None]) -> float:
+        """Go to the next frame.
+
+        :param stamp: of the frame [ns].
+        :param max_dt: a longer jump starts afresh [s].
+        :param reset: resets the tracker, this clock included; called with the reason when the
+            stamp went back or jumped.
+        :return: dt [s], 0 for a first frame.
+        """
+        dt, why = time_passed(self._stamp, stamp, max_dt)
+        if why:
+            reset(why)
+        self._stamp = stamp
+        return dt
+
+    def tell_restart(self) -> str:
+        """Why the tracker started afresh; empty if it did not, or has told so before."""
+        why, self.restarted = self.restarted, ''
+        return why

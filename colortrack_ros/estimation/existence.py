@@ -1,0 +1,49 @@
+"""Whether an object exists, and whether it can be seen: a Markov chain and Bayes' rule.
+
+Markov chain two of Musicki, Evans and Stankovic 1994 (integrated PDA): an object is visible, hidden
+or gone, so that a hidden object does not stop existing by not being seen.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+COVERED_EVERY = 10.0
+GONE_EVERY = 100.0
+"""Mean time until something covers a visible object, or until it vanishes in full view [s]."""
+
+
+def predict_existence(
+    visible: Floats, hidden: Floats, dt: float, longest: float
+) -> tuple[Floats, Floats]:
+    """Probabilities before the detections: objects get covered, vanish, and come out again.
+
+    :param visible: (N,) probability that the object exists and can be seen.
+    :param hidden: (N,) probability that it exists and cannot be seen.
+    :param dt: [s].
+    :param longest: that a track goes on unseen [s]; objects stay hidden for a third of it on
+        average.
+    :return: visible and hidden, (N,).
+    """
+    returning = -math.expm1(-3 * dt / max(longest, 1e-3))
+    covered, gone = -math.expm1(-dt / COVERED_EVERY), -math.expm1(-dt / GONE_EVERY)
+    return (
+        visible * (1 - covered - gone) + hidden * returning,
+        hidden * (1 - returning) + visible * covered,
+    )
+
+
+def update_existence(visible: Floats, hidden: Floats, ratio: Floats) -> tuple[Floats, Floats]:
+    """Probabilities after the detections.
+
+    :param visible: (N,), hidden: (N,) before them.
+    :param ratio: (N,) likelihood of what was measured if the object is visible, over its
+        likelihood if it is not.
+    :return: visible and hidden, (N,).
+    """
+    total = 1 + visible * (ratio - 1)
+    visible = np.minimum(visible * ratio / total, 1.0)
+    return visible, np.minimum(hidden / total, 1 - visible)

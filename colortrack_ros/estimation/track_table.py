@@ -1,0 +1,123 @@
+"""The live tracks: filters and records row by row, from initiation to deletion."""
+
+from collections.abc import Sequence
+from typing import Any
+from typing import Generic
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import Columns
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import TRACK
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+COMMON = [('track_id', 'u4'), ('state', 'u1'), ('born', 'i8'), ('updated', 'i8'), ('hits', 'u4')]
+"""What every tracker records of a track.
+
+born, updated: stamp of the first and of the last measurement [ns]; hits: their number; state:
+TENTATIVE, CONFIRMED or COASTING.
+"""
+
+
+Filters = TypeVar('Filters', bound=Columns)
+
+
+class TrackTable(Columns, Generic[Filters]):
+    """N live tracks.
+
+    :param filters: of no tracks yet; their rows are those of the table.
+    :param fields: names and types of what else is recorded of a track, as for np.dtype.
+    :param next_id: ID of the next track.
+    :ivar records: (N,) with the fields of COMMON and these.
+    """
+
+    def __init__(self, filters: Filters, fields: Sequence[Any] = (), next_id: int = 1) -> None:
+        self.filters = filters
+        self.records = np.zeros(0, np.dtype([*COMMON, *fields]))
+        self.next_id = next_id
+
+    def __len__(self) -> int:
+        return len(self.records)
+
+    def initiate(self, filters: Filters, stamp: int) -> NDArray[np.void]:
+        """Begin tracks, tentative and measured once.
+
+        :param filters: of the new tracks.
+        :param stamp: of their frame [ns].
+        :return: their records, a view to fill in.
+        """
+        count = len(filters)
+        new = np.zeros(count, self.records.dtype)
+        new['track_id'] = np.arange(self.next_id, self.next_id + count)
+        new['born'] = new['updated'] = stamp
+        new['hits'], new['state'] = 1, TENTATIVE
+        self.next_id += count
+        self.filters.extend(filters)
+        self.records = np.concatenate([self.records, new])
+        return self.records[len(self.records) - count :]
+
+    def record_hits(self, track: Indices | Bools, stamp: int) -> None:
+        """Note that tracks, indices or a mask, were measured at the stamp [ns]."""
+        self.records['updated'][track] = stamp
+        self.records['hits'][track] += 1
+
+    def update_states(self, stamp: int, confirm_hits: int) -> Bools:
+        """Confirm tracks, and mark as coasting what was confirmed and not measured now.
+
+        :param stamp: of this frame [ns].
+        :param confirm_hits: measurements that confirm a track.
+        :return: (N,) which are tentative still.
+        """
+        records = self.records
+        tentative = (records['state'] == TENTATIVE) & (records['hits'] < confirm_hits)
+        records['state'] = np.where(records['updated'] == stamp, CONFIRMED, COASTING)
+        records['state'][tentative] = TENTATIVE
+        return np.asarray(tentative)
+
+    def unmeasured(self, stamp: int) -> Floats:
+        """Time since each was last measured, (N,) [s]."""
+        return np.asarray((stamp - self.records['updated']) / NANOSECONDS)
+
+    def is_overdue(self, stamp: int, longest: float) -> Bools:
+        """Which have not been measured for longer than that, (N,).
+
+        :param stamp: now [ns].
+        :param longest: [s].
+        """
+        return np.asarray(stamp - self.records['updated'] > round(longest * NANOSECONDS))
+
+    def freshness(self, stamp: int, longest: float) -> Floats:
+        """From 1 for what is measured now down to 0 for what was last measured longest [s] ago."""
+        return np.clip(1 - self.unmeasured(stamp) / max(longest, 1e-3), 0, 1)
+
+    def rows(self, stamp: int, mean: Floats, covariance: Floats) -> NDArray[np.void]:
+        """The tracks as they are published, (N,) of dtype TRACK.
+
+        Records that have a field of the same name fill it; the others are 0.
+
+        :param stamp: now [ns].
+        :param mean: (N, 4) u, v [px], du, dv [px/s].
+        :param covariance: (N, 4, 4) of mean.
+        """
+        records, rows = self.records, np.zeros(len(self.records), TRACK)
+        for name in set(rows.dtype.names or ()) & set(records.dtype.names or ()):
+            rows[name] = records[name]
+        rows['u'], rows['v'], rows['du'], rows['dv'] = mean.T
+        rows['covariance'] = covariance
+        rows['age'] = (stamp - records['born']) / NANOSECONDS
+        rows['time_since_update'] = self.unmeasured(stamp)
+        return rows
+
+
+def is_inside(position: Floats, height: int, width: int) -> Bools:
+    """Which positions, (N, 2) [px], are in a picture, (N,)."""
+    inside = (position >= -0.5) & (position < [width - 0.5, height - 0.5])
+    return np.asarray(inside.all(axis=1))
