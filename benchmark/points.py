@@ -50,10 +50,11 @@ def detections_of(z, k, rate=RATE, noise=1.0):
 
 def cruise(
     count, frames=300, speed=(1.0, 5.0), detected=0.95, clutter=0.05, noise=1.0, turns=0.0,
-    blackout=0.0, seed=0,
+    blackout=0.0, picture=(WIDTH, HEIGHT), seed=0,
 ):  # fmt: skip
     """Points that go straight on and, when they leave the picture, are followed by new ones.
 
+    :param picture: width and height [px].
     :param count: objects; above 1,000 the picture grows with them, so that the density stays.
     :param speed: least and greatest [px/frame].
     :param detected: probability.
@@ -64,7 +65,7 @@ def cruise(
     """
     rng = np.random.default_rng(seed)
     grown = np.sqrt(max(count / 1000, 1.0))
-    size = np.array([WIDTH, HEIGHT]) * grown
+    size = np.array(picture) * grown
 
     def velocities(n):
         angle, length = rng.uniform(0, 2 * np.pi, n), rng.uniform(*speed, n)
