@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from colortrack_ros.nodes import camera_parameters
-from colortrack_ros.nodes import contour_tracker_parameters
-from colortrack_ros.nodes import detector_parameters
-from colortrack_ros.nodes import overlay
-from colortrack_ros.nodes import tracker_parameters
-from colortrack_ros.nodes import window_tracker_parameters
+from colortrack_ros.nodes.camera import CameraSetup
+from colortrack_ros.nodes.contour_tracker import ContourTrackerSetup
+from colortrack_ros.nodes.detector import DetectorSetup
+from colortrack_ros.nodes.overlay import OverlaySetup
+from colortrack_ros.nodes.tracker import TrackerSetup
+from colortrack_ros.nodes.window_tracker import WindowTrackerSetup
 from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import ParameterTable
@@ -17,14 +17,15 @@ from colortrack_ros.parameters import USER
 
 PAGE = Path(__file__).with_name('parameters.md')
 
-NODES = {
-    'camera': camera_parameters.TABLE,
-    'detector': detector_parameters.TABLE,
-    'tracker': tracker_parameters.TABLE,
-    'overlay': overlay.TABLE,
-    'window_tracker': window_tracker_parameters.TABLE,
-    'contour_tracker': contour_tracker_parameters.TABLE,
+SETUPS = {
+    'camera': CameraSetup,
+    'detector': DetectorSetup,
+    'tracker': TrackerSetup,
+    'overlay': OverlaySetup,
+    'window_tracker': WindowTrackerSetup,
+    'contour_tracker': ContourTrackerSetup,
 }
+NODES = {name: ParameterTable.of(setup) for name, setup in SETUPS.items()}
 
 AUDIENCES = {
     USER: 'For users',

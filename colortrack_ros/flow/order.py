@@ -66,6 +66,10 @@ class Order(Generic[Item]):
         self._number = itertools.count()
         self._last = self._newest = -(1 << 62)  # older than any stamp
 
+    def configure(self, config: OrderConfig) -> None:
+        """Take other values into use."""
+        self.window, self.max_late = config.reorder_window, config.max_late
+
     def push(self, stamp: int, item: Item) -> None:
         """Take the next item that has arrived.
 

@@ -37,10 +37,10 @@ def load_camera_info(url: str) -> CameraInfo:
                 raise ValueError(f'{key} has {len(data)} numbers, expected {count}')
             setattr(info, field, data)
     except OSError as error:
-        raise ValueError(f'camera_info_url {url}: {error.strerror}: {path}') from error
+        raise ValueError(f'{error.strerror}: {path}') from error
     except (yaml.YAMLError, KeyError, TypeError, ValueError, AssertionError) as error:
         raise ValueError(
-            f'camera_info_url {url}: {path} is not a calibration as camera_calibration writes it: '
+            f'{path} is not a calibration as camera_calibration writes it: '
             f'{" ".join(str(error).split())}'
         ) from error
     return info
@@ -52,5 +52,5 @@ def _path(url: str) -> Path:
         try:
             return Path(get_package_share_directory(package)) / inside
         except (PackageNotFoundError, OSError, ValueError) as error:
-            raise ValueError(f'camera_info_url {url}: there is no package {package!r}') from error
+            raise ValueError(f'{url}: there is no package {package!r}') from error
     return Path(url.removeprefix('file://')).expanduser()

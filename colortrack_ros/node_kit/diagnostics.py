@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from dataclasses import field
+from dataclasses import fields
 from statistics import median
 import threading
 from typing import Any
@@ -19,7 +20,6 @@ from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
-from colortrack_ros.parameters import specs_of
 
 PERIOD = 1.0
 THROTTLE = 5.0
@@ -51,9 +51,6 @@ class HealthConfig(Config):
     )
 
 
-HEALTH = tuple(specs_of(HealthConfig))
-
-
 @dataclass
 class _Counts:
     """Of one period."""
@@ -67,7 +64,7 @@ class _Counts:
 class Health:
     """Counts what a node takes in, gives out, skips and refuses, and publishes it every second.
 
-    :param node: whose health it is, with the parameters HEALTH declared.
+    :param node: whose health it is, with the parameters of HealthConfig.
     :param trouble: what is wrong at the moment, empty when nothing is.
     :param facts: further values to show, each a function that returns it.
     """
@@ -143,7 +140,8 @@ class Health:
 
     def _judge(self, counts: _Counts, latency: float | None, silence: float) -> tuple[bytes, str]:
         """The level and what it is about, the worst first."""
-        limit = {spec.name: self._node.get_parameter(spec.name).value for spec in HEALTH}
+        names = [field.name for field in fields(HealthConfig)]
+        limit = {name: self._node.get_parameter(name).value for name in names}
         late = 0.0 if latency is None else latency
         lateness = f'{late:.3f} s from stamp to output'
         quiet = f'nothing has come in for {silence:.0f} s'

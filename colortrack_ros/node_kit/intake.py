@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 import threading
 import time
-from typing import Protocol
 
 from rclpy.node import Node
 from sensor_msgs.msg import CompressedImage
@@ -26,7 +25,6 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import part
-from colortrack_ros.parameters import specs_of
 
 READERS = {
     'raw': (Image, '{}', frame_of_serialized_image),
@@ -57,21 +55,6 @@ class IntakeConfig(Config):
     )
 
 
-ORDER = tuple(specs_of(OrderConfig))
-INTAKE = tuple(specs_of(IntakeConfig))
-
-
-class IntakeSetup(Protocol):
-    """The values of INTAKE."""
-
-    @property
-    def max_lag(self) -> float: ...  # noqa: D102
-    @property
-    def reorder_window(self) -> float: ...  # noqa: D102
-    @property
-    def max_late(self) -> float: ...  # noqa: D102
-
-
 class ImageIntake:
     """Reads images in a thread of its own, in the order of their stamps, and hands them on.
 
@@ -95,10 +78,10 @@ class ImageIntake:
         """How many images have been skipped."""
         return self._backlog.skipped
 
-    def configure(self, setup: IntakeSetup) -> None:
+    def configure(self, config: IntakeConfig) -> None:
         """Take other values into use."""
-        self._backlog.max_lag = setup.max_lag
-        self._order.window, self._order.max_late = setup.reorder_window, setup.max_late
+        self._backlog.max_lag = config.max_lag
+        self._order.configure(config.order)
 
     def subscribe(self, image_topic: str, image_transport: str) -> None:
         """Take the images of a topic from now on."""

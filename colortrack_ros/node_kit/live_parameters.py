@@ -3,8 +3,11 @@
 from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
-from dataclasses import fields
+from functools import partial
+import threading
 from typing import Any
+from typing import Generic
+from typing import TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange
 from rcl_interfaces.msg import IntegerRange
@@ -13,25 +16,30 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from colortrack_ros.parameters import build
+from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import ParameterTable
 from colortrack_ros.parameters import Spec
 from colortrack_ros.parameters import USER
 
+Setup = TypeVar('Setup', bound=Config)
 Build = Callable[[Mapping[str, Any]], Any]
+
+LISTS = {
+    bool: Parameter.Type.BOOL_ARRAY,
+    int: Parameter.Type.INTEGER_ARRAY,
+    float: Parameter.Type.DOUBLE_ARRAY,
+    str: Parameter.Type.STRING_ARRAY,
+}
+"""The type of a list by that of its items."""
 
 FOREIGN = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
 """Names (or their beginnings) of the parameters that rclpy declares on its own."""
 
-
 FOR = {USER: '', EXPERT: ' For experts.', DOCUMENT: ' Only to reproduce a document.'}
 """What a description ends with, by the audience."""
-
-
-def own_values(setup: type, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Of the parameters those that a setup, a dataclass, has as fields of the same name."""
-    return {field.name: values[field.name] for field in fields(setup) if field.name in values}
 
 
 def descriptor_of(spec: Spec) -> ParameterDescriptor:
@@ -56,34 +64,75 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
     return descriptor
 
 
-def declare(node: Node, table: ParameterTable, build: Build, apply: Callable[[Any], object]) -> Any:
-    """Declare the table's parameters, check them now and whenever somebody sets them.
+class ParameterNode(Node, Generic[Setup]):
+    """A node whose parameters are the fields of a configuration.
 
     A bad value is refused with its reason in the log (on start) or in the answer (at run time), and
-    the old one, on start the default, stays in force. The node has to allow undeclared parameters,
-    so that those of a new NAME can be set.
+    the old one, on start the default, stays in force.
 
-    :param build: makes the configuration from all values, raises ValueError with a reason.
-    :param apply: takes a configuration into use, when somebody has changed a parameter.
-    :return: the configuration to start with.
+    :param name: of the node.
+    :param config: declares the parameters.
+    :ivar setup: the values in force.
+    :ivar lock: held while parameters change; for work that must not see half of a change.
     """
-    # rclpy has no public way to see the overrides of names that are not declared.
-    overrides = {
-        name: override.value
-        for name, override in node._parameter_overrides.items()
-        if not name.startswith(FOREIGN)
-    }
-    values, refused = table.consistent(overrides, build)
-    for reason in refused.values():
-        node.get_logger().error(f'Parameter refused: {reason}. The default stays in force.')
-    for name, value in values.items():
-        spec = table.find(name)
-        node.declare_parameter(name, spec.shown(value), descriptor_of(spec), ignore_override=True)
-    live = LiveParameters(table, build, apply, values)
-    node.add_pre_set_parameters_callback(live.widen)
-    node.add_on_set_parameters_callback(live.check)
-    node.add_post_set_parameters_callback(live.take)
-    return build(values)
+
+    _given: dict[str, Any] | None = None
+
+    def __init__(self, name: str, config: type[Setup], **options: Any) -> None:
+        super().__init__(
+            name,
+            allow_undeclared_parameters=True,  # so that those of a new NAME can be set
+            automatically_declare_parameters_from_overrides=True,
+            **options,
+        )
+        self.lock = threading.Lock()
+        table, make = ParameterTable.of(config), partial(build, config)
+        values = self._declare_checked(table, make)
+        self.setup: Setup = make(values)
+        live = LiveParameters(table, make, self._take_setup, values)
+        self.add_pre_set_parameters_callback(live.widen)
+        self.add_on_set_parameters_callback(live.check)
+        self.add_post_set_parameters_callback(live.take)
+
+    def apply(self, setup: Setup) -> None:
+        """Take changed parameters into use; :attr:`setup` still holds those before."""
+
+    def declare_parameters(
+        self, namespace: str, parameters: Any, ignore_override: bool = False
+    ) -> list[Parameter]:
+        """Declare parameters as rclpy does, but not what is given on start before it is checked.
+
+        The first call is that of rclpy's constructor, with all that is given on the command line
+        and in YAML, unknown names included.
+        """
+        if self._given is None:
+            self._given = {name: value for name, value, _ in parameters}
+            return []
+        return super().declare_parameters(namespace, parameters, ignore_override)
+
+    def _declare_checked(self, table: ParameterTable, make: Build) -> dict[str, Any]:
+        """Declare the table's parameters; return their values."""
+        given = {
+            name: [] if value is None else value  # rcl has no type for an empty list
+            for name, value in (self._given or {}).items()
+            if not name.startswith(FOREIGN)
+        }
+        values, refused = table.consistent(given, make)
+        for reason in refused.values():
+            self.get_logger().error(f'Parameter refused: {reason}. The default stays in force.')
+        for name, value in values.items():
+            spec = table.find(name)
+            self.declare_parameter(
+                name, spec.shown(value), descriptor_of(spec), ignore_override=True
+            )
+            if value == []:
+                self.set_parameters([Parameter(name, LISTS[spec.kind], [])])
+        return values
+
+    def _take_setup(self, setup: Setup) -> None:
+        with self.lock:
+            self.apply(setup)
+            self.setup = setup
 
 
 class LiveParameters:
@@ -129,7 +178,8 @@ class LiveParameters:
         except ValueError:
             return parameter  # refused later, with its reason
         # rclpy cannot tell the type of an empty list.
-        return parameter if value == [] else Parameter(parameter.name, value=value)
+        kind = LISTS[self._table.find(parameter.name).kind] if value == [] else None
+        return Parameter(parameter.name, kind, value)
 
     def _after(self, parameters: Sequence[Parameter]) -> dict[str, Any]:
         """The values in force when these have been set.

@@ -19,8 +19,6 @@ from sensor_msgs.msg import Image
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
-from colortrack_ros.parameters import Spec
-from colortrack_ros.parameters import specs_of
 
 PICTURES = (Image, CompressedImage)
 
@@ -53,26 +51,14 @@ class QueueConfig(Config):
     )
 
 
-(PICTURE_DEPTH,) = specs_of(PictureQueueConfig)
-(DEPTH,) = specs_of(QueueConfig)
-
-
 def topic_name(default: str, content: str) -> Any:
     """A field that is the name of a topic; only one whose default is empty may be empty."""
-    return parameter(default, f'Topic of {content}.', read_only=True, valid=_check(default))
 
-
-def topic(name: str, default: str, content: str) -> Spec:
-    """The row of a topic's name in a parameter table; only an empty default may be empty."""
-    return Spec(name, default, f'Topic of {content}.', read_only=True, valid=_check(default))
-
-
-def _check(default: str) -> Callable[[str], None]:
     def valid(value: str) -> None:
         if value or default:
             _check_topic(value)
 
-    return valid
+    return parameter(default, f'Topic of {content}.', read_only=True, valid=valid)
 
 
 def _check_topic(name: str) -> None:
@@ -113,6 +99,6 @@ def subscribe_to(
 
 
 def _depth(node: Node, kind: type) -> int:
-    spec = PICTURE_DEPTH if kind in PICTURES else DEPTH
-    depth: int = node.get_parameter(spec.name).value
+    name = 'image_queue_depth' if kind in PICTURES else 'queue_depth'
+    depth: int = node.get_parameter(name).value
     return depth

@@ -1,7 +1,6 @@
 """Tracks on the way out of a node, whatever has made them."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
@@ -14,7 +13,6 @@ from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
-from colortrack_ros.parameters import specs_of
 
 
 @dataclass(frozen=True)
@@ -28,18 +26,6 @@ class TracksOutputConfig(Config):
     markers_topic: str = topic_name('tracks/markers', 'the markers that are published')
 
 
-MARKER_SCALE, *TRACKS_OUT = specs_of(TracksOutputConfig)
-
-
-class OutputSetup(Protocol):
-    """The topics of TRACKS_OUT."""
-
-    @property
-    def tracks_topic(self) -> str: ...  # noqa: D102
-    @property
-    def markers_topic(self) -> str: ...  # noqa: D102
-
-
 class TracksOutput:
     """Publishes one message of tracks and one of markers at a time.
 
@@ -47,11 +33,11 @@ class TracksOutput:
     :ivar alive: number of tracks in the last message.
     """
 
-    def __init__(self, node: Node, setup: OutputSetup) -> None:
+    def __init__(self, node: Node, config: TracksOutputConfig) -> None:
         self.alive = 0
         self._node, self._writer = node, MarkerWriter()
-        self._tracks = publish_on(node, PointCloud2, setup.tracks_topic)
-        self._markers = publish_on(node, MarkerArray, setup.markers_topic)
+        self._tracks = publish_on(node, PointCloud2, config.tracks_topic)
+        self._markers = publish_on(node, MarkerArray, config.markers_topic)
 
     def publish(self, tracks: Tracks, marker_scale: float) -> None:
         """Publish, and log when the tracker has started afresh."""

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 import contextlib
 import dataclasses
+from dataclasses import dataclass
 import threading
 from typing import Any
 
-from rclpy.node import Node
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import CompressedImage
@@ -21,19 +21,26 @@ from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import header_of
 from colortrack_ros.messages import image_of_frame
+from colortrack_ros.messages import load_camera_info
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.live_parameters import declare
+from colortrack_ros.node_kit.diagnostics import HealthConfig
+from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import publish_on
+from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
-from colortrack_ros.nodes.camera_parameters import build
-from colortrack_ros.nodes.camera_parameters import CameraSetup
-from colortrack_ros.nodes.camera_parameters import TABLE
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
+from colortrack_ros.parameters import part
 from colortrack_ros.sources import Grabber
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
+from colortrack_ros.sources.stream import without_secrets
 
 IN_FLIGHT = 2
 """Frames that may wait for their detections when a recording goes as fast as it is consumed."""
@@ -45,7 +52,64 @@ PAUSES = (0.5, 1.0, 2.0, 5.0)
 """Pauses [s] before a live source that failed is opened again; the last one repeats."""
 
 
-class CameraNode(Node):
+@dataclass(frozen=True)
+class CameraSetup(Config):
+    """The parameters of the camera node."""
+
+    source: str = parameter(
+        '0',
+        'A device (its number or /dev/video*), a video file, an rtsp:// or http:// stream, a '
+        'folder or glob of pictures, or scene:NAME.',
+        read_only=True,
+        shown=without_secrets,
+    )
+    rate: float = parameter(
+        0.0,
+        'Frames published per second; 0 is the rate of the source, -1 as fast as a recording is '
+        'consumed by the detector. The stamps of a recording keep its own frame period.',
+        unit='Hz',
+        minimum=-1.0,
+        maximum=1000.0,
+    )
+    loop: bool = parameter(False, 'Whether a recording starts again when it has ended.')
+    exit_at_end: bool = parameter(False, 'Whether the node ends when a recording has ended.')
+    frame_id: str = parameter('camera_optical_frame', 'Coordinate frame of the camera.')
+    camera_info_url: str = parameter(
+        '',
+        'Calibration as camera_calibration writes it: file://, package:// or a path; empty for '
+        'none.',
+        valid=load_camera_info,
+    )
+    jpeg_quality: int = parameter(
+        90, 'Quality of the compressed pictures.', minimum=1, maximum=100, audience=EXPERT
+    )
+    wait_for_subscribers: int = parameter(
+        0,
+        'A recording starts once this many nodes subscribe to image_topic.',
+        minimum=0,
+        maximum=100,
+        audience=EXPERT,
+        read_only=True,
+    )
+    image_topic: str = topic_name('camera/image_raw', 'the pictures that are published')
+    camera_info_topic: str = topic_name('camera/camera_info', 'the calibration that is published')
+    detections_topic: str = topic_name('detections', 'the detections that rate -1 waits for')
+    pictures: PictureQueueConfig = part(PictureQueueConfig)
+    queue: QueueConfig = part(QueueConfig)
+    health: HealthConfig = part(HealthConfig)
+
+    @property
+    def as_consumed(self) -> bool:
+        """Whether a recording goes as fast as it is consumed."""
+        return self.rate == -1.0
+
+    def check(self) -> None:
+        """No rate between -1 and 0."""
+        if -1.0 < self.rate < 0.0:
+            raise ValueError(f'rate: expected -1, 0, or a positive number, got {self.rate}')
+
+
+class CameraNode(ParameterNode[CameraSetup]):
     """Publishes the frames of a source, and its CameraInfo with the same header.
 
     :param deliver: called with each frame before it is published.
@@ -58,8 +122,8 @@ class CameraNode(Node):
         on_end: Callable[[], object] = lambda: None,
         **options: Any,
     ) -> None:
-        super().__init__('camera', allow_undeclared_parameters=True, **options)
-        self._setup: CameraSetup = declare(self, TABLE, build, self._apply)
+        super().__init__('camera', CameraSetup, **options)
+        self._info = load_camera_info(self.setup.camera_info_url)
         self._deliver, self._on_end = deliver, on_end
         try:
             self._grabber = self._open()
@@ -73,13 +137,13 @@ class CameraNode(Node):
             source=lambda: self._state,
             skipped=lambda: self._grabber.skipped,
         )
-        self._images = publish_on(self, Image, self._setup.image_topic)
-        self._infos = publish_on(self, CameraInfo, self._setup.camera_info_topic)
+        self._images = publish_on(self, Image, self.setup.image_topic)
+        self._infos = publish_on(self, CameraInfo, self.setup.camera_info_topic)
         # Beside the images, wherever they have been remapped to.
         self._jpegs = publish_on(self, CompressedImage, f'{self._images.topic_name}/compressed')
         self._answers: Subscription | None = None
         self._window = Window(IN_FLIGHT, PATIENCE)
-        self._listen()
+        self._listen(self.setup)
         self._closing = threading.Event()
         self._going = threading.Event()
         self._going.set()
@@ -91,21 +155,22 @@ class CameraNode(Node):
 
     def _open(self) -> Grabber:
         source = open_source(
-            self._setup.source,
-            max(self._setup.rate, 0.0),
+            self.setup.source,
+            max(self.setup.rate, 0.0),
             lambda: self.get_clock().now().nanoseconds,
         )
-        return Grabber(source, loop=lambda: self._setup.loop)
+        return Grabber(source, loop=lambda: self.setup.loop)
 
-    def _apply(self, setup: CameraSetup) -> None:
-        self._setup = setup
-        self._listen()
+    def apply(self, setup: CameraSetup) -> None:
+        """Take changed parameters into use."""
+        self._info = load_camera_info(setup.camera_info_url)
+        self._listen(setup)
 
-    def _listen(self) -> None:
+    def _listen(self, setup: CameraSetup) -> None:
         """Have the detections tell when a frame is consumed, where that is the pace."""
-        if self._setup.as_consumed and self._deliver is None and self._answers is None:
+        if setup.as_consumed and self._deliver is None and self._answers is None:
             self._answers = subscribe_to(
-                self, PointCloud2, self._setup.detections_topic, self._take_answer
+                self, PointCloud2, setup.detections_topic, self._take_answer
             )
 
     def _take_answer(self, cdr: bytes) -> None:
@@ -152,7 +217,7 @@ class CameraNode(Node):
         return self._closing.is_set()
 
     def _await_subscribers(self) -> None:
-        wanted = self._setup.wait_for_subscribers
+        wanted = self.setup.wait_for_subscribers
         while wanted and not self._closing.wait(0.02):
             listening = self._images.get_subscription_count() >= wanted
             if listening and (self._answers is None or self._is_answered()):
@@ -165,11 +230,11 @@ class CameraNode(Node):
 
     def _pace(self, stamp: int) -> None:
         """Wait until the next frame is due."""
-        if self._setup.as_consumed:
+        if self.setup.as_consumed:
             if self._is_answered():
                 self._window.send(stamp)
-        elif self._setup.rate > 0.0:
-            self._pacer.pace(1.0 / self._setup.rate)
+        elif self.setup.rate > 0.0:
+            self._pacer.pace(1.0 / self.setup.rate)
         elif not self._grabber.live:
             self._pacer.pace(self._grabber.period * 1e-9)
 
@@ -178,21 +243,21 @@ class CameraNode(Node):
         if self._base is None:
             self._base = 0 if self._grabber.live else self.get_clock().now().nanoseconds
         return dataclasses.replace(
-            frame, stamp=self._base + frame.stamp, frame_id=self._setup.frame_id
+            frame, stamp=self._base + frame.stamp, frame_id=self.setup.frame_id
         )
 
     def _publish(self, frame: Frame) -> None:
         self.health.took_in()
         if self._deliver is not None:
             self._deliver(frame)  # before the pictures are sent, which takes longer
-        info = self._setup.camera_info
+        info = self._info
         info.header = header_of(frame.stamp, frame.frame_id)
         # A picture is a megabyte and more: made into a message only for somebody who wants it.
         if self._images.get_subscription_count() > 0:
             self._images.publish(image_of_frame(frame))
         self._infos.publish(info)
         if self._jpegs.get_subscription_count() > 0:
-            self._jpegs.publish(compressed_of_frame(frame, self._setup.jpeg_quality))
+            self._jpegs.publish(compressed_of_frame(frame, self.setup.jpeg_quality))
         self.health.gave_out(frame.stamp)
 
     def _recover(self, error: SourceError, failures: int) -> None:
@@ -214,7 +279,7 @@ class CameraNode(Node):
         self.get_logger().info(
             f'{self.get_parameter("source").value} has ended: no more frames are published.'
         )
-        if self._setup.exit_at_end:
+        if self.setup.exit_at_end:
             self._window.drain()
             self._on_end()
 

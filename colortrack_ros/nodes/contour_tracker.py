@@ -1,32 +1,40 @@
 """The node that follows what has moved by its contour."""
 
+from dataclasses import dataclass
 from typing import Any
 
 from std_srvs.srv import Trigger
 
+from colortrack_ros.contours import ContourConfig
 from colortrack_ros.contours import ContourTracker
 from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.runtime import run
-from colortrack_ros.nodes.contour_tracker_parameters import build
-from colortrack_ros.nodes.contour_tracker_parameters import TABLE
+from colortrack_ros.parameters import part
 
 
-class ContourTrackerNode(ImageTrackerNode):
+@dataclass(frozen=True)
+class ContourTrackerSetup(ImageTrackerSetup):
+    """The parameters of the contour tracker node."""
+
+    config: ContourConfig = part(ContourConfig)
+
+
+class ContourTrackerNode(ImageTrackerNode[ContourTrackerSetup]):
     """Images in; tracks and markers, an outline among them, for each that it works on out."""
 
     tracker: ContourTracker
 
     def __init__(self, **options: Any) -> None:
-        super().__init__('contour_tracker', TABLE, build, **options)
+        super().__init__('contour_tracker', ContourTrackerSetup, **options)
         self.create_service(Trigger, '~/learn_background', self._learn_background)
 
-    def make(self, setup: ImageTrackerSetup) -> ContourTracker:
+    def make(self, setup: ContourTrackerSetup) -> ContourTracker:
         """The tracker of the room."""
         return ContourTracker(setup.config)
 
     def _learn_background(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        with self._lock:
+        with self.lock:
             self.tracker.learn_background()
         response.success = True
         response.message = 'the background is learned anew from the next picture on'

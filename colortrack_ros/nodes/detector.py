@@ -2,10 +2,9 @@
 
 from collections.abc import Callable
 import dataclasses
-import threading
+from dataclasses import dataclass
 from typing import Any
 
-from rclpy.node import Node
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool
@@ -14,19 +13,42 @@ from std_srvs.srv import Trigger
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection.regions import Regions
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.node_kit.diagnostics import Health
+from colortrack_ros.node_kit.diagnostics import HealthConfig
 from colortrack_ros.node_kit.intake import ImageIntake
-from colortrack_ros.node_kit.live_parameters import declare
+from colortrack_ros.node_kit.intake import IntakeConfig
+from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import publish_on
-from colortrack_ros.nodes.detector_parameters import build
-from colortrack_ros.nodes.detector_parameters import DetectorSetup
-from colortrack_ros.nodes.detector_parameters import TABLE
+from colortrack_ros.node_kit.topics import QueueConfig
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import part
 
 
-class DetectorNode(Node):
+@dataclass(frozen=True)
+class DetectorSetup(Config):
+    """The parameters of the detector node."""
+
+    config: DetectorConfig = part(DetectorConfig)
+    intake: IntakeConfig = part(IntakeConfig)
+    detections_topic: str = topic_name('detections', 'the detections that are published')
+    debug_topic: str = topic_name('detector/mask', 'the mask, published while somebody subscribes')
+    pictures: PictureQueueConfig = part(PictureQueueConfig)
+    queue: QueueConfig = part(QueueConfig)
+    health: HealthConfig = part(HealthConfig)
+
+    def check(self) -> None:
+        """The picture of the mask can be read, and the regions are polygons."""
+        Regions(self.config.regions, self.config.mask)
+
+
+class DetectorNode(ParameterNode[DetectorSetup]):
     """Images in, one message of detections for each image that it works on out.
 
     :param deliver: called with the detections of each frame, after they are published.
@@ -40,27 +62,26 @@ class DetectorNode(Node):
         subscribe: bool = True,
         **options: Any,
     ) -> None:
-        super().__init__('detector', allow_undeclared_parameters=True, **options)
-        self._lock = threading.Lock()
-        self._setup: DetectorSetup = declare(self, TABLE, build, self._apply)
-        self._detector = Detector(self._setup.config)
+        super().__init__('detector', DetectorSetup, **options)
+        self._detector = Detector(self.setup.config)
         self._deliver = deliver
         self.health = Health(self, skipped=lambda: self._intake.skipped)
         self._intake = ImageIntake(self, self.process, self.health.refuse)
-        self._intake.configure(self._setup)
-        self._publisher = publish_on(self, PointCloud2, self._setup.detections_topic)
-        self._debug_publisher = publish_on(self, Image, self._setup.debug_topic)
+        self._intake.configure(self.setup.intake)
+        self._publisher = publish_on(self, PointCloud2, self.setup.detections_topic)
+        self._debug_publisher = publish_on(self, Image, self.setup.debug_topic)
         self.create_service(SetBool, '~/pause', self._pause)
         self.create_service(Trigger, '~/learn_background', self._learn_background)
         if subscribe:
-            self._intake.subscribe(self._setup.image_topic, self._setup.image_transport)
+            intake = self.setup.intake
+            self._intake.subscribe(intake.image_topic, intake.image_transport)
 
     def process(self, frame: Frame) -> None:
         """Detect, publish and deliver."""
         if self._intake.paused:
             return
         self.health.took_in()
-        with self._lock:
+        with self.lock:
             detections = self._detector.detect(frame)
             if self._debug_publisher.get_subscription_count() > 0:
                 mask = dataclasses.replace(frame, image=self._detector.mask, encoding='mono8')
@@ -76,18 +97,17 @@ class DetectorNode(Node):
         return response
 
     def _learn_background(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        with self._lock:
+        with self.lock:
             self._detector.learn_background()
         response.success = True
         response.message = 'the background is learned anew from the next frame on'
         return response
 
-    def _apply(self, setup: DetectorSetup) -> None:
-        with self._lock:
-            if setup.config != self._setup.config:
-                self._detector.configure(setup.config)
-        self._setup = setup
-        self._intake.configure(setup)
+    def apply(self, setup: DetectorSetup) -> None:
+        """Take changed parameters into use."""
+        if setup.config != self.setup.config:
+            self._detector.configure(setup.config)
+        self._intake.configure(setup.intake)
 
     def close(self) -> None:
         """End the thread that works."""

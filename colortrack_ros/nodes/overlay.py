@@ -1,12 +1,12 @@
 """The node that draws the tracks onto the pictures."""
 
 import dataclasses
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.node import Node
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
@@ -22,17 +22,18 @@ from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import outlines_of_serialized_markers
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.messages import tracks_with_outlines
-from colortrack_ros.node_kit.diagnostics import HEALTH
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.live_parameters import declare
+from colortrack_ros.node_kit.diagnostics import HealthConfig
+from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.runtime import run
-from colortrack_ros.node_kit.topics import DEPTH
-from colortrack_ros.node_kit.topics import PICTURE_DEPTH
+from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import publish_on
+from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
-from colortrack_ros.node_kit.topics import topic
-from colortrack_ros.parameters import ParameterTable
-from colortrack_ros.parameters import Spec
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import parameter
+from colortrack_ros.parameters import part
 
 WAITING = 30
 """Pictures that wait for their tracks, and tracks that wait for their picture."""
@@ -44,46 +45,44 @@ TO_BGR = {
     'mono8': cv2.COLOR_GRAY2BGR,
 }
 
-TABLE = ParameterTable(
-    [
-        topic('image_topic', 'camera/image_raw', 'the pictures'),
-        topic('tracks_topic', 'tracks', 'the tracks'),
-        topic('markers_topic', '', 'markers whose outlines are drawn as well; empty: none'),
-        Spec(
-            'marker_scale',
-            0.01,
-            'Size of a pixel in these markers.',
-            unit='m/px',
-            minimum=1e-9,
-            maximum=1e3,
-        ),
-        topic('overlay_topic', 'overlay/image_raw', 'the pictures with the tracks drawn on them'),
-        PICTURE_DEPTH,
-        DEPTH,
-        *HEALTH,
-    ]
-)
+
+@dataclass(frozen=True)
+class OverlaySetup(Config):
+    """The parameters of the overlay node."""
+
+    image_topic: str = topic_name('camera/image_raw', 'the pictures')
+    tracks_topic: str = topic_name('tracks', 'the tracks')
+    markers_topic: str = topic_name('', 'markers whose outlines are drawn as well; empty: none')
+    marker_scale: float = parameter(
+        0.01, 'Size of a pixel in these markers.', unit='m/px', minimum=1e-9, maximum=1e3
+    )
+    overlay_topic: str = topic_name(
+        'overlay/image_raw', 'the pictures with the tracks drawn on them'
+    )
+    pictures: PictureQueueConfig = part(PictureQueueConfig)
+    queue: QueueConfig = part(QueueConfig)
+    health: HealthConfig = part(HealthConfig)
 
 
-class OverlayNode(Node):
+class OverlayNode(ParameterNode[OverlaySetup]):
     """Images and tracks in; for each pair with the same stamp one Image out.
 
     With ``markers_topic``, tracks wait for their markers.
     """
 
     def __init__(self, **options: Any) -> None:
-        super().__init__('overlay', allow_undeclared_parameters=True, **options)
-        self._setup = setup = declare(self, TABLE, dict, self._apply)
+        super().__init__('overlay', OverlaySetup, **options)
+        setup = self.setup
         self._trails = Trails()
         self._frames: dict[int, Frame] = {}
         self._tracks: dict[int, Tracks] = {}
         self._outlines: dict[int, dict[int, NDArray[np.float64]]] = {}
         self.health = Health(self)
-        self._publisher = publish_on(self, Image, setup['overlay_topic'])
-        subscribe_to(self, Image, setup['image_topic'], self._take_image)
-        subscribe_to(self, PointCloud2, setup['tracks_topic'], self._take_tracks)
-        if setup['markers_topic']:
-            subscribe_to(self, MarkerArray, setup['markers_topic'], self._take_markers)
+        self._publisher = publish_on(self, Image, setup.overlay_topic)
+        subscribe_to(self, Image, setup.image_topic, self._take_image)
+        subscribe_to(self, PointCloud2, setup.tracks_topic, self._take_tracks)
+        if setup.markers_topic:
+            subscribe_to(self, MarkerArray, setup.markers_topic, self._take_markers)
 
     def _take_image(self, cdr: bytes) -> None:
         try:
@@ -100,7 +99,7 @@ class OverlayNode(Node):
         return self._take(self._tracks, tracks.stamp, tracks)
 
     def _take_markers(self, cdr: bytes) -> None:
-        scale = self._setup['marker_scale']
+        scale = self.setup.marker_scale
         try:
             stamp, outlines = outlines_of_serialized_markers(cdr, scale)
         except MessageError as error:
@@ -120,7 +119,7 @@ class OverlayNode(Node):
 
     def _is_marked(self, tracks: Tracks) -> bool:
         """Whether its markers are there, or none will come."""
-        silent = not self._setup['markers_topic'] or (tracks.rows['state'] == TENTATIVE).all()
+        silent = not self.setup.markers_topic or (tracks.rows['state'] == TENTATIVE).all()
         return bool(silent) or tracks.stamp in self._outlines
 
     def _paint(self, frame: Frame, tracks: Tracks) -> None:
@@ -132,9 +131,6 @@ class OverlayNode(Node):
         picture = dataclasses.replace(frame, image=image, encoding='bgr8')
         self._publisher.publish(image_of_frame(picture))
         self.health.gave_out(frame.stamp)
-
-    def _apply(self, setup: dict[str, Any]) -> None:
-        self._setup = setup
 
 
 def writable_bgr(frame: Frame) -> NDArray[np.uint8]:

@@ -1,32 +1,48 @@
 """The node that turns detections into tracks."""
 
-import threading
+from dataclasses import dataclass
 from typing import Any
 
-from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
 from colortrack_ros.data import Detections
 from colortrack_ros.flow.order import IDLE
 from colortrack_ros.flow.order import Order
+from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.live_parameters import declare
+from colortrack_ros.node_kit.diagnostics import HealthConfig
+from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
+from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.node_kit.tracks_output import TracksOutput
-from colortrack_ros.nodes.tracker_parameters import build
-from colortrack_ros.nodes.tracker_parameters import TABLE
-from colortrack_ros.nodes.tracker_parameters import TrackerSetup
+from colortrack_ros.node_kit.tracks_output import TracksOutputConfig
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import part
 from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
 
 
-class TrackerNode(Node):
+@dataclass(frozen=True)
+class TrackerSetup(Config):
+    """The parameters of the tracker node."""
+
+    config: TrackerConfig = part(TrackerConfig)
+    order: OrderConfig = part(OrderConfig)
+    detections_topic: str = topic_name('detections', 'the detections')
+    output: TracksOutputConfig = part(TracksOutputConfig)
+    queue: QueueConfig = part(QueueConfig)
+    health: HealthConfig = part(HealthConfig)
+
+
+class TrackerNode(ParameterNode[TrackerSetup]):
     """Detections in, one message of tracks and one of markers for each out.
 
     :param subscribe: whether detections come from ``detections_topic``, or by :meth:`process`
@@ -34,24 +50,22 @@ class TrackerNode(Node):
     """
 
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
-        super().__init__('tracker', allow_undeclared_parameters=True, **options)
-        self._lock = threading.Lock()  # in a pipeline, frames come from the camera's thread
-        self._setup: TrackerSetup = declare(self, TABLE, build, self._apply)
-        self._tracker = Tracker(self._setup.config)
+        super().__init__('tracker', TrackerSetup, **options)
+        self._tracker = Tracker(self.setup.config)
         self._dropped = 0
         self.health = Health(self, tracks=lambda: self._output.alive)
         self._order: Order[Detections] = Order(self.process, self.health.refuse, seconds_of(self))
-        self._apply(self._setup)
-        self._output = TracksOutput(self, self._setup)
+        self._order.configure(self.setup.order)
+        self._output = TracksOutput(self, self.setup.output)
         self.create_service(Trigger, '~/reset', self._reset)
         if subscribe:
-            subscribe_to(self, PointCloud2, self._setup.detections_topic, self._receive)
+            subscribe_to(self, PointCloud2, self.setup.detections_topic, self._receive)
             self.create_timer(IDLE, self._look, clock=STEADY)
 
     def process(self, detections: Detections) -> None:
         """Track and publish."""
         self.health.took_in()
-        with self._lock:
+        with self.lock:  # in a pipeline, frames come from the camera's thread
             tracks = self._tracker.update(detections)
             dropped = self._tracker.dropped
         if dropped > self._dropped:
@@ -60,7 +74,7 @@ class TrackerNode(Node):
                 'positions within 1e6 px, and a covariance that is positive definite or all zero'
             )
             self._dropped = dropped
-        self._output.publish(tracks, self._setup.marker_scale)
+        self._output.publish(tracks, self.setup.output.marker_scale)
         self.health.gave_out(tracks.stamp)
 
     def _receive(self, cdr: bytes) -> None:
@@ -74,18 +88,17 @@ class TrackerNode(Node):
         self._order.look(lambda: lacks_clock(self))
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        with self._lock:
+        with self.lock:
             self._tracker.reset('a call of ~/reset')
         response.success = True
         response.message = 'all tracks are dropped with the next frame'
         return response
 
-    def _apply(self, setup: TrackerSetup) -> None:
-        with self._lock:
-            if setup.config != self._setup.config:
-                self._tracker.configure(setup.config)
-        self._setup = setup
-        self._order.window, self._order.max_late = setup.reorder_window, setup.max_late
+    def apply(self, setup: TrackerSetup) -> None:
+        """Take changed parameters into use."""
+        if setup.config != self.setup.config:
+            self._tracker.configure(setup.config)
+        self._order.configure(setup.order)
 
 
 def main() -> int:

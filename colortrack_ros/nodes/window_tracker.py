@@ -1,6 +1,7 @@
 """The node that follows targets by what they look like."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 import threading
 import time
 from typing import Any
@@ -15,17 +16,44 @@ from colortrack_ros.flow.pairing import Pairing
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
+from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import subscribe_to
-from colortrack_ros.nodes.window_tracker_parameters import build
-from colortrack_ros.nodes.window_tracker_parameters import TABLE
-from colortrack_ros.nodes.window_tracker_parameters import WindowTrackerSetup
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import parameter
+from colortrack_ros.parameters import part
+from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows import WindowTracker
 
 Pair = tuple[Frame, Detections | None]
 
 
-class WindowTrackerNode(ImageTrackerNode):
+@dataclass(frozen=True)
+class WindowTrackerSetup(ImageTrackerSetup):
+    """The parameters of the window tracker node."""
+
+    config: WindowConfig = part(WindowConfig)
+    targets: tuple[float, ...] = parameter(
+        float,
+        'Boxes in the first picture, u, v of the top left pixel, width, height, of one target '
+        'after the other; set later, they start in the next picture.',
+        unit='px',
+        minimum=-1e5,
+        maximum=1e5,
+    )
+    detections_topic: str = topic_name('', 'detections that start targets; empty: none')
+
+    def check(self) -> None:
+        """Four numbers for each target."""
+        sizes = (*self.targets[2::4], *self.targets[3::4])
+        if len(self.targets) % 4 or any(size < 1 for size in sizes):
+            raise ValueError(
+                'targets: expected u, v, width, height of each box, at least 1 px, '
+                f'got {list(self.targets)}'
+            )
+
+
+class WindowTrackerNode(ImageTrackerNode[WindowTrackerSetup]):
     """Targets of the parameter ``targets``, and those that detections start.
 
     With ``detections_topic``, pictures wait for their detections, and then for their turn.
@@ -38,8 +66,8 @@ class WindowTrackerNode(ImageTrackerNode):
         self._pairing_lock = threading.Lock()
         self._pairs: Backlog[Pair] = Backlog()
         self._pair_worker = threading.Thread(target=self._work, name='window_tracker_pairs')
-        super().__init__('window_tracker', TABLE, build, **options)
-        self._pairs.max_lag = self.setup.max_lag
+        super().__init__('window_tracker', WindowTrackerSetup, **options)
+        self._pairs.max_lag = self.setup.intake.max_lag
         if self.setup.detections_topic:
             subscribe_to(self, PointCloud2, self.setup.detections_topic, self._take_detections)
             self._pair_worker.start()
@@ -68,7 +96,7 @@ class WindowTrackerNode(ImageTrackerNode):
             self.tracker.start(setup.targets)
             self.tracker.targets = np.array(setup.targets).reshape(-1, 4)
         super().apply(setup)
-        self._pairs.max_lag = setup.max_lag
+        self._pairs.max_lag = setup.intake.max_lag
 
     def _take_detections(self, cdr: bytes) -> None:
         try:
@@ -86,7 +114,7 @@ class WindowTrackerNode(ImageTrackerNode):
             start = time.monotonic()
             frame, detections = pair
             if detections is not None:
-                with self._lock:
+                with self.lock:
                     offer(self.tracker, detections)
             self.process(frame)
             self._pairs.took(time.monotonic() - start)

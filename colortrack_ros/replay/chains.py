@@ -12,9 +12,11 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import Tracks
 from colortrack_ros.detection import Detector
 from colortrack_ros.flow.order import Order
+from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.flow.pairing import Pairing
 from colortrack_ros.node_kit.image_tracker import ImageTracker
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
+from colortrack_ros.nodes.tracker import TrackerSetup
 from colortrack_ros.nodes.window_tracker import offer
 from colortrack_ros.replay.recordings import Item
 from colortrack_ros.replay.setup import Setup
@@ -50,10 +52,10 @@ class Chain(ABC):
         for order in self._orders:
             order.flush()
 
-    def _ordered(self, taker: Any, release: Callable[[Any], object]) -> Order[Any]:
-        """The order into which a node with this setup puts what it takes."""
+    def _ordered(self, config: OrderConfig, release: Callable[[Any], object]) -> Order[Any]:
+        """The order into which a node with this configuration puts what it takes."""
         order: Order[Any] = Order(release, self._drop)
-        order.window, order.max_late = taker.reorder_window, taker.max_late
+        order.configure(config)
         self._orders.append(order)
         return order
 
@@ -63,11 +65,12 @@ class ColorChain(Chain):
 
     def __init__(self, setup: Setup, *outputs: Any) -> None:
         super().__init__(setup, *outputs)
+        assert isinstance(setup.tracker, TrackerSetup)
         self._tracker = Tracker(setup.tracker.config)
         if setup.detector:
             self._detector = Detector(setup.detector.config)
-            self._pictures = self._ordered(setup.detector, self._detect)
-        self._detections = self._ordered(setup.tracker, self._track)
+            self._pictures = self._ordered(setup.detector.intake.order, self._detect)
+        self._detections = self._ordered(setup.tracker.order, self._track)
 
     def push(self, item: Item) -> None:
         """Take the next message."""
@@ -93,12 +96,13 @@ class ImageChain(Chain):
 
     def __init__(self, make: Callable[[Any], ImageTracker], setup: Setup, *outputs: Any) -> None:
         super().__init__(setup, *outputs)
+        assert isinstance(setup.tracker, ImageTrackerSetup)
         self._tracker: Any = make(setup.tracker)
         self._pairing: Pairing[Item] = Pairing()
-        self._pictures = self._ordered(setup.tracker, self._take)
+        self._pictures = self._ordered(setup.tracker.intake.order, self._take)
         self._detector = Detector(setup.detector.config) if setup.detector else None
         if setup.detector:
-            self._to_detect = self._ordered(setup.detector, self._detect)
+            self._to_detect = self._ordered(setup.detector.intake.order, self._detect)
 
     def push(self, item: Item) -> None:
         """Take the next message."""

@@ -75,7 +75,7 @@ class BagOutput(Output):
 
     def __init__(self, path: Path, storage: str, setup: Setup) -> None:
         self._topics = setup.topics
-        self._scale = setup.tracker.marker_scale
+        self._scale = setup.tracker.output.marker_scale
         topics = {self._topics[name]: kind for name, kind in KINDS.items() if self._topics[name]}
         self._bag = BagWriter(path, topics, storage)
         self._last = dict.fromkeys(KINDS, 0)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from collections.abc import Sequence
 import contextlib
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,14 @@ from colortrack_ros.bags import STORAGES
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.live_parameters import FOREIGN
 from colortrack_ros.node_kit.runtime import StartError
-from colortrack_ros.nodes import camera_parameters
-from colortrack_ros.nodes import contour_tracker_parameters
-from colortrack_ros.nodes import detector_parameters
-from colortrack_ros.nodes import overlay
-from colortrack_ros.nodes import tracker_parameters
-from colortrack_ros.nodes import window_tracker_parameters
-from colortrack_ros.nodes.detector_parameters import DetectorSetup
-from colortrack_ros.nodes.tracker_parameters import TrackerSetup
+from colortrack_ros.nodes.camera import CameraSetup
+from colortrack_ros.nodes.contour_tracker import ContourTrackerSetup
+from colortrack_ros.nodes.detector import DetectorSetup
+from colortrack_ros.nodes.overlay import OverlaySetup
+from colortrack_ros.nodes.tracker import TrackerSetup
+from colortrack_ros.nodes.window_tracker import WindowTrackerSetup
+from colortrack_ros.parameters import build
+from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import ParameterTable
 from colortrack_ros.replay.params_file import Given
 from colortrack_ros.replay.params_file import namespaces_of
@@ -30,17 +31,22 @@ from colortrack_ros.replay.params_file import read_params_file
 
 Tables = dict[str, tuple[ParameterTable, Callable[[Mapping[str, Any]], Any]]]
 
+
+def _of(setup: type[Config]) -> tuple[ParameterTable, Callable[[Mapping[str, Any]], Any]]:
+    return ParameterTable.of(setup), partial(build, setup)
+
+
 TRACKERS: Tables = {
-    'tracker': (tracker_parameters.TABLE, tracker_parameters.build),
-    'window_tracker': (window_tracker_parameters.TABLE, window_tracker_parameters.build),
-    'contour_tracker': (contour_tracker_parameters.TABLE, contour_tracker_parameters.build),
+    'tracker': _of(TrackerSetup),
+    'window_tracker': _of(WindowTrackerSetup),
+    'contour_tracker': _of(ContourTrackerSetup),
 }
 """What ``--tracker`` may name."""
 
 TABLES: Tables = TRACKERS | {
-    'camera': (camera_parameters.TABLE, dict),
-    'detector': (detector_parameters.TABLE, detector_parameters.build),
-    'overlay': (overlay.TABLE, dict),
+    'camera': _of(CameraSetup),
+    'detector': _of(DetectorSetup),
+    'overlay': _of(OverlaySetup),
 }
 
 
@@ -127,7 +133,7 @@ def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:
         values['detector'] = values_of('detector')
     return Setup(
         camera={} if from_bag else values_of('camera'),
-        detector=detector_parameters.build(values['detector']) if detects else None,
+        detector=build(DetectorSetup, values['detector']) if detects else None,
         tracker=TRACKERS[name][1](values[name]),
         topics={
             'image': resolved('detector' if detects else name, 'image'),

@@ -1,13 +1,14 @@
 import pytest
 
 from colortrack_ros.detection import ReferenceColor
-from colortrack_ros.nodes.detector_parameters import build
-from colortrack_ros.nodes.detector_parameters import TABLE
+from colortrack_ros.nodes.detector import DetectorSetup
+from colortrack_ros.parameters import build
+from colortrack_ros.parameters import ParameterTable
 
 
 def colors(**values):
     given = {name.replace('__', '.'): value for name, value in values.items()}
-    return build(TABLE.defaults(given)).config.colors
+    return build(DetectorSetup, ParameterTable.of(DetectorSetup).defaults(given)).config.colors
 
 
 def test_a_color_is_given_as_lab_rgb_or_preset():

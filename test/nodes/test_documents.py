@@ -1,5 +1,5 @@
 import ast
-from dataclasses import fields
+from functools import partial
 import re
 from xml.etree import ElementTree
 
@@ -8,36 +8,22 @@ import numpy as np
 from parameter_pages import NODES
 from parameter_pages import PAGE
 from parameter_pages import page
+from parameter_pages import SETUPS
 import pytest
 from support.paths import ROOT
 from support.pipeline import flat
 import yaml
 
-from colortrack_ros.contours import ContourConfig
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
-from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.messages import cloud_of_tracks
-from colortrack_ros.nodes import camera_parameters
-from colortrack_ros.nodes import contour_tracker_parameters
-from colortrack_ros.nodes import detector_parameters
-from colortrack_ros.nodes import tracker_parameters
-from colortrack_ros.nodes import window_tracker_parameters
+from colortrack_ros.parameters import build
 from colortrack_ros.replay.outputs import COLUMNS
 from colortrack_ros.scenes import open_scene
-from colortrack_ros.tracking import TrackerConfig
-from colortrack_ros.windows import WindowConfig
 
 PARAMS = sorted((ROOT / 'params').glob('*.yaml'))
-BUILD = {
-    'camera': camera_parameters.build,
-    'detector': detector_parameters.build,
-    'tracker': tracker_parameters.build,
-    'overlay': dict,
-    'window_tracker': window_tracker_parameters.build,
-    'contour_tracker': contour_tracker_parameters.build,
-}
+BUILD = {name: partial(build, setup) for name, setup in SETUPS.items()}
 
 README = ROOT / 'README.md'
 PAGES = [README, ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').glob('*.md'))]
@@ -218,20 +204,7 @@ def test_the_python_that_reads_tracks_reads_a_message(capsys):
     assert capsys.readouterr().out == '[3] [0.] [0.] (1, 4, 4)\n'
 
 
-def test_every_setting_of_a_room_is_a_parameter():
-    names = {field.name for field in fields(TrackerConfig)}
-    assert names <= set(tracker_parameters.TABLE.specs)
-    names = {field.name for field in fields(DetectorConfig)}
-    assert names <= set(detector_parameters.TABLE.specs)
-    names = {field.name for field in fields(WindowConfig)}
-    assert names <= set(window_tracker_parameters.TABLE.specs)
-    names = {field.name for field in fields(ContourConfig)}
-    assert names <= set(contour_tracker_parameters.TABLE.specs)
-
-
-@pytest.mark.parametrize(
-    'node', ['detector', 'tracker', 'camera', 'window_tracker', 'contour_tracker']
-)
+@pytest.mark.parametrize('node', NODES)
 def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
     table = NODES[node]
     for name, spec in table.specs.items():

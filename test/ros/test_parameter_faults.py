@@ -5,6 +5,10 @@ import math
 
 import numpy as np
 import parameter_pages
+import pytest
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import GetParameters
 from rcl_interfaces.srv import SetParameters
 from rcl_interfaces.srv import SetParametersAtomically
@@ -158,6 +162,42 @@ def test_every_bad_value_at_run_time_is_refused_with_a_reason(ros):
         assert parameters.get('warn_silence') == [3.0]
     assert process.stop() == 0, process.output
     assert 'Traceback' not in process.output
+
+
+LISTS = {
+    'detector': ('regions', ParameterType.PARAMETER_STRING_ARRAY),
+    'window_tracker': ('targets', ParameterType.PARAMETER_DOUBLE_ARRAY),
+}
+"""By node, the list that may be empty, and its type."""
+
+
+@pytest.mark.parametrize('way', ['in YAML', 'by -p'])
+def test_an_empty_list_is_taken_on_start_and_when_the_command_line_sets_it(ros, way):
+    """rcl knows no type of an empty list, and ``ros2 param set`` takes it for one of bools."""
+    if way == 'in YAML':
+        process = start_nodes(ros, {f'/{node}': {LISTS[node][0]: []} for node in LISTS})
+    else:
+        lists = [word for name, _ in LISTS.values() for word in ('-p', f'{name}:=[]')]
+        process = start_nodes(ros, {f'/{node}': {} for node in LISTS}, *lists)
+    for node, (name, kind) in LISTS.items():
+        request = GetParameters.Request(names=[name])
+        taken = ros.call(GetParameters, f'{node}/get_parameters', request).values[0]
+        assert (taken.type, parameter_value_to_python(taken)) == (kind, [])
+    parameters = Parameters(ros, 'detector')
+    corners = [0.0, 0.0, 9.0, 0.0, 9.0, 9.0]
+    door = {'door.polygon': corners, 'regions': ['door']}
+    assert parameters.set_together(door).successful
+    assert parameters.get('regions') == [['door']]
+    empty = ParameterValue(type=ParameterType.PARAMETER_BOOL_ARRAY)
+    for node, (name, kind) in LISTS.items():
+        request = SetParameters.Request(parameters=[ParameterMessage(name=name, value=empty)])
+        (result,) = ros.call(SetParameters, f'{node}/set_parameters', request).results
+        assert result.successful, result.reason
+        request = GetParameters.Request(names=[name])
+        taken = ros.call(GetParameters, f'{node}/get_parameters', request).values[0]
+        assert (taken.type, parameter_value_to_python(taken)) == (kind, [])
+    assert process.stop() == 0, process.output
+    assert 'refused' not in process.output
 
 
 def test_colors_set_at_run_time_count_from_the_next_frame_on_and_half_a_set_changes_nothing(ros):

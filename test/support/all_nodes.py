@@ -26,14 +26,15 @@ raise SystemExit(run(lambda _: [make(*one) for one in {}]))
 NAMES = list(parameter_pages.NODES)
 
 
-def start_nodes(ros: Ros, parameters: dict[str, dict]) -> Process:
+def start_nodes(ros: Ros, parameters: dict[str, dict], *arguments: str) -> Process:
     """Start nodes in one process.
 
     :param parameters: by the node's full name, such as /robot1/detector.
+    :param arguments: further ROS arguments.
     """
     path = Path(ros.folder) / 'nodes.yaml'
     content = {node: {'ros__parameters': values} for node, values in parameters.items() if values}
     path.write_text(yaml.safe_dump(content, default_flow_style=False))
     nodes = [(n.rpartition('/')[2], n.rpartition('/')[0]) for n in parameters]
     options = ['--params-file', str(path)] if content else []
-    return ros.start_code(PROGRAM.format(nodes), *options)
+    return ros.start_code(PROGRAM.format(nodes), *options, *arguments)

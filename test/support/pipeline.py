@@ -1,6 +1,7 @@
 """Source -> detector -> tracker without ROS, with the parameters of a params file."""
 
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +12,11 @@ import yaml
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Tracks
 from colortrack_ros.detection import Detector
-from colortrack_ros.nodes import detector_parameters
-from colortrack_ros.nodes import tracker_parameters
+from colortrack_ros.nodes.detector import DetectorSetup
+from colortrack_ros.nodes.tracker import TrackerSetup
+from colortrack_ros.parameters import build
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import ParameterTable
 from colortrack_ros.sources import open_source
 from colortrack_ros.tracking import Tracker
 
@@ -43,15 +47,18 @@ def parameters(name: str) -> dict[str, dict]:
     }
 
 
+def build_checked(setup: type[Config], given: dict) -> Config:
+    """The setup of a node of these parameters, every one of which has to be accepted."""
+    values, refused = ParameterTable.of(setup).consistent(given, partial(build, setup))
+    assert refused == {}
+    return build(setup, values)
+
+
 def run(source: str, params: str = 'colortrack.yaml') -> Iterator[Step]:
     """What the three nodes make of each frame of a source."""
     given = parameters(params)
-    setups = []
-    for module, node in ((detector_parameters, 'detector'), (tracker_parameters, 'tracker')):
-        values, refused = module.TABLE.consistent(given.get(node, {}), module.build)
-        assert refused == {}
-        setups.append(module.build(values).config)
-    detector, tracker = Detector(setups[0]), Tracker(setups[1])
+    detector = Detector(build_checked(DetectorSetup, given.get('detector', {})).config)
+    tracker = Tracker(build_checked(TrackerSetup, given.get('tracker', {})).config)
     frames = open_source(source)
     while (frame := frames.read()) is not None:
         detections = detector.detect(frame)
