@@ -46,6 +46,7 @@ def test_every_object_keeps_one_id_and_no_track_is_false(played):
 def test_an_object_is_tracked_in_every_frame_from_its_confirmation_to_its_exit(played):
     truth, tracks = played
     track_of = score(truth, tracks, 0.0, max_distance=60.0).tracks_of
+    assert track_of
     for one, (track,) in track_of.items():
         alive = np.array([track in rows['track_id'] for rows in tracks])
         present = np.array([one in rows['id'] for rows in truth])

@@ -60,6 +60,7 @@ def test_the_ball_is_found_and_nothing_else(name):
             found.append(len(rows))
         else:
             unseen.append(len(rows))
+    assert number >= max(POSITIONS[name])
     assert np.mean(np.array(found) > 0) >= 0.9
     assert np.mean(np.maximum(np.array(found) - 1, 0)) <= 0.1, 'blobs beside the ball'
     assert np.mean(unseen) <= 0.1, 'blobs without the ball'

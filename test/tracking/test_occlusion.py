@@ -65,9 +65,11 @@ def test_objects_that_merge_share_the_blob():
     ]
     truth, detections = scene(paths, 96)
     assert sum(len(one.rows) == 1 for one in detections) > 10
-    tracker = Tracker()
+    tracker, followed = Tracker(), 0
     for objects, one in zip(truth, detections, strict=True):
         rows = tracker.update(one).rows
         if rows['state'].any():
             assert rows['state'].tolist() == [CONFIRMED] * 2
             np.testing.assert_allclose(rows['v'], objects[:, 2], atol=2.0)
+            followed += 1
+    assert followed > 90

@@ -113,6 +113,7 @@ def test_a_false_detection_is_never_confirmed():
     for k in range(8):
         rows = tracker.update(points([(10, 10)] if k == 2 else [], k * FRAME)).rows
         assert not rows['state'].any()
+        assert len(rows) == 1 or k != 2
     assert len(rows) == 0
 
 
@@ -303,7 +304,9 @@ def test_the_same_messages_give_the_same_tracks_to_the_bit():
     frames = [points(rng.uniform(0, 300, (9, 2)), k * FRAME, 0.5) for k in range(30)]
     one, two = Tracker(), Tracker()
     for detections in frames:
-        assert one.update(detections).rows.tobytes() == two.update(detections).rows.tobytes()
+        rows = one.update(detections).rows
+        assert rows.tobytes() == two.update(detections).rows.tobytes()
+        assert len(rows) >= 9
 
 
 def test_as_in_the_document_a_false_detection_takes_somebodys_filter():

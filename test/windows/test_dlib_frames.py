@@ -16,6 +16,7 @@ CENTERS = {15: (149, 168), 45: (151, 82), 75: (179, 103), 120: (77, 131), 150: (
 
 @pytest.mark.skipif(not FRAMES, reason=f'no pictures at {DATA}; set COLORTRACK_DATA')
 def test_the_carton_is_kept_from_the_first_frame_to_the_last():
+    assert len(FRAMES) > max(CENTERS)
     tracker = WindowTracker(targets=[93 - 18.5, 110 - 42.5, 38, 86])
     for k, path in enumerate(FRAMES):
         image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
