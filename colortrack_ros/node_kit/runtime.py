@@ -17,16 +17,30 @@ from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-PATIENCE = 1.5
-"""How long [s] the nodes have to end in order before the process ends without them."""
-LAST = 5.0
-"""How long [s] the last messages have to arrive; what is lost on the way is missed after 3 s."""
+TIME_TO_END = 1.5
+"""How long [s] the nodes have to end in order before the process ends without them: a signal ends a
+node within 2 s, of which the interpreter takes the rest."""
+TIME_TO_ARRIVE = 5.0
+"""How long [s] the last messages have to arrive: Fast DDS asks again for what is lost after its
+heartbeat period of 3 s."""
+HUNG = 124
+"""Exit status of a process that had to end without its nodes, that of timeout(1)."""
 
 
 class StartError(Exception):
     """A node cannot start: what was given, what was expected and what to do, in one line."""
+
+
+class _Stage:
+    """What the process is at, for the message when it does not end.
+
+    :ivar name: of it.
+    """
+
+    name = 'the start of the nodes'
 
 
 def share_file(path: str) -> Path:
@@ -62,11 +76,12 @@ def run(
 
     :param make_nodes: called once ROS is there, with a function by which a node ends all of them
         when its work is done; then reliable subscribers get the last messages first.
-    :return: the exit status: 0, or 1 when a node could not start.
+    :return: the exit status: 0, or 1 when a node could not start. After a signal, nodes that have
+        not ended within TIME_TO_END end with the process, whose status is then HUNG.
     """
     use_transport_profile()
-    stop, done = threading.Event(), threading.Event()
-    _on_signal(stop)
+    stop, done, stage = threading.Event(), threading.Event(), _Stage()
+    _on_signal(stop, stage)
 
     def finish() -> None:
         done.set()
@@ -80,7 +95,9 @@ def run(
     nodes: Sequence[Node] = ()
     try:
         nodes = make_nodes(finish)
+        stage.name = 'a callback'
         _spin(nodes, stop)
+        stage.name = 'sending the last messages'
         if done.is_set():
             _send_the_last(nodes)
     except (StartError, RuntimeError) as error:  # of rclpy, where a node cannot be made
@@ -88,7 +105,9 @@ def run(
         return 1
     finally:
         for node in nodes:
+            stage.name = f'close() of {node.get_fully_qualified_name()}'
             getattr(node, 'close', lambda: None)()
+        stage.name = 'the end of ROS'
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
@@ -100,26 +119,27 @@ def _spin(nodes: Sequence[Node], stop: threading.Event) -> None:
     for node in nodes:
         executor.add_node(node)
 
+    stopped = Future()
+
     def wake() -> None:
         stop.wait()
-        executor.wake()
+        stopped.set_result(None)
 
     threading.Thread(target=wake, daemon=True).start()
-    while not stop.is_set():
-        executor.spin_once()
+    executor.spin_until_future_complete(stopped)
     executor.shutdown(timeout_sec=0.0)
 
 
 def _send_the_last(nodes: Sequence[Node]) -> None:
     """Wait until every reliable subscriber has acknowledged all messages, but not for long."""
-    end = time.monotonic() + LAST
+    end = time.monotonic() + TIME_TO_ARRIVE
     for publisher in [publisher for node in nodes for publisher in node.publishers]:
         left = max(end - time.monotonic(), 0.0)
         with contextlib.suppress(RuntimeError):  # of a middleware that cannot tell
             publisher.wait_for_all_acked(Duration(seconds=left))
 
 
-def _on_signal(stop: threading.Event) -> None:
+def _on_signal(stop: threading.Event, stage: _Stage) -> None:
     """Have a signal set ``stop``, from a thread, so that it never hits a callback half way."""
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
@@ -130,8 +150,10 @@ def _on_signal(stop: threading.Event) -> None:
     def wait() -> None:
         os.read(reading, 1)
         stop.set()
-        threading.Event().wait(PATIENCE)
-        os._exit(0)  # something does not return, such as a device that is being opened
+        threading.Event().wait(TIME_TO_END)
+        text = f'{stage.name} has not ended {TIME_TO_END} s after a signal: the process ends now'
+        print(f'colortrack_ros: {text}', file=sys.stderr, flush=True)
+        os._exit(HUNG)
 
     threading.Thread(target=wait, daemon=True).start()
 

@@ -42,6 +42,29 @@ def test_a_signal_ends_a_node_within_2_seconds_with_status_0_and_no_traceback(ro
     assert 'rror' not in process.output
 
 
+HANGING = """
+import time
+from rclpy.node import Node
+from colortrack_ros.node_kit.runtime import run
+
+class Hanging(Node):
+    def close(self):
+        time.sleep(60.0)
+
+raise SystemExit(run(lambda _: [Hanging('hanging', namespace='robot1')]))
+"""
+
+
+def test_a_node_that_does_not_end_is_named_and_tells_by_its_status(ros):
+    process = ros.start_code(HANGING)
+    assert ros.spin(lambda: 'hanging' in ros.node.get_node_names()), ros.outputs()
+    start_of_end = time.monotonic()
+    assert process.stop(signal.SIGTERM) == 124, process.output
+    assert 1.5 < time.monotonic() - start_of_end < 4.0
+    told = 'close() of /robot1/hanging has not ended 1.5 s after a signal: the process ends now'
+    assert process.output.splitlines()[-1] == f'colortrack_ros: {told}'
+
+
 def test_other_topic_names_a_params_file_and_a_namespace(ros):
     path = ros.folder / 'robot.yaml'
     path.write_text(
