@@ -1,6 +1,10 @@
 import ast
 from functools import partial
+from pathlib import Path
 import re
+import shutil
+import subprocess
+import sys
 from xml.etree import ElementTree
 
 import cv2
@@ -202,6 +206,61 @@ def test_the_python_that_reads_tracks_reads_a_message(capsys):
     rows['track_id'], rows['state'] = [3, 4], [1, 0]
     scope['tracks_of'](cloud_of_tracks(Tracks(rows)))
     assert capsys.readouterr().out == '[3] [0.] [0.] (1, 4, 4)\n'
+
+
+TRY = """
+import numpy as np
+from colortrack_ros.data import Frame
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.sources import open_source
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+lamp = np.zeros((12, 60, 80, 3), np.uint8)
+for k, picture in enumerate(lamp):
+    picture[20:30, 10 + 3 * k : 20 + 3 * k] = 250
+np.save('lamp.npy', lamp)
+video = open_source('lamp.npy', rate=10.0)
+detector = Detector(DetectorConfig(method='brightness', least_brightness=245))
+tracker = Tracker(TrackerConfig(motion_model='damped_velocity', associator='greedy'))
+while (frame := video.read()) is not None:
+    rows = tracker.update(detector.detect(frame)).rows
+(row,) = rows
+assert row['track_id'] == 1 and row['hits'] == 12, row
+assert abs(row['u'] - 47.5) < 0.5 and abs(row['v'] - 24.5) < 0.5, row
+assert 20 < row['du'] < 35, row
+"""
+
+
+def insert(path, line, anchor):
+    """A line after the first one that the pattern matches."""
+    text = path.read_text()
+    end = re.search(anchor, text, re.MULTILINE).end()
+    path.write_text(f'{text[:end]}\n{line}{text[end:]}')
+
+
+def test_each_way_to_extend_the_package_is_one_file_and_one_line(tmp_path):
+    shutil.copytree(ROOT / 'colortrack_ros', tmp_path / 'colortrack_ros')
+    page = ROOT / 'doc' / 'extending.md'
+    lines = re.findall(r'^The line: `(.*?)` in `(\w+)`', page.read_text(), re.MULTILINE)
+    for code, (line, table) in zip(blocks(page, 'python'), lines, strict=True):
+        file, text = code.removeprefix('# ').split('\n', 1)
+        (tmp_path / file).write_text(text)
+        module = file.removesuffix('.py').replace('/', '.')
+        name = line.rpartition(' ')[2]
+        found = name if f'class {name}' in text else f'associate as {name}'
+        init = tmp_path / file.replace(Path(file).name, '__init__.py')
+        insert(init, f'from {module} import {found}', r'^from colortrack_ros.*$')
+        insert(init, f'    {line},', rf'^{table}\b.*[{{(]')
+    config = tmp_path / 'colortrack_ros' / 'detection' / 'config.py'
+    where = 'colortrack_ros.detection.methods.brightness'
+    insert(config, f'from {where} import BrightnessConfig', r'^from colortrack_ros.*$')
+    insert(config, '    BrightnessConfig,', r'^class DetectorConfig\($')
+    done = subprocess.run(
+        [sys.executable, '-c', TRY], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize('node', NODES)
