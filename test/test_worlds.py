@@ -8,6 +8,7 @@ sys.path.append(str(ROOT / 'benchmark'))
 
 from worlds.following import follow
 from worlds.following import kept
+from worlds.following import known
 from worlds.motions import bouncing
 from worlds.motions import straight
 from worlds.motions import weaving
@@ -34,10 +35,11 @@ def test_velocity_is_the_derivative_of_position(motion):
 def test_the_filter_that_knows_the_noise_holds_what_its_ellipses_say():
     rng = np.random.default_rng(2)
     world = observe(straight(rng, 50, 100), rng, noise=3.0)
-    mean, cov = matched(world, 3.0, density=1e-6)
-    error = (mean - np.concatenate([world.position, world.velocity], -1))[-1]
-    nees = np.einsum('ni,nij,nj->n', error, np.linalg.inv(cov[-1]), error)
+    book = known(world, *matched(world, 3.0, density=1e-6))
+    end = book.take(book.frame == 99)
+    nees = np.einsum('ni,nij,nj->n', end.error, np.linalg.inv(end.cov), end.error)
     assert nees.mean() == pytest.approx(4.0, abs=1.2)
+    assert end.inside(0) == pytest.approx(95.0, abs=5.0)
 
 
 def test_the_textbook_tracker_follows_who_is_apart():

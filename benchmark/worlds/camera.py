@@ -17,7 +17,7 @@ from worlds.world import SIZE
 PAN, JITTER = 20.0, 20.0
 """Of the picture [px/frame]; the width of the square in which it jumps about [px]."""
 
-ROOM = (700.0, 500.0)
+ROOM = (400.0, 300.0)
 """Where the objects are, so that they stay in the picture [px]."""
 
 

@@ -115,11 +115,11 @@ def line_fit(world, count, fitted=6, apart=2):
 
 
 def crossing(seed, rivals):
-    """Twelve pairs for each angle; noise 1 px, given."""
+    """24 pairs for each angle; noise 1 px, given."""
     stated = {5: (56.0, 73.0, 72.0), 10: (79.0, 100.0, 99.0), 20: (94.0, 100.0, 99.0)}
     for degrees, (before, _, goal) in stated.items():
         ours, lines = [], []
-        for part in range(3):
+        for part in range(6):
             rng = np.random.default_rng((seed, degrees, part))
             world = observe(pairs(rng, degrees), rng)
             ours.append(own(ends(world, play(world.detections)), 4))

@@ -13,6 +13,10 @@ GRAVITY = 1500.0
 """Of what falls, as in pictures of juggling [px/s^2]."""
 
 
+DRIFT = 4.0**2
+"""Density of the acceleration of what only drifts [px^2/s^3]."""
+
+
 def times(frames):
     return np.arange(frames)[:, None] / RATE
 
@@ -30,6 +34,13 @@ def straight(rng, count, frames, speed=(40.0, 200.0)):
     middle = t[len(t) // 2]
     u, v = SIZE[0] / 2 + du * (t - middle), lanes(count) + dv * (t - middle)
     return np.stack([u, v], -1), np.stack(np.broadcast_arrays(du, dv * np.ones_like(u)), -1) * 1.0
+
+
+def drifting(rng, count, frames):
+    """Straight on, but for a white-noise acceleration of density DRIFT."""
+    position, velocity = straight(rng, count, frames)
+    push = np.cumsum(rng.normal(0, (DRIFT / RATE) ** 0.5, velocity.shape), axis=0)
+    return stepped(position[0], velocity + push)
 
 
 def standing(rng, count, frames):

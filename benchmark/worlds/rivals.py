@@ -17,7 +17,14 @@ def run(make, sequence):
 
 
 def textbook(**options):
-    return partial(run, lambda step: Textbook(**options))
+    """With the noise that the detections bring, of 1 px if they bring none."""
+
+    def play(sequence):
+        brought = np.concatenate([message.rows['cov_uu'] for message in sequence.detections])
+        sigma = float(np.sqrt(np.median(brought))) or 1.0
+        return run(lambda step: Textbook(sigma=sigma, **options), sequence)
+
+    return play
 
 
 class Boxed:
