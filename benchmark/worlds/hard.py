@@ -17,7 +17,7 @@ from worlds.world import SIZE
 def clutter(seed, rivals):
     """A hundred points, and as many false detections."""
     sequence = cruise(100, clutter=1.0, picture=SIZE, seed=seed)
-    yield from identity('clutter', sequence, rivals, idf1=74.0, at_least=89.0)
+    yield from identity('clutter', sequence, rivals, 74.0, peer=89.0)
 
 
 def bursts(seed, rivals):
@@ -29,7 +29,7 @@ def bursts(seed, rivals):
         k = first + rng.integers(5, 16)
         for i in range(first, min(k, len(detections))):
             detections[i] = replace(detections[i], rows=detections[i].rows[:0])
-    yield from identity('bursts', replace(sequence, detections=detections), rivals, 82.0)
+    yield from identity('bursts', replace(sequence, detections=detections), rivals, 82.0, peer=92.0)
 
 
 def lost(seed, rivals):
@@ -38,7 +38,9 @@ def lost(seed, rivals):
     arrived = np.flatnonzero(rng.random(len(sequence.truth)) < 0.7)
     some = {key: [getattr(sequence, key)[k] for k in arrived] for key in ('truth', 'hidden')}
     detections = [sequence.detections[k] for k in arrived]
-    yield from identity('lost', replace(sequence, detections=detections, **some), rivals, 82.0)
+    yield from identity(
+        'lost', replace(sequence, detections=detections, **some), rivals, 82.0, peer=91.0
+    )
 
 
 def centroids(seed, rivals, count=30, touch=40.0):
@@ -51,7 +53,7 @@ def centroids(seed, rivals, count=30, touch=40.0):
         means = np.array([z[name == n].mean(axis=0) for n in np.unique(name)])
         detections.append(message(means, k))
     merged = replace(world, detections=detections).sequence(30.0)
-    yield from identity('merge and split', merged, rivals, 47.0)
+    yield from identity('merge and split', merged, rivals, 47.0, peer=91.0)
 
 
 WORLDS = {

@@ -133,15 +133,20 @@ def judge(sequence, frames) -> Score:
     return tally.score()
 
 
-def identity(what, sequence, rivals, idf1=math.nan, switches=math.nan, at_least=None, **options):
+def identity(
+    what, sequence, rivals, idf1=math.nan, switches=math.nan, peer=None, at_least=None, **options
+):
     """IDF1 [%] and switches of ours and of the rival with the best IDF1.
 
     :param idf1, switches: what the issue states.
+    :param peer: what it states of the best peer, to reach where no peer runs.
     :param at_least: the IDF1 to reach; None for that of the best rival.
     """
     ours = judge(sequence, places(play(sequence.detections, **options)))
     theirs = [judge(sequence, rival(sequence)) for rival in rivals]
     best = max(theirs, key=lambda score: score.idf1)
     goal = 100 * best.idf1 if at_least is None else at_least
+    if peer is not None and len(rivals) < 2:
+        goal = peer
     yield Figure(f'{what}: IDF1 %', 100 * ours.idf1, idf1, 100 * best.idf1, goal)
     yield Figure(f'{what}: switches', ours.switches, switches, best.switches, high=best.switches)
