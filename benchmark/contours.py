@@ -1,9 +1,12 @@
 """Contour tracker: how well outlines are followed, and how long it takes.
 
-python benchmark/contours.py prints the tables and writes out/benchmark_contours.json.
+python benchmark/contours.py prints the tables and writes out/benchmark_contours.json;
+``--constants tracker.GROWN ...`` compares constants of the room with half and twice their values.
 """
 
+import argparse
 from dataclasses import replace
+import importlib
 import json
 import os
 from pathlib import Path
@@ -13,6 +16,7 @@ import time
 import cv2
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from colortrack_ros.contours import ContourConfig
@@ -27,6 +31,7 @@ from colortrack_ros.scenes.silhouettes import placed
 OUT = Path(__file__).parents[1] / 'out' / 'benchmark_contours.json'
 SIZES = {'320x240': 'width=320&height=240', '640x480': 'width=640&height=480'}
 FRAMES = 300
+ROOMS = ('filters', 'life', 'lines', 'placing', 'spline', 'start', 'tracker')
 EMPTY, INSIDE = 24, {'silhouette': 65, 'approach': 85}
 """Frames of the background alone, and the first one in which all have come in."""
 
@@ -101,6 +106,33 @@ def measure_quality():
     return result
 
 
+def measure_constants(names):
+    """What half and twice constants of the room, such as ``tracker.GROWN``, make of it."""
+    rooms = [importlib.import_module(f'colortrack_ros.contours.{room}') for room in ROOMS]
+    owners = [importlib.import_module('colortrack_ros.contours.' + n.split('.')[0]) for n in names]
+    names = [name.split('.')[1] for name in names]
+    values = {n: getattr(owner, n) for n, owner in zip(names, owners, strict=True)}
+    ways = {'as they are': {}}
+    for name, value in values.items():
+        kind = np.asarray if isinstance(value, np.ndarray) else type(value)
+        for changed in (kind(value / 2), kind(value * 2)):
+            ways[f'{name} {changed}, not {value}'] = {name: changed}
+    result = {}
+    for way, changed in ways.items():
+        for name, value in (values | changed).items():
+            for room in (room for room in rooms if hasattr(room, name)):
+                setattr(room, name, value)
+        result[way] = {}
+        for scene in REPORTED:
+            seen = quality(scene, SIZES['320x240'], ContourConfig())
+            switches = int((np.diff(seen[..., 3], axis=0) != 0).sum()) if len(seen) else -1
+            means = seen[..., :3].mean(axis=(0, 1)) if len(seen) else np.full(3, np.nan)
+            result[way][f'{scene}: MSE [px^2], NSE, IoU, switches'] = [
+                *means.round(3).tolist(), switches,
+            ]  # fmt: skip
+    return result
+
+
 def moving(count, frames=120):
     """Pictures 640x480 of so many quadrilaterals that move, turn round and change their size."""
     rng = np.random.default_rng(0)
@@ -140,7 +172,7 @@ def measure_speed():
 
 def show(console, title, rows):
     columns = list(next(iter(rows.values())))
-    table = Table('', *columns, title=title)
+    table = Table('', *map(escape, columns), title=title)
     for way, row in rows.items():
         cells = [row.get(column, '') for column in columns]
         texts = [', '.join(map(str, c)) if isinstance(c, list) else str(c) for c in cells]
@@ -151,6 +183,12 @@ def show(console, title, rows):
 def main():
     cv2.setNumThreads(1)
     console = Console(width=140)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--constants', metavar='FILE.NAME', nargs='+')
+    given = parser.parse_args()
+    if given.constants:
+        show(console, 'Constants', measure_constants(given.constants))
+        return
     result = {
         'versions': {'opencv': cv2.__version__, 'numpy': np.__version__},
         'python': platform.python_version(),

@@ -1,9 +1,13 @@
 """Window tracker: time of a target, and how well it is held: ``python benchmark/windows.py``.
 
-The peers KCF, MOSSE and CSRT take part where opencv-contrib-python-headless is installed.
+``--swarm`` compares the swarm with its mean and with WM+K, ``--constants template.STEPS ...``
+constants of the room with half and twice their values. The peers KCF, MOSSE and CSRT take part
+where opencv-contrib-python-headless is installed.
 """
 
+import argparse
 from collections.abc import Callable
+import importlib
 import time
 
 import cv2
@@ -16,14 +20,15 @@ from colortrack_ros.windows import WindowTracker
 from colortrack_ros.windows.config import METHODS
 
 SCENES = ('texture', 'clutter', 'partial', 'hidden', 'jump')
+ROOMS = ('matching', 'template', 'tracker')
 NEAR = 5.0
 SIZE = 'width=640&height=480'
 PLAIN = {'drift_compensation': False}
 
 
-def played(name):
+def played(name, seed=0):
     """Frames as BGR, their stamps [ns], and centers (frames, objects, 2) and radii of the truth."""
-    scene = open_scene(f'window_{name}?{SIZE}')
+    scene = open_scene(f'window_{name}?{SIZE}&seed={seed}')
     truth = [scene.truth(k)[: 1 if name == 'clutter' else None] for k in range(len(scene))]
     frames = [scene.render(k) for k in range(len(scene))]
     stamps = [round(k * 1e9 / scene.rate) for k in range(len(scene))]
@@ -92,6 +97,99 @@ def full_frame(boxes):
         return found
 
     return step
+
+
+class Mean:
+    """In the place of the swarm: what it searches, the mean of the velocities."""
+
+    def search(self, velocity):
+        """As Swarm.search."""
+        return np.nanmean(velocity, axis=1)
+
+
+def mean_tracker(boxes):
+    tracker = WindowTracker(WindowConfig(), boxes)
+    tracker._swarm = Mean()
+    return tracker
+
+
+def held(make, frames, stamps, center, radius):
+    """Errors (frames, objects) [px], inf where the ID of the first frame is gone; ms a target."""
+    tracker, times = make(boxes_of(center[0], radius)), []
+    error = np.full(center.shape[:2], np.inf)
+    for k, (image, stamp) in enumerate(zip(frames, stamps, strict=True)):
+        begin = time.perf_counter()
+        rows = tracker.update(Frame(image, 'bgr8', stamp)).rows
+        times.append((time.perf_counter() - begin) * 1e3 / max(len(rows), 1))
+        object_ = rows['track_id'].astype(int) - 1
+        error[k, object_] = np.hypot(*(truth_uv(rows) - center[k, object_]).T)
+    return error, float(np.median(times))
+
+
+def of_seeds(name, ways, seeds):
+    """By way: objects whose ID is on them in the last frame [%], RMSE [px] within NEAR, ms."""
+    sums = {way: [] for way in ways}
+    for seed in range(seeds):
+        scene = played(name, seed)
+        for way, make in ways.items():
+            sums[way].append(held(make, *scene))
+    result = {}
+    for way, runs in sums.items():
+        last = np.concatenate([error[-1] for error, _ in runs])
+        near = np.concatenate([error[error < NEAR] for error, _ in runs])
+        rmse, ms = np.sqrt((near**2).mean()), np.median([ms for _, ms in runs])
+        result[way] = 100 * (last < NEAR).mean(), rmse, ms
+    return result
+
+
+def swarm(seeds=8):
+    """What the swarm is worth against the mean that it searches, and against WM+K alone."""
+    ways = {
+        'WM+K': lambda boxes: WindowTracker(WindowConfig(method='WM+K'), boxes),
+        'WM+K and the mean of the velocities': mean_tracker,
+        'WM+K+PSO': lambda boxes: WindowTracker(WindowConfig(), boxes),
+    }
+    table(
+        ways,
+        SCENES,
+        seeds,
+        'IDs held to the end, RMSE, ms a target',
+        '{:.1f} %, {:.3f} px, {:.2f} ms',
+    )
+
+
+def constants(names, seeds=16):
+    """What half and twice constants of the room, such as ``template.STEPS``, make of it."""
+    rooms = [importlib.import_module(f'colortrack_ros.windows.{r}') for r in ROOMS]
+    owners = [importlib.import_module('colortrack_ros.windows.' + n.split('.')[0]) for n in names]
+    names = [name.split('.')[1] for name in names]
+    values = {n: getattr(owner, n) for n, owner in zip(names, owners, strict=True)}
+
+    def make(changed):
+        def start(boxes):
+            for name, value in (values | changed).items():
+                for room in (room for room in rooms if hasattr(room, name)):
+                    setattr(room, name, value)
+            return WindowTracker(WindowConfig(), boxes)
+
+        return start
+
+    ways = {'as they are': make({})}
+    for name, value in values.items():
+        for changed in (type(value)(value / 2), value * 2):
+            ways[f'{name} {changed:g}, not {value:g}'] = make({name: changed})
+    scenes = 'texture', 'partial', 'hidden'
+    table(ways, scenes, seeds, 'IDs held to the end, RMSE', '{:.1f} %, {:.3f} px')
+
+
+def table(ways, scenes, seeds, title, cell):
+    rows = {way: [] for way in ways}
+    for scene in scenes:
+        for way, values in of_seeds(scene, ways, seeds).items():
+            rows[way].append(cell.format(*values))
+    print(f'\n| {title} | ' + ' | '.join(scenes) + ' |\n|---|' + '---|' * len(scenes))
+    for way, cells in rows.items():
+        print(f'| {way} | ' + ' | '.join(cells) + ' |', flush=True)
 
 
 def peers():
@@ -168,5 +266,14 @@ def speed():
 
 if __name__ == '__main__':
     cv2.setNumThreads(1)
-    speed()
-    quality()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--swarm', action='store_true')
+    parser.add_argument('--constants', metavar='FILE.NAME', nargs='+')
+    given = parser.parse_args()
+    if given.swarm:
+        swarm()
+    elif given.constants:
+        constants(given.constants)
+    else:
+        speed()
+        quality()
