@@ -11,13 +11,13 @@ from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.clock import time_passed
 from colortrack_ros.estimation.motion import MOTION_MODELS
 from colortrack_ros.windows.config import WindowConfig
+from colortrack_ros.windows.crop import Crop
 from colortrack_ros.windows.life import births
 from colortrack_ros.windows.life import RECORD
 from colortrack_ros.windows.life import rows
-from colortrack_ros.windows.matching import find
-from colortrack_ros.windows.matching import Findings
-from colortrack_ros.windows.matching import region
-from colortrack_ros.windows.matching import ROUNDING
+from colortrack_ros.windows.matching import match_templates
+from colortrack_ros.windows.matching import Matches
+from colortrack_ros.windows.matching import SUBPIXEL_SIGMA
 from colortrack_ros.windows.swarm import Swarm
 from colortrack_ros.windows.template import Template
 
@@ -86,13 +86,13 @@ class WindowTracker:
         :return: the tracks at its stamp, with its header.
         """
         dt = self._advance(frame.stamp)
-        findings = find(
+        matches = match_templates(
             frame, self._templates, self._expected, self._half(), self._records['usual'],
             self.config,
         )  # fmt: skip
-        believed = self._supervise(findings)
-        self._correct(findings, believed, dt)
-        self._renew(findings, believed)
+        believed = self._supervise(matches)
+        self._correct(matches, believed, dt)
+        self._renew(matches, believed)
         self._settle(frame)
         self._begin(frame, self._waiting)
         self._begin(frame, self._unfollowed(self._offered))
@@ -124,7 +124,7 @@ class WindowTracker:
         variance = np.diagonal(self._bank.estimate()[1], axis1=1, axis2=2)[:, :2]
         return np.clip(SIGMAS * np.sqrt(variance), half, GREATEST * half)
 
-    def _supervise(self, findings: Findings) -> Bools:
+    def _supervise(self, matches: Matches) -> Bools:
         """Whose place is believed, (N,): True that of the match, False that of the prediction.
 
         The measure of confidence and tolerance of 4.3.1. They disagree when u and v differ by more
@@ -132,11 +132,11 @@ class WindowTracker:
         learn another velocity, or whichever has moved farther since the last frame is wrong.
         """
         config = self.config
-        z, expected, last = findings.z, self._expected, self._records['last']
-        found = ~np.isnan(findings.similarity)
+        z, expected, last = matches.z, self._expected, self._records['last']
+        found = ~np.isnan(matches.similarity)
         believed: Bools = found
         if config.drift_compensation:
-            believed = findings.valid(self._records['similarity'], config)
+            believed = matches.are_valid(self._records['similarity'], config)
         if config.method == 'WM':
             return believed
         apart = np.abs(z - expected).mean(axis=1) > config.tolerance
@@ -156,21 +156,21 @@ class WindowTracker:
         self._bank.add_turn(track, T, variance)
         self._velocity[track] = np.nan
 
-    def _correct(self, findings: Findings, believed: Bools, dt: float) -> None:
+    def _correct(self, matches: Matches, believed: Bools, dt: float) -> None:
         """Update filters and records with the places that are believed."""
         track = np.flatnonzero(believed)
-        R = findings.R[track]
+        R = matches.R[track]
         R[np.isnan(R).any(axis=(1, 2))] = np.eye(2)
-        self._bank.correct(track, findings.z[track], R)
+        self._bank.correct(track, matches.z[track], R)
         if self.config.method == 'WM+K+PSO' and dt > 0 and len(track):
-            self._steer(track, findings.z, dt)
+            self._steer(track, matches.z, dt)
         records = self._records
         records['updated'][track] = self._now
         records['hits'][track] += 1
-        records['similarity'][track] = findings.similarity[track]
-        usual, far = records['usual'], findings.distance
+        records['similarity'][track] = matches.similarity[track]
+        usual, far = records['usual'], matches.innovation_norm
         step = far - np.where(np.isinf(usual), 0.0, usual)
-        learn = believed & (findings.single | (far <= usual))
+        learn = believed & (matches.alone | (far <= usual))
         share = 1 / np.clip(records['hits'] - 1, 1, MEMORY)
         usual[learn] = np.where(np.isinf(usual), far, usual + share * step)[learn]
 
@@ -190,23 +190,23 @@ class WindowTracker:
         best = self._swarm.search(past.reshape(len(track), -1, 2))
         self._bank.set_velocity(track, best / dt)
 
-    def _renew(self, findings: Findings, believed: Bools) -> None:
+    def _renew(self, matches: Matches, believed: Bools) -> None:
         """Take new templates from this frame: all of them, or with drift compensation few.
 
         A template's error stays with the target as long as its successors are found by it, so each
         is kept until the target looks clearly less like it than in the beginning.
         """
         position = self._bank.estimate()[0][:, :2]
-        place = np.where(believed[:, None], findings.z, position)
+        place = np.where(believed[:, None], matches.z, position)
         self._records['last'] = np.stack([place, position], axis=1)
-        for i, (part, template) in enumerate(zip(findings.parts, self._templates, strict=True)):
+        for i, (part, template) in enumerate(zip(matches.crops, self._templates, strict=True)):
             if self.config.drift_compensation:
-                alike = float(findings.similarity[i]), float(findings.likeness[i])
-                worn = bool(believed[i]) and template.wears(*alike, self.config.renewal)
+                alike = float(matches.similarity[i]), float(matches.correlation[i])
+                worn = bool(believed[i]) and template.record_match(*alike, self.config.renewal)
             else:
                 worn = part is not None
             if part is not None and worn:
-                self._records['drift'][i] += np.nan_to_num(findings.R[i])
+                self._records['drift'][i] += np.nan_to_num(matches.R[i])
                 self._templates[i] = Template(
                     part.window(place[i], template.picture.shape), template
                 )
@@ -249,14 +249,14 @@ class WindowTracker:
         wanted = self.config.window or np.maximum(boxes[:, 2:], LEAST)
         odd = np.minimum(wanted, size).astype(int) - 1 | 1
         odd = np.broadcast_to(odd, boxes[:, 2:].shape)
-        whole = region(frame, np.zeros(2, int), size - 1)
+        whole = Crop.of(frame, np.zeros(2, int), size - 1)
         for place, (w, h) in zip(center, odd.tolist(), strict=True):
             self._templates.append(Template(whole.window(place, (h, w))))
         self._append(center, boxes[:, 2:])
 
     def _append(self, center: Floats, box: Floats) -> None:
         """New filters and records."""
-        R = np.broadcast_to(ROUNDING**2 * np.eye(2), (len(center), 2, 2))
+        R = np.broadcast_to(SUBPIXEL_SIGMA**2 * np.eye(2), (len(center), 2, 2))
         spread = np.repeat([0.0, self.config.initial_speed], 2)
         self._bank.extend(self._bank.at_rest(center, R, spread))
         new = births(center, box, self._now, self._next_id)

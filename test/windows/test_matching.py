@@ -11,23 +11,23 @@ from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows.costs import COSTS
-from colortrack_ros.windows.matching import find
+from colortrack_ros.windows.crop import Crop
+from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import refine
-from colortrack_ros.windows.matching import ROUNDING
-from colortrack_ros.windows.template import Region
+from colortrack_ros.windows.matching import SUBPIXEL_SIGMA
 from colortrack_ros.windows.template import Template
 
 
 def look(picture, template, expected, half=20.0, usual=np.inf, **settings):
     """What is found for one template, around where it is expected."""
-    return find(
+    return match_templates(
         frame(picture), [Template(template)], np.array([expected], float),
         np.array([[half, half]]), np.array([usual]), WindowConfig(**settings),
     )  # fmt: skip
 
 
 def cut(picture, center, size=21):
-    return Region(picture, np.zeros(2, int)).window(np.array(center, float), (size, size))
+    return Crop(picture, np.zeros(2, int)).window(np.array(center, float), (size, size))
 
 
 @pytest.mark.parametrize('name', [n for n in COSTS if n != 'cc'])
@@ -48,9 +48,9 @@ def test_nothing_is_found_where_no_window_of_the_region_is_inside_the_picture():
     for expected in [(-30, 60), (300, 60), (80, -31), (80, 500)]:
         found = look(picture, cut(picture, (80, 60)), expected)
         assert np.isnan(found.similarity[0])
-        assert found.parts == [None]
-        assert not found.valid(np.zeros(1), WindowConfig())[0]
-    assert look(picture, texture(3, 201, 201), (80, 60)).parts == [None]
+        assert found.crops == [None]
+        assert not found.are_valid(np.zeros(1), WindowConfig())[0]
+    assert look(picture, texture(3, 201, 201), (80, 60)).crops == [None]
 
 
 @settings(deadline=None, max_examples=50)
@@ -71,7 +71,7 @@ def test_refine_finds_the_minimum_and_the_covariance_of_a_paraboloid(u, v, a, b,
     _, R = refine(around(0, 0, c), np.array([10_000]))
     expected = 2 * 0.01 / 10_000 * np.linalg.inv([[a, c], [c, b]])
     np.testing.assert_allclose(
-        R[0] - ROUNDING**2 * np.eye(2), expected, rtol=0.03, atol=0.03 * expected.max()
+        R[0] - SUBPIXEL_SIGMA**2 * np.eye(2), expected, rtol=0.03, atol=0.03 * expected.max()
     )
 
 
@@ -98,7 +98,7 @@ def test_a_match_along_an_edge_or_in_a_plain_place_is_not_valid():
             rng = np.random.default_rng(seed)
             one, other = (picture + rng.normal(0, 3, picture.shape) for _ in range(2))
             found = look(other, one[50:71, 70:91].astype(np.float32), (80, 60))
-            valid.append(bool(found.valid(np.zeros(1), config)[0]))
+            valid.append(bool(found.are_valid(np.zeros(1), config)[0]))
         assert np.mean(valid) >= 0.9 if expected else np.mean(valid) <= 0.1
 
 
@@ -109,7 +109,7 @@ def test_of_candidates_alike_the_nearest_wins_unless_it_is_farther_than_usual():
     picture[50:71, 92:113] = patch  # the better one, by 22 px
     near = look(picture, patch, (80, 60), half=30, ambiguity=0.9, usual=15.0)
     # both are candidates: one gray level on 441 pixels against the rounding
-    assert not near.single[0]
+    assert not near.alone[0]
     assert abs(near.z[0, 0] - 70) < 0.1
     assert (
         abs(look(picture, patch, (80, 60), half=30, ambiguity=0.9, usual=9.0).z[0, 0] - 102) < 0.1
@@ -122,7 +122,7 @@ def test_every_encoding_is_searched(encoding):
     gray = texture(8).astype(np.uint8)
     channels = ENCODINGS[encoding]
     image = gray if channels == 1 else np.repeat(gray[..., None], channels, axis=2)
-    found = find(
+    found = match_templates(
         Frame(image, encoding), [Template(cut(texture(8), (90, 50)))], np.array([[85.0, 55.0]]),
         np.full((1, 2), 20.0), np.array([np.inf]), WindowConfig(),
     )  # fmt: skip

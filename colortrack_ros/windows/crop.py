@@ -1,0 +1,47 @@
+"""Parts of a picture in gray levels, and windows of them at positions between pixels."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+
+Floats = NDArray[np.float64]
+Gray = NDArray
+
+TO_GRAY = {
+    'bgr8': cv2.COLOR_BGR2GRAY,
+    'rgb8': cv2.COLOR_RGB2GRAY,
+    'bgra8': cv2.COLOR_BGRA2GRAY,
+    'rgba8': cv2.COLOR_RGBA2GRAY,
+}
+
+
+class Crop:
+    """A part of a picture.
+
+    :param gray: (H, W) gray levels, float32.
+    :param corner: u, v of its top left pixel [px].
+    """
+
+    def __init__(self, gray: Gray, corner: NDArray[np.intp]) -> None:
+        self.gray, self.corner = gray, corner
+
+    @classmethod
+    def of(cls, frame: Frame, low: NDArray[np.intp], high: NDArray[np.intp]) -> 'Crop':
+        """The part of a frame from pixel low to pixel high, (u, v), both inside and included."""
+        part: NDArray = frame.image[low[1] : high[1] + 1, low[0] : high[0] + 1]
+        if frame.encoding in TO_GRAY:
+            part = cv2.cvtColor(part, TO_GRAY[frame.encoding])
+        return cls(np.asarray(part, np.float32), low)
+
+    def window(self, center: Floats, shape: tuple[int, ...]) -> Gray:
+        """The window (height, width) around a center with a fraction of a pixel.
+
+        What would lie outside repeats the border of the crop.
+
+        :param center: (u, v) [px].
+        :param shape: height and width [px].
+        """
+        u, v = (center - self.corner).tolist()
+        return np.asarray(cv2.getRectSubPix(self.gray, shape[::-1], (u, v)))
