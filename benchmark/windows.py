@@ -20,7 +20,7 @@ from colortrack_ros.windows import WindowTracker
 from colortrack_ros.windows.config import METHODS
 
 SCENES = ('texture', 'clutter', 'partial', 'hidden', 'jump')
-ROOMS = ('matching', 'template', 'tracker')
+ROOMS = ('matching', 'motion', 'template', 'tracker')
 NEAR = 5.0
 SIZE = 'width=640&height=480'
 PLAIN = {'drift_compensation': False}

@@ -7,31 +7,41 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
-from colortrack_ros.estimation.bank import Bank
-from colortrack_ros.estimation.clock import time_passed
-from colortrack_ros.estimation.motion import MOTION_MODELS
+from colortrack_ros.estimation.clock import Clock
+from colortrack_ros.estimation.track_table import is_inside
+from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.crop import Crop
-from colortrack_ros.windows.life import births
-from colortrack_ros.windows.life import RECORD
-from colortrack_ros.windows.life import rows
 from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import Matches
-from colortrack_ros.windows.matching import SUBPIXEL_SIGMA
+from colortrack_ros.windows.motion import Bools
+from colortrack_ros.windows.motion import Floats
+from colortrack_ros.windows.motion import Motion
 from colortrack_ros.windows.swarm import Swarm
 from colortrack_ros.windows.template import Template
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
+FIELDS = [
+    ('template', 'O'),
+    ('area', 'f4'),
+    ('box_w', 'f4'),
+    ('box_h', 'f4'),
+    ('similarity', 'f8'),
+    ('mean_innovation', 'f8'),
+    ('last', 'f8', (2, 2)),
+    ('drift', 'f8', (2, 2)),
+]
+"""What is recorded of a target besides what is of every track.
 
-SIGMAS = 3.0
-GREATEST = 3.0
-"""The search region holds so many standard deviations, up to so many times its normal size."""
+template: the Template; area, box_w, box_h: of the box that it began with [px]; similarity: of the
+last valid match, 0 before the first; mean_innovation: mean norm [px], infinite before the first;
+last: (u, v) by matching and by the filter in the last frame [px]; drift: covariance of what the
+template has moved on the object [px^2].
+"""
 
-MEMORY = 20
-"""Matches that the mean distance goes back."""
+INNOVATION_MEMORY = 20
+"""Matches that the mean norm of the innovations goes back."""
 
-LEAST = 5
+LEAST_SIDE = 5
 """Pixels that a template is wide and high, at least."""
 
 
@@ -40,34 +50,33 @@ class WindowTracker:
 
     :param config: see WindowConfig.
     :param targets: boxes to start with the first frame, and again after each restart; see start.
+    :ivar refused: boxes refused so far: outside the picture, or one too many.
     """
 
     def __init__(self, config: WindowConfig | None = None, targets: ArrayLike = ()) -> None:
         self.config = config or WindowConfig()
-        self.targets = _boxes(targets)
+        self.targets, self._offered = _boxes(targets), _boxes(())
         self.refused = 0
-        """Boxes refused so far: outside the picture, or one too many."""
-        self._next_id = 1
-        self._swarm = Swarm(self.config)
-        self.reset()
+        self._swarm, self._clock = Swarm(self.config), Clock()
+        self._start(1)
+
+    def _start(self, first_id: int) -> None:
+        none = Motion.of_new(np.zeros((0, 2)), self.config)
+        self._tracks = TrackTable(none, FIELDS, first_id)
+        self._waiting = self.targets
 
     def reset(self, why: str = '') -> None:
         """Forget all targets, and start the first ones again. IDs go on: none is used twice.
 
         :param why: what the next Tracks tell as the reason.
         """
-        self._why = why
-        self._stamp: int | None = None
-        self._bank = Bank(MOTION_MODELS['constant_velocity']())
-        self._records = np.zeros(0, RECORD)
-        self._templates: list[Template] = []
-        self._velocity = np.zeros((0, self.config.swarm_frames, 2, 2))
-        self._waiting, self._offered = self.targets, _boxes(())
+        self._clock.restart(why)
+        self._start(self._tracks.next_id)
 
     def configure(self, config: WindowConfig) -> None:
         """Change the configuration; the targets live on."""
         self.config, self._swarm = config, Swarm(config)
-        self._velocity = np.full((len(self._records), config.swarm_frames, 2, 2), np.nan)
+        self._tracks.filters.forget_velocities(config)
 
     def start(self, boxes: ArrayLike) -> None:
         """Follow what is inside the boxes in the next frame.
@@ -85,189 +94,139 @@ class WindowTracker:
 
         :return: the tracks at its stamp, with its header.
         """
-        dt = self._advance(frame.stamp)
-        matches = match_templates(
-            frame, self._templates, self._expected, self._half(), self._records['usual'],
-            self.config,
-        )  # fmt: skip
-        believed = self._supervise(matches)
-        self._correct(matches, believed, dt)
-        self._renew(matches, believed)
-        self._settle(frame)
-        self._begin(frame, self._waiting)
-        self._begin(frame, self._unfollowed(self._offered))
+        dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
+        predicted = self._tracks.filters.predict(dt, self.config)
+        matches = self._match(frame, predicted)
+        accepted = self._supervise(matches, predicted)
+        self._correct(matches, accepted, dt)
+        self._renew_templates(matches, accepted)
+        self._delete(frame)
+        self._initiate(frame, self._waiting)
+        self._initiate(frame, self._unfollowed(self._offered))
         self._waiting = self._offered = _boxes(())
-        why, self._why = self._why, ''
-        patience = self.config.max_time_since_update
-        tracks = rows(self._records, *self._bank.estimate(), self._now, patience)
-        return Tracks(tracks, frame.stamp, frame.frame_id, why)
+        return Tracks(self._rows(), frame.stamp, frame.frame_id, self._clock.tell_restart())
 
-    def _advance(self, stamp: int) -> float:
-        """Predict to the stamp, or start afresh; return dt [s]."""
-        dt, why = time_passed(self._stamp, stamp, self.config.max_dt)
-        if why:
-            offered = self._offered
-            self.reset(why)
-            self._offered = offered  # it is of this frame
-        self._stamp = stamp
-        if self.config.method == 'WM':  # no memory of the motion: expected where it was last
-            self._bank.forget_velocity(self.config.initial_speed)
-        self._bank.predict(dt, self.config.process_noise**2)
-        self._expected = self._bank.estimate()[0][:, :2].copy()
-        return dt
+    def _match(self, frame: Frame, predicted: Floats) -> Matches:
+        records, regions = self._tracks.records, self._tracks.filters.search_regions(self.config)
+        templates, innovation = records['template'].tolist(), records['mean_innovation']
+        return match_templates(frame, templates, predicted, regions, innovation, self.config)
 
-    def _half(self) -> Floats:
-        """Half the width and height of the search regions, (N, 2) [px]."""
-        half = np.array([self.config.search_width, self.config.search_height]) / 2
-        if self.config.method == 'WM':
-            return np.tile(half, (len(self._records), 1))
-        variance = np.diagonal(self._bank.estimate()[1], axis1=1, axis2=2)[:, :2]
-        return np.clip(SIGMAS * np.sqrt(variance), half, GREATEST * half)
-
-    def _supervise(self, matches: Matches) -> Bools:
-        """Whose place is believed, (N,): True that of the match, False that of the prediction.
+    def _supervise(self, matches: Matches, predicted: Floats) -> Bools:
+        """Which targets are measured, (N,): True for the match, False for the prediction alone.
 
         The measure of confidence and tolerance of 4.3.1. They disagree when u and v differ by more
         than the tolerance on average. Then either the valid match is right and the filter has to
         learn another velocity, or whichever has moved farther since the last frame is wrong.
         """
-        config = self.config
-        z, expected, last = matches.z, self._expected, self._records['last']
-        found = ~np.isnan(matches.similarity)
-        believed: Bools = found
+        config, z, last = self.config, matches.z, self._tracks.records['last']
+        accepted: Bools = ~np.isnan(matches.similarity)
         if config.drift_compensation:
-            believed = matches.are_valid(self._records['similarity'], config)
+            accepted = matches.are_valid(self._tracks.records['similarity'], config)
         if config.method == 'WM':
-            return believed
-        apart = np.abs(z - expected).mean(axis=1) > config.tolerance
+            return accepted
+        disagree = np.abs(z - predicted).mean(axis=1) > config.tolerance
         if config.supervision == 'discrepancy':
-            moved = np.abs(z - last[:, 0]).mean(axis=1), np.abs(expected - last[:, 1]).mean(axis=1)
-            believed &= ~apart | (moved[0] <= moved[1])
-        self._turn(np.flatnonzero(believed & apart), z)
-        return believed
+            matched = np.abs(z - last[:, 0]).mean(axis=1)
+            moved = np.abs(predicted - last[:, 1]).mean(axis=1)
+            accepted &= ~disagree | (matched <= moved)
+        track = np.flatnonzero(accepted & disagree)
+        if len(track):
+            unmeasured = self._tracks.unmeasured(self._clock.now)[track]
+            self._tracks.filters.turn(track, z[track] - predicted[track], unmeasured)
+        return accepted
 
-    def _turn(self, track: NDArray[np.intp], z: Floats) -> None:
-        """Let the filters doubt the velocity of targets that are not where it would lead them."""
-        if not len(track):
-            return
-        T = (self._now - self._records['updated'][track]) / NANOSECONDS
-        T = np.maximum(T, 1e-3)
-        variance = (np.abs(z[track] - self._expected[track]).max(axis=1) / T) ** 2
-        self._bank.add_turn(track, T, variance)
-        self._velocity[track] = np.nan
-
-    def _correct(self, matches: Matches, believed: Bools, dt: float) -> None:
-        """Update filters and records with the places that are believed."""
-        track = np.flatnonzero(believed)
+    def _correct(self, matches: Matches, accepted: Bools, dt: float) -> None:
+        """Update filters and records with the matches that are accepted."""
+        track, records = np.flatnonzero(accepted), self._tracks.records
         R = matches.R[track]
         R[np.isnan(R).any(axis=(1, 2))] = np.eye(2)
-        self._bank.correct(track, matches.z[track], R)
+        self._tracks.filters.bank.correct(track, matches.z[track], R)
         if self.config.method == 'WM+K+PSO' and dt > 0 and len(track):
-            self._steer(track, matches.z, dt)
-        records = self._records
-        records['updated'][track] = self._now
-        records['hits'][track] += 1
+            step = matches.z[track] - records['last'][track, 0]
+            # After a gap matching tells no velocity: in the last frame it was a prediction.
+            last_frame = self._clock.now - round(dt * NANOSECONDS)
+            step[records['updated'][track] < last_frame] = np.nan
+            self._tracks.filters.steer(self._swarm, track, step, dt)
+        self._tracks.record_hits(track, self._clock.now)
         records['similarity'][track] = matches.similarity[track]
-        usual, far = records['usual'], matches.innovation_norm
-        step = far - np.where(np.isinf(usual), 0.0, usual)
-        learn = believed & (matches.alone | (far <= usual))
-        share = 1 / np.clip(records['hits'] - 1, 1, MEMORY)
-        usual[learn] = np.where(np.isinf(usual), far, usual + share * step)[learn]
+        mean, norm = records['mean_innovation'], matches.innovation_norm
+        step = norm - np.where(np.isinf(mean), 0.0, mean)
+        learn = accepted & (matches.alone | (norm <= mean))
+        share = 1 / np.clip(records['hits'] - 1, 1, INNOVATION_MEMORY)
+        mean[learn] = np.where(np.isinf(mean), norm, mean + share * step)[learn]
 
-    def _steer(self, track: NDArray[np.intp], z: Floats, dt: float) -> None:
-        """Give the filters the velocity that the swarm has found, (5.5).
-
-        After a gap matching tells no velocity: where it was in the last frame is a prediction. In
-        the frame of a turn the filter tells none: it cannot know when it was.
-        """
-        step = z[track] - self._records['last'][track, 0]
-        step[self._records['updated'][track] < self._now - round(dt * NANOSECONDS)] = np.nan
-        past = np.roll(self._velocity[track], 1, axis=1)
-        turned = np.isnan(past).all(axis=(1, 2, 3)) & ~np.isnan(step[:, 0])
-        past[:, 0, 0] = step
-        past[:, 0, 1] = np.where(turned[:, None], np.nan, self._bank.mean[0, track, 2:] * dt)
-        self._velocity[track] = past
-        best = self._swarm.search(past.reshape(len(track), -1, 2))
-        self._bank.set_velocity(track, best / dt)
-
-    def _renew(self, matches: Matches, believed: Bools) -> None:
+    def _renew_templates(self, matches: Matches, accepted: Bools) -> None:
         """Take new templates from this frame: all of them, or with drift compensation few.
 
         A template's error stays with the target as long as its successors are found by it, so each
         is kept until the target looks clearly less like it than in the beginning.
         """
-        position = self._bank.estimate()[0][:, :2]
-        place = np.where(believed[:, None], matches.z, position)
-        self._records['last'] = np.stack([place, position], axis=1)
-        for i, (part, template) in enumerate(zip(matches.crops, self._templates, strict=True)):
-            if self.config.drift_compensation:
+        records, compensated = self._tracks.records, self.config.drift_compensation
+        position = self._tracks.filters.bank.estimate()[0][:, :2]
+        place = np.where(accepted[:, None], matches.z, position)
+        records['last'] = np.stack([place, position], axis=1)
+        for i, (crop, template) in enumerate(zip(matches.crops, records['template'], strict=True)):
+            if compensated:
                 alike = float(matches.similarity[i]), float(matches.correlation[i])
-                worn = bool(believed[i]) and template.record_match(*alike, self.config.renewal)
+                worn = accepted[i] and template.record_match(*alike, self.config.renewal)
             else:
-                worn = part is not None
-            if part is not None and worn:
-                self._records['drift'][i] += np.nan_to_num(matches.R[i])
-                self._templates[i] = Template(
-                    part.window(place[i], template.picture.shape), template
-                )
-            elif self.config.drift_compensation and not believed[i] and template.former:
+                worn = crop is not None
+            if crop is not None and worn:
+                records['drift'][i] += np.nan_to_num(matches.R[i])
+                window = crop.window(place[i], template.picture.shape)
+                records['template'][i] = Template(window, template)
+            elif compensated and not accepted[i] and template.former:
                 # It may have taken on what covers the target: try the one before, by turns.
                 former, template.former = template.former, None
                 former.former = template
-                self._templates[i] = former
+                records['template'][i] = former
 
-    def _settle(self, frame: Frame) -> None:
-        """Give up targets whose center has left the picture, or that were not seen for long."""
-        place, (height, width) = self._bank.estimate()[0][:, :2], frame.image.shape[:2]
-        inside = ((place >= -0.5) & (place < [width - 0.5, height - 0.5])).all(axis=1)
-        limit = round(self.config.max_time_since_update * NANOSECONDS)
-        keep = inside & (self._now - self._records['updated'] <= limit)
-        self._bank.keep(keep)
-        self._records, self._velocity = self._records[keep], self._velocity[keep]
-        self._templates = [t for t, kept in zip(self._templates, keep, strict=True) if kept]
+    def _delete(self, frame: Frame) -> None:
+        """Delete targets whose center has left the picture, or that were not seen for long."""
+        position = self._tracks.filters.bank.estimate()[0][:, :2]
+        overdue = self._tracks.is_overdue(self._clock.now, self.config.max_time_since_update)
+        self._tracks.keep(is_inside(position, *frame.image.shape[:2]) & ~overdue)
 
     def _unfollowed(self, boxes: Floats) -> Floats:
         """Those whose centers are in no target's box."""
         if not len(boxes):
             return boxes
-        gap = np.abs(_centers(boxes)[:, None] - self._bank.estimate()[0][:, :2])
-        inside = np.all(gap <= self._records['box'] / 2, axis=2)
+        records, position = self._tracks.records, self._tracks.filters.bank.estimate()[0][:, :2]
+        half = np.stack([records['box_w'], records['box_h']], axis=1) / 2
+        inside = np.all(np.abs(_centers(boxes)[:, None] - position) <= half, axis=2)
         return boxes[~np.any(inside, axis=1)]
 
-    def _begin(self, frame: Frame, boxes: Floats) -> None:
-        """Cut the templates of new targets."""
+    def _initiate(self, frame: Frame, boxes: Floats) -> None:
+        """Begin targets with the windows in boxes."""
         if not len(boxes):
             return
-        center = _centers(boxes)
         size = np.array(frame.image.shape[1::-1])
         with np.errstate(invalid='ignore'):
-            good = ((center >= 0) & (center <= size - 1) & (boxes[:, 2:] >= 1)).all(axis=1)
-        boxes, center = boxes[good], center[good]
-        room = max(self.config.max_targets - len(self._records), 0)
-        boxes, center = boxes[:room], center[:room]
-        self.refused += good.size - len(boxes)
-        wanted = self.config.window or np.maximum(boxes[:, 2:], LEAST)
-        odd = np.minimum(wanted, size).astype(int) - 1 | 1
-        odd = np.broadcast_to(odd, boxes[:, 2:].shape)
+            inside = (_centers(boxes) >= 0) & (_centers(boxes) <= size - 1) & (boxes[:, 2:] >= 1)
+        free = max(self.config.max_targets - len(self._tracks), 0)
+        kept = boxes[inside.all(axis=1)][:free]
+        self.refused += len(boxes) - len(kept)
+        center, box = _centers(kept), kept[:, 2:]
+        new = self._tracks.initiate(Motion.of_new(center, self.config), self._clock.now)
+        new['mean_innovation'], new['last'] = np.inf, center[:, None]
+        new['box_w'], new['box_h'] = box.T
+        new['area'] = new['box_w'] * new['box_h']
+        wanted = self.config.window or np.maximum(box, LEAST_SIDE)
+        odd = np.broadcast_to(np.minimum(wanted, size).astype(int) - 1 | 1, box.shape)
         whole = Crop.of(frame, np.zeros(2, int), size - 1)
-        for place, (w, h) in zip(center, odd.tolist(), strict=True):
-            self._templates.append(Template(whole.window(place, (h, w))))
-        self._append(center, boxes[:, 2:])
+        for i, (w, h) in enumerate(odd.tolist()):
+            new['template'][i] = Template(whole.window(center[i], (h, w)))
 
-    def _append(self, center: Floats, box: Floats) -> None:
-        """New filters and records."""
-        R = np.broadcast_to(SUBPIXEL_SIGMA**2 * np.eye(2), (len(center), 2, 2))
-        spread = np.repeat([0.0, self.config.initial_speed], 2)
-        self._bank.extend(self._bank.at_rest(center, R, spread))
-        new = births(center, box, self._now, self._next_id)
-        self._next_id += len(new)
-        self._records = np.concatenate([self._records, new])
-        none = np.full((len(new), self.config.swarm_frames, 2, 2), np.nan)
-        self._velocity = np.concatenate([self._velocity, none])
-
-    @property
-    def _now(self) -> int:
-        return self._stamp or 0
+    def _rows(self) -> NDArray[np.void]:
+        """The tracks as they are published; all are confirmed from the first."""
+        now, records = self._clock.now, self._tracks.records
+        self._tracks.update_states(now, 1)
+        rows = self._tracks.rows(now, *self._tracks.filters.bank.estimate())
+        rows['covariance'][:, :2, :2] += records['drift']
+        similarity = np.where(records['hits'] > 1, records['similarity'], 1.0)
+        fresh = self._tracks.freshness(now, self.config.max_time_since_update)
+        rows['score'] = np.clip(similarity, 0, 1) * fresh
+        return rows
 
 
 def _centers(boxes: Floats) -> Floats:
