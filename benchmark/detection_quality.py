@@ -2,8 +2,12 @@
 
 python benchmark/detection_quality.py prints the table and writes
 out/benchmark_detection_quality.json. The scenes bring their own truth.
+With --constants it halves and doubles each constant of the detector that was fitted, in a scene
+that it matters in, and writes out/benchmark_detection_constants.json.
 """
 
+import argparse
+from importlib import import_module
 import json
 from pathlib import Path
 
@@ -51,7 +55,47 @@ RUNS = [
     ('single', 35.0, 'that grows by half', {'grow': 1.5}),
     ('occlusion', 50.0, 'color alone', {}),
 ]
-OUT = Path(__file__).parents[1] / 'out' / 'benchmark_detection_quality.json'
+OUT = Path(__file__).parents[1] / 'out'
+
+BALL = ('single', 50.0, {})
+SMEARED = ('fast', 50.0, {})
+ROOM = ('clutter', 25.0, {**AREA, **MOVING})
+FOLLOWED = ('light', 25.0, {'follow_light': 60.0})
+BALANCED = ('light', 50.0, {'white_balance': 'gray_world'})
+TOUCHING = ('swarm?duration=2', 50.0, {'split': True})
+
+CONSTANTS = {
+    'covariance': {
+        'OUTLINE_VARIANCE': BALL,
+        'SHADING_SHIFT': BALL,
+        'LENS_SHIFT': BALL,
+        'SMEAR_SHARE': SMEARED,
+        'ROUND_AXES': SMEARED,
+        'HIDDEN_REACH': ROOM,
+    },
+    'background_model': {
+        'FOLLOW_RATES': ROOM,
+        'HELD_SLOWDOWN': ROOM,
+        'OBJECT_MARGIN': ROOM,
+        'OUTLINE_REACH': ROOM,
+        'GHOST_CONTRAST': ROOM,
+        'STILL_SECONDS': ROOM,
+        'STILL_CHANGE': ROOM,
+        'STILL_PIXELS': ROOM,
+        'STRIPS': ROOM,
+        'RELIGHT_PIXELS': ROOM,
+        'LIGHT_DEAD_BAND': ROOM,
+    },
+    'light': {
+        'BALANCE_PIXELS': BALANCED,
+        'FOLLOW_SECONDS': FOLLOWED,
+        'FOLLOW_STEP': FOLLOWED,
+    },
+    'methods.color': {'FOLLOW_PIXELS': FOLLOWED},
+    'detector': {'SCORE_PIXELS': BALL},
+    'split': {'PROMINENCE': TOUCHING, 'MOST_TOUCHING': TOUCHING},
+}
+"""By file of the detector and by name: the scene, tolerance and parameters that it is seen in."""
 
 
 def evaluate(scene, config, visible=0.5):
@@ -80,20 +124,50 @@ def evaluate(scene, config, visible=0.5):
     return len(errors) / sought, false / len(scene), rmse, float(np.mean(squared))
 
 
-def main():
-    table = Table('scene', 'with', 'found', 'false a frame', 'RMSE [px]', 'NSE')
-    result = []
+def measure(spec, tolerance, parameters):
+    """What :func:`evaluate` says of a scene with a tolerance for all of its colors."""
+    scene = open_scene(spec)
+    colors = [ReferenceColor.from_rgb(*color, tolerance) for color in scene.colors.items()]
+    return evaluate(scene, DetectorConfig(colors=tuple(colors), **parameters))
+
+
+def scaled(value, factor):
+    """A constant, or each of several, times a factor; whole numbers stay whole, at least 1."""
+    if isinstance(value, tuple):
+        return tuple(scaled(item, factor) for item in value)
+    return max(round(value * factor), 1) if isinstance(value, int) else value * factor
+
+
+def ablation():
+    """The rows of what each way is worth."""
     for spec, tolerance, what, parameters in RUNS:
-        scene = open_scene(spec)
-        colors = [ReferenceColor.from_rgb(*color, tolerance) for color in scene.colors.items()]
-        found, false, rmse, nse = evaluate(
-            scene, DetectorConfig(colors=tuple(colors), **parameters)
-        )
+        yield spec, what, *measure(spec, tolerance, parameters)
+
+
+def sensitivity():
+    """The rows of what becomes of the detections when a constant is another."""
+    for file, names in CONSTANTS.items():
+        module = import_module(f'colortrack_ros.detection.{file}')
+        for name, run in names.items():
+            value = getattr(module, name)
+            for factor in (0.5, 1, 2):
+                setattr(module, name, scaled(value, factor))
+                yield run[0], f'{name} = {getattr(module, name)}', *measure(*run)
+            setattr(module, name, value)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--constants', action='store_true', help='halve and double constants')
+    constants = parser.parse_args().constants
+    table = Table('scene', 'with', 'found', 'false a frame', 'RMSE [px]', 'NSE')
+    rows = list(sensitivity() if constants else ablation())
+    for spec, what, found, false, rmse, nse in rows:
         table.add_row(spec, what, f'{found:.1%}', f'{false:.2f}', f'{rmse:.2f}', f'{nse:.2f}')
-        result.append([spec, what, found, false, rmse, nse])
     Console(width=100).print(table)
-    OUT.parent.mkdir(exist_ok=True)
-    OUT.write_text(json.dumps(result, indent=2) + '\n')
+    OUT.mkdir(exist_ok=True)
+    name = 'constants' if constants else 'quality'
+    (OUT / f'benchmark_detection_{name}.json').write_text(json.dumps(rows, indent=2) + '\n')
 
 
 if __name__ == '__main__':

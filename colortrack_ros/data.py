@@ -64,6 +64,8 @@ box_h: of the last detection [px]; score: 0..1, existence confidence.
 """
 
 TENTATIVE, CONFIRMED, COASTING = 0, 1, 2
+"""Values of a track's state: not yet confirmed; confirmed; confirmed and not measured in this
+frame."""
 
 
 @dataclass(frozen=True)

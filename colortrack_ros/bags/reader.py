@@ -9,7 +9,8 @@ from rosbags.rosbag2 import Reader
 
 from colortrack_ros.bags.errors import BagError
 
-SUFFIXES = ('.mcap', '.db3')
+BAG_SUFFIXES = ('.mcap', '.db3')
+"""What the files of a rosbag2 end in, by storage plugin: mcap, sqlite3."""
 
 
 class Topic(NamedTuple):
@@ -28,8 +29,8 @@ class Topic(NamedTuple):
 def is_bag(path: Path) -> bool:
     """Whether the path means a bag: one of its files, or a folder of them."""
     if path.is_dir():
-        return any(p.name == 'metadata.yaml' or p.suffix in SUFFIXES for p in path.iterdir())
-    return path.suffix in SUFFIXES
+        return any(p.name == 'metadata.yaml' or p.suffix in BAG_SUFFIXES for p in path.iterdir())
+    return path.suffix in BAG_SUFFIXES
 
 
 class BagReader:

@@ -15,12 +15,14 @@ from rosbags.typesys import get_typestore
 from rosbags.typesys import Stores
 
 from colortrack_ros.bags.errors import BagError
-from colortrack_ros.bags.reader import SUFFIXES
+from colortrack_ros.bags.reader import BAG_SUFFIXES
 
 STORAGES = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}
 """What a bag may be stored in; the first is what `ros2 bag record` takes."""
 
 _INFINITE = QosTime(9223372036, 854775807)
+"""RMW_DURATION_INFINITE: 2^63 - 1 ns."""
+
 _QOS = Qos(
     history=QosHistory.KEEP_LAST,
     depth=10,
@@ -89,5 +91,6 @@ class BagWriter:
 def is_only_a_bag(path: Path) -> bool:
     """Whether the path is a folder with the files of a bag and nothing else."""
     return path.is_dir() and all(
-        p.name == 'metadata.yaml' or (p.is_file() and p.suffix in SUFFIXES) for p in path.iterdir()
+        p.name == 'metadata.yaml' or (p.is_file() and p.suffix in BAG_SUFFIXES)
+        for p in path.iterdir()
     )

@@ -16,35 +16,48 @@ from colortrack_ros.parameters import parameter
 
 Picture = NDArray[Any]
 
-SAMPLES = 5
-"""Frames that a new background is the median of."""
+# `python benchmark/detection_quality.py --constants` prints what becomes of the detections when one
+# of the constants below is halved or doubled.
 
-RATES = (20.0, 2.0)
-"""Levels a second by which the recent and the lasting background follow the picture."""
+LEARN_FRAMES = 5
+"""Frames whose median is a new background: the fewest that bear two with an object in the way.
+:func:`_median_of_five` is written for five."""
 
-HOLD = 7
+FOLLOW_RATES = (20.0, 2.0)
+"""Rates at which the recent and the lasting background follow the picture [levels/s]: a contrast
+of 100 levels is taken in after 5 s and after 50 s."""
+
+HELD_SLOWDOWN = 7
 """How many times slower they follow where something was found."""
 
-MARGIN = 4
-"""What belongs to an object beyond the box of its eroded blob [px]."""
+OBJECT_MARGIN = 4
+"""How far an object reaches beyond the box of its eroded blob [px]: 1 px of an erosion of 3, and
+the blur of its outline."""
 
-REACH = 3
-"""How far inside and outside of a blob's outline its contrast is measured [px]."""
+OUTLINE_REACH = 3
+"""How far inside and outside of a blob's outline its contrast is measured [px]: beyond the blur."""
 
-GHOST = 2.0
+GHOST_CONTRAST = 2.0
 """How many times more of a ghost's outline is only in the backgrounds than only in the picture."""
 
-STILL_SECONDS, STILL, STILL_PIXELS = 0.5, 6.0, 64
-"""Pixels of a blob that change less, on the mean, in so long a time stand still [s], [levels]."""
+STILL_SECONDS = 0.5
+"""Time over which a blob must not change to stand still [s]."""
+
+STILL_CHANGE = 6.0
+"""Mean change of a blob's pixels up to which it stands still [levels]: twice what two
+pictures with noise of 2.5 levels differ by, 2.5 sqrt(2) sqrt(2 / pi) = 2.8."""
+
+STILL_PIXELS = 64
+"""Pixels of a blob in which its change is measured: the mean of 64 is known to 1/8 of the noise."""
 
 STRIPS = 8
-"""Parts of the picture, of which one is followed in each frame."""
+"""Parts of the picture, of which one is followed in each frame: an eighth of the cost."""
 
-GRID = 4096
-"""Pixels that the change of the light is estimated from."""
+RELIGHT_PIXELS = 4096
+"""Pixels whose median ratio is the change of the light: it is known to 2 % of their spread."""
 
-DEAD_BAND = 0.02
-"""Changes of the light that are taken for none: noise moves the estimate that much."""
+LIGHT_DEAD_BAND = 0.02
+"""Changes of the light up to this share are noise of the estimate, and are not followed."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +90,8 @@ class BackgroundModel:
     then on they go up or down by a little at a time, which approximates the median, and several
     times slower where something was found, so that an object may rest. The recent one takes in
     what was put somewhere, and the lasting one still knows what was behind something that paused.
-    What something that was there from the beginning leaves behind is recognized and taken in.
-    The light of the whole picture may change: both are put into the light of each frame.
+    The ghost that an object leaves behind which was there from the beginning is recognized and
+    taken in. When the light of the whole picture changes, both are put into the light of the frame.
     """
 
     def __init__(self) -> None:
@@ -125,11 +138,11 @@ class BackgroundModel:
 
         :param picture: (H, W, channels), of a shape that it knows.
         """
-        step = max(1, int(np.sqrt(picture.shape[0] * picture.shape[1] / GRID)))
+        step = max(1, int(np.sqrt(picture.shape[0] * picture.shape[1] / RELIGHT_PIXELS)))
         for model in self._models:
             now, before = (part[::step, ::step].astype(float) for part in (picture, model))
             gain = np.median((now + 1) / (before + 1), axis=(0, 1))
-            if (np.abs(gain - 1) > DEAD_BAND).any():
+            if (np.abs(gain - 1) > LIGHT_DEAD_BAND).any():
                 levels = np.clip(np.rint(np.arange(256)[:, None] * gain), 0, 255)
                 model[...] = cv2.LUT(model, levels.astype(np.uint8)[:, None]).reshape(model.shape)
 
@@ -143,25 +156,25 @@ class BackgroundModel:
         """
         if not self.knows(picture):
             self._start, self._samples = stamp, [picture.copy()]
-            self._models = [picture.copy() for _ in RATES]
+            self._models = [picture.copy() for _ in FOLLOW_RATES]
             self._before = stamp, self._samples[0]
-            self._turn, self._followed = 0, np.full((len(RATES), STRIPS), stamp)
-        elif len(self._samples) < SAMPLES:
-            step = learn_seconds * NANOSECONDS / (SAMPLES - 1)
+            self._turn, self._followed = 0, np.full((len(FOLLOW_RATES), STRIPS), stamp)
+        elif len(self._samples) < LEARN_FRAMES:
+            step = learn_seconds * NANOSECONDS / (LEARN_FRAMES - 1)
             if stamp - self._start >= step * len(self._samples):
                 self._samples.append(picture.copy())
-            if len(self._samples) == SAMPLES:
-                self._models = [_median_of_five(*self._samples) for _ in RATES]
+            if len(self._samples) == LEARN_FRAMES:
+                self._models = [_median_of_five(*self._samples) for _ in FOLLOW_RATES]
         else:
             self._turn = (self._turn + 1) % STRIPS
-            for k in range(len(RATES)):
+            for k in range(len(FOLLOW_RATES)):
                 self._follow_strip(k, picture, stamp, blobs.box)
         self._heal(picture, stamp, blobs)
 
     def _heal(self, picture: Picture, stamp: int, blobs: Blobs) -> None:
-        """Take ghosts into the backgrounds: places that something has left which is still there.
+        """Take ghosts into the backgrounds: blobs where an object has left that they still show.
 
-        They stand still, and their outline shows in the backgrounds, not in the picture.
+        A ghost stands still, and its outline shows in the backgrounds, not in the picture.
         """
         age = (stamp - self._before[0]) / NANOSECONDS
         if not 0 <= age < 2 * STILL_SECONDS:
@@ -171,9 +184,9 @@ class BackgroundModel:
         blob, position = sample_pixels(blobs, STILL_PIXELS)
         pixel = np.divmod(position, blobs.runs.stride)
         change = np.abs(picture[pixel].astype(int) - self._before[1][pixel]).mean(axis=-1)
-        still = blobs.take(np.bincount(blob, change) / np.bincount(blob) < STILL)
+        still = blobs.take(np.bincount(blob, change) / np.bincount(blob) < STILL_CHANGE)
         row, left, right = still.take(self._has_left(picture, still)).runs.ends()
-        for v, start, end in zip(row, left - MARGIN, right + MARGIN, strict=True):
+        for v, start, end in zip(row, left - OBJECT_MARGIN, right + OBJECT_MARGIN, strict=True):
             for model in self._models:
                 model[v, max(start, 0) : end] = picture[v, max(start, 0) : end]
 
@@ -182,7 +195,14 @@ class BackgroundModel:
         if not len(blobs.area):
             return np.zeros(0, bool)
         row, left, right = blobs.runs.ends()
-        columns = np.stack([left - REACH, left + REACH - 1, right - REACH, right + REACH - 1])
+        columns = np.stack(
+            [
+                left - OUTLINE_REACH,
+                left + OUTLINE_REACH - 1,
+                right - OUTLINE_REACH,
+                right + OUTLINE_REACH - 1,
+            ]
+        )
         columns = columns.clip(0, picture.shape[1] - 1)
 
         def contrast(part: Picture) -> NDArray[np.int64]:
@@ -191,20 +211,22 @@ class BackgroundModel:
 
         gone = np.minimum(*(contrast(model) for model in self._models)) - contrast(picture)
         lost, come = np.add.reduceat(np.maximum([gone, -gone], 0), blobs.first_run, axis=1)
-        return np.asarray(lost > GHOST * come)
+        return np.asarray(lost > GHOST_CONTRAST * come)
 
     def _follow_strip(self, k: int, picture: Picture, stamp: int, boxes: NDArray) -> None:
-        usual = RATES[k] * (stamp - self._followed[k, self._turn]) / NANOSECONDS
-        if 0 <= usual < HOLD:
+        usual = FOLLOW_RATES[k] * (stamp - self._followed[k, self._turn]) / NANOSECONDS
+        if 0 <= usual < HELD_SLOWDOWN:
             return
         self._followed[k, self._turn] = stamp
         top, bottom = (len(picture) * turn // STRIPS for turn in (self._turn, self._turn + 1))
         step = np.full((bottom - top, picture.shape[1], 1), np.clip(usual, 0, 255), np.uint8)
         held = np.zeros(step.shape[:2], bool)
         for left, upper, width, height in boxes:
-            rows = slice(max(upper - MARGIN - top, 0), max(upper + height + MARGIN - top, 0))
-            held[rows, max(left - MARGIN, 0) : left + width + MARGIN] = True
-        step[held] //= HOLD
+            rows = slice(
+                max(upper - OBJECT_MARGIN - top, 0), max(upper + height + OBJECT_MARGIN - top, 0)
+            )
+            held[rows, max(left - OBJECT_MARGIN, 0) : left + width + OBJECT_MARGIN] = True
+        step[held] //= HELD_SLOWDOWN
         now, model = picture[top:bottom], self._models[k][top:bottom]
         up = np.minimum(np.maximum(now, model) - model, step)
         model -= np.minimum(model - np.minimum(now, model), step)

@@ -1,4 +1,4 @@
-"""How well the centroid of a blob is known."""
+"""The measurement covariance of a blob's centroid."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,23 +6,31 @@ from numpy.typing import NDArray
 from colortrack_ros.detection.blobs import Blobs
 from colortrack_ros.detection.label_image import LabelImage
 
+# The constants below were fitted to rendered balls of 10 to 130 px radius: the normalized squared
+# error, NSE in `python benchmark/detection_quality.py --constants`, is to be at most 1.
+
 OUTLINE_VARIANCE = 0.06
-"""Variance of the membership of a pixel on the outline, which is in or out by chance."""
+"""Variance of the membership of a pixel on the outline, which is in or out by chance; 1/4 were the
+toss of a coin."""
 
 PIXELATION = 1 / 12
-"""Variance of a position within its pixel [px^2], all that is known of a single one."""
+"""Variance of a position within its pixel [px^2]: that of the uniform distribution of width 1."""
 
-SHADING, LENS = 0.0115, 0.05
-"""Shift of a centroid by shading and blur over the mean D / tolerance: of the radius, and [px]."""
+SHADING_SHIFT = 0.0115
+"""Shift of a centroid by shading and motion blur, for a mean D / tolerance of 1 [radii]."""
 
-SMEAR = 0.004
-"""Share of what makes a blob long: the ends of a smear fade unequally."""
+LENS_SHIFT = 0.05
+"""Shift of a centroid by the blur of a lens, for a mean D / tolerance of 1 [px]."""
 
-ROUND = 1.1
+SMEAR_SHARE = 0.004
+"""Variance along a smear over what it adds to the second moment: its ends fade unequally."""
+
+ROUND_AXES = 1.1
 """Ratio of the second moments up to which a blob is not taken for a smear."""
 
-REACH = 6
-"""How far beyond the ends of its runs a blob may go on behind what hides it [px]."""
+HIDDEN_REACH = 6
+"""How far beyond the ends of its runs the color of a blob that is partly hidden is looked for [px]:
+beyond what an erosion of 3 and the blur of an outline take off."""
 
 
 def centroid_covariance(
@@ -45,18 +53,17 @@ def centroid_covariance(
       farther out the nearer the object itself is to the reference color, which on its light and
       its dark side is not the same. The blur of motion grows with the object in the picture, that
       of a lens is some pixels, and the part of it by which the outline is shifted grows with the
-      part of the tolerance that is used up, on the mean 1 - score: ((1 - score) (SHADING r +
-      LENS))^2, with r^2 / 4 the minor second moment;
-    - the smear of a moving object: SMEAR times what the major second moment has beyond ROUND
-      times the minor one, up to twice the minor one: longer things are long by themselves.
+      part of the tolerance that is used up, on the mean 1 - score: ((1 - score) (SHADING_SHIFT r +
+      LENS_SHIFT))^2, with r^2 / 4 the minor second moment;
+    - the smear of a moving object: SMEAR_SHARE times what the major second moment has beyond
+      ROUND_AXES times the minor one, up to twice the minor one: longer things are long by
+      themselves.
 
-    A blob that touches the picture's border goes on behind it, nobody knows how far. With an
-    extent e, the larger side of its box, and a hidden part between nothing and e, its true center
-    is up to e / 2 farther out: e^2 / 12 is added in that direction. Inside of the picture it may
-    go on where pixels of its color were dropped. A segment whose arc is a small part s of the
-    outline cuts off little, and more than half of the blob is seldom hidden: s^4 (e / 2)^2 / 12.
-
-    The constants are fitted to rendered balls of 10 to 130 px radius.
+    A blob that touches the picture's border is cut there, by an unknown length. With an extent e,
+    the larger side of its box, and a hidden part between nothing and e, its true center is up to
+    e / 2 farther out: e^2 / 12 is added in that direction. Inside the picture it may be cut where
+    pixels of its color were dropped. A segment whose arc is a small part s of the outline cuts off
+    little, and more than half of the blob is seldom hidden: s^4 (e / 2)^2 / 12.
 
     :param score: (N,) mean closeness to the reference color, 0..1.
     :param part: (N,) of the outline beyond which the color was dropped, 0..1, see open_part().
@@ -68,11 +75,11 @@ def centroid_covariance(
     share = 2 * OUTLINE_VARIANCE * outline / blobs.area**2
     covariance: NDArray[np.float64] = share[:, None, None] * blobs.spread
     minor, major = blobs.axes
-    smear = np.minimum(np.maximum(major - ROUND * minor, 0), 2 * minor)
+    smear = np.minimum(np.maximum(major - ROUND_AXES * minor, 0), 2 * minor)
     hidden = np.maximum(box_width, box_height) ** 2 / 12
-    shift = (1 - score) * (SHADING * 2 * np.sqrt(minor) + LENS)
+    shift = (1 - score) * (SHADING_SHIFT * 2 * np.sqrt(minor) + LENS_SHIFT)
     even = PIXELATION / blobs.area + shift**2
-    even += SMEAR * smear + part**4 * hidden / 4
+    even += SMEAR_SHARE * smear + part**4 * hidden / 4
     at_side = (left == 0) | (left + box_width == width)
     at_end = (top == 0) | (top + box_height == height)
     covariance[:, 0, 0] += even + at_side * hidden
@@ -88,7 +95,7 @@ def open_part(blobs: Blobs, image: LabelImage, whole: LabelImage) -> NDArray[np.
     :returns: (N,) 0..1.
     """
     row, left, right = blobs.runs.ends()
-    beyond = np.stack([left - REACH, right - 1 + REACH]).clip(0, image.width - 1)
+    beyond = np.stack([left - HIDDEN_REACH, right - 1 + HIDDEN_REACH]).clip(0, image.width - 1)
     dropped = (whole.pixels[row, beyond] == blobs.runs.label) & (image.pixels[row, beyond] == 0)
     if not len(row):
         return np.zeros(0)

@@ -14,13 +14,15 @@ SRGB_TO_XYZ = np.array(
         [0.019334, 0.119193, 0.950227],
     ]
 )
-"""Linear sRGB to CIE XYZ; its rows sum to the white point D65, so that gray has a = b = 0."""
+"""Linear sRGB to CIE XYZ, the matrix of OpenCV (ITU-R BT.709 primaries); its rows sum to the white
+point D65, so that gray has a = b = 0."""
 
 WHITE_TO_ONE = SRGB_TO_XYZ / SRGB_TO_XYZ.sum(axis=1, keepdims=True)
 """Linear sRGB to XYZ over the white point."""
 
 _CUBE_ROOT_FROM = (6 / 29) ** 3
 _SLOPE = (29 / 6) ** 2 / 3
+"""Where the cube root of CIE 1976 begins, and the slope of the tangent there (CIE 15:2004)."""
 
 
 def linear_from_srgb(srgb: ArrayLike) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 WORD = 8
+"""Bytes of a uint64, which are looked at together."""
 
 
 @dataclass(frozen=True)

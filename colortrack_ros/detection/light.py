@@ -12,20 +12,23 @@ from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
 
-GRID = 16384
-"""Pixels that the light is estimated from."""
+BALANCE_PIXELS = 16384
+"""Pixels that the light is estimated from: their mean is known to 1/128 of their spread."""
 
 FOLLOW_SECONDS = 1.0
-"""Time constant of a reference color that follows what is found."""
+"""Time constant of a reference color that follows what is found [s]; by
+`python benchmark/detection_quality.py --constants`."""
 
-STEP = 1.0
-"""How far it has to go before the tables are made anew [CIELAB units]."""
+FOLLOW_STEP = 1.0
+"""How far it has to go before the tables are rebuilt [CIELAB units]: less than one can see, which
+is a distance of about 2.3 (Mahy 1994)."""
 
-DARK = 16.0
-"""L + 16, a and b of CIELAB go with the cube root of the light, and so do distances of colors."""
+LAB_OFFSET = 16.0
+"""The 16 in L = 116 f - 16 (CIE 1976): L + 16, a and b are proportional to the cube root of the
+light, and so are distances of colors."""
 
-ALPHA = 3
-"""First channel that is not light."""
+ALPHA_CHANNEL = 3
+"""Index of the first channel that is not light, in bgra8 and rgba8."""
 
 
 class GrayWorld:
@@ -44,12 +47,12 @@ class GrayWorld:
 
     def balance(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """The picture in the first light, of the same shape; at first the picture itself."""
-        step = max(1, int(np.sqrt(picture.shape[0] * picture.shape[1] / GRID)))
+        step = max(1, int(np.sqrt(picture.shape[0] * picture.shape[1] / BALANCE_PIXELS)))
         mean = np.maximum(np.atleast_1d(picture[::step, ::step].mean(axis=(0, 1))), 1.0)
         if self._first.shape != mean.shape:
             self._first = mean
         gain = self._first / mean
-        gain[ALPHA:] = 1.0
+        gain[ALPHA_CHANNEL:] = 1.0
         levels = np.clip(np.rint(np.arange(256)[:, None] * gain), 0, 255).astype(np.uint8)
         if (levels == np.arange(256)[:, None]).all():
             return picture
@@ -83,7 +86,7 @@ class ColorFollower:
         :param lab: (N, 3) pixels of blobs.
         :param color: (N,) index of their color.
         :param stamp: of the frame [ns].
-        :returns: the colors, or None while they are within STEP of those returned last.
+        :returns: the colors, or None while they are within FOLLOW_STEP of those returned last.
         """
         elapsed = 0 if self._stamp is None else max(stamp - self._stamp, 0) / NANOSECONDS
         self._stamp = stamp
@@ -94,12 +97,12 @@ class ColorFollower:
             length = float(np.linalg.norm(way))
             if length > self._bound:
                 way *= self._bound / length
-        if np.abs(self._way - self._taken).max() < STEP:
+        if np.abs(self._way - self._taken).max() < FOLLOW_STEP:
             return None
         self._taken = self._way.copy()
         low, high = np.array([limits[1:] for limits in LAB_RANGES]).T
         lab = np.clip(self._lab + self._way, low, high)
-        light = (lab[:, 0] + DARK) / (self._lab[:, 0] + DARK)
+        light = (lab[:, 0] + LAB_OFFSET) / (self._lab[:, 0] + LAB_OFFSET)
         return tuple(
             _moved(color, (L, a, b), scale)
             for color, (L, a, b), scale in zip(

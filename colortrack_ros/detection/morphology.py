@@ -18,6 +18,7 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
 MAX_ELEMENT_SIZE = 99
+"""Greatest side of a structuring element [px]: bounds the time that a parameter can cost."""
 
 
 def _odd(size: int) -> None:

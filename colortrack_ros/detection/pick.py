@@ -16,23 +16,26 @@ from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.reference import ReferenceColor
 
-WINDOW = 3
-"""Half the side of the square around a point whose color is looked at first [px]."""
+SEED_REACH = 3
+"""Half the side of the square whose median is the color to start from [px]: 49 pixels."""
 
 TOLERANCES = np.arange(4.0, 81.0, 2.0)
-"""Tolerances that a region around a point is tried with."""
+"""Tolerances that a region around a point is tried with [CIELAB units]: from the least that a
+camera's noise leaves to the distance of different colors."""
 
-STABLE = 0.05
-"""Growth of a region that is stable, over a step of the tolerance up and one down."""
+STABLE_GROWTH = 0.05
+"""Growth of a region that is stable, over a step of the tolerance up and one down, a share of its
+area; as the other constants of this file, test/detection/test_pick.py tells when it is wrong."""
 
-LARGEST = 0.25
-"""Share of the picture that a region may have."""
+LARGEST_SHARE = 0.25
+"""Share of the picture that a region may cover; what is larger is its background."""
 
-MARGIN = 1.5
-"""Tolerance over the distance that nearly all pixels of the region keep."""
+TOLERANCE_MARGIN = 1.5
+"""Ratio of the tolerance to the distance that nearly all pixels of the region keep: room for
+another frame's light."""
 
 NEARLY_ALL = 98.0
-"""Percentile of the distances."""
+"""Percentile of the distances: leaves out the highlight and the pixels of the outline."""
 
 
 @dataclass(frozen=True)
@@ -99,18 +102,20 @@ def _color_of(
     middle = np.median(lab, axis=0).round(1)
     usual, most = np.percentile(np.linalg.norm(lab - middle, axis=1), [50, NEARLY_ALL])
     near = _near(rgb, region, middle) if surroundings else np.inf
-    tolerance = np.clip(min(MARGIN * most, max(near, usual)), TOLERANCES[0], TOLERANCES[-1])
+    tolerance = np.clip(
+        min(TOLERANCE_MARGIN * most, max(near, usual)), TOLERANCES[0], TOLERANCES[-1]
+    )
     return ReferenceColor(name, tuple(middle.tolist()), round(float(tolerance), 1))
 
 
 def _near(rgb: NDArray[np.uint8], region: NDArray[np.bool_], middle: NDArray) -> float:
     """How near to the color of a region nearly all of its surroundings do not come."""
     rows, columns = np.flatnonzero(region.any(axis=1)), np.flatnonzero(region.any(axis=0))
-    reach = max(len(rows), len(columns)) // 2 + 2 * WINDOW
+    reach = max(len(rows), len(columns)) // 2 + 2 * SEED_REACH
     top, left = max(rows[0] - reach, 0), max(columns[0] - reach, 0)
     around = np.s_[top : rows[-1] + reach + 1, left : columns[-1] + reach + 1]
     # The outline, where colors mix, belongs to neither.
-    outline = np.ones((2 * WINDOW + 1, 2 * WINDOW + 1), np.uint8)
+    outline = np.ones((2 * SEED_REACH + 1, 2 * SEED_REACH + 1), np.uint8)
     outside = cv2.dilate(region[around].view(np.uint8), outline) == 0
     distance = np.linalg.norm(lab_from_rgb(rgb[around][outside]) - middle, axis=1)
     return float(np.percentile(distance, 100 - NEARLY_ALL)) if len(distance) else np.inf
@@ -118,7 +123,9 @@ def _near(rgb: NDArray[np.uint8], region: NDArray[np.bool_], middle: NDArray) ->
 
 def _stable_region(rgb: NDArray[np.uint8], u: int, v: int) -> NDArray[np.bool_]:
     """The connected pixels around (u, v), with the first tolerance at which they hardly grow."""
-    window = rgb[max(v - WINDOW, 0) : v + WINDOW + 1, max(u - WINDOW, 0) : u + WINDOW + 1]
+    window = rgb[
+        max(v - SEED_REACH, 0) : v + SEED_REACH + 1, max(u - SEED_REACH, 0) : u + SEED_REACH + 1
+    ]
     seed = np.median(lab_from_rgb(window.reshape(-1, 3)), axis=0)
     distance = np.linalg.norm(lab_from_rgb(rgb) - seed, axis=-1)
     distance[v, u] = 0
@@ -127,8 +134,8 @@ def _stable_region(rgb: NDArray[np.uint8], u: int, v: int) -> NDArray[np.bool_]:
     area = np.array([np.count_nonzero(region) for region in regions], float)
     growth = (area[2:] - area[:-2]) / area[1:-1]
     # What is smaller than the window is noise, what fills the picture is its background.
-    growth[(area[1:-1] < WINDOW**2) | (area[1:-1] > LARGEST * distance.size)] = np.inf
-    first = np.flatnonzero(growth <= max(STABLE, growth.min()))[0]
+    growth[(area[1:-1] < SEED_REACH**2) | (area[1:-1] > LARGEST_SHARE * distance.size)] = np.inf
+    first = np.flatnonzero(growth <= max(STABLE_GROWTH, growth.min()))[0]
     region = regions[first + 1]
     inner = cv2.erode(region.view(np.uint8), np.ones((3, 3), np.uint8)) != 0
     return inner if inner.any() else region

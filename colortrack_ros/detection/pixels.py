@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 
 RED_FIRST = ('rgb8', 'rgba8')
+"""Encodings whose first channel is red; in the others it is blue."""
 
 
 def rgb_of(pixels: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:

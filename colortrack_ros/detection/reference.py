@@ -11,7 +11,11 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
 MAX_TOLERANCE = 200.0
+"""Greatest tolerance [CIELAB units]: black and white are 100 apart, the extremes of sRGB, blue and
+green, 259."""
+
 LAB_RANGES = (('L', 0.0, 100.0), ('a', -128.0, 128.0), ('b', -128.0, 128.0))
+"""Axes of CIELAB with their limits, in which all of sRGB lies."""
 
 Triple = tuple[float, float, float]
 
@@ -77,7 +81,7 @@ class ReferenceColor:
 
     @classmethod
     def from_preset(cls, name: str, preset: str) -> 'ReferenceColor':
-        """A color that everybody knows by its name.
+        """The reference color of a common color name.
 
         :param preset: a key of PRESETS.
         :raises ValueError: for another name.
@@ -98,10 +102,12 @@ PRESETS: dict[str, tuple[Triple, Triple]] = {
     'white': ((96.0, 0.0, 0.0), (14.0, 10.0, 10.0)),
     'black': ((6.0, 0.0, 0.0), (18.0, 12.0, 12.0)),
 }
-"""Names, and lab and tolerance_lab of painted things in daylight."""
+"""Names, and lab and tolerance_lab of painted things in daylight: chosen so that the shades of each
+name that test/detection/test_config.py lists are within, and no gray and no skin is."""
 
 
 DEFAULT_COLORS = (ReferenceColor.from_rgb('red', (205, 58, 34), 50.0),)
+"""The balls of the built-in scenes."""
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,10 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
 
 MAX_AREA = 1_000_000_000
+"""More than any picture has [px]: no limit."""
 
-PIXEL = 1 / 12
-"""Second moment of a pixel about its center, on each axis [px^2]."""
+PIXEL_MOMENT = 1 / 12
+"""Second moment of a unit square about its center, on each axis [px^2]."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class ShapeConfig(Config):
 def aspect(blobs: Blobs) -> NDArray[np.float64]:
     """Minor over major axis of the ellipse with the blob's second moments."""
     minor, major = blobs.axes
-    return np.sqrt((minor + PIXEL) / (major + PIXEL))
+    return np.sqrt((minor + PIXEL_MOMENT) / (major + PIXEL_MOMENT))
 
 
 def extent(blobs: Blobs) -> NDArray[np.float64]:
@@ -68,7 +69,7 @@ def circularity(blobs: Blobs) -> NDArray[np.float64]:
 
     Unlike 4 pi A / P^2 it does not suffer from the ragged outline of small blobs.
     """
-    inertia = np.sum(blobs.axes, axis=0) + 2 * PIXEL
+    inertia = np.sum(blobs.axes, axis=0) + 2 * PIXEL_MOMENT
     return np.minimum(blobs.area / (2 * np.pi * inertia), 1)
 
 

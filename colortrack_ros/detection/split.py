@@ -9,18 +9,20 @@ from colortrack_ros.detection.blobs import positions
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.shape import circularity
 
-ROUND = 0.95
-"""A blob more circular than this is one disc."""
+DISC_CIRCULARITY = 0.95
+"""A blob more circular than this is one disc: two equal discs that touch have a circularity of
+2/3, rendered balls are at 0.995 and above."""
 
-LEVELS = np.arange(0.95, 0.25, -0.05)
-"""Cuts through the distance transform, shares of its greatest value."""
+CUT_LEVELS = np.arange(0.95, 0.25, -0.05)
+"""Cuts through the distance transform, shares of its greatest value; finer steps cost time."""
 
 PROMINENCE = 1.25
-"""How much farther from the outline than its neck a part has to come."""
+"""Ratio of a part's greatest distance from the outline to that of the neck; by
+`python benchmark/detection_quality.py --constants`."""
 
-
-MOST = 8
-"""So many objects may touch: larger blobs are something else, and cost more than they are worth."""
+MOST_TOUCHING = 8
+"""Objects that may touch, as a multiple of max_area: larger blobs are something else, and the
+transform of a large blob is slow."""
 
 
 def split_touching(image: LabelImage, blobs: Blobs, max_area: float = np.inf) -> bool:
@@ -34,7 +36,9 @@ def split_touching(image: LabelImage, blobs: Blobs, max_area: float = np.inf) ->
     :returns: whether anything was cut.
     """
     changed = False
-    for k in np.flatnonzero((circularity(blobs) < ROUND) & (blobs.area <= MOST * max_area)):
+    for k in np.flatnonzero(
+        (circularity(blobs) < DISC_CIRCULARITY) & (blobs.area <= MOST_TOUCHING * max_area)
+    ):
         left, top, width, height = blobs.box[k]
         runs = blobs.take(np.arange(len(blobs.area)) == k).runs
         v, u = np.divmod(positions(runs), runs.stride)
@@ -54,7 +58,7 @@ def _cores(mask: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
     """The middles of the parts of a blob, or None when it has but one."""
     distance = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     best, most = None, 1
-    for level in LEVELS * float(distance.max()):
+    for level in CUT_LEVELS * float(distance.max()):
         count, part = cv2.connectedComponents((distance > level).view(np.uint8))
         if count <= most + 1:
             continue

@@ -13,22 +13,32 @@ from numpy.typing import NDArray
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
-from colortrack_ros.drawing.trails import LENGTH
+from colortrack_ros.drawing.trails import TRAIL_LENGTH
 from colortrack_ros.drawing.trails import Trails
 
 CHI2_95 = 5.991
-"""95 % of a two-dimensional normal distribution is within this squared Mahalanobis distance."""
+"""Squared Mahalanobis distance that holds 95 % of a two-dimensional normal distribution:
+-2 ln 0.05."""
 
-SHIFT = 4
-"""Fractional bits of the coordinates that OpenCV draws."""
+FRACTION_BITS = 4
+"""Fractional bits of the coordinates that OpenCV draws (up to 16): 1/16 px is finer than its
+antialiasing."""
 
-REACH = 20_000.0
-"""Points farther out [px] are drawn here: OpenCV's whole numbers end somewhere."""
+DRAW_LIMIT = 20_000.0
+"""Points farther out are drawn here [px]: beyond any picture, and 2^4 times that is far within the
+32 bits of OpenCV's coordinates."""
 
 FADE_STEPS = 10
-GRAY = (170, 170, 170)
-GOLDEN = 0.61803398875
+"""Steps in which a trail fades, of five positions each: one polyline a step."""
+
+TENTATIVE_GRAY = (170, 170, 170)
+"""Visible on a dark and on a light picture."""
+
+GOLDEN_RATIO = 0.61803398875
+"""Turns of the hue between consecutive IDs, (sqrt(5) - 1) / 2: no two of a few come near."""
+
 LUMA = (0.114, 0.587, 0.299)
+"""Brightness of blue, green and red (ITU-R BT.601)."""
 
 _TURN = np.linspace(0, 2 * np.pi, 65)
 _CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
@@ -53,7 +63,8 @@ def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> Non
     scale = image.shape[0] / 720
     thickness = max(1, round(2 * scale))
     colors = [
-        GRAY if row['state'] == TENTATIVE else track_color(int(row['track_id'])) for row in rows
+        TENTATIVE_GRAY if row['state'] == TENTATIVE else track_color(int(row['track_id']))
+        for row in rows
     ]
     _draw_trails(image, trails, dict(zip(rows['track_id'].tolist(), colors, strict=True)), scale)
     shapes = list(_boxes(rows))
@@ -66,15 +77,15 @@ def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> Non
             box, ellipse = _dashed(box, max(12, len(box) // 2)), _dashed(ellipse, 32)
         else:
             box, ellipse = box[None], ellipse[None]
-        cv2.polylines(image, _fixed(ellipse), False, color, 1, cv2.LINE_AA, SHIFT)
-        cv2.polylines(image, _fixed(box), False, color, width, cv2.LINE_AA, SHIFT)
+        cv2.polylines(image, _fixed(ellipse), False, color, 1, cv2.LINE_AA, FRACTION_BITS)
+        cv2.polylines(image, _fixed(box), False, color, width, cv2.LINE_AA, FRACTION_BITS)
         if row['state'] != TENTATIVE:
             _draw_label(image, str(row['track_id']), row, color, scale)
 
 
 def track_color(track_id: int) -> BGR:
     """Return the color of a track, bright, the same in every frame, unlike its neighbors'."""
-    hue = track_id * GOLDEN % 1
+    hue = track_id * GOLDEN_RATIO % 1
     saturation = (0.75, 0.5, 0.95)[track_id % 3]
     red, green, blue = colorsys.hsv_to_rgb(hue, saturation, 1.0)
     return round(255 * blue), round(255 * green), round(255 * red)
@@ -107,7 +118,9 @@ def _dashed(outline: NDArray[np.float64], dashes: int) -> NDArray[np.float64]:
 
 def _fixed(points: NDArray[np.float64]) -> Sequence[NDArray[np.int32]]:
     """Return points (m, n, 2) [px] as OpenCV draws them."""
-    return list(np.rint(np.clip(points, -REACH, REACH) * (1 << SHIFT)).astype(np.int32))
+    return list(
+        np.rint(np.clip(points, -DRAW_LIMIT, DRAW_LIMIT) * (1 << FRACTION_BITS)).astype(np.int32)
+    )
 
 
 def _draw_trails(
@@ -119,12 +132,14 @@ def _draw_trails(
     for track_id, points in zip(trails.ids.tolist(), trails.points, strict=True):
         begin = int(np.isnan(points[:, 0]).sum())
         for step in range(FADE_STEPS):
-            start, stop = (LENGTH * s // FADE_STEPS for s in (step, step + 1))
+            start, stop = (TRAIL_LENGTH * s // FADE_STEPS for s in (step, step + 1))
             piece = _fixed(points[None, max(start - 1, begin) : stop])
             if piece[0].shape[0] > 1:
                 faint = 255 * (step + 1) // FADE_STEPS
-                cv2.polylines(painted, piece, False, colors[track_id], width, cv2.LINE_AA, SHIFT)
-                cv2.polylines(opacity, piece, False, faint, width, cv2.LINE_AA, SHIFT)
+                cv2.polylines(
+                    painted, piece, False, colors[track_id], width, cv2.LINE_AA, FRACTION_BITS
+                )
+                cv2.polylines(opacity, piece, False, faint, width, cv2.LINE_AA, FRACTION_BITS)
     v, u = np.nonzero(opacity)
     weight = opacity[v, u, None].astype(np.int32)
     mixed = image[v, u] * (255 - weight) + painted[v, u] * weight

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Tracks
 
-LENGTH = 50
+TRAIL_LENGTH = 50
 """Positions kept of each track (Pegoretti 2021, Figure 24)."""
 
 
@@ -13,17 +13,17 @@ class Trails:
     """The last positions of the tracks that are alive.
 
     :ivar ids: (N,) ascending track IDs.
-    :ivar points: (N, LENGTH, 2) u, v [px], oldest first; NaN before the track's first position.
+    :ivar points: (N, TRAIL_LENGTH, 2) u, v [px], oldest first; NaN before the first position.
     """
 
     def __init__(self) -> None:
         self.ids: NDArray[np.uint32] = np.zeros(0, np.uint32)
-        self.points: NDArray[np.float64] = np.zeros((0, LENGTH, 2))
+        self.points: NDArray[np.float64] = np.zeros((0, TRAIL_LENGTH, 2))
 
     def update(self, tracks: Tracks) -> None:
         """Add the position of each track, and forget the tracks that are gone."""
         rows = tracks.rows
-        points = np.full((len(rows), LENGTH, 2), np.nan)
+        points = np.full((len(rows), TRAIL_LENGTH, 2), np.nan)
         _, old, new = np.intersect1d(self.ids, rows['track_id'], return_indices=True)
         points[new, :-1] = self.points[old, 1:]
         points[:, -1, 0] = rows['u']

@@ -22,8 +22,10 @@ from colortrack_ros.messages.header import stamp_of
 from colortrack_ros.messages.serialized import message_of_serialized
 
 ELLIPSE, VELOCITY, LABEL, OUTLINE = 'ellipse', 'velocity', 'id', 'outline'
-SIGMAS = 2.0
-"""Half axes of the ellipse, in standard deviations."""
+"""Namespaces of the markers, one for each kind."""
+
+ELLIPSE_SIGMAS = 2.0
+"""Half axes of the ellipse, in standard deviations; 2 by the contract of the topic."""
 
 
 class MarkerWriter:
@@ -83,7 +85,11 @@ def _markers(
     ellipse = marker(
         ELLIPSE,
         Marker.CYLINDER,
-        Vector3(x=2 * SIGMAS * major * scale, y=2 * SIGMAS * minor * scale, z=0.01 * size),
+        Vector3(
+            x=2 * ELLIPSE_SIGMAS * major * scale,
+            y=2 * ELLIPSE_SIGMAS * minor * scale,
+            z=0.01 * size,
+        ),
     )
     ellipse.pose.position = position
     ellipse.pose.orientation = Quaternion(z=math.sin(angle / 2), w=math.cos(angle / 2))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 import math
 
-LIMITS = {
+OPTION_LIMITS = {
     'width': (16, 7680),
     'height': (16, 4320),
     'rate': (1.0, 1000.0),
@@ -12,6 +12,8 @@ LIMITS = {
     'seed': (0, 2**32 - 1),
     'duration': (0.01, 20.8),
 }
+"""Least and greatest value of each option: pictures up to 8K UHD; no longer than the paths of the
+scenes are, 500 frames at 24 Hz."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ class Options:
     duration: float = 20.8
 
     def __post_init__(self) -> None:
-        for name, (low, high) in LIMITS.items():
+        for name, (low, high) in OPTION_LIMITS.items():
             value = getattr(self, name)
             if not low <= value <= high:
                 raise ValueError(f'scene option {name}={value}: expected {low} to {high}')
@@ -49,7 +51,7 @@ def parse_options(query: str) -> Options:
 
     :raises ValueError: for an unknown name or a bad value, naming what was given and what works.
     """
-    kinds = {name: type(low) for name, (low, _) in LIMITS.items()}
+    kinds = {name: type(low) for name, (low, _) in OPTION_LIMITS.items()}
     values: dict[str, float] = {}
     for part in query.split('&') if query else ():
         name, _, text = part.partition('=')

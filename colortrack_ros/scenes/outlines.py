@@ -21,8 +21,8 @@ from colortrack_ros.scenes.silhouettes import Silhouette
 from colortrack_ros.scenes.texture import Color
 from colortrack_ros.scenes.texture import plaster
 
-LIGHT: Color = (224, 224, 220)
-FLOOR: Color = (176, 170, 160)
+PAPER: Color = (224, 224, 220)
+ARENA: Color = (176, 170, 160)
 DARK: dict[str, Color] = {'person': (44, 42, 46), 'quadrilateral': (52, 50, 48)}
 ROBOTS: dict[str, Color] = {
     'robot_a': (62, 44, 48),
@@ -67,7 +67,7 @@ def silhouette(options: Options) -> Scene:
         _thing(options, 'person', PERSON, times, person),
         _thing(options, 'quadrilateral', QUADRILATERAL, times, other),
     ]
-    wall = plaster((options.seed, 0), options.height, options.width, LIGHT, contrast=0.0)
+    wall = plaster((options.seed, 0), options.height, options.width, PAPER, contrast=0.0)
     return Scene('silhouette', options, wall, DARK, things)
 
 
@@ -96,7 +96,7 @@ def approach(options: Options) -> Scene:
         things.append(
             _thing(options, name, shape, times, np.stack([x, y, size], axis=1), marks=marks)
         )
-    floor = plaster((options.seed, 0), options.height, options.width, FLOOR, contrast=0.4)
+    floor = plaster((options.seed, 0), options.height, options.width, ARENA, contrast=0.4)
     return Scene('approach', options, floor, ROBOTS, things)
 
 

@@ -15,33 +15,38 @@ from colortrack_ros.scenes.shapes import Ball
 from colortrack_ros.scenes.texture import Color
 from colortrack_ros.scenes.texture import value_noise
 
-SIDE = 64
-"""Rows and columns of a texture."""
+TEXTURE_SIDE = 64
+"""Rows and columns of a texture: about a pixel each of the patches at 1280x720."""
 
-CONTRAST = 0.7
+TEXTURE_CONTRAST = 0.7
+"""Amplitude of a texture over the mean of its color; chosen for the look of printed cloth."""
 
 
 @dataclass(frozen=True)
 class Patch(Ball):
     """A square with a texture; its radius is half its side.
 
-    :param texture: (SIDE, SIDE, 3) BGR.
+    :param texture: (TEXTURE_SIDE, TEXTURE_SIDE, 3) BGR.
     :param turn: tangent of half the angle by which it is turned to the right, over time.
     """
 
-    texture: NDArray[np.float64] = field(default_factory=lambda: np.zeros((SIDE, SIDE, 3)))
+    texture: NDArray[np.float64] = field(
+        default_factory=lambda: np.zeros((TEXTURE_SIDE, TEXTURE_SIDE, 3))
+    )
     turn: Curve = field(default_factory=lambda: constant(0.0))
 
 
 def relief(seed: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return (SIDE, SIDE), bumps of two sizes in [-1, 1]."""
-    coarse = value_noise((*seed, 0), SIDE, SIDE, SIDE / 5)
-    return 0.6 * coarse + 0.4 * value_noise((*seed, 1), SIDE, SIDE, SIDE / 11)
+    """Return (TEXTURE_SIDE, TEXTURE_SIDE), bumps of two sizes in [-1, 1]."""
+    coarse = value_noise((*seed, 0), TEXTURE_SIDE, TEXTURE_SIDE, TEXTURE_SIDE / 5)
+    return 0.6 * coarse + 0.4 * value_noise(
+        (*seed, 1), TEXTURE_SIDE, TEXTURE_SIDE, TEXTURE_SIDE / 11
+    )
 
 
 def texture(bumps: NDArray[np.float64], color: Color) -> NDArray[np.float64]:
-    """Return the texture (SIDE, SIDE, 3) BGR of bumps (SIDE, SIDE) on a color."""
-    shade = 1 + CONTRAST * bumps[..., None]
+    """Return the texture (S, S, 3) BGR of bumps (S, S) on a color; S is TEXTURE_SIDE."""
+    shade = 1 + TEXTURE_CONTRAST * bumps[..., None]
     return np.clip(shade * np.array(color[::-1], float), 0, 255)
 
 
@@ -88,7 +93,9 @@ def _turned(
 
 def _sample(picture: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float64]:
     """Return the texture at x, y in [-1, 1], interpolated between its four nearest points."""
-    column, row = (np.clip((p + 1) * ((SIDE - 1) / 2), 0, SIDE - 1.001) for p in (x, y))
+    column, row = (
+        np.clip((p + 1) * ((TEXTURE_SIDE - 1) / 2), 0, TEXTURE_SIDE - 1.001) for p in (x, y)
+    )
     i, j = row.astype(int), column.astype(int)
     down, right = (row - i)[..., None], (column - j)[..., None]
     upper = picture[i, j] + right * (picture[i, j + 1] - picture[i, j])

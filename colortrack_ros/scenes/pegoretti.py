@@ -23,6 +23,8 @@ COLORS: dict[str, Color] = {'red': (205, 58, 34)}
 WALL: Color = (128, 134, 142)
 GREEN: Color = (52, 124, 66)
 RADIUS = 0.045
+"""Of a ball, in heights of the picture. Size and colors are chosen; the document shows its videos
+and gives neither."""
 
 
 def in_pixels(options: Options, points: ArrayLike) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from colortrack_ros.scenes.curves import arcs
 from colortrack_ros.scenes.curves import Curve
 from colortrack_ros.scenes.curves import polyline
 from colortrack_ros.scenes.curves import spline
+from colortrack_ros.scenes.harder import SKIN
 from colortrack_ros.scenes.options import Options
 from colortrack_ros.scenes.pegoretti import COLORS
 from colortrack_ros.scenes.pegoretti import in_pixels
@@ -27,11 +28,11 @@ THREE_COLORS: dict[str, Color] = {**COLORS, 'yellow': (214, 170, 40), 'blue': (3
 WOOD, CARPET, PAINT, CLOTH = (200, 160, 56), (192, 62, 42), (46, 88, 164), (42, 86, 170)
 """Colors of the room, close to the balls' yellow, red, blue and blue."""
 
-FLOOR, FRAME, CREAM = (104, 96, 90), (58, 52, 48), (196, 186, 170)
-TROUSERS, HAIR, SKIN = (56, 56, 62), (52, 42, 38), (205, 160, 132)
+ROOM_FLOOR, FRAME, CREAM = (104, 96, 90), (58, 52, 48), (196, 186, 170)
+TROUSERS, HAIR = (56, 56, 62), (52, 42, 38)
 
 FURNITURE: list[tuple[float, float, float, float, Color]] = [
-    (0.00, 0.72, 1.00, 1.00, FLOOR),
+    (0.00, 0.72, 1.00, 1.00, ROOM_FLOOR),
     (0.04, 0.18, 0.17, 0.74, FRAME), (0.05, 0.20, 0.16, 0.74, WOOD),
     (0.07, 0.25, 0.14, 0.42, (184, 146, 50)), (0.07, 0.48, 0.14, 0.68, (184, 146, 50)),
     (0.145, 0.45, 0.152, 0.48, FRAME),

@@ -39,6 +39,7 @@ color: index into the scene's colors.
 """
 
 NOISE_SHIFTS = 1 << 18
+"""Positions in the table of noise that a frame may start at."""
 
 _SIDE = (np.arange(32) + 0.5) / 16 - 1
 _DISC = np.array([(x, y) for y in _SIDE for x in _SIDE if x * x + y * y < 1]).T

@@ -17,10 +17,11 @@ from colortrack_ros.scenes.curves import Curve
 from colortrack_ros.scenes.texture import Color
 
 UNIT = 1024
-"""Fixed-point one of coverages and brightnesses."""
+"""Fixed-point one of coverages and brightnesses: times a byte it stays far within 32 bits."""
 
 AMBIENT, DIFFUSE, HIGHLIGHT = 0.80, 0.32, 34.0
-"""Brightness of a ball: (AMBIENT + DIFFUSE * Lambert's cosine) * color + HIGHLIGHT * gloss."""
+"""Brightness of a ball: (AMBIENT + DIFFUSE * Lambert's cosine) * color + HIGHLIGHT * gloss. Chosen
+for the look of a matt ball in a bright room: its darkest side keeps 80 % of the color."""
 
 LIGHT = (-2 / 7, -3 / 7, 6 / 7)
 """Direction to the light: right, down, towards the camera; of length 1."""
@@ -169,7 +170,7 @@ def _box(
 def _offsets(box: Box, center: NDArray, smear: NDArray) -> tuple[NDArray, NDArray]:
     """Return x (s, 1, w) and y (s, h, 1) of the box's pixels from the center [px].
 
-    The exposure is cut into s moments, so many that the thing moves a pixel or less between two.
+    The exposure is cut into s moments, enough for the thing to move at most a pixel between two.
     """
     count = int(np.sqrt(smear[0] * smear[0] + smear[1] * smear[1])) + 1
     moments = (np.arange(1 - count, count, 2) / (2 * count))[:, None]

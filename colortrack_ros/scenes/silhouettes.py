@@ -19,12 +19,13 @@ from colortrack_ros.scenes.texture import Color
 Floats = NDArray[np.float64]
 
 LINES = 16
-"""Lines in each row of pixels along which the covered part is exact."""
+"""Lines in each row of pixels along which the covered part is exact: coverage is right to 1/16."""
 
 ARC = 24
-"""Points on an arc."""
+"""Points on an arc: half a circle of 100 px radius is off by 0.23 px at most."""
 
 PI = 3.141592653589793
+"""Written out: a scene is the same to the bit on every machine."""
 
 
 @dataclass(frozen=True)

@@ -27,10 +27,14 @@ from colortrack_ros.scenes.texture import Color
 from colortrack_ros.scenes.texture import plaster
 from colortrack_ros.scenes.texture import uniform
 
-COLORS: dict[str, Color] = {'patch': (152, 128, 104)}
-RADIUS = 0.05
+PATCH_COLORS: dict[str, Color] = {'patch': (152, 128, 104)}
+PATCH_RADIUS = 0.05
+"""Half the side of a patch, in heights of the picture: 36 px at 1280x720."""
+
 LANES = (0.2, 0.5, 0.8)
-WAY, TURN = 4.0, 1.2
+"""Heights at which patches move, in heights of the picture: three that never meet."""
+
+LANE_SECONDS, TURN_SECONDS = 4.0, 1.2
 """From one end of a lane to the other, and from there to there again [s]."""
 
 COVERED = 10 / 24
@@ -46,7 +50,7 @@ def window_texture(options: Options) -> Scene:
     patches = []
     for i, middle in enumerate(LANES):
         shake = uniform((options.seed, 21, i), len(seconds), 4) - 0.5
-        radius = RADIUS * (1 + 0.5 * shake[:, 2:3])
+        radius = PATCH_RADIUS * (1 + 0.5 * shake[:, 2:3])
         turn = spline(seconds, 0.6 * shake[:, 3:])
         points = np.concatenate([[0.5, middle] + shake[:, :2] * [0.7, 0.12], radius], axis=1)
         patches.append(_patch(options, i, spline(seconds, in_pixels(options, points)), turn))
@@ -58,7 +62,7 @@ def window_clutter(options: Options) -> Scene:
 
     The first is the one to follow. It passes the others at 1.2 times its side.
     """
-    gap = 2.4 * RADIUS
+    gap = 2.4 * PATCH_RADIUS
     ways = [[(x, 0.5) for x in (0.18, 0.82)]]
     ways += [[(x, 0.5 + side * gap)] * 2 for x in (0.3, 0.7) for side in (-1, 1)]
     ways += [[(x, 0.5 + side * 2 * gap) for x in (0.82, 0.18)] for side in (-1, 1)]
@@ -72,13 +76,18 @@ def window_clutter(options: Options) -> Scene:
 
 def window_partial(options: Options) -> Scene:
     """Return three patches that go to and fro, half covered for 10 frames on each way."""
-    bars = [(y, y + 1.5 * RADIUS) if i % 2 else (y - 1.5 * RADIUS, y) for i, y in enumerate(LANES)]
+    bars = [
+        (y, y + 1.5 * PATCH_RADIUS) if i % 2 else (y - 1.5 * PATCH_RADIUS, y)
+        for i, y in enumerate(LANES)
+    ]
     return _lanes('window_partial', options, bars)
 
 
 def window_hidden(options: Options) -> Scene:
     """Return three patches that go to and fro, hidden for 10 frames on each way."""
-    return _lanes('window_hidden', options, [(y - 1.5 * RADIUS, y + 1.5 * RADIUS) for y in LANES])
+    return _lanes(
+        'window_hidden', options, [(y - 1.5 * PATCH_RADIUS, y + 1.5 * PATCH_RADIUS) for y in LANES]
+    )
 
 
 def window_jump(options: Options) -> Scene:
@@ -92,7 +101,7 @@ def window_jump(options: Options) -> Scene:
         step = np.diff(places * [options.width, options.height], axis=0)
         way = np.sqrt((step * step).sum(axis=1))
         times = np.concatenate([[0.0], np.cumsum(way / (0.206 * options.width))])
-        points = [(x, y, RADIUS) for x, y in places]
+        points = [(x, y, PATCH_RADIUS) for x, y in places]
         patches.append(_patch(options, i, polyline(times, in_pixels(options, points))))
     return _scene('window_jump', options, patches)
 
@@ -103,8 +112,8 @@ def _lanes(name: str, options: Options, bars: Sequence[tuple[float, float]]) -> 
     for i, (y, (top, bottom)) in enumerate(zip(LANES, bars, strict=True)):
         path = _to_and_fro(options, (0.18, y), (0.82, y))
         patches.append(_patch(options, i, path))
-        speed = float(path.slope(np.array([WAY / 2]))[0, 0])
-        half = RADIUS * options.height + speed * COVERED / 2
+        speed = float(path.slope(np.array([LANE_SECONDS / 2]))[0, 0])
+        half = PATCH_RADIUS * options.height + speed * COVERED / 2
         left = max(round(options.width / 2 - half), 0)
         right = min(round(options.width / 2 + half), options.width)
         rows = round(top * options.height), round(bottom * options.height)
@@ -115,13 +124,13 @@ def _lanes(name: str, options: Options, bars: Sequence[tuple[float, float]]) -> 
 
 def _to_and_fro(options: Options, start: tuple[float, float], end: tuple[float, float]) -> Curve:
     """Return the way straight from start to end, a turn there, and back, over and over."""
-    ends = in_pixels(options, [(*start, RADIUS), (*end, RADIUS)])
+    ends = in_pixels(options, [(*start, PATCH_RADIUS), (*end, PATCH_RADIUS)])
     times, points, accelerations = [0.0], [ends[0]], []
     for n in range(5):
         here, there = ends[n % 2], ends[(n + 1) % 2]
-        times += [times[-1] + WAY, times[-1] + WAY + TURN]
+        times += [times[-1] + LANE_SECONDS, times[-1] + LANE_SECONDS + TURN_SECONDS]
         points += [there, there]
-        accelerations += [0 * here, (here - there) * (2 / (WAY * TURN))]
+        accelerations += [0 * here, (here - there) * (2 / (LANE_SECONDS * TURN_SECONDS))]
     return arcs(times, points, np.stack(accelerations))
 
 
@@ -136,7 +145,7 @@ def _patch(
     return Patch(
         path,
         'patch',
-        texture=texture(bumps, COLORS['patch']),
+        texture=texture(bumps, PATCH_COLORS['patch']),
         turn=constant(0.0) if turn is None else turn,
     )
 
@@ -144,4 +153,4 @@ def _patch(
 def _scene(
     name: str, options: Options, patches: Sequence[Patch], covers: Sequence[Cover] = ()
 ) -> Scene:
-    return Scene(name, options, wall(options), COLORS, patches, covers)
+    return Scene(name, options, wall(options), PATCH_COLORS, patches, covers)

@@ -12,10 +12,10 @@ from colortrack_ros.sources.scene import SceneSource
 from colortrack_ros.sources.stream import StreamSource
 from colortrack_ros.sources.video import VideoSource
 
-__all__ = ['KINDS', 'Grabber', 'Source', 'SourceError', 'open_source']
+__all__ = ['SOURCES', 'Grabber', 'Source', 'SourceError', 'open_source']
 
-KINDS = (SceneSource, StreamSource, DeviceSource, PicturesSource, VideoSource)
-"""Every kind of source; the first that accepts a spec opens it."""
+SOURCES = (SceneSource, StreamSource, DeviceSource, PicturesSource, VideoSource)
+"""Every kind of source; the first that accepts a spec opens it. VideoSource accepts any."""
 
 
 def open_source(spec: str, rate: float = 0.0, clock: Clock = time.time_ns) -> Source:
@@ -29,5 +29,5 @@ def open_source(spec: str, rate: float = 0.0, clock: Clock = time.time_ns) -> So
     :raises SourceError: when it cannot be opened: one line that names what was given and what
         would work.
     """
-    kind = next(kind for kind in KINDS if kind.accepts(spec))
+    kind = next(kind for kind in SOURCES if kind.accepts(spec))
     return kind(spec, rate, clock)

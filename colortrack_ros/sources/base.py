@@ -1,4 +1,4 @@
-"""What every source of frames can do."""
+"""The interface of every source of frames."""
 
 from abc import ABC
 from abc import abstractmethod
@@ -9,7 +9,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 
 DEFAULT_RATE = 30.0
-"""Frames a second of a recording that does not say [Hz]."""
+"""Frame rate of a recording that does not say [Hz]: that of most cameras."""
 
 
 class SourceError(Exception):
@@ -20,7 +20,7 @@ class Source(ABC):
     """Where frames come from. A frame owns its picture: nothing overwrites it later.
 
     A new kind is a class that has these methods, `accepts(spec)`, and a constructor of
-    (spec, rate, clock), in a file of its own, and a line in KINDS.
+    (spec, rate, clock), in a file of its own, and a line in SOURCES.
 
     :ivar live: frames come when they come, stamped with the clock; else a recording.
     :ivar period: time from frame to frame of a recording [ns]; 0 for live sources.
@@ -51,7 +51,7 @@ class Source(ABC):
         """Let go of files and devices."""
 
 
-class Recording(Source):
+class RecordedSource(Source):
     """A source that can be read again: frame k since opening has the stamp k / rate.
 
     :param rate: frames a second.

@@ -8,10 +8,12 @@ from colortrack_ros.data import Frame
 from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
 
-AHEAD = 2
-"""Frames of a recording that are read before they are wanted."""
-PATIENCE = 1.0
-"""How long [s] closing waits for a read that does not return."""
+READ_AHEAD = 2
+"""Frames of a recording that are read before they are wanted: one is decoded while one waits."""
+
+CLOSE_TIMEOUT = 1.0
+"""How long closing waits for a read that does not return [s]: less than the 1.5 s in which a node
+has to end."""
 
 
 class Grabber:
@@ -57,7 +59,7 @@ class Grabber:
         with self._changed:
             self._closed = True
             self._changed.notify_all()
-        self._thread.join(PATIENCE)
+        self._thread.join(CLOSE_TIMEOUT)
 
     def _is_last(self, item: Frame | SourceError | None) -> bool:
         """Whether this answer stays for whoever asks again: the end, or a failure."""
@@ -86,6 +88,6 @@ class Grabber:
             if self.live:
                 self.skipped += len(self._items)
                 self._items.clear()
-            self._changed.wait_for(lambda: len(self._items) < AHEAD or self._closed)
+            self._changed.wait_for(lambda: len(self._items) < READ_AHEAD or self._closed)
             self._items.append(item)
             self._changed.notify_all()

@@ -8,14 +8,15 @@ import cv2
 
 from colortrack_ros.data import Frame
 from colortrack_ros.sources.base import DEFAULT_RATE
-from colortrack_ros.sources.base import Recording
+from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Clock
 
-SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.webp', '.pgm', '.ppm')
+PICTURE_SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.webp', '.pgm', '.ppm')
+"""What picture files end in, of the formats that cv2.imread reads in Debian's build and wheels."""
 
 
-class PicturesSource(Recording):
+class PicturesSource(RecordedSource):
     """The pictures of a folder, or of a pattern such as `shots/*.png`; 9.png comes before 10.png.
 
     :param rate: frames a second; 0: DEFAULT_RATE [Hz].
@@ -28,11 +29,11 @@ class PicturesSource(Recording):
             found = [spec]
         else:
             found = glob.glob(f'{glob.escape(spec)}/*' if Path(spec).is_dir() else spec)
-        paths = [path for path in found if path.lower().endswith(SUFFIXES)]
+        paths = [path for path in found if path.lower().endswith(PICTURE_SUFFIXES)]
         if not paths:
             raise SourceError(
                 f'source {spec!r}: no pictures there; expected files that end in '
-                f'{", ".join(SUFFIXES)}'
+                f'{", ".join(PICTURE_SUFFIXES)}'
             )
         self._paths = sorted(paths, key=natural)
         self._next = 0
@@ -44,7 +45,7 @@ class PicturesSource(Recording):
     def accepts(spec: str) -> bool:
         """A folder, a pattern, or a single picture."""
         if Path(spec).is_file() or not glob.has_magic(spec):
-            return spec.lower().endswith(SUFFIXES) or (spec != '' and Path(spec).is_dir())
+            return spec.lower().endswith(PICTURE_SUFFIXES) or (spec != '' and Path(spec).is_dir())
         return True
 
     def read(self) -> Frame | None:

@@ -3,14 +3,14 @@
 from colortrack_ros.data import Frame
 from colortrack_ros.scenes import open_scene
 from colortrack_ros.scenes import Scene
-from colortrack_ros.sources.base import Recording
+from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Clock
 
-PREFIX = 'scene:'
+SCENE_PREFIX = 'scene:'
 
 
-class SceneSource(Recording):
+class SceneSource(RecordedSource):
     """A rendered scene, `scene:five` or `scene:five?width=640&height=480`, at its own rate.
 
     :raises SourceError: for an unknown scene or option.
@@ -18,7 +18,7 @@ class SceneSource(Recording):
 
     def __init__(self, spec: str, rate: float, clock: Clock) -> None:
         try:
-            self._scene: Scene = open_scene(spec[len(PREFIX) :])
+            self._scene: Scene = open_scene(spec[len(SCENE_PREFIX) :])
         except ValueError as error:
             raise SourceError(f'source {spec!r}: {error}') from None
         super().__init__(self._scene.rate)
@@ -27,7 +27,7 @@ class SceneSource(Recording):
     @staticmethod
     def accepts(spec: str) -> bool:
         """Whatever starts with `scene:`."""
-        return spec.startswith(PREFIX)
+        return spec.startswith(SCENE_PREFIX)
 
     def read(self) -> Frame | None:
         """Render the next frame."""

@@ -9,9 +9,11 @@ from colortrack_ros.sources.capture import Clock
 from colortrack_ros.sources.capture import LiveCapture
 
 TIMEOUT_MS = 5000
-"""How long to wait for a connection, and for the next picture."""
+"""How long to wait for a connection, and for the next picture [ms]: more than the seconds between
+two key frames of a usual camera."""
 
 SCHEMES = ('rtsp://', 'rtsps://', 'http://', 'https://')
+"""What the address of a stream begins with."""
 
 
 class StreamSource(LiveCapture):

@@ -6,12 +6,12 @@ import cv2
 
 from colortrack_ros.data import Frame
 from colortrack_ros.sources.base import DEFAULT_RATE
-from colortrack_ros.sources.base import Recording
+from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Clock
 
 
-class VideoSource(Recording):
+class VideoSource(RecordedSource):
     """A video file, of any format that FFmpeg reads; its own frame rate counts.
 
     :param rate: frames a second where the file does not say; 0: DEFAULT_RATE [Hz].

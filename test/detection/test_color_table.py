@@ -9,10 +9,10 @@ from support import textbook
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import color_table
-from colortrack_ros.detection import columns
+from colortrack_ros.detection import column_filter
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.color_table import ColorTable
-from colortrack_ros.detection.columns import Columns
+from colortrack_ros.detection.column_filter import ColumnFilter
 
 LUTS = sorted({False, color_table.HAS_16_BIT_LUT})
 
@@ -68,7 +68,7 @@ def test_the_largest_number_of_colors():
 @pytest.mark.parametrize('share', [0.0, 1.0])
 def test_columns_that_are_ruled_out_hold_no_color(encoding, share, monkeypatch):
     monkeypatch.setattr(color_table, 'HAS_16_BIT_LUT', False)
-    monkeypatch.setattr(columns, 'GAP', 50)
+    monkeypatch.setattr(column_filter, 'JOIN_PIXELS', 50)
     random = np.random.default_rng(1)
     image = random.normal(120, 6, (40, 600, ENCODINGS[encoding])).clip(0, 255).astype(np.uint8)
     for k, color in enumerate(((200, 40, 30), (250, 250, 250), (10, 10, 10), (30, 60, 220))):
@@ -80,11 +80,11 @@ def test_columns_that_are_ruled_out_hold_no_color(encoding, share, monkeypatch):
     )
     for some in (*((color,) for color in colors), colors):
         table = ColorTable(some)
-        table._columns._share = share
+        table._column_filter._share = share
         for _ in range(2):
             labels = table.label(image, encoding).pixels
             np.testing.assert_array_equal(labels, textbook.labels(frame, some))
-        parts = Columns.parts(table._columns, image, encoding)
+        parts = ColumnFilter.parts(table._column_filter, image, encoding)
         looked_at = sum(right - left for left, right in parts)
         assert looked_at == 600 if share else 0 < looked_at <= 150 * len(some)
 

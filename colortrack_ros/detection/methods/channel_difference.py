@@ -18,8 +18,9 @@ from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import parameter
 
 CHANNELS = ('red', 'green', 'blue')
-REGION = 0.10
-"""Half the side of the region of interest, a share of the picture's width and height."""
+REGION_SHARE = 0.10
+"""Half the side of the region of interest, a share of the picture's width and height: 10 % in Red
+object, (11) and (12)."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class ChannelDifference:
         if not v.size:
             return image
         y, x = np.bincount(v).argmax(), np.bincount(u).argmax()
-        outside = (np.abs(v - y) > REGION * height) | (np.abs(u - x) > REGION * width)
+        outside = (np.abs(v - y) > REGION_SHARE * height) | (np.abs(u - x) > REGION_SHARE * width)
         image.pixels[v[outside], u[outside]] = 0
         return image
 

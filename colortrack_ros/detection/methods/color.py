@@ -34,8 +34,10 @@ from colortrack_ros.parameters import named
 from colortrack_ros.parameters import parameter
 
 MAX_COLORS = 254
+"""Labels are bytes: 0 is no color, and 255 a cell that has to be looked at closer."""
 FOLLOW_PIXELS = 16
-"""Pixels of a blob that a reference color follows."""
+"""Pixels of a blob whose mean a reference color follows: known to a quarter of their spread, and
+the time constant averages over many frames."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
 
 
 class ColorDistance:
-    """Color distance (2.1) and threshold (2.2), and what makes them good for real rooms.
+    """Color distance (2.1) and threshold (2.2), made robust to clutter and changing light.
 
     With grow above 1, a pixel within tolerance starts a blob, and those within grow times the
     tolerance that are connected to it belong to it.

@@ -1,7 +1,9 @@
 """Which columns of a strip of the picture may hold a color at all.
 
-Where a table of 2^16 entries is slow, most pixels need none: what is red has so much more red than
-green that a subtraction of two channels and the greatest value in each column rule out the rest.
+Where the look-up in a table of 2^16 entries is slow (OpenCV 4), most pixels need none: red objects
+have far more red than green, so a subtraction of two channels and the maximum of each column rule
+out most of the picture. The result is the same to the bit; the constants below set the time alone,
+which `python benchmark/detection.py` measures.
 """
 
 from functools import lru_cache
@@ -12,21 +14,20 @@ from numpy.typing import NDArray
 
 from colortrack_ros.detection.pixels import RED_FIRST
 
-MEASURES = ((0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1), (1, None), (None, 1))
+CONTRASTS = ((0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1), (1, None), (None, 1))
 """Channel minus channel, red 0, green 1, blue 2; None: of green alone, or of its darkness."""
 
-GRAY = 64
-"""Greatest difference of the channels in what pictures are mostly made of."""
+GRAY_RANGE = 64
+"""Greatest difference of the channels [levels] in what most of a picture is made of."""
 
-GAP = 8192
-"""Pixels between two candidates that are looked up with them: calls cost as much."""
+JOIN_PIXELS = 8192
+"""Pixels between two candidates that are looked up with them: a second call costs as much."""
 
+WORTHWHILE_SHARE = 0.5
+"""Share of the columns that may be left for the filter to be worth its own time."""
 
-WORTH = 0.5
-"""Share of the columns that may be left for the search to be worth its time."""
-
-PATIENCE = 16
-"""Strips that the share is a mean over, and of which one is looked at when it is not worth it."""
+SHARE_STRIPS = 16
+"""Strips that the share is averaged over; while it is too large, one of this many is filtered."""
 
 
 @lru_cache(maxsize=1)
@@ -35,9 +36,9 @@ def _ranges() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     cell = np.arange(1 << 16)
     low = np.stack([cell >> 11 << 3, (cell >> 5 & 63) << 2, (cell & 31) << 3])
     high = low + np.array([[7], [3], [7]])
-    gray = np.ptp(low, axis=0) <= GRAY
+    gray = np.ptp(low, axis=0) <= GRAY_RANGE
     least, reached = [], []
-    for plus, minus in MEASURES:
+    for plus, minus in CONTRASTS:
         first = (255, 255) if plus is None else (low[plus], high[plus])
         second = (0, 0) if minus is None else (low[minus], high[minus])
         least.append(np.broadcast_to(np.maximum(first[0] - second[1], 0), cell.shape))
@@ -46,7 +47,7 @@ def _ranges() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.array(least), np.array(reached)
 
 
-class Columns:
+class ColumnFilter:
     """For each color the measure that rules out most of what is gray.
 
     :param touched: (colors, 65536) which cells of 5, 6 and 5 bits hold something of a color.
@@ -57,8 +58,8 @@ class Columns:
         self._least: dict[tuple[int | None, int | None], int] = {}
         for cells in touched:
             bound = least[:, cells].min(axis=1, initial=255)
-            k = reached[np.arange(len(MEASURES)), bound].argmin()
-            self._least[MEASURES[k]] = min(int(bound[k]), self._least.get(MEASURES[k], 255))
+            k = reached[np.arange(len(CONTRASTS)), bound].argmin()
+            self._least[CONTRASTS[k]] = min(int(bound[k]), self._least.get(CONTRASTS[k], 255))
         self._turn, self._share = 0, 0.0
 
     def parts(self, picture: NDArray[np.uint8], encoding: str) -> list[tuple[int, int]]:
@@ -69,11 +70,11 @@ class Columns:
         :param picture: (H, W, channels), not mono8.
         """
         self._turn += 1
-        if self._share > WORTH and self._turn % PATIENCE:
+        if self._share > WORTHWHILE_SHARE and self._turn % SHARE_STRIPS:
             return [(0, picture.shape[1])]
         parts = self._find(picture, encoding)
         share = sum(right - left for left, right in parts) / picture.shape[1]
-        self._share += (share - self._share) / PATIENCE
+        self._share += (share - self._share) / SHARE_STRIPS
         return parts
 
     def _find(self, picture: NDArray[np.uint8], encoding: str) -> list[tuple[int, int]]:
@@ -93,6 +94,6 @@ class Columns:
         column = np.flatnonzero(may)
         if not len(column):
             return []
-        apart = np.flatnonzero(np.diff(column) > GAP // len(picture))
+        apart = np.flatnonzero(np.diff(column) > JOIN_PIXELS // len(picture))
         left, right = np.append(column[0], column[apart + 1]), np.append(column[apart], column[-1])
         return list(zip(left.tolist(), (right + 1).tolist(), strict=True))
