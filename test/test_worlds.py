@@ -29,7 +29,8 @@ from colortrack_ros.data import TRACK
 def test_velocity_is_the_derivative_of_position(motion):
     position, velocity = motion(np.random.default_rng(1), 4, 40)
     difference = (position[2:] - position[:-2]) * 15
-    assert np.median(np.abs(difference - velocity[1:-1])) < 2.0
+    error = np.abs(difference - velocity[1:-1])
+    assert np.quantile(error, 0.85) < 2.0  # the rest are bounces
 
 
 def test_the_filter_that_knows_the_noise_holds_what_its_ellipses_say():
@@ -68,6 +69,7 @@ def test_who_comes_back_under_another_name_is_told():
     world = observe(straight(rng, 2, 60), rng, seen=seen)
     names = np.tile([1, 2], (60, 1))
     assert kept(world, as_tracks(world, names)).tolist() == [True, True]
+    assert follow(world, as_tracks(world, names)).unseen.max() == 15
     names[35:, 1] = 3
     assert kept(world, as_tracks(world, names)).tolist() == [True, False]
 
