@@ -63,6 +63,9 @@ last detection [s], 0 when measured in this frame; hits: number of detections ta
 box_h: of the last detection [px]; score: 0..1, existence confidence.
 """
 
+OUTLINE_POINT = np.dtype([('track_id', '<u4'), ('u', '<f4'), ('v', '<f4')])
+"""One point of the closed outline of a track: whose it is, and where [px]."""
+
 TENTATIVE, CONFIRMED, COASTING = 0, 1, 2
 """Values of a track's state: not yet confirmed; confirmed; confirmed and not measured in this
 frame."""

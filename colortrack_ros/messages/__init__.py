@@ -5,11 +5,14 @@ A message that contradicts itself or its contract raises MessageError.
 
 from colortrack_ros.messages.camera_info import load_camera_info
 from colortrack_ros.messages.clouds import cloud_of_detections
+from colortrack_ros.messages.clouds import cloud_of_outlines
 from colortrack_ros.messages.clouds import cloud_of_tracks
 from colortrack_ros.messages.clouds import detections_of_cloud
 from colortrack_ros.messages.clouds import detections_of_serialized_cloud
+from colortrack_ros.messages.clouds import outlines_of_serialized_cloud
 from colortrack_ros.messages.clouds import tracks_of_cloud
 from colortrack_ros.messages.clouds import tracks_of_serialized_cloud
+from colortrack_ros.messages.clouds import tracks_with_outlines
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.header import stamp_of
@@ -19,14 +22,13 @@ from colortrack_ros.messages.images import frame_of_serialized_compressed_image
 from colortrack_ros.messages.images import frame_of_serialized_image
 from colortrack_ros.messages.images import image_of_frame
 from colortrack_ros.messages.markers import MarkerWriter
-from colortrack_ros.messages.markers import outlines_of_serialized_markers
-from colortrack_ros.messages.markers import tracks_with_outlines
 from colortrack_ros.messages.serialized import stamp_of_serialized
 
 __all__ = [
     'MarkerWriter',
     'MessageError',
     'cloud_of_detections',
+    'cloud_of_outlines',
     'cloud_of_tracks',
     'compressed_of_frame',
     'detections_of_cloud',
@@ -37,7 +39,7 @@ __all__ = [
     'header_of',
     'image_of_frame',
     'load_camera_info',
-    'outlines_of_serialized_markers',
+    'outlines_of_serialized_cloud',
     'stamp_of',
     'stamp_of_serialized',
     'tracks_of_cloud',

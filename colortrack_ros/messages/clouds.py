@@ -1,6 +1,7 @@
-"""sensor_msgs/PointCloud2 <-> Detections and Tracks, with the layout of INTERFACE.md."""
+"""sensor_msgs/PointCloud2 <-> Detections, Tracks, and their outlines, in the layouts of data.py."""
 
 import array
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from sensor_msgs.msg import PointField
 
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
+from colortrack_ros.data import OUTLINE_POINT
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.messages.errors import MessageError
@@ -40,7 +42,7 @@ def _fields_of(dtype: np.dtype[Any]) -> list[PointField]:
     return fields
 
 
-_FIELDS = {DETECTION: _fields_of(DETECTION), TRACK: _fields_of(TRACK)}
+_FIELDS = {dtype: _fields_of(dtype) for dtype in (DETECTION, TRACK, OUTLINE_POINT)}
 
 
 def cloud_of_detections(detections: Detections) -> PointCloud2:
@@ -51,6 +53,16 @@ def cloud_of_detections(detections: Detections) -> PointCloud2:
 def cloud_of_tracks(tracks: Tracks) -> PointCloud2:
     """One point for each track."""
     return _cloud(tracks.rows, tracks.stamp, tracks.frame_id)
+
+
+def cloud_of_outlines(tracks: Tracks) -> PointCloud2:
+    """One point for each point along each outline, in order, the tracks one after the other."""
+    outlines = tracks.outlines
+    points = np.zeros(outlines.shape[:2], OUTLINE_POINT)
+    points['track_id'] = tracks.rows['track_id'][: len(outlines), None]
+    points['u'], points['v'] = outlines[..., 0], outlines[..., 1]
+    known = np.isfinite(outlines).all(axis=2)
+    return _cloud(points[known], tracks.stamp, tracks.frame_id)
 
 
 def detections_of_cloud(message: PointCloud2) -> Detections:
@@ -86,6 +98,46 @@ def tracks_of_serialized_cloud(cdr: bytes) -> Tracks:
     :raises MessageError: as :func:`tracks_of_cloud`, and for bytes of something else.
     """
     return tracks_of_cloud(message_of_serialized(cdr, PointCloud2))
+
+
+def outlines_of_serialized_cloud(cdr: bytes) -> tuple[int, NDArray[np.void]]:
+    """The stamp [ns] of a serialized message of outlines, and its points, (N,) of OUTLINE_POINT.
+
+    :param cdr: as a subscription with ``raw=True`` hands it over.
+    :raises MessageError: as :func:`detections_of_serialized_cloud`, and for coordinates that are
+        not finite.
+    """
+    message = message_of_serialized(cdr, PointCloud2)
+    points = _rows(message, OUTLINE_POINT)
+    for name in ('u', 'v'):
+        wrong = ~np.isfinite(points[name])
+        if wrong.any():
+            point = points[wrong][0]
+            raise MessageError(
+                f'outline of track {point["track_id"]}: expected finite coordinates, got {name} '
+                f'{point[name]}'
+            )
+    return stamp_of(message.header), points
+
+
+def tracks_with_outlines(tracks: Tracks, points: NDArray[np.void]) -> Tracks:
+    """The tracks with their outlines; those of which there are no points have NaN.
+
+    :param points: (N,) of OUTLINE_POINT, those of a track in the order along its outline.
+    """
+    points = points[np.argsort(points['track_id'], kind='stable')]
+    wanted = tracks.rows['track_id']
+    first = np.searchsorted(points['track_id'], wanted, side='left')
+    counts = np.searchsorted(points['track_id'], wanted, side='right') - first
+    longest = counts.max(initial=0)
+    if longest == 0:
+        return tracks
+    # A shorter outline repeats its last point.
+    steps = np.minimum(np.arange(longest), np.maximum(counts - 1, 0)[:, None])
+    chosen = points[np.minimum(first[:, None] + steps, len(points) - 1)]
+    outlines = np.stack([chosen['u'], chosen['v']], axis=2).astype(float)
+    outlines[counts == 0] = np.nan
+    return replace(tracks, outlines=outlines)
 
 
 def _cloud(rows: NDArray[np.void], stamp: int, frame_id: str) -> PointCloud2:

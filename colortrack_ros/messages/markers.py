@@ -1,6 +1,5 @@
-"""Tracks -> visualization_msgs/MarkerArray, and outlines back from it."""
+"""Tracks -> visualization_msgs/MarkerArray."""
 
-from dataclasses import replace
 import math
 
 from geometry_msgs.msg import Point
@@ -16,10 +15,7 @@ from visualization_msgs.msg import MarkerArray
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
-from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
-from colortrack_ros.messages.header import stamp_of
-from colortrack_ros.messages.serialized import message_of_serialized
 
 ELLIPSE, VELOCITY, LABEL, OUTLINE = 'ellipse', 'velocity', 'id', 'outline'
 """Namespaces of the markers, one for each kind."""
@@ -104,38 +100,6 @@ def _markers(
     closed = np.concatenate([outline, outline[:1]]) * scale
     strip.points = [Point(x=x, y=y) for x, y in closed.tolist()]
     return [ellipse, arrow, label, strip]
-
-
-def outlines_of_serialized_markers(
-    cdr: bytes, scale: float
-) -> tuple[int | None, dict[int, NDArray[np.float64]]]:
-    """The stamp [ns] of a MarkerArray, None of an empty one, and the outlines in it.
-
-    :param cdr: as a subscription with ``raw=True`` hands it over.
-    :param scale: m/px, of the tracker that has written them.
-    :return: also, by track ID, (P, 2) u, v along closed outlines [px].
-    :raises MessageError: these are not the bytes of a MarkerArray, or an outline has no points, or
-        coordinates that are not finite.
-    """
-    markers = message_of_serialized(cdr, MarkerArray).markers
-    outlines = {}
-    for marker in markers:
-        if marker.ns == OUTLINE and marker.action == Marker.ADD:
-            points = np.array([(p.x, p.y) for p in marker.points[:-1]]).reshape(-1, 2) / scale
-            if not len(points) or not np.isfinite(points).all():
-                raise MessageError(f'outline of track {marker.id}: expected finite coordinates')
-            outlines[marker.id] = points
-    return stamp_of(markers[0].header) if markers else None, outlines
-
-
-def tracks_with_outlines(tracks: Tracks, outlines: dict[int, NDArray[np.float64]]) -> Tracks:
-    """The tracks with the outlines that there are, by track ID; the others' are NaN."""
-    count = max(map(len, outlines.values()), default=0)
-    every = np.full((len(tracks.rows), count, 2), np.nan)
-    for i, track_id in enumerate(tracks.rows['track_id'].tolist()):
-        points = outlines.get(track_id, every[i])
-        every[i, : len(points)], every[i, len(points) :] = points, points[-1:]
-    return replace(tracks, outlines=every) if count else tracks
 
 
 def _ellipse(covariance: NDArray[np.float64]) -> tuple[float, float, float]:

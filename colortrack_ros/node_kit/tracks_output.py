@@ -7,6 +7,7 @@ from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import Tracks
+from colortrack_ros.messages import cloud_of_outlines
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.node_kit.topics import publish_on
@@ -26,8 +27,15 @@ class TracksOutputConfig(Config):
     markers_topic: str = topic_name('tracks/markers', 'the markers that are published')
 
 
+@dataclass(frozen=True)
+class OutlinesOutputConfig(TracksOutputConfig):
+    """Where tracks with outlines go."""
+
+    outlines_topic: str = topic_name('tracks/outlines', 'the outlines that are published')
+
+
 class TracksOutput:
-    """Publishes one message of tracks and one of markers at a time.
+    """Publishes one message of tracks, one of outlines, if any, and one of markers at a time.
 
     :param node: whose tracks they are.
     :ivar alive: number of tracks in the last message.
@@ -38,6 +46,11 @@ class TracksOutput:
         self._node, self._writer = node, MarkerWriter()
         self._tracks = publish_on(node, PointCloud2, config.tracks_topic)
         self._markers = publish_on(node, MarkerArray, config.markers_topic)
+        self._outlines = (
+            publish_on(node, PointCloud2, config.outlines_topic)
+            if isinstance(config, OutlinesOutputConfig)
+            else None
+        )
 
     def publish(self, tracks: Tracks, marker_scale: float) -> None:
         """Publish, and log when the tracker has started afresh."""
@@ -47,4 +60,6 @@ class TracksOutput:
                 f'The tracker started afresh: {tracks.restarted}', throttle_duration_sec=1.0
             )
         self._tracks.publish(cloud_of_tracks(tracks))
+        if self._outlines:
+            self._outlines.publish(cloud_of_outlines(tracks))
         self._markers.publish(self._writer.write(tracks, marker_scale))

@@ -10,6 +10,7 @@ from colortrack_ros.contours import ContourTracker
 from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.tracks_output import OutlinesOutputConfig
 from colortrack_ros.parameters import part
 
 
@@ -18,10 +19,11 @@ class ContourTrackerSetup(ImageTrackerSetup):
     """The parameters of the contour tracker node."""
 
     config: ContourConfig = part(ContourConfig)
+    output: OutlinesOutputConfig = part(OutlinesOutputConfig)
 
 
 class ContourTrackerNode(ImageTrackerNode[ContourTrackerSetup]):
-    """Images in; tracks and markers, an outline among them, for each that it works on out."""
+    """Images in; one message of tracks, outlines, and markers for each that it works on out."""
 
     tracker: ContourTracker
 

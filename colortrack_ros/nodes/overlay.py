@@ -9,17 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
-from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import Frame
-from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.drawing import draw_tracks
 from colortrack_ros.drawing import Trails
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
-from colortrack_ros.messages import outlines_of_serialized_markers
+from colortrack_ros.messages import outlines_of_serialized_cloud
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.messages import tracks_with_outlines
 from colortrack_ros.node_kit.diagnostics import Health
@@ -32,7 +30,6 @@ from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.parameters import Config
-from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import part
 
 WAITING = 30
@@ -52,10 +49,7 @@ class OverlaySetup(Config):
 
     image_topic: str = topic_name('camera/image_raw', 'the pictures')
     tracks_topic: str = topic_name('tracks', 'the tracks')
-    markers_topic: str = topic_name('', 'markers whose outlines are drawn as well; empty: none')
-    marker_scale: float = parameter(
-        0.01, 'Size of a pixel in these markers.', unit='m/px', minimum=1e-9, maximum=1e3
-    )
+    outlines_topic: str = topic_name('', 'outlines that are drawn as well; empty: none')
     overlay_topic: str = topic_name(
         'overlay/image_raw', 'the pictures with the tracks drawn on them'
     )
@@ -67,7 +61,7 @@ class OverlaySetup(Config):
 class OverlayNode(ParameterNode[OverlaySetup]):
     """Images and tracks in; for each pair with the same stamp one Image out.
 
-    With ``markers_topic``, tracks wait for their markers.
+    With ``outlines_topic``, tracks wait for their outlines.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -76,13 +70,13 @@ class OverlayNode(ParameterNode[OverlaySetup]):
         self._trails = Trails()
         self._frames: dict[int, Frame] = {}
         self._tracks: dict[int, Tracks] = {}
-        self._outlines: dict[int, dict[int, NDArray[np.float64]]] = {}
+        self._outlines: dict[int, NDArray[np.void]] = {}
         self.health = Health(self)
         self._publisher = publish_on(self, Image, setup.overlay_topic)
         subscribe_to(self, Image, setup.image_topic, self._take_image)
         subscribe_to(self, PointCloud2, setup.tracks_topic, self._take_tracks)
-        if setup.markers_topic:
-            subscribe_to(self, MarkerArray, setup.markers_topic, self._take_markers)
+        if setup.outlines_topic:
+            subscribe_to(self, PointCloud2, setup.outlines_topic, self._take_outlines)
 
     def _take_image(self, cdr: bytes) -> None:
         try:
@@ -98,29 +92,24 @@ class OverlayNode(ParameterNode[OverlaySetup]):
             return self.health.refuse(str(error))
         return self._take(self._tracks, tracks.stamp, tracks)
 
-    def _take_markers(self, cdr: bytes) -> None:
-        scale = self.setup.marker_scale
+    def _take_outlines(self, cdr: bytes) -> None:
         try:
-            stamp, outlines = outlines_of_serialized_markers(cdr, scale)
+            stamp, points = outlines_of_serialized_cloud(cdr)
         except MessageError as error:
             return self.health.refuse(str(error))
-        if stamp is not None:
-            self._take(self._outlines, stamp, outlines)
-        return None
+        return self._take(self._outlines, stamp, points)
 
     def _take(self, waiting: dict, stamp: int, item: Any) -> None:
         self.health.took_in()
         waiting[stamp] = item
-        if stamp in self._frames and stamp in self._tracks and self._is_marked(self._tracks[stamp]):
-            tracks = tracks_with_outlines(self._tracks.pop(stamp), self._outlines.pop(stamp, {}))
+        outlined = stamp in self._outlines or not self.setup.outlines_topic
+        if stamp in self._frames and stamp in self._tracks and outlined:
+            tracks = self._tracks.pop(stamp)
+            if stamp in self._outlines:
+                tracks = tracks_with_outlines(tracks, self._outlines.pop(stamp))
             self._paint(self._frames.pop(stamp), tracks)
         while len(waiting) > WAITING:
             waiting.pop(next(iter(waiting)))
-
-    def _is_marked(self, tracks: Tracks) -> bool:
-        """Whether its markers are there, or none will come."""
-        silent = not self.setup.markers_topic or (tracks.rows['state'] == TENTATIVE).all()
-        return bool(silent) or tracks.stamp in self._outlines
 
     def _paint(self, frame: Frame, tracks: Tracks) -> None:
         self._trails.update(tracks)

@@ -23,6 +23,7 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.drawing import draw_tracks
 from colortrack_ros.drawing import Trails
 from colortrack_ros.messages import cloud_of_detections
+from colortrack_ros.messages import cloud_of_outlines
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.node_kit.runtime import StartError
@@ -31,7 +32,12 @@ from colortrack_ros.replay.recordings import CLOUD
 from colortrack_ros.replay.recordings import Item
 from colortrack_ros.replay.setup import Setup
 
-KINDS = {'detections': CLOUD, 'tracks': CLOUD, 'markers': 'visualization_msgs/msg/MarkerArray'}
+KINDS = {
+    'detections': CLOUD,
+    'tracks': CLOUD,
+    'outlines': CLOUD,
+    'markers': 'visualization_msgs/msg/MarkerArray',
+}
 
 STATE = ('u', 'v', 'du', 'dv')
 BEFORE = ('track_id', 'color', 'state')
@@ -68,7 +74,7 @@ class Output(ABC):
 
 
 class BagOutput(Output):
-    """Detections, tracks and markers as the nodes publish them.
+    """Detections, tracks, outlines, and markers as the nodes publish them.
 
     :raises BagError: the folder is there already or cannot be made.
     """
@@ -87,8 +93,10 @@ class BagOutput(Output):
         self._add('detections', item, None if recorded else cloud_of_detections(detections))
 
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
-        """One message of tracks, one of markers."""
+        """One message of tracks, one of outlines where the tracker has them, one of markers."""
         self._add('tracks', item, cloud_of_tracks(tracks))
+        if self._topics['outlines']:
+            self._add('outlines', item, cloud_of_outlines(tracks))
         self._add('markers', item, self._markers.write(tracks, self._scale))
 
     def _add(self, name: str, item: Item, message: PointCloud2 | MarkerArray | None) -> None:

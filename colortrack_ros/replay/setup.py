@@ -57,7 +57,8 @@ class Setup:
     :param camera: values of the camera's parameters; empty where a bag is its own camera.
     :param detector: None where the tracker takes no detections.
     :param tracker: of the node that publishes the tracks.
-    :param topics: full names by ``image``, ``detections``, ``tracks`` and ``markers``.
+    :param topics: full names by ``image``, ``detections``, ``tracks``, ``outlines``, and
+        ``markers``; empty where there is none.
     """
 
     camera: Mapping[str, Any]
@@ -139,6 +140,7 @@ def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:
             'image': resolved('detector' if detects else name, 'image'),
             'detections': resolved(name, 'detections') if detects else '',
             'tracks': resolved(name, 'tracks'),
+            'outlines': resolved(name, 'outlines') if 'outlines_topic' in values[name] else '',
             'markers': resolved(name, 'markers'),
         },
     )

@@ -1,7 +1,10 @@
+import array
+
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
 
 from colortrack_ros.data import DETECTION
@@ -9,10 +12,13 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.messages import cloud_of_detections
+from colortrack_ros.messages import cloud_of_outlines
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import detections_of_cloud
 from colortrack_ros.messages import MessageError
+from colortrack_ros.messages import outlines_of_serialized_cloud
 from colortrack_ros.messages import tracks_of_cloud
+from colortrack_ros.messages import tracks_with_outlines
 
 TEXT = st.text(st.characters(codec='utf-8', exclude_characters='\0'), max_size=9)
 
@@ -133,3 +139,60 @@ def test_a_field_of_another_type_or_beyond_the_point_is_refused():
 
 def test_an_empty_cloud_needs_no_fields():
     assert len(detections_of_cloud(PointCloud2(height=1)).rows) == 0
+
+
+def outlined(ids, outlines):
+    rows = np.zeros(len(ids), TRACK)
+    rows['track_id'] = ids
+    return Tracks(rows, 5, 'cam', outlines=np.asarray(outlines, float))
+
+
+SQUARES = [[(0, 0), (9, 0), (9, 9), (0, 9)], [(20, 0), (29, 0), (29, 9), (20, 9)]]
+
+
+def test_outlines_have_the_layout_of_the_contract_and_the_header_of_the_tracks():
+    cloud = cloud_of_outlines(outlined([3, 7], SQUARES))
+    assert (cloud.height, cloud.width, cloud.point_step) == (1, 8, 12)
+    layout = [(f.name, f.offset, f.datatype, f.count) for f in cloud.fields]
+    assert layout == [('track_id', 0, 6, 1), ('u', 4, 7, 1), ('v', 8, 7, 1)]
+    assert cloud.header == cloud_of_tracks(outlined([3, 7], SQUARES)).header
+    assert cloud_of_outlines(Tracks(random_rows(TRACK, 3))).width == 0
+
+
+@pytest.mark.parametrize('order', [[3, 7], [7, 3]])
+def test_outlines_come_back_to_the_tracks_whose_they_are(order):
+    cdr = serialize_message(cloud_of_outlines(outlined([3, 7], SQUARES)))
+    stamp, points = outlines_of_serialized_cloud(cdr)
+    bare = outlined([*order, 9], np.zeros((0, 0, 2)))
+    back = tracks_with_outlines(bare, points).outlines
+    assert stamp == 5
+    np.testing.assert_array_equal(back[[order.index(3), order.index(7)]], SQUARES)
+    assert np.isnan(back[2]).all()
+    assert tracks_with_outlines(bare, points[:0]) is bare
+
+
+def test_outlines_of_different_lengths_stand_together():
+    points = cloud_of_outlines(outlined([1, 2], SQUARES))
+    _, points = outlines_of_serialized_cloud(serialize_message(points))
+    together = tracks_with_outlines(outlined([1, 2], np.zeros((0, 0, 2))), points[:-2]).outlines
+    np.testing.assert_array_equal(together[0], SQUARES[0])
+    np.testing.assert_array_equal(together[1], [*SQUARES[1][:2], *SQUARES[1][1:2] * 2])
+
+
+def test_a_track_without_an_outline_has_no_points():
+    cloud = cloud_of_outlines(outlined([1, 2], [np.full((4, 2), np.nan), SQUARES[1]]))
+    _, points = outlines_of_serialized_cloud(serialize_message(cloud))
+    assert points['track_id'].tolist() == [2] * 4
+
+
+def test_what_is_no_message_of_outlines_is_refused():
+    with pytest.raises(MessageError, match='not a serialized PointCloud2'):
+        outlines_of_serialized_cloud(b'nothing of the kind')
+    with pytest.raises(MessageError, match="without the field 'track_id'"):
+        outlines_of_serialized_cloud(
+            serialize_message(cloud_of_detections(Detections(random_rows(DETECTION, 2))))
+        )
+    cloud = cloud_of_outlines(outlined([3, 7], SQUARES))
+    cloud.data[16:20] = array.array('B', np.float32('inf').tobytes())
+    with pytest.raises(MessageError, match=r'outline of track 3: expected finite .* u inf'):
+        outlines_of_serialized_cloud(serialize_message(cloud))

@@ -1,19 +1,13 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
-from rclpy.serialization import serialize_message
 from visualization_msgs.msg import Marker
-from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.messages import MarkerWriter
-from colortrack_ros.messages import MessageError
-from colortrack_ros.messages import outlines_of_serialized_markers
-from colortrack_ros.messages import tracks_with_outlines
 
 
 def tracks(*ids, state=CONFIRMED, restarted=''):
@@ -75,43 +69,3 @@ def test_an_outline_is_a_closed_strip_and_is_deleted_with_its_track():
     gone = [m.ns for m in writer.write(tracks(), 0.1).markers]
     assert gone == ['ellipse', 'velocity', 'id', 'outline']
     assert writer.write(outlined(3, state=TENTATIVE), 0.1).markers == []
-
-
-@pytest.mark.parametrize('scale', [0.01, 3.0])
-def test_outlines_come_back_from_the_markers(scale):
-    both = outlined(1, 2)
-    both.rows['state'][0] = TENTATIVE
-    cdr = serialize_message(MarkerWriter().write(both, scale))
-    stamp, outlines = outlines_of_serialized_markers(cdr, scale)
-    assert stamp == 5
-    assert list(outlines) == [2]
-    back = tracks_with_outlines(replace(both, outlines=np.zeros((0, 0, 2))), outlines)
-    assert np.isnan(back.outlines[0]).all()
-    np.testing.assert_allclose(back.outlines[1], both.outlines[1])
-
-
-def test_markers_without_outlines_are_no_outlines():
-    cdr = serialize_message(MarkerWriter().write(tracks(1), 1.0))
-    assert outlines_of_serialized_markers(cdr, 1.0) == (5, {})
-    assert tracks_with_outlines(tracks(1), {}).outlines.shape == (0, 0, 2)
-    assert outlines_of_serialized_markers(serialize_message(MarkerArray()), 1.0) == (None, {})
-
-
-def test_outlines_of_different_lengths_stand_together():
-    outlines = {1: np.zeros((3, 2)), 2: np.ones((5, 2))}
-    together = tracks_with_outlines(tracks(1, 2), outlines).outlines
-    assert together.shape == (2, 5, 2)
-    assert np.isfinite(together).all()
-
-
-def test_bad_markers_are_refused():
-    with pytest.raises(MessageError, match='not a serialized MarkerArray'):
-        outlines_of_serialized_markers(b'nothing of the kind', 1.0)
-    for count, value in ((0, 1.0), (1, 1.0), (3, float('nan')), (3, float('inf'))):
-        message = MarkerWriter().write(outlined(1), 1.0)
-        strip = message.markers[3]
-        strip.points = list(strip.points)[:count]
-        for point in strip.points[:1]:
-            point.x = value
-        with pytest.raises(MessageError, match='outline of track 1: expected'):
-            outlines_of_serialized_markers(serialize_message(message), 1.0)

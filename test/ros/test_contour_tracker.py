@@ -2,11 +2,11 @@ from functools import cache
 
 import cv2
 import numpy as np
-import pytest
 from rcl_interfaces.msg import Parameter
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import SetParameters
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
@@ -17,6 +17,7 @@ from visualization_msgs.msg import MarkerArray
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Frame
 from colortrack_ros.messages import image_of_frame
+from colortrack_ros.messages import outlines_of_serialized_cloud
 from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.messages.images import compressed_of_frame
 from colortrack_ros.scenes import open_scene
@@ -59,12 +60,21 @@ def confirmed_near_the_truth(cloud, k: int) -> bool:
     return len(rows) == 2 and bool((far.min(axis=1) < 1).all() and (rows['state'] == 1).all())
 
 
-def test_every_image_gives_one_message_of_tracks_and_one_of_markers_with_outlines(ros):
+def test_every_image_gives_one_message_of_tracks_one_of_outlines_and_one_of_markers(ros):
     ros.start('contour_tracker', **FAST)
+    outlines = ros.listen(PointCloud2, 'tracks/outlines')
     topics = ready(ros)
     sent = [frame(k) for k in range(30)]
     send(ros, *topics, sent)
     _, tracks, markers = topics
+    assert ros.spin(lambda: len(outlines) == len(sent)), ros.outputs()
+    assert [m.header for m in outlines] == [m.header for m in tracks]
+    _, points = outlines_of_serialized_cloud(serialize_message(outlines[-1]))
+    rows = tracks_of_cloud(tracks[-1]).rows
+    assert np.unique(points['track_id']).tolist() == rows['track_id'].tolist()
+    own = points[points['track_id'] == rows['track_id'][0]]
+    across = [np.ptp(own['u']), np.ptp(own['v'])]
+    np.testing.assert_allclose(across, [rows['box_w'][0], rows['box_h'][0]], rtol=1e-4)
     assert [m.header for m in tracks] == [image_of_frame(f).header for f in sent]
     assert confirmed_near_the_truth(tracks[-1], 29)
     kinds = [m.ns for m in markers[-1].markers]
@@ -145,10 +155,9 @@ def test_bad_images_and_parameters_are_refused_and_the_node_goes_on(ros):
     assert tracks[-1].width == 2
 
 
-@pytest.mark.parametrize('scale', [0.01, 0.5])
-def test_the_overlay_draws_the_outlines_of_the_picture(ros, scale):
-    ros.start('contour_tracker', marker_scale=scale, **FAST)
-    ros.start('overlay', marker_scale=scale, markers_topic='tracks/markers')
+def test_the_overlay_draws_the_outlines_of_the_picture(ros):
+    ros.start('contour_tracker', marker_scale=0.5, **FAST)
+    ros.start('overlay', outlines_topic='tracks/outlines')
     pictures = ros.listen(Image, 'overlay/image_raw')
     topics = ready_for_two(ros)
     send(ros, *topics, [frame(k) for k in range(20)])
@@ -169,6 +178,6 @@ def ready_for_two(ros):
     tracks, markers = ros.listen(PointCloud2, 'tracks'), ros.listen(MarkerArray, 'tracks/markers')
     assert ros.spin(lambda: publisher.get_subscription_count() == 2), ros.outputs()
     assert ros.spin(lambda: ros.node.count_publishers('overlay/image_raw') == 1), ros.outputs()
-    assert ros.spin(lambda: ros.node.count_subscribers('tracks/markers') == 2), ros.outputs()
+    assert ros.spin(lambda: ros.node.count_subscribers('tracks/outlines') == 1), ros.outputs()
     ros.settle()
     return publisher, tracks, markers

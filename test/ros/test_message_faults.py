@@ -15,7 +15,6 @@ from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from support.paths import DATA
 from support.ros_domain import Ros
-from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.bags import BagReader
 from colortrack_ros.data import Detections
@@ -23,10 +22,10 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.messages import cloud_of_detections
+from colortrack_ros.messages import cloud_of_outlines
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import image_of_frame
-from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.scenes import detections_of
 from colortrack_ros.scenes import open_scene
 
@@ -46,7 +45,7 @@ GOOD = {
     '/jpeg/camera/image_raw/compressed': compressed_of_frame(FRAME, 90),
     '/clouds/detections': cloud_of_detections(Detections(detections_of(SCENE, 250).rows, STAMP)),
     '/raw/tracks': cloud_of_tracks(Tracks(np.zeros(3, TRACK), STAMP)),
-    '/lines/markers': MarkerWriter().write(OUTLINED, 0.01),
+    '/lines/outlines': cloud_of_outlines(OUTLINED),
 }
 """What is right on each topic."""
 
@@ -75,7 +74,6 @@ WRONG = {
     Image: WRONG_IMAGE,
     CompressedImage: {'data': [b'', b'1234'], 'format': ['', 'x' * 99], 'stamp': STAMPS},
     PointCloud2: WRONG_CLOUD,
-    MarkerArray: {'markers': [[]]},
 }
 
 
@@ -86,7 +84,7 @@ HEARD = {
     '/clouds/tracker': ['/clouds/detections'],
     '/clouds/window_tracker': ['/clouds/detections'],
     '/clouds/camera': ['/clouds/detections'],
-    '/lines/overlay': ['/lines/markers'],
+    '/lines/overlay': ['/lines/outlines'],
 }
 """The topics that each node hears."""
 
@@ -108,7 +106,7 @@ def parameters(node: str) -> dict[str, object]:
     if namespace == 'clouds' and name == 'window_tracker':
         values['detections_topic'] = 'detections'
     if namespace == 'lines':
-        values['markers_topic'] = 'markers'
+        values['outlines_topic'] = 'outlines'
     if name == 'camera':
         values |= {'source': 'scene:single?width=64&height=48', 'rate': -1.0, 'loop': 'true'}
     return values
