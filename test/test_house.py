@@ -1,6 +1,7 @@
 """The rules of the house that a machine can check."""
 
 import ast
+from collections import Counter
 from graphlib import CycleError
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -106,6 +107,16 @@ def test_imports_point_to_lower_floors():
 def test_every_room_has_one_floor():
     rooms = sorted(room for rooms in FLOORS for room in rooms)
     assert rooms == sorted({room_of(file) for file in FILES} - {'__init__'})
+
+
+def test_no_two_classes_have_one_name():
+    names = Counter(
+        node.name
+        for file in FILES
+        for node in ast.parse(file.read_text()).body
+        if isinstance(node, ast.ClassDef)
+    )
+    assert [name for name, count in names.items() if count > 1] == []
 
 
 @pytest.mark.parametrize('room', ROOMS_WITHOUT_ROS)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
@@ -146,7 +146,7 @@ class BackgroundModel:
                 levels = np.clip(np.rint(np.arange(256)[:, None] * gain), 0, 255)
                 model[...] = cv2.LUT(model, levels.astype(np.uint8)[:, None]).reshape(model.shape)
 
-    def follow(self, picture: Picture, stamp: int, blobs: Blobs, learn_seconds: float) -> None:
+    def follow(self, picture: Picture, stamp: int, blobs: BlobTable, learn_seconds: float) -> None:
         """Learn from a frame.
 
         :param picture: (H, W, channels).
@@ -171,7 +171,7 @@ class BackgroundModel:
                 self._follow_strip(k, picture, stamp, blobs.box)
         self._heal(picture, stamp, blobs)
 
-    def _heal(self, picture: Picture, stamp: int, blobs: Blobs) -> None:
+    def _heal(self, picture: Picture, stamp: int, blobs: BlobTable) -> None:
         """Take ghosts into the backgrounds: blobs where an object has left that they still show.
 
         A ghost stands still, and its outline shows in the backgrounds, not in the picture.
@@ -190,7 +190,7 @@ class BackgroundModel:
             for model in self._models:
                 model[v, max(start, 0) : end] = picture[v, max(start, 0) : end]
 
-    def _has_left(self, picture: Picture, blobs: Blobs) -> NDArray[np.bool_]:
+    def _has_left(self, picture: Picture, blobs: BlobTable) -> NDArray[np.bool_]:
         """(N,) whether more of a blob's outline has gone from the picture than has come."""
         if not len(blobs.area):
             return np.zeros(0, bool)

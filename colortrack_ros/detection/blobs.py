@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Columns
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
 
 
 @dataclass(frozen=True)
-class Runs:
+class Runs(Columns):
     """Maximal horizontal stretches of one label, in raster order.
 
     :param start, end: (R,) first position and the one after the last, counted through an image
@@ -34,13 +35,9 @@ class Runs:
         row, left = np.divmod(self.start, self.stride)
         return row, left, left + self.end - self.start
 
-    def take(self, kept: NDArray) -> 'Runs':
-        """Some of the runs, by a mask or by their numbers."""
-        return Runs(self.start[kept], self.end[kept], self.label[kept], self.stride)
-
 
 @dataclass(frozen=True)
-class Blobs:
+class BlobTable:
     """Connected components, largest area first; at equal area, in raster order.
 
     :param label: (N,) label of the pixels.
@@ -67,12 +64,12 @@ class Blobs:
         middle, half = (uu + vv) / 2, np.hypot((uu - vv) / 2, uv)
         return np.maximum(middle - half, 0), middle + half
 
-    def take(self, kept: NDArray[np.bool_]) -> 'Blobs':
-        """Some of the blobs, in the same order."""
+    def take(self, kept: NDArray[np.bool_]) -> 'BlobTable':
+        """Some of the blobs, in the same order; their runs are rows of a table of its own."""
         size = np.diff(np.append(self.first_run, len(self.runs.start)))
         runs = self.runs.take(np.repeat(kept, size))
         first_run = np.cumsum(size[kept]) - size[kept]
-        return Blobs(
+        return BlobTable(
             self.label[kept],
             self.area[kept],
             self.mean[kept],
@@ -150,7 +147,7 @@ def clear(image: LabelImage, runs: Runs) -> None:
 
 def find_blobs(
     image: LabelImage, min_area: int, max_area: float = np.inf, connect: Connect = connect
-) -> Blobs:
+) -> BlobTable:
     """The 8-connected components of equal label, with Pegoretti 2021, (2.9) to (2.11).
 
     Every sum is of whole numbers and exact.
@@ -173,12 +170,12 @@ def find_blobs(
     return _measure(runs.take(order[: first[-1]]), first[:-1], area[kept])
 
 
-def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Blobs:
+def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> BlobTable:
     """Moments and boxes of the blobs whose runs begin at first."""
     if not len(first):
         none = np.zeros((0, 4))
         mean, spread = none[:, :2], none.reshape(0, 2, 2)
-        return Blobs(runs.label, area, mean, spread, none.astype(np.int64), runs, first)
+        return BlobTable(runs.label, area, mean, spread, none.astype(np.int64), runs, first)
     length = runs.end - runs.start
     row, left, right = runs.ends()
     top = row[first]
@@ -194,7 +191,7 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
     sums = np.array([sum_u, row * length, sum_uu, row * sum_u, row * row * length])
     u, v, uu, uv, vv = np.add.reduceat(sums, first, axis=1) / area
     spread = np.array([uu - u * u, uv - u * v, uv - u * v, vv - v * v]).T
-    return Blobs(
+    return BlobTable(
         runs.label[first],
         area,
         np.array([u + box_left, v + top]).T,
@@ -205,7 +202,7 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
     )
 
 
-def sample_pixels(blobs: Blobs, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def sample_pixels(blobs: BlobTable, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Pixels spread evenly over each blob, in raster order: all of them up to a number.
 
     :param most: pixels taken from a blob that has more.

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.label_image import LabelImage
 
 # The constants below were fitted to rendered balls of 10 to 130 px radius: the normalized squared
@@ -34,7 +34,7 @@ beyond what an erosion of 3 and the blur of an outline take off."""
 
 
 def centroid_covariance(
-    blobs: Blobs,
+    blobs: BlobTable,
     score: NDArray[np.float64],
     part: NDArray[np.float64] | float,
     width: int,
@@ -87,7 +87,7 @@ def centroid_covariance(
     return covariance
 
 
-def open_part(blobs: Blobs, image: LabelImage, whole: LabelImage) -> NDArray[np.float64]:
+def open_part(blobs: BlobTable, image: LabelImage, whole: LabelImage) -> NDArray[np.float64]:
     """The part of the left or the right outline, the greater, beyond which the color goes on.
 
     :param image: the labels that the blobs are made of.

@@ -8,7 +8,7 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.background_model import BackgroundModel
-from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.detection.config import DetectorConfig
@@ -25,7 +25,7 @@ from colortrack_ros.detection.split import split_touching
 
 SCORE_PIXELS = 16
 """Pixels of a blob, at most, whose mean closeness is its score: it is known to a quarter of their
-spread; more make no difference in `python benchmark/detection_quality.py --constants`."""
+spread; `python benchmark/detection_quality.py --constants` halves and doubles it."""
 
 
 class Detector:
@@ -91,7 +91,7 @@ class Detector:
         part = open_part(kept, image, whole) if whole else 0.0
         return Detections(self._rows(frame, kept, part), frame.stamp, frame.frame_id)
 
-    def _rows(self, frame: Frame, blobs: Blobs, part: NDArray | float) -> NDArray[np.void]:
+    def _rows(self, frame: Frame, blobs: BlobTable, part: NDArray | float) -> NDArray[np.void]:
         rows = np.zeros(len(blobs.area), DETECTION)
         rows['u'], rows['v'] = blobs.mean.T
         height, width = frame.image.shape[:2]
@@ -105,7 +105,7 @@ class Detector:
         rows['color'] = blobs.label - 1
         return rows
 
-    def _score(self, frame: Frame, blobs: Blobs) -> NDArray[np.float64]:
+    def _score(self, frame: Frame, blobs: BlobTable) -> NDArray[np.float64]:
         """(N,) mean closeness to the color over the blob, over SCORE_PIXELS of it at most."""
         blob, position = sample_pixels(blobs, SCORE_PIXELS)
         pixel = np.divmod(position, blobs.runs.stride)

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
 
@@ -53,18 +53,18 @@ class ShapeConfig(Config):
             )
 
 
-def aspect(blobs: Blobs) -> NDArray[np.float64]:
+def aspect(blobs: BlobTable) -> NDArray[np.float64]:
     """Minor over major axis of the ellipse with the blob's second moments."""
     minor, major = blobs.axes
     return np.sqrt((minor + PIXEL_MOMENT) / (major + PIXEL_MOMENT))
 
 
-def extent(blobs: Blobs) -> NDArray[np.float64]:
+def extent(blobs: BlobTable) -> NDArray[np.float64]:
     """Area over that of the bounding box; pi / 4 for a disc."""
     return blobs.area / (blobs.box[:, 2] * blobs.box[:, 3])
 
 
-def circularity(blobs: Blobs) -> NDArray[np.float64]:
+def circularity(blobs: BlobTable) -> NDArray[np.float64]:
     """Area^2 over 2 pi times the moment of inertia, 1 for a disc (Zunic 2010).
 
     Unlike 4 pi A / P^2 it does not suffer from the ragged outline of small blobs.
@@ -73,7 +73,7 @@ def circularity(blobs: Blobs) -> NDArray[np.float64]:
     return np.minimum(blobs.area / (2 * np.pi * inertia), 1)
 
 
-def solidity(blobs: Blobs) -> NDArray[np.float64]:
+def solidity(blobs: BlobTable) -> NDArray[np.float64]:
     """Area over that of the convex hull."""
     v, left, right = blobs.runs.ends()
     corners = np.stack([left, v, right, v, left, v + 1, right, v + 1], axis=1).astype(np.int32)
@@ -82,7 +82,7 @@ def solidity(blobs: Blobs) -> NDArray[np.float64]:
     return blobs.area / np.array(hulls)
 
 
-MEASURES: dict[str, Callable[[Blobs], NDArray[np.float64]]] = {
+MEASURES: dict[str, Callable[[BlobTable], NDArray[np.float64]]] = {
     'min_aspect': aspect,
     'min_extent': extent,
     'min_circularity': circularity,
@@ -91,7 +91,7 @@ MEASURES: dict[str, Callable[[Blobs], NDArray[np.float64]]] = {
 """Parameters and what has to be at least as much, 0..1."""
 
 
-def keep_shapes(blobs: Blobs, config: ShapeConfig) -> Blobs:
+def keep_shapes(blobs: BlobTable, config: ShapeConfig) -> BlobTable:
     """The blobs up to max_area with all the shapes asked for; 0 asks for nothing."""
     if (large := blobs.area > config.max_area).any():
         blobs = blobs.take(~large)

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import positions
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.shape import circularity
@@ -25,7 +25,7 @@ MOST_TOUCHING = 8
 transform of a large blob is slow."""
 
 
-def split_touching(image: LabelImage, blobs: Blobs, max_area: float = np.inf) -> bool:
+def split_touching(image: LabelImage, blobs: BlobTable, max_area: float = np.inf) -> bool:
     """Cut blobs at their necks, in place, with a line of label 0.
 
     Where two discs touch, the distance to the outline has two peaks, and between them a neck that

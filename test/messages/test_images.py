@@ -3,14 +3,20 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
+from std_msgs.msg import Header
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
+from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import frame_of_image
+from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
+from colortrack_ros.messages import stamp_of
+from colortrack_ros.messages import stamp_of_serialized
 
 TEXT = st.text(st.characters(codec='utf-8', exclude_characters='\0'), max_size=9)
 
@@ -87,3 +93,39 @@ def test_mutated_bytes_are_refused_or_read_but_never_raise_anything_else(data):
         except MessageError:
             continue
         assert frame.image.base is not None
+
+
+def test_a_compressed_frame_comes_back_nearly_as_it_was():
+    frame = Frame(np.full((16, 24, 3), (40, 90, 200), np.uint8), 'bgr8', 5, 'cam')
+    message = serialize_message(compressed_of_frame(frame, 95))
+    back = frame_of_serialized_compressed_image(message)
+    assert (back.encoding, back.stamp, back.frame_id) == ('bgr8', 5, 'cam')
+    np.testing.assert_allclose(back.image, frame.image, atol=4)
+
+
+@pytest.mark.parametrize('data', [b'', b'no picture'])
+def test_a_compressed_image_of_no_picture_is_refused(data):
+    message = serialize_message(CompressedImage(format='jpeg', data=data))
+    with pytest.raises(MessageError, match=f"of {len(data)} bytes, format 'jpeg': expected a JPEG"):
+        frame_of_serialized_compressed_image(message)
+
+
+@pytest.mark.parametrize('nanosec', [10**9, 2**32 - 1])
+def test_a_stamp_of_a_second_or_more_of_nanoseconds_is_refused(nanosec):
+    header = Header()
+    header.stamp.nanosec = nanosec
+    with pytest.raises(MessageError, match='expected less than a second'):
+        stamp_of(header)
+    with pytest.raises(MessageError, match='not a serialized message with a header'):
+        stamp_of_serialized(serialize_message(header))
+
+
+@pytest.mark.parametrize('cdr', [b'', b'\0\1\0\0', b'\0\2\0\0' + bytes(8)])
+def test_bytes_without_a_stamp_are_refused(cdr):
+    with pytest.raises(MessageError, match='not a serialized message with a header'):
+        stamp_of_serialized(cdr)
+
+
+def test_the_pixels_of_a_message_cannot_be_written():
+    message = Image(height=2, width=1, encoding='bgr8', step=4, data=bytes(8))
+    assert not frame_of_image(message).image.flags.writeable

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 from visualization_msgs.msg import Marker
 
+from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
@@ -29,6 +30,19 @@ def test_three_markers_for_a_track_in_metres():
     assert np.isclose(abs(np.sin(angle)), 1)
     assert np.isclose(arrow.points[1].x - arrow.points[0].x, 10)
     assert text.text == '7'
+
+
+def test_markers_are_as_large_as_their_track_and_green_or_amber():
+    """Sizes are shares of the height of the box, here 10 px of 0.1 m."""
+    ellipse, arrow, text = MarkerWriter().write(tracks(7), 0.1).markers
+    assert np.isclose(ellipse.scale.z, 0.01)
+    assert np.allclose([arrow.scale.x, arrow.scale.y, arrow.scale.z], [0.05, 0.1, 0])
+    assert np.isclose(text.scale.z, 0.5)
+    assert np.allclose([text.pose.position.x, text.pose.position.y], [3, 4 - 0.75])
+    color = ellipse.color
+    assert np.allclose([color.r, color.g, color.b, color.a], [0.1, 0.8, 0.2, 0.8])
+    color = MarkerWriter().write(tracks(7, state=COASTING), 0.1).markers[0].color
+    assert np.allclose([color.r, color.g, color.b, color.a], [0.9, 0.7, 0.1, 0.5])
 
 
 def test_a_tentative_track_has_no_markers():

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.background_model import BackgroundModelConfig
-from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import clear
 from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.blobs import find_blobs
@@ -97,7 +97,7 @@ class BackgroundSubtraction:
         """1: there is no reference color."""
         return np.ones(len(label))
 
-    def learn(self, frame: Frame, blobs: Blobs, kept: Blobs) -> None:
+    def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """The background follows the frame, but for what was found, whatever its shape."""
         seconds = self._config.learn_seconds
         self._model.follow(channels_of(frame), frame.stamp, blobs, seconds)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
-from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import Connect
 from colortrack_ros.detection.label_image import LabelImage
 
@@ -44,7 +44,7 @@ class Method(Protocol):
         :param label: (N,) of the blobs that the pixels are in.
         """
 
-    def learn(self, frame: Frame, blobs: Blobs, kept: Blobs) -> None:
+    def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Take what was found in the frame into account from the next frame on.
 
         :param blobs: all of at least min_area.

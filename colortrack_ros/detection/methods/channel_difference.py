@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.blobs import as_one
-from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.pixels import split_rgb
@@ -84,7 +84,7 @@ class ChannelDifference:
         others = np.delete(rgb, self._channel, axis=1).sum(axis=1)
         return np.clip((rgb[:, self._channel] - others) / 255, 0, 1)
 
-    def learn(self, frame: Frame, blobs: Blobs, kept: Blobs) -> None:
+    def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Nothing: every frame stands for itself."""
 
     def restart(self) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.background_model import BackgroundModelConfig
-from colortrack_ros.detection.blobs import Blobs
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import clear
 from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.blobs import find_runs
@@ -166,7 +166,7 @@ class ColorDistance:
         """1 - D / tolerance."""
         return self._table.closeness(rgb_of(self._picture[pixel], frame.encoding), label)
 
-    def learn(self, frame: Frame, blobs: Blobs, kept: Blobs) -> None:
+    def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """The background follows the frame but for all blobs, and the colors what was detected."""
         config = self._config
         if config.moving_only:
