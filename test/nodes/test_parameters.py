@@ -1,0 +1,53 @@
+"""What holds for every parameter of every node."""
+
+from parameter_pages import NODES
+import pytest
+
+from colortrack_ros.node_kit.live_parameters import descriptor_of
+from colortrack_ros.parameters import DOCUMENT
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import USER
+
+PARAMETERS = {
+    f'{node} {name}': spec
+    for node, table in NODES.items()
+    for name, spec in (table.specs | {f'NAME.{each}': s for each, s in table.each.items()}).items()
+}
+
+
+def test_no_node_is_forgotten():
+    assert len(NODES) == 6
+    assert len(PARAMETERS) > 150
+
+
+@pytest.mark.parametrize('spec', PARAMETERS.values(), ids=PARAMETERS)
+def test_a_parameter_is_described_in_sentences(spec):
+    assert spec.description[0].isupper()
+    assert spec.description.endswith('.')
+    assert len(spec.description.split()) > 2
+    assert '  ' not in spec.description
+
+
+@pytest.mark.parametrize('spec', PARAMETERS.values(), ids=PARAMETERS)
+def test_a_parameter_says_for_whom_it_is(spec):
+    ends = {
+        USER: '',
+        EXPERT: ' For experts.',
+        DOCUMENT: ' Only to reproduce a document.',
+    }
+    told = descriptor_of(spec).description
+    assert told.startswith(spec.description)
+    assert told.endswith(ends[spec.audience])
+    assert ('For experts' in told) == (spec.audience == EXPERT)
+
+
+@pytest.mark.parametrize('spec', PARAMETERS.values(), ids=PARAMETERS)
+def test_a_default_and_both_ends_of_the_range_are_allowed(spec):
+    if not spec.optional:
+        assert spec.check(spec.name, spec.default) == spec.default
+    for bound in (spec.minimum, spec.maximum):
+        if bound is not None:
+            one = spec.kind(bound)
+            spec.check(spec.name, [one] * (spec.length or 1) if spec.many else one)
+    if spec.minimum is not None and spec.maximum is not None:
+        assert spec.minimum < spec.maximum
