@@ -31,7 +31,7 @@ from colortrack_ros.scenes.silhouettes import placed
 OUT = Path(__file__).parents[1] / 'out' / 'benchmark_contours.json'
 SIZES = {'320x240': 'width=320&height=240', '640x480': 'width=640&height=480'}
 FRAMES = 300
-ROOMS = ('filters', 'life', 'lines', 'placing', 'spline', 'start', 'tracker')
+ROOMS = ('filters', 'gating', 'initiation', 'lines', 'placing', 'spline', 'tracker')
 EMPTY, INSIDE = 24, {'silhouette': 65, 'approach': 85}
 """Frames of the background alone, and the first one in which all have come in."""
 
@@ -154,7 +154,7 @@ def measure_speed():
     for count, points in ((1, 12), (10, 12), (10, 24), (40, 12)):
         tracker, times, looks = ContourTracker(ContourConfig(points=points)), [], []
         for k, image in enumerate(list(moving(count))):
-            due = tracker._start._due
+            due = tracker._initiation._due
             stamp = round(k * 1e9 / 24)
             begin = time.perf_counter()
             tracks = tracker.update(Frame(image, 'bgr8', stamp))

@@ -8,6 +8,9 @@ node (I, X - C, and X - C turned by a right angle)::
 
 (De Bem 2007, (4)-(8)), T being the time that has passed in frames, n_i the normal of line i and z_i
 where its edge is. A line says nothing of what moves along the contour.
+
+They are not those of the bank: its filters measure a position, (u, v), and go from frame to frame
+by one matrix for all targets; here n scalars are measured along normals, and H is each target's.
 """
 
 from dataclasses import dataclass
@@ -16,32 +19,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.data import Columns
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
-MOTION = 4
-NONE = 1e12
+MOTION_SIZE = 4
+UNMEASURED = 1e12
 """Variance of what has not been measured [px^2]."""
 
-FITS = 4
-"""Times that a motion is fitted with new weights."""
-
-FIRST_NODE = 2.0
-FIRST_MOTION = np.array([1.0, 1.0, 1e-2, 1e-2])
+NODE_SIGMA = 2.0
+MOTION_SIGMA = np.array([1.0, 1.0, 1e-2, 1e-2])
 """Standard deviations of a new target: of a node [px], and of M [px/frame, 1/frame]."""
 
 
 @dataclass
-class Contours:
+class Contours(Columns):
     """N targets with n nodes each.
 
     :ivar nodes: (N, n, 2) [px].
-    :ivar motion: (N, MOTION).
-    :ivar cov: (N, 2n + MOTION, 2n + MOTION) of nodes (u and v in turn) and motion.
+    :ivar motion: (N, MOTION_SIZE).
+    :ivar cov: (N, 2n + MOTION_SIZE, 2n + MOTION_SIZE) of nodes (u and v in turn) and motion.
     :ivar node_design: (N, n) P_X of (8) for each coordinate; of filters `two` alone.
-    :ivar motion_design: (N, MOTION, MOTION) P_M of (7); of filters `two` alone.
+    :ivar motion_design: (N, MOTION_SIZE, MOTION_SIZE) P_M of (7); of filters `two` alone.
+    :ivar sides: (N, n, 2) usual intensities just inside and outside of each edge [levels], NaN
+        where not known yet.
     """
 
     nodes: Floats
@@ -49,14 +52,15 @@ class Contours:
     cov: Floats
     node_design: Floats
     motion_design: Floats
+    sides: Floats
 
     @classmethod
     def new(cls, nodes: Floats, velocity: Floats, config: ContourConfig) -> 'Contours':
         """Targets that begin with nodes (N, n, 2) and velocities (N, 2) [px/frame]."""
         count, n = nodes.shape[:2]
-        motion = np.zeros((count, MOTION))
+        motion = np.zeros((count, MOTION_SIZE))
         motion[:, :2] = velocity
-        spread = np.concatenate([np.full(2 * n, FIRST_NODE), FIRST_MOTION])
+        spread = np.concatenate([np.full(2 * n, NODE_SIGMA), MOTION_SIGMA])
         spread[-1] *= config.rotation
         cov = np.tile(np.diag(spread**2), (count, 1, 1))
         return cls(
@@ -65,19 +69,8 @@ class Contours:
             cov,
             np.full((count, n), config.edge_variance),
             cov[:, 2 * n :, 2 * n :].copy(),
+            np.full(nodes.shape, np.nan),
         )
-
-    def __len__(self) -> int:
-        return len(self.nodes)
-
-    def keep(self, mask: Bools) -> 'Contours':
-        """Those where mask (N,) is True."""
-        return Contours(*(part[mask] for part in vars(self).values()))
-
-    def joined(self, other: 'Contours') -> 'Contours':
-        """These and others."""
-        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
-        return Contours(*(np.concatenate(pair) for pair in pairs))
 
     def renewed(self, which: Indices, nodes: Floats, config: ContourConfig) -> 'Contours':
         """Some of these, which (K,), with new nodes (K, n, 2) and the motion that they have."""
@@ -87,27 +80,22 @@ class Contours:
         new.motion_design[:] = self.motion_design[which]
         return new
 
-    def put(self, which: Indices, others: 'Contours') -> None:
-        """Replace some of these, which (K,)."""
-        for mine, theirs in zip(vars(self).values(), vars(others).values(), strict=True):
-            mine[which] = theirs
-
     def predict(self, T: float, config: ContourConfig) -> None:
         """(4), with the covariance of nodes and motion together."""
         count, n = self.nodes.shape[:2]
-        H = T * shifts(self.nodes)
+        H = T * motion_matrix(self.nodes)
         self.nodes += (H @ self.motion[..., None]).reshape(count, n, 2)
-        noise = np.full(2 * n + MOTION, config.shape_noise)
+        noise = np.full(2 * n + MOTION_SIZE, config.shape_noise)
         noise[2 * n :] = motion_noise(config)
         # F P F^T with F = [I H; 0 I]
         self.cov[:, : 2 * n] += H @ self.cov[:, 2 * n :]
         self.cov[:, :, : 2 * n] += self.cov[:, :, 2 * n :] @ H.swapaxes(1, 2)
-        diagonal = np.arange(2 * n + MOTION)
+        diagonal = np.arange(2 * n + MOTION_SIZE)
         self.cov[:, diagonal, diagonal] += T * noise
         self.node_design += T * config.shape_noise
         self.motion_design += np.diag(T * noise[2 * n :])
 
-    def deviations(self, normals: Floats) -> Floats:
+    def sigma_along(self, normals: Floats) -> Floats:
         """Standard deviations of the nodes along the normals (N, n, 2), (N, n) [px]."""
         u = 2 * np.arange(self.nodes.shape[1])
         x, y = normals[..., 0], normals[..., 1]
@@ -128,32 +116,32 @@ class Contours:
         :param T: time since the last frame [frames].
         """
         count, n = self.nodes.shape[:2]
-        R = np.where(found, config.edge_variance, NONE)
-        across = self._across(self.cov, normals)
+        R = np.where(found, config.edge_variance, UNMEASURED)
+        PH = self._along_normals(self.cov, normals)
         if config.filters == 'two':
-            K = self._gain_of_two(found, normals, T, config)
+            K = self._gain_of_two_filters(found, normals, T, config)
         else:
-            S = self._across(across[:, : 2 * n].swapaxes(1, 2), normals)
+            S = self._along_normals(PH[:, : 2 * n].swapaxes(1, 2), normals)
             S[:, np.arange(n), np.arange(n)] += R
-            K = np.asarray(np.linalg.solve(S, across.swapaxes(1, 2)).swapaxes(1, 2), float)
+            K = np.asarray(np.linalg.solve(S, PH.swapaxes(1, 2)).swapaxes(1, 2), float)
         step = (K @ np.where(found, offset, 0.0)[..., None])[..., 0]
         self.nodes += step[:, : 2 * n].reshape(count, n, 2)
         self.motion += step[:, 2 * n :]
-        part = self.cov - K @ across.swapaxes(1, 2)
-        cov = part - self._across(part, normals) @ K.swapaxes(1, 2)
+        part = self.cov - K @ PH.swapaxes(1, 2)
+        cov = part - self._along_normals(part, normals) @ K.swapaxes(1, 2)
         cov += (K * R[:, None]) @ K.swapaxes(1, 2)
         self.cov = (cov + cov.swapaxes(1, 2)) / 2
 
     @staticmethod
-    def _across(matrix: Floats, normals: Floats) -> Floats:
-        """Matrices (N, m, 2n or more) times what the lines see, (N, m, n)."""
+    def _along_normals(matrix: Floats, normals: Floats) -> Floats:
+        """Matrices (N, m, 2n or more) times the normals, what lines see of the nodes, (N, m, n)."""
         n = normals.shape[1]
         pairs = matrix[:, :, : 2 * n].reshape(*matrix.shape[:2], n, 2)
         return np.asarray(
             pairs[..., 0] * normals[:, None, :, 0] + pairs[..., 1] * normals[:, None, :, 1]
         )
 
-    def _gain_of_two(
+    def _gain_of_two_filters(
         self, found: Bools, normals: Floats, T: float, config: ContourConfig
     ) -> Floats:
         """What the motion filter (7) and then the shape filter (8) make of the edges, (N, m, n).
@@ -162,10 +150,10 @@ class Contours:
         does not.
         """
         count, n = self.nodes.shape[:2]
-        v, H = config.edge_variance, T * shifts(self.nodes)
+        v, H = config.edge_variance, T * motion_matrix(self.nodes)
         seen = np.repeat(found, 2, axis=1)[..., None] * H
         P = self.motion_design
-        S = np.eye(MOTION) + P @ (seen.swapaxes(1, 2) @ seen) / v
+        S = np.eye(MOTION_SIZE) + P @ (seen.swapaxes(1, 2) @ seen) / v
         self.motion_design = P = np.asarray(np.linalg.solve(S, P), float)
         each = np.zeros((count, 2 * n, n))  # a column of (Z - X') for each line
         i = np.arange(n)
@@ -177,65 +165,22 @@ class Contours:
         shape = moved + np.repeat(k, 2, axis=1)[..., None] * (each - moved)
         return np.concatenate([shape, motion], axis=1)
 
-    def rest(self, mask: Bools) -> None:
-        """Targets that are not seen, mask (N,), neither grow nor turn."""
+    def hold_size(self, mask: Bools) -> None:
+        """Let targets that are not seen, mask (N,), neither grow nor turn."""
         self.motion[mask, 2:] = 0.0
 
 
-def shifts(nodes: Floats) -> Floats:
-    """H of (6), with rotation: (N, 2n, MOTION), what the motion does to nodes (N, n, 2)."""
+def motion_matrix(nodes: Floats) -> Floats:
+    """H of (6), with rotation: (N, 2n, MOTION_SIZE), what the motion does to nodes (N, n, 2)."""
     arm = nodes - nodes.mean(axis=1, keepdims=True)
-    H = np.zeros((*nodes.shape, MOTION))
+    H = np.zeros((*nodes.shape, MOTION_SIZE))
     H[..., 0, 0] = H[..., 1, 1] = 1.0
     H[..., 2] = arm
     H[..., 0, 3], H[..., 1, 3] = -arm[..., 1], arm[..., 0]
-    return H.reshape(len(nodes), 2 * nodes.shape[1], MOTION)
+    return H.reshape(len(nodes), 2 * nodes.shape[1], MOTION_SIZE)
 
 
 def motion_noise(config: ContourConfig) -> Floats:
-    """Q of (7), its diagonal (MOTION,)."""
+    """Q of (7), its diagonal (MOTION_SIZE,)."""
     turn = config.turn_noise if config.rotation else 0.0
     return np.array([config.motion_noise, config.motion_noise, config.scale_noise, turn])
-
-
-def agree(
-    offset: Floats, found: Bools, spread: Floats, normals: Floats, nodes: Floats,
-    config: ContourConfig,
-) -> Bools:  # fmt: skip
-    """Which edges are where they are expected, or where one motion of the whole contour puts them.
-
-    What covers a part of a target has edges as well, and they would press its contour together. So
-    only those count that are near enough to the prediction, or, where that makes them more, to a
-    motion fitted to all, with weights that are the smaller the farther an edge is off.
-
-    :param offset: (N, n) [px]; found: (N, n).
-    :param spread: (N, n) standard deviation of the offsets [px].
-    :return: (N, n), a part of found.
-    """
-    if config.outlier == 0:
-        return found
-    gate = config.outlier * spread
-    good = found & (np.abs(offset) <= gate)
-    rest = np.flatnonzero((good != found).any(axis=1))
-    if not len(rest):
-        return good
-    offset, found, gate = offset[rest], found[rest], gate[rest]
-    H = _seen(nodes[rest], normals[rest], rotation=config.rotation)
-    far = np.zeros_like(offset)
-    for _ in range(FITS):
-        weighted = H * (found / np.maximum(far, gate))[..., None]
-        square = weighted.swapaxes(1, 2) @ H + 1e-3 * np.eye(H.shape[2])
-        fit = np.linalg.solve(square, weighted.swapaxes(1, 2) @ offset[..., None])
-        far = np.abs(offset - (H @ fit)[..., 0])
-    # a motion that was fitted has to do better than one that was expected
-    better = (found & (far <= gate / 2)).sum(axis=1) > good[rest].sum(axis=1)
-    good[rest[better]] = (found & (far <= gate))[better]
-    return good
-
-
-def _seen(nodes: Floats, normals: Floats, *, rotation: bool) -> Floats:
-    """What the lines see of a motion, (N, n, 3 or 4); scale and turn in pixels as the others."""
-    H = shifts(nodes).reshape(*nodes.shape, MOTION)[..., : MOTION if rotation else MOTION - 1]
-    H = (H * normals[..., None]).sum(axis=2)
-    H[..., 2:] /= np.maximum(np.abs(H[..., 2:]).mean(axis=(1, 2), keepdims=True), 1.0)
-    return H

@@ -11,11 +11,12 @@ from colortrack_ros.contours.config import ContourConfig
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-BESIDE = np.array([[-6, -5, -4, -3, -2], [2, 3, 4, 5, 6]])
+SIDE_SAMPLES = np.array([[-6, -5, -4, -3, -2], [2, 3, 4, 5, 6]])
 """Samples that tell what is just inside and just outside of an edge [px]."""
 
-FAR = 30_000.0
-"""Points farther out [px] are looked for here: OpenCV's coordinates end somewhere."""
+MAX_COORDINATE = 30_000.0
+"""Points farther out are looked for here [px]: OpenCV's remap has 16-bit coordinates, up to 32767.
+"""
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,8 @@ def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: in
     if not len(points) or not image.size:
         return np.zeros((len(points), 2 * reach + 1), np.uint8)
     steps = np.arange(-reach, reach + 1, dtype=np.float32)
-    start, along = np.clip(points, -FAR, FAR).astype(np.float32), normals.astype(np.float32)
+    start = np.clip(points, -MAX_COORDINATE, MAX_COORDINATE).astype(np.float32)
+    along = normals.astype(np.float32)
     u, v = (start[:, [axis]] + along[:, [axis]] * steps for axis in (0, 1))
     picture = cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     if picture.ndim == 2:
@@ -69,18 +71,18 @@ def find_edges(
     :param usual: (N, n, 2) intensities inside and outside [levels], NaN where not known.
     """
     half, shape = config.line_length // 2, points.shape[:2]
-    margin = max(len(config.mask) // 2, int(BESIDE.max())) + 1
+    margin = max(len(config.mask) // 2, int(SIDE_SAMPLES.max())) + 1
     points, normals = points.reshape(-1, 2), normals.reshape(-1, 2)
     samples = sampled(image, points, normals, half + margin)
     contrast = _responses(samples, config.mask)[:, margin - 1 : margin + 2 * half + 2]
     here = contrast[:, 1:-1]
     peaks = (here >= contrast[:, :-2]) & (here > contrast[:, 2:]) & (here >= config.min_contrast)
     line, place = np.nonzero(peaks)
-    sides = samples[line[:, None, None], (place + margin)[:, None, None] + BESIDE].sum(axis=2)
-    sides = sides / BESIDE.shape[1]
-    unlike = _unlike(sides, usual.reshape(-1, 2)[line], config)
-    unlike += np.square((place - half) / sigma.reshape(-1)[line])
-    score = here[line, place] * np.exp(-0.5 * unlike)
+    sides = samples[line[:, None, None], (place + margin)[:, None, None] + SIDE_SAMPLES].sum(axis=2)
+    sides = sides / SIDE_SAMPLES.shape[1]
+    squared = _squared_deviation(sides, usual.reshape(-1, 2)[line], config)
+    squared += np.square((place - half) / sigma.reshape(-1)[line])
+    score = here[line, place] * np.exp(-0.5 * squared)
     order = np.argsort(score, kind='stable')
     order = order[score[order] > config.no_edge]
     best = np.full(len(points), -1)
@@ -88,8 +90,8 @@ def find_edges(
     line = np.flatnonzero(best >= 0)
     best = best[line]
     before, at, after = (contrast[line, place[best] + k].astype(float) for k in range(3))
-    bend = np.maximum(2 * at - before - after, 1e-9)
-    step = place[best] - half + np.clip((after - before) / (2 * bend), -0.5, 0.5)
+    curvature = np.maximum(2 * at - before - after, 1e-9)
+    step = place[best] - half + np.clip((after - before) / (2 * curvature), -0.5, 0.5)
     edges = Edges(np.zeros(shape, bool), np.zeros(shape), np.full((*shape, 2), np.nan))
     where = points[line] + normals[line] * step[:, None]
     seen = ((where >= 0) & (where <= np.array(image.shape[1::-1]) - 1)).all(axis=1)
@@ -100,12 +102,12 @@ def find_edges(
     return edges
 
 
-def _unlike(sides: Floats, usual: Floats, config: ContourConfig) -> Floats:
-    """How far intensities (K, 2) are from what is usual, squared, in deviations; 0 if unknown."""
+def _squared_deviation(sides: Floats, usual: Floats, config: ContourConfig) -> Floats:
+    """Squares of how many deviations intensities (K, 2) are off the usual, summed; 0 if unknown."""
     deviations = np.array([config.inside_deviation, config.outside_deviation])
     weights = np.where(deviations > 0, 1 / np.maximum(deviations, 1e-9), 0.0)
-    unlike = np.square((sides - usual) * weights)
-    return np.asarray(np.fmax(unlike, 0.0).sum(axis=1))  # of NaN and 0 it takes 0
+    squared = np.square((sides - usual) * weights)
+    return np.asarray(np.fmax(squared, 0.0).sum(axis=1))  # of NaN and 0 it takes 0
 
 
 def _responses(samples: NDArray[np.uint8], mask: tuple[float, ...]) -> NDArray[np.float32]:

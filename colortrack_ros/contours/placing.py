@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.contours.spline import SAMPLES
+from colortrack_ros.contours.spline import SEGMENT_POINTS
 from colortrack_ros.contours.spline import Spline
 
 Floats = NDArray[np.float64]
@@ -11,12 +11,12 @@ Floats = NDArray[np.float64]
 PHASES = 8
 """Beginnings of equally spaced nodes that are tried."""
 
-ROUNDS = 40
+MAX_ROUNDS = 40
 FIRST_STEP, LAST_STEP = 0.4, 0.02
-NEAREST = 0.25
+LEAST_SPACING = 0.25
 """Nodes are moved by so much, and come so near to each other [their spacing]."""
 
-CENTROID = 4.0
+CENTROID_WEIGHT = 4.0
 """How much more a centroid that is off counts than a curve that is."""
 
 
@@ -40,19 +40,19 @@ def along_outline(points: Floats, spline: Spline) -> tuple[Floats, float]:
     """
     outline, n = _Outline(points, spline), spline.count
     tried = np.arange(n) / n + np.arange(PHASES)[:, None] / PHASES / n
-    miss = outline.miss(tried)
-    place, least, step = tried[miss.argmin()], miss.min(), FIRST_STEP
-    for _ in range(ROUNDS):
+    cost = outline.cost(tried)
+    place, least, step = tried[cost.argmin()], cost.min(), FIRST_STEP
+    for _ in range(MAX_ROUNDS):
         tried = place + np.concatenate([np.eye(n), -np.eye(n)]) * step / n
         gap = np.diff(np.concatenate([tried, tried[:, :1] + 1], axis=1), axis=1)
-        miss = np.where(gap.min(axis=1) < NEAREST / n, np.inf, outline.miss(tried))
-        if miss.min() < least:
-            place, least = tried[miss.argmin()], miss.min()
+        cost = np.where(gap.min(axis=1) < LEAST_SPACING / n, np.inf, outline.cost(tried))
+        if cost.min() < least:
+            place, least = tried[cost.argmin()], cost.min()
         elif step < LAST_STEP:
             break
         else:
             step /= 2
-    return outline.nodes(place), float(np.sqrt(outline.far(place[None])[0]))
+    return outline.nodes(place), float(np.sqrt(outline.squared_distance(place[None])[0]))
 
 
 class _Outline:
@@ -75,18 +75,18 @@ class _Outline:
         s = (place % 1.0) * self._way[-1]
         return np.stack([np.interp(s, self._way, column) for column in self._points.T], axis=-1)
 
-    def miss(self, place: Floats) -> Floats:
+    def cost(self, place: Floats) -> Floats:
         """How badly curves through nodes at places (K, n) follow, and their centroids, (K,)."""
         off = np.square(self._spline.centroid(self.nodes(place))[0] - self._center).sum(axis=1)
-        return self.far(place) + CENTROID * np.nan_to_num(off, nan=np.inf)
+        return self.squared_distance(place) + CENTROID_WEIGHT * np.nan_to_num(off, nan=np.inf)
 
-    def far(self, place: Floats) -> Floats:
+    def squared_distance(self, place: Floats) -> Floats:
         """Mean squares of the distances of curves through nodes at places (K, n), (K,) [px^2].
 
         A node is the middle of its segment; to what lies between two nodes the curve belongs the
         outline between their places.
         """
-        t = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
+        t = (np.arange(SEGMENT_POINTS) + 0.5) / SEGMENT_POINTS - 0.5
         before = np.concatenate([place[:, -1:] - 1, place[:, :-1]], axis=1)
         after = np.concatenate([place[:, 1:], place[:, :1] + 1], axis=1)
         side = np.where(t < 0, (place - before)[..., None], (after - place)[..., None])

@@ -17,7 +17,7 @@ GAUSS = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
 GAUSS_WEIGHTS = np.array([5, 8, 5]) / 18
 """Gauss and Legendre's points and weights, exact for the degree 5 of the moments on a segment."""
 
-SAMPLES = 4
+SEGMENT_POINTS = 4
 """Points of an outline on each segment."""
 
 
@@ -38,11 +38,11 @@ class Spline:
         self._value = _values(count, GAUSS) @ control
         self._slope = _slopes(count, GAUSS) @ control
         self._weight = np.tile(GAUSS_WEIGHTS, count)
-        steps = (np.arange(SAMPLES) + 0.5) / SAMPLES
+        steps = (np.arange(SEGMENT_POINTS) + 0.5) / SEGMENT_POINTS
         self._sample = _values(count, steps) @ control
 
     def outline(self, nodes: Floats) -> Floats:
-        """Points along the curves, (..., n SAMPLES, 2), of nodes (..., n, 2)."""
+        """Points along the curves, (..., n SEGMENT_POINTS, 2), of nodes (..., n, 2)."""
         return np.asarray(self._sample @ nodes)
 
     def normals(self, nodes: Floats) -> Floats:

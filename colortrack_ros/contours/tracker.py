@@ -4,39 +4,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.contours.config import ContourConfig
-from colortrack_ros.contours.filters import agree
+from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.filters import Contours
-from colortrack_ros.contours.life import births
-from colortrack_ros.contours.life import CONFIRMING
-from colortrack_ros.contours.life import RECORD
-from colortrack_ros.contours.life import rows
+from colortrack_ros.contours.filters import Floats
+from colortrack_ros.contours.gating import gate
+from colortrack_ros.contours.initiation import Areas
+from colortrack_ros.contours.initiation import Initiation
 from colortrack_ros.contours.lines import find_edges
+from colortrack_ros.contours.position import positions
 from colortrack_ros.contours.spline import Spline
-from colortrack_ros.contours.start import Areas
-from colortrack_ros.contours.start import Start
 from colortrack_ros.data import Frame
-from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
-from colortrack_ros.estimation.clock import time_passed
+from colortrack_ros.estimation.clock import Clock
+from colortrack_ros.estimation.track_table import is_inside
+from colortrack_ros.estimation.track_table import TrackTable
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
+FIELDS = [('edge_share', 'f4'), ('placed_area', 'f8'), ('misfit', 'f8')]
+"""What is recorded of a target besides what is of every track.
 
-LEARNING = 0.1
+edge_share: share of its lines that had an edge when it was last measured; placed_area: when its
+nodes were placed [px]; misfit: what the curve missed of its outline then [root of that area].
+"""
+
+CONFIRM_HITS = 3
+"""Measurements that confirm a target."""
+
+CORRELATED_MISFIT = 0.35
+"""Share of what a curve misses of an outline that does not cancel out from node to node."""
+
+SIDES_SHARE = 0.1
 """Share of each measurement in what is usual beside an edge."""
 
-LOOSEST = 0.5
+GATE_SIGMA = 0.5
 """Standard deviation of a node [px] beyond which edges have to agree with each other all the same:
-after a time unseen everything would be as expected."""
+after a time unseen everything would be as predicted."""
 
-GROWN = 1.6
+RENEWAL_SCALE = 1.6
 """A contour whose area has become so many times larger or smaller gets new nodes."""
 
-ALIKE = 0.3
+SAME_TARGET = 0.3
 """What area and position of an area differ by at most if it is that of a target, relatively."""
 
 LEAST_AREA = 16.0
-"""A target whose contour encloses less is none any more [px]."""
+"""A target whose contour encloses less has collapsed [px]."""
 
 
 class ContourTracker:
@@ -47,167 +57,156 @@ class ContourTracker:
 
     def __init__(self, config: ContourConfig | None = None) -> None:
         self.config = config or ContourConfig()
-        self._next_id = 1
-        self._start = Start(self.config)
-        self.reset()
-        self._why = ''
+        self._initiation, self._clock = Initiation(self.config), Clock()
+        self._start(1)
+
+    def _start(self, first_id: int) -> None:
+        n = self.config.points
+        self._spline = Spline(n, interpolating=self.config.interpolating)
+        none = Contours.new(np.zeros((0, n, 2)), np.zeros((0, 2)), self.config)
+        self._tracks = TrackTable(none, FIELDS, first_id)
 
     def reset(self, why: str = '') -> None:
         """Forget all targets, but not the background. IDs go on: none is used twice.
 
         :param why: told with the next tracks.
         """
-        self._why = why
-        self._stamp: int | None = None
-        self._start.restart()
-        self._clear()
+        self._clock.restart(why)
+        self._initiation.restart()
+        self._start(self._tracks.next_id)
 
     def learn_background(self) -> None:
         """Forget the background: what stands still from the next frame on is background."""
-        self._start.learn_background()
-
-    def _clear(self) -> None:
-        n = self.config.points
-        self._spline = Spline(n, interpolating=self.config.interpolating)
-        self._contours = Contours.new(np.zeros((0, n, 2)), np.zeros((0, 2)), self.config)
-        self._usual = np.zeros((0, n, 2))
-        self._records = np.zeros(0, RECORD)
+        self._initiation.learn_background()
 
     def configure(self, config: ContourConfig) -> None:
         """Change the configuration; the targets live on, unless their nodes do not."""
         old, self.config = self.config, config
-        self._start.configure(config)
+        self._initiation.configure(config)
         if (old.points, old.interpolating) != (config.points, config.interpolating):
-            self._why = 'points or interpolating were set'
-            self._clear()
+            self._clock.restarted = 'points or interpolating were set'
+            self._start(self._tracks.next_id)
 
     def update(self, frame: Frame) -> Tracks:
         """Take the next frame.
 
         :return: the tracks at its stamp, with its header.
         """
-        T = self._advance(frame.stamp)
-        measured, share = self._measure(
-            frame, self._contours, self._usual, T, self.config.min_found
-        )
-        self._records['found'][measured] = share[measured]
-        self._records['updated'][measured] = self._now
-        self._records['hits'][measured] += 1
-        self._contours.rest(~measured)
-        self._settle(frame)
-        self._begin(frame)
-        why, self._why = self._why, ''
-        patience = self.config.max_time_since_update
-        tracks, outlines = rows(
-            self._records, self._contours, self._spline, self.config.rate, self._now, patience
-        )
-        return Tracks(tracks, frame.stamp, frame.frame_id, why, outlines)
+        dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
+        frames = dt * self.config.rate
+        self._tracks.filters.predict(frames, self.config)
+        self._correct(frame, frames)
+        self._delete(frame)
+        if self._initiation.is_time(self._clock.now):
+            outlines = self._spline.outline(self._tracks.filters.nodes)
+            new, again = self._initiation.search(frame, outlines, self._outgrown())
+            self._renew(frame, again)
+            self._initiate(frame, new)
+        outlines, why = self._spline.outline(self._tracks.filters.nodes), self._clock.tell_restart()
+        return Tracks(self._rows(outlines), frame.stamp, frame.frame_id, why, outlines)
 
-    def _advance(self, stamp: int) -> float:
-        """Predict to the stamp, or start afresh; return the time passed [frames]."""
-        dt, why = time_passed(self._stamp, stamp, self.config.max_dt)
-        if why:
-            self.reset(why)
-        T = dt * self.config.rate
-        self._stamp = stamp
-        self._contours.predict(T, self.config)
-        return T
+    def _correct(self, frame: Frame, frames: float) -> None:
+        """Update filters and records with the edges of the frame."""
+        contours, records = self._tracks.filters, self._tracks.records
+        measured, share = self._measure(frame, contours, frames, self.config.min_found)
+        records['edge_share'][measured] = share[measured]
+        self._tracks.record_hits(measured, self._clock.now)
+        contours.hold_size(~measured)
 
     def _measure(
-        self, frame: Frame, contours: Contours, usual: Floats, T: float, least: float
+        self, frame: Frame, contours: Contours, frames: float, least: float
     ) -> tuple[Bools, Floats]:
-        """Correct contours by the edges on their lines.
+        """Correct contours by the edges on their lines, and learn what is beside the edges.
 
-        :param usual: (N, n, 2) what is beside the edges [levels], NaN where unknown; learned.
-        :param T: time passed [frames].
+        :param frames: time passed.
         :param least: share of the lines that need an edge.
         :return: whether there were enough, and their share, (N,).
         """
         if not len(contours):
             return np.zeros(0, bool), np.zeros(0)
-        config = self.config
+        config, usual = self.config, contours.sides
         normals = self._spline.normals(contours.nodes)
-        spread = contours.deviations(normals)
+        spread = contours.sigma_along(normals)
         sigma = np.hypot(config.sigma, spread)
         edges = find_edges(frame.image, contours.nodes, normals, sigma, usual, config)
-        spread = np.hypot(np.minimum(spread, LOOSEST), config.edge_variance**0.5)
-        good = agree(edges.offset, edges.found, spread, normals, contours.nodes, config)
+        spread = np.hypot(np.minimum(spread, GATE_SIGMA), config.edge_variance**0.5)
+        good = gate(edges.offset, edges.found, spread, normals, contours.nodes, config)
         share = good.mean(axis=1)
         measured = share >= max(least, 1e-9)
         good &= measured[:, None]
-        contours.correct(edges.offset, good, normals, T, config)
+        contours.correct(edges.offset, good, normals, frames, config)
         before, now = usual[good], edges.sides[good]
-        usual[good] = np.where(np.isnan(before), now, before + LEARNING * (now - before))
+        usual[good] = np.where(np.isnan(before), now, before + SIDES_SHARE * (now - before))
         return np.asarray(measured), np.asarray(share)
 
-    def _settle(self, frame: Frame) -> None:
-        """Give up targets that have left the picture, were not seen for long, or have collapsed."""
-        if not len(self._records):
-            return
-        center, (height, width) = self._contours.nodes.mean(axis=1), frame.image.shape[:2]
-        inside = ((center >= -0.5) & (center < [width - 0.5, height - 0.5])).all(axis=1)
-        whole = self._spline.area(self._contours.nodes) >= LEAST_AREA
-        limit = np.where(
-            self._records['hits'] < CONFIRMING,
-            0,
-            round(self.config.max_time_since_update * NANOSECONDS),
-        )
-        self._keep(inside & whole & (self._now - self._records['updated'] <= limit))
+    def _delete(self, frame: Frame) -> None:
+        """Delete targets that have left the picture, were not seen for long, or have collapsed.
 
-    def _keep(self, mask: Bools) -> None:
-        if not mask.all():
-            self._contours = self._contours.keep(mask)
-            self._records, self._usual = self._records[mask], self._usual[mask]
+        A tentative one has to be seen in every frame.
+        """
+        tracks, nodes, now = self._tracks, self._tracks.filters.nodes, self._clock.now
+        tentative = tracks.update_states(now, CONFIRM_HITS)
+        lost = tracks.is_overdue(now, self.config.max_time_since_update)
+        lost |= tentative & tracks.is_overdue(now, 0.0)
+        keep = is_inside(nodes.mean(axis=1), *frame.image.shape[:2]) & ~lost
+        keep &= self._spline.area(nodes) >= LEAST_AREA
+        if not keep.all():
+            tracks.keep(keep)
 
-    def _begin(self, frame: Frame) -> None:
-        """Start what is found by its motion and has the edges of a contour."""
-        if not self._start.is_time(self._now):
-            return
-        outlines = self._spline.outline(self._contours.nodes)
-        new, again = self._start.search(frame, outlines, self._worn())
-        if len(again):
-            self._renew(frame, again)
-        new = new.take(np.arange(len(new)) < self.config.max_targets - len(self._records))
+    def _initiate(self, frame: Frame, new: Areas) -> None:
+        """Begin what was found by its motion and has the edges of a contour."""
+        free = self.config.max_targets - len(self._tracks)
+        new = new.take(np.arange(len(new)) < free)
         if not len(new):
             return
         contours = Contours.new(new.nodes, new.velocity / self.config.rate, self.config)
-        usual = np.full(contours.nodes.shape, np.nan)
-        good, _ = self._measure(frame, contours, usual, 0.0, self.config.start_found)
-        good &= self._spline.area(contours.nodes) >= LEAST_AREA
-        self._contours = self._contours.joined(contours.keep(good))
-        self._usual = np.concatenate([self._usual, usual[good]])
-        area = self._spline.area(contours.nodes)[good]
-        records = births(new.miss[good], area, self._now, self._next_id)
-        self._next_id += len(records)
-        self._records = np.concatenate([self._records, records])
+        area, good = self._fitted(frame, contours)
+        records = self._tracks.initiate(contours.take(good), self._clock.now)
+        records['edge_share'] = 1
+        records['placed_area'] = np.maximum(area[good], 1.0)
+        records['misfit'] = new.misfit[good] / np.sqrt(records['placed_area'])
 
-    def _worn(self) -> Bools:
+    def _fitted(self, frame: Frame, contours: Contours) -> tuple[Floats, Bools]:
+        """Measure contours for the first time; return their areas, and which are sound, (K,)."""
+        good, _ = self._measure(frame, contours, 0.0, self.config.start_found)
+        area = self._spline.area(contours.nodes)
+        return area, good & (area >= LEAST_AREA)
+
+    def _outgrown(self) -> Bools:
         """The target whose size has changed most, if by much; one, as placing nodes takes time."""
-        area = np.maximum(self._spline.area(self._contours.nodes), 1.0)
-        grown = np.abs(np.log(area / self._records['placed']))
-        grown[self._records['updated'] < self._now] = 0.0
-        most = max(grown.max(initial=0.0), np.log(GROWN))
-        return np.asarray(grown >= most)
+        records = self._tracks.records
+        area = np.maximum(self._spline.area(self._tracks.filters.nodes), 1.0)
+        log_growth = np.abs(np.log(area / records['placed_area']))
+        log_growth[records['updated'] < self._clock.now] = 0.0
+        most = max(log_growth.max(initial=0.0), np.log(RENEWAL_SCALE))
+        return np.asarray(log_growth >= most)
 
     def _renew(self, frame: Frame, areas: Areas) -> None:
         """Give targets whose size has changed much new nodes, on outlines that are theirs still."""
-        area = self._spline.area(areas.nodes)
-        old = self._spline.area(self._contours.nodes)[areas.of]
-        center = self._spline.centroid(self._contours.nodes)[0][areas.of]
-        far = np.linalg.norm(areas.center - center, axis=1)
+        if not len(areas):
+            return
+        area, own = self._spline.area(areas.nodes), self._tracks.filters
+        old = self._spline.area(own.nodes)[areas.target]
+        center = self._spline.centroid(own.nodes)[0][areas.target]
+        away = np.linalg.norm(areas.center - center, axis=1)
         with np.errstate(divide='ignore', invalid='ignore'):
-            same = (np.abs(np.log(area / old)) < ALIKE) & (far < ALIKE * np.sqrt(old))
+            same = (np.abs(np.log(area / old)) < SAME_TARGET) & (away < SAME_TARGET * np.sqrt(old))
         areas = areas.take(same)
-        contours = self._contours.renewed(areas.of, areas.nodes, self.config)
-        usual = np.full(contours.nodes.shape, np.nan)
-        good, _ = self._measure(frame, contours, usual, 0.0, self.config.start_found)
-        good &= self._spline.area(contours.nodes) >= LEAST_AREA
-        of = areas.of[good]
-        self._contours.put(of, contours.keep(good))
-        self._usual[of] = usual[good]
-        area = np.maximum(self._spline.area(contours.nodes)[good], 1.0)
-        self._records['placed'][of], self._records['miss'][of] = area, areas.miss[good] / area**0.5
+        contours = own.renewed(areas.target, areas.nodes, self.config)
+        area, good = self._fitted(frame, contours)
+        track, area, records = areas.target[good], np.maximum(area[good], 1.0), self._tracks.records
+        own.put(track, contours.take(good))
+        records['placed_area'][track] = area
+        records['misfit'][track] = areas.misfit[good] / area**0.5
 
-    @property
-    def _now(self) -> int:
-        return self._stamp or 0
+    def _rows(self, outlines: Floats) -> NDArray[np.void]:
+        """The tracks as they are published; the outlines are (N, P, 2) [px]."""
+        tracks, contours, now = self._tracks, self._tracks.filters, self._clock.now
+        area = self._spline.area(contours.nodes)
+        misfit = (CORRELATED_MISFIT * tracks.records['misfit']) ** 2 * np.maximum(area, 0.0)
+        rows = tracks.rows(now, *positions(contours, self._spline, self.config.rate, misfit))
+        rows['area'] = area
+        rows['box_w'], rows['box_h'] = np.ptp(outlines, axis=1).T
+        fresh = tracks.freshness(now, self.config.max_time_since_update)
+        rows['score'] = np.clip(tracks.records['edge_share'], 0, 1) * fresh
+        return rows

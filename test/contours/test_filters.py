@@ -3,10 +3,10 @@ import pytest
 from scipy.stats import chi2
 
 from colortrack_ros.contours import ContourConfig
-from colortrack_ros.contours.filters import agree
 from colortrack_ros.contours.filters import Contours
-from colortrack_ros.contours.filters import MOTION
-from colortrack_ros.contours.filters import shifts
+from colortrack_ros.contours.filters import motion_matrix
+from colortrack_ros.contours.filters import MOTION_SIZE
+from colortrack_ros.contours.gating import gate
 from colortrack_ros.contours.spline import Spline
 
 N = 12
@@ -21,7 +21,7 @@ def circle(count=1, radius=30.0):
     return np.tile(nodes, (count, 1, 1))
 
 
-def textbook_shifts(nodes):
+def textbook_motion_matrix(nodes):
     """H of (6), with rotation, row by row."""
     center = nodes.mean(axis=0)
     rows = []
@@ -45,9 +45,9 @@ def test_the_prediction_is_that_of_the_textbook():
     before = Contours(*(part.copy() for part in vars(contours).values()))
     contours.predict(1.7, JOINT)
     for k in range(3):
-        H = 1.7 * textbook_shifts(before.nodes[k])
-        np.testing.assert_allclose(shifts(before.nodes)[k] * 1.7, H)
-        F = np.block([[np.eye(2 * N), H], [np.zeros((MOTION, 2 * N)), np.eye(MOTION)]])
+        H = 1.7 * textbook_motion_matrix(before.nodes[k])
+        np.testing.assert_allclose(motion_matrix(before.nodes)[k] * 1.7, H)
+        F = np.block([[np.eye(2 * N), H], [np.zeros((MOTION_SIZE, 2 * N)), np.eye(MOTION_SIZE)]])
         Q = np.diag([0.02] * 2 * N + [0.05, 0.05, JOINT.scale_noise, JOINT.turn_noise])
         np.testing.assert_allclose(contours.cov[k], F @ before.cov[k] @ F.T + 1.7 * Q, atol=1e-12)
         np.testing.assert_allclose(contours.node_design[k], before.node_design[k] + 1.7 * 0.02)
@@ -66,7 +66,7 @@ def test_the_one_filter_is_the_textbooks(config):
     contours.correct(offset, found, normals, 1.0, config)
     for k in range(3):
         seen = np.flatnonzero(found[k])
-        H = np.zeros((len(seen), 2 * N + MOTION))
+        H = np.zeros((len(seen), 2 * N + MOTION_SIZE))
         for row, i in enumerate(seen):
             H[row, 2 * i : 2 * i + 2] = normals[k, i]
         P, R = before.cov[k], config.edge_variance * np.eye(len(seen))
@@ -85,7 +85,7 @@ def test_deviations_are_those_of_the_nodes_along_the_normals():
     contours, _, _ = filled(5, JOINT)
     contours.predict(2.0, JOINT)
     normals = SPLINE.normals(contours.nodes)
-    for k, deviations in enumerate(contours.deviations(normals)):
+    for k, deviations in enumerate(contours.sigma_along(normals)):
         for i, deviation in enumerate(deviations):
             block = contours.cov[k, 2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
             assert deviation**2 == pytest.approx(normals[k, i] @ block @ normals[k, i])
@@ -101,13 +101,13 @@ def test_two_filters_are_7_and_then_8():
     v = TWO.edge_variance
     for k in range(3):
         predicted = before.nodes[k].ravel()  # X_{k-1} + H M'
-        H, P = textbook_shifts(before.nodes[k]), before.motion_design[k]
+        H, P = textbook_motion_matrix(before.nodes[k]), before.motion_design[k]
         Z = predicted + (offset[k][:, None] * normals[k]).ravel()
         K = P @ H.T @ np.linalg.inv(H @ P @ H.T + v * np.eye(2 * N))
         motion = before.motion[k] + K @ (Z - predicted)
         np.testing.assert_allclose(contours.motion[k], motion, atol=1e-9)
         np.testing.assert_allclose(
-            contours.motion_design[k], (np.eye(MOTION) - K @ H) @ P, atol=1e-9
+            contours.motion_design[k], (np.eye(MOTION_SIZE) - K @ H) @ P, atol=1e-9
         )
         ahead = predicted + H @ (motion - before.motion[k])
         P = np.repeat(before.node_design[k], 2)
@@ -125,11 +125,11 @@ def test_the_covariance_is_that_of_the_errors_whatever_the_gain(config, frames):
     turn = 1.0 if config.rotation else 0.0
     truth = circle(runs) + rng.normal(0, 2, (runs, N, 2))
     spread = np.array([1.0, 1.0, 1e-2, 1e-2 * turn])
-    motion = rng.normal(0, 1, (runs, MOTION)) * spread
+    motion = rng.normal(0, 1, (runs, MOTION_SIZE)) * spread
     contours = Contours.new(circle(runs), np.zeros((runs, 2)), config)
     q = np.sqrt([0.05, 0.05, config.scale_noise, config.turn_noise * turn])
     for _ in range(frames):
-        truth += (shifts(truth) @ motion[..., None]).reshape(truth.shape)
+        truth += (motion_matrix(truth) @ motion[..., None]).reshape(truth.shape)
         truth += rng.normal(0, np.sqrt(0.02), truth.shape)
         motion += rng.normal(0, 1, motion.shape) * q
         contours.predict(1.0, config)
@@ -151,9 +151,9 @@ def test_edges_of_what_covers_a_part_are_told_from_those_of_the_target():
     offset[0, :4] = -2.5  # a cover comes in from the front
     spread = np.full((1, N), 0.3)
     found = np.ones((1, N), bool)
-    good = agree(offset, found, spread, normals, nodes, ContourConfig())
+    good = gate(offset, found, spread, normals, nodes, ContourConfig())
     assert good[0].tolist() == [False] * 4 + [True] * 8
-    everything = agree(offset, found, spread, normals, nodes, ContourConfig(outlier=0.0))
+    everything = gate(offset, found, spread, normals, nodes, ContourConfig(outlier=0.0))
     assert everything.all()
 
 
@@ -161,11 +161,11 @@ def test_edges_of_what_covers_a_part_are_told_from_those_of_the_target():
 def test_edges_that_agree_on_another_motion_all_count(motion):
     nodes = circle()
     normals = SPLINE.normals(nodes)
-    moved = (shifts(nodes) @ np.array(motion, float)).reshape(1, N, 2)
+    moved = (motion_matrix(nodes) @ np.array(motion, float)).reshape(1, N, 2)
     offset = (moved * normals).sum(axis=2)
     spread = np.full((1, N), 0.3)
     found = np.ones((1, N), bool)
     found[0, 5] = False
     offset[0, 2] += 9
-    good = agree(offset, found, spread, normals, nodes, ContourConfig())
+    good = gate(offset, found, spread, normals, nodes, ContourConfig())
     assert good[0].tolist() == [i not in (2, 5) for i in range(N)]

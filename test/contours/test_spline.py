@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from colortrack_ros.contours.spline import SAMPLES
+from colortrack_ros.contours.spline import SEGMENT_POINTS
 from colortrack_ros.contours.spline import Spline
 
 
@@ -51,7 +51,7 @@ def test_outlines_and_normals_are_those_of_the_textbook(seed, n, interpolating):
     nodes = contour(seed, n)
     spline = Spline(n, interpolating=interpolating)
     control = control_of(nodes) if interpolating else nodes
-    steps = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    steps = (np.arange(SEGMENT_POINTS) + 0.5) / SEGMENT_POINTS
     wanted = [textbook(control, t, i)[0] for i in range(n) for t in steps]
     np.testing.assert_allclose(spline.outline(nodes), wanted, atol=1e-9)
     for i, normal in enumerate(spline.normals(nodes)):

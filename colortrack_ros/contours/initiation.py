@@ -12,6 +12,7 @@ from colortrack_ros.contours.lines import find_edges
 from colortrack_ros.contours.placing import along_outline
 from colortrack_ros.contours.placing import equally_spaced
 from colortrack_ros.contours.spline import Spline
+from colortrack_ros.data import Columns
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
@@ -20,42 +21,36 @@ from colortrack_ros.detection import DetectorConfig
 Floats = NDArray[np.float64]
 
 
-LEAST_LOOKS = 5
+LEAST_LEARNED = 5
 """Pictures that a background is learned from, at least."""
 
 
-MOST = 0.3
+MAX_FOREGROUND = 0.3
 """Where more of the picture differs it is the background that moves: nothing starts."""
 
 
 @dataclass(frozen=True)
-class Areas:
+class Areas(Columns):
     """Segmented areas.
 
     :ivar outline: (K,) their outlines, closed polygons (P, 2) [px].
     :ivar nodes: (K, n, 2) along them, of positive area [px].
-    :ivar miss: (K,) what curves through the nodes miss of them [px], 0 where that is not known.
+    :ivar misfit: (K,) what curves through the nodes miss of them, root mean square [px], 0 where
+        that is not known.
     :ivar center: (K, 2) their centroids [px].
     :ivar velocity: (K, 2) of their centroids, 0 where it is not known [px/s].
-    :ivar of: (K,) the target that an area is of, -1 for none.
+    :ivar target: (K,) index of the target that an area is of, -1 for none.
     """
 
     outline: NDArray[np.object_]
     nodes: Floats
-    miss: Floats
+    misfit: Floats
     center: Floats
     velocity: Floats
-    of: NDArray[np.intp]
-
-    def __len__(self) -> int:
-        return len(self.of)
-
-    def take(self, mask: NDArray[np.bool_]) -> 'Areas':
-        """Those where mask (K,) is True."""
-        return Areas(*(part[mask] for part in vars(self).values()))
+    target: NDArray[np.intp]
 
 
-class Start:
+class Initiation:
     """Segmentation, and correspondence of two pictures by nearest neighbor (De Bem 2007, 3, 5.3).
 
     Subtraction, Gaussian, threshold, area opening and opening are those of the detector's method
@@ -120,11 +115,11 @@ class Start:
         if self._config.start == 'difference' and not self._compare(frame, again=len(before) > 0):
             return self._none(), self._none()
         areas = self._segment(frame, outlines, worn)
-        new = areas.take(areas.of < 0)
+        new = areas.take(areas.target < 0)
         dt, self._seen = (frame.stamp - self._seen) / NANOSECONDS, frame.stamp
         if not len(before) or dt <= 0:
             self._before, new = new, self._none()
-        new, again = _matched(before, new, dt), areas.take(areas.of >= 0)
+        new, again = _matched(before, new, dt), areas.take(areas.target >= 0)
         return self._refined(new), self._refined(again)
 
     def _none(self) -> Areas:
@@ -149,16 +144,16 @@ class Start:
         """Whether the background is new: then it needs every picture."""
         if self._learning_until is None:
             self._learning_until = stamp + round(self._config.learn_seconds * NANOSECONDS)
-        return self._looks < LEAST_LOOKS or stamp < self._learning_until
+        return self._looks < LEAST_LEARNED or stamp < self._learning_until
 
     def _segment(self, frame: Frame, outlines: Floats, worn: NDArray[np.bool_]) -> Areas:
         """The areas that are wholly in the picture and of no target, or of a worn one."""
         rows = self._detector.detect(frame).rows
         mask, (height, width) = self._detector.mask, frame.image.shape[:2]
-        if rows['area'].sum() > MOST * width * height:
+        if rows['area'].sum() > MAX_FOREGROUND * width * height:
             return self._none()
         shapes = outlines.astype(np.float32)
-        outline, center, of = [], [], []
+        outline, center, target = [], [], []
         for row in rows:
             u, v, w, h = (int(row[f'box_{name}']) for name in 'uvwh')
             place = float(row['u']), float(row['v'])
@@ -168,14 +163,14 @@ class Start:
                 continue
             outline.append(self._outline_of(mask, (u, v, w, h)))
             center.append(place)
-            of.append(owners[0] if owners else -1)
-        if not of:
+            target.append(owners[0] if owners else -1)
+        if not target:
             return self._none()
         nodes = np.array([equally_spaced(points, self._spline) for points in outline])
-        each = np.empty(len(of), object)
+        each = np.empty(len(target), object)
         each[:] = outline
-        still = np.zeros((len(of), 2))
-        areas = Areas(each, nodes, np.zeros(len(of)), np.array(center), still, np.array(of))
+        still = np.zeros((len(target), 2))
+        areas = Areas(each, nodes, np.zeros(len(target)), np.array(center), still, np.array(target))
         return areas.take(self._have_edges(frame, nodes))
 
     def _outline_of(self, mask: NDArray[np.uint8], box: tuple[int, int, int, int]) -> Floats:
@@ -193,8 +188,8 @@ class Start:
         if self._config.outline == 'box' or not len(areas):
             return areas
         placed = [along_outline(points, self._spline) for points in areas.outline]
-        nodes, miss = (np.array(part) for part in zip(*placed, strict=True))
-        return replace(areas, nodes=nodes, miss=miss)
+        nodes, misfit = (np.array(part) for part in zip(*placed, strict=True))
+        return replace(areas, nodes=nodes, misfit=misfit)
 
     def _have_edges(self, frame: Frame, nodes: Floats) -> NDArray[np.bool_]:
         """Which areas have edges, (K,); where something has been before, there are none."""

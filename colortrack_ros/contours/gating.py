@@ -1,0 +1,62 @@
+"""Which edges are a target's, and which are of something else."""
+
+import numpy as np
+
+from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.contours.filters import Bools
+from colortrack_ros.contours.filters import Floats
+from colortrack_ros.contours.filters import motion_matrix
+from colortrack_ros.contours.filters import MOTION_SIZE
+
+FITS = 4
+"""Times that a motion is fitted with new weights."""
+
+RIDGE = 1e-3
+"""Added to the diagonal of what a fit inverts: a line's row is of the order of 1, so it matters
+only where the edges do not tell the motion."""
+
+
+def gate(
+    offset: Floats, found: Bools, spread: Floats, normals: Floats, nodes: Floats,
+    config: ContourConfig,
+) -> Bools:  # fmt: skip
+    """Which edges are where they are predicted, or where one motion of the whole contour puts them.
+
+    What covers a part of a target has edges as well, and they would press its contour together. So
+    only those count that are near enough to the prediction, or, where that makes them more, to a
+    motion fitted to all by weights that are the smaller the larger an edge's residual is: the least
+    sum of absolute residuals, by iteratively reweighted least squares.
+
+    :param offset: (N, n) [px]; found: (N, n).
+    :param spread: (N, n) standard deviation of the offsets [px].
+    :return: (N, n), a part of found.
+    """
+    if config.outlier == 0:
+        return found
+    limit = config.outlier * spread
+    good = found & (np.abs(offset) <= limit)
+    rest = np.flatnonzero((good != found).any(axis=1))
+    if not len(rest):
+        return good
+    offset, found, limit = offset[rest], found[rest], limit[rest]
+    H = _seen_motion(nodes[rest], normals[rest], rotation=config.rotation)
+    residual = np.zeros_like(offset)
+    for _ in range(FITS):
+        weighted = H * (found / np.maximum(residual, limit))[..., None]
+        square = weighted.swapaxes(1, 2) @ H + RIDGE * np.eye(H.shape[2])
+        fit = np.linalg.solve(square, weighted.swapaxes(1, 2) @ offset[..., None])
+        residual = np.abs(offset - (H @ fit)[..., 0])
+    # a motion that was fitted has to do better than one that was expected
+    better = (found & (residual <= limit / 2)).sum(axis=1) > good[rest].sum(axis=1)
+    good[rest[better]] = (found & (residual <= limit))[better]
+    return good
+
+
+def _seen_motion(nodes: Floats, normals: Floats, *, rotation: bool) -> Floats:
+    """What the lines see of a motion, (N, n, 3 or 4); scale and turn in pixels as the others."""
+    H = motion_matrix(nodes).reshape(*nodes.shape, MOTION_SIZE)[
+        ..., : MOTION_SIZE if rotation else MOTION_SIZE - 1
+    ]
+    H = (H * normals[..., None]).sum(axis=2)
+    H[..., 2:] /= np.maximum(np.abs(H[..., 2:]).mean(axis=(1, 2), keepdims=True), 1.0)
+    return H
