@@ -37,9 +37,9 @@ demo: $(VENV)/demo
 
 # The rooms on two cores; nodes one after the other, since they have processes enough. TESTS=... are
 # run alone.
+TWO = --numprocesses 2 --dist loadfile
 define run_tests
-	$(if $(TESTS),$(RUN) $(1) -m pytest $(TESTS),\
-	$(RUN) $(1) -m pytest --numprocesses 2 --dist loadfile --ignore test/ros test)
+	$(if $(TESTS),$(RUN) $(1) -m pytest $(TESTS),$(RUN) $(1) -m pytest $(TWO) --ignore test/ros test)
 	$(if $(TESTS),,$(RUN) $(1) -m pytest test/ros)
 endef
 
@@ -48,7 +48,7 @@ test: $(VENV)/test
 
 # What a change is tried with while it is made: the rooms, without what takes long.
 quick: $(VENV)/test
-	$(PYTHON_IN) -m pytest --numprocesses 2 --dist loadfile --ignore test/ros -m 'not slow' test
+	$(PYTHON_IN) -m pytest $(TWO) --ignore test/ros -m 'not slow' test
 
 # The same tests with the versions that Ubuntu 24.04 has.
 test-ubuntu: .venv-ubuntu/test

@@ -1,16 +1,13 @@
 """What happens to nodes on a robot: sources that go, processes that die, messages that lie."""
 
-import http.server
 import os
 import random
 import signal
-import socket
 import subprocess
 import sys
 import threading
 import time
 
-import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import pytest
@@ -18,50 +15,11 @@ from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import GetParameters
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
-from support.paths import ROOT
+from support.mjpeg import free_port
+from support.mjpeg import serve
 from support.ros_domain import wait_until
 
 from colortrack_ros.messages import stamp_of
-from colortrack_ros.scenes import open_scene
-
-SCENE = open_scene('five?width=320&height=240')
-
-
-class Stream(http.server.BaseHTTPRequestHandler):
-    """An MJPEG stream of 25 frames a second, as network cameras have."""
-
-    def do_GET(self):
-        self.send_response(200)
-        self.send_header('Content-Type', 'multipart/x-mixed-replace; boundary=next')
-        self.end_headers()
-        try:
-            for k in range(100_000):
-                jpeg = cv2.imencode('.jpg', SCENE.render(k % len(SCENE)))[1].tobytes()
-                head = f'--next\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n'
-                self.wfile.write(head.encode() + jpeg + b'\r\n')
-                time.sleep(0.04)
-        except OSError:
-            pass
-
-    def log_message(self, *_):
-        pass
-
-
-def serve(port: int) -> subprocess.Popen:
-    """The stream from a process of its own, so that killing it cuts the connections."""
-    code = (
-        'import sys, http.server; sys.path[:0] = sys.argv[2:]\n'
-        'from test_faults import Stream\n'
-        "http.server.ThreadingHTTPServer(('127.0.0.1', int(sys.argv[1])), Stream).serve_forever()"
-    )
-    folders = [os.path.dirname(__file__), str(ROOT / 'test')]
-    return subprocess.Popen([sys.executable, '-c', code, str(port), *folders])
-
-
-def free_port() -> int:
-    with socket.socket() as listener:
-        listener.bind(('127.0.0.1', 0))
-        return listener.getsockname()[1]
 
 
 def test_a_stream_that_goes_and_comes_back_is_taken_up_again(ros):
@@ -131,12 +89,6 @@ def test_any_node_can_be_killed_and_started_again(ros):
     assert np.median(flowing) < 2.0
     assert [process.stop() for process in running.values()] == [0, 0, 0]
     assert all('Traceback' not in process.output for process in running.values())
-
-
-def memory(process) -> int:
-    """Resident memory [bytes]."""
-    with open(f'/proc/{process.popen.pid}/statm') as file:
-        return int(file.read().split()[1]) * os.sysconf('SC_PAGE_SIZE')
 
 
 def handles_signals(process) -> bool:
@@ -211,9 +163,9 @@ def test_threads_files_and_memory_stay(ros):
         folder = f'/proc/{pipeline.popen.pid}'
         return len(os.listdir(f'{folder}/task')), len(os.listdir(f'{folder}/fd'))
 
-    before, resident = held(), memory(pipeline)
+    before, resident = held(), pipeline.memory()
     tracks.clear()
     assert ros.spin(lambda: len(tracks) > 6000, 120.0), ros.outputs()
     assert held() == before
-    assert memory(pipeline) < resident + 2 * 2**20
+    assert pipeline.memory() < resident + 2 * 2**20
     assert threading.active_count() < 20

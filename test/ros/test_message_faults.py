@@ -1,7 +1,5 @@
 """Messages that lie on every subscription of every node: nothing dies, and each is reported."""
 
-import os
-from pathlib import Path
 import random
 import signal
 
@@ -150,12 +148,6 @@ def mutations(good, seed: int) -> list[bytes]:
     return wrong
 
 
-def memory(process) -> int:
-    """Resident memory [bytes]."""
-    with open(f'/proc/{process.popen.pid}/statm') as file:
-        return int(file.read().split()[1]) * os.sysconf('SC_PAGE_SIZE')
-
-
 class Crowd:
     """All those nodes, each in its process, what they say, and publishers of what they hear."""
 
@@ -208,9 +200,7 @@ class Crowd:
 
     def memory(self) -> dict[str, int]:
         """Resident memory of each node [bytes]."""
-        size = os.sysconf('SC_PAGE_SIZE')
-        folders = {n: Path(f'/proc/{p.popen.pid}') for n, p in self.processes.items()}
-        return {n: int((f / 'statm').read_text().split()[1]) * size for n, f in folders.items()}
+        return {name: process.memory() for name, process in self.processes.items()}
 
 
 @pytest.fixture(scope='module')

@@ -80,6 +80,11 @@ class Process:
     def output(self) -> str:
         return self.log.read_text()
 
+    def memory(self) -> int:
+        """Resident memory [bytes]."""
+        pages = int(Path(f'/proc/{self.popen.pid}/statm').read_text().split()[1])
+        return pages * os.sysconf('SC_PAGE_SIZE')
+
     def wait_for(self, text: str, seconds: float = 20.0) -> None:
         wait_until(lambda: text in self.output, seconds, lambda: f'{text!r} in:\n{self.output}')
 
