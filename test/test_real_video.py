@@ -23,6 +23,7 @@ PRESET = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not VIDEOS.is_dir(), reason=f'no videos at {VIDEOS}; set COLORTRACK_DATA')
 @pytest.mark.parametrize('name', IN_PICTURE)
 def test_the_ball_is_found_and_no_two_tracks_live_at_a_time(name):

@@ -15,6 +15,7 @@ FALSE = 1.5
 """Radii away from every ball of its color from which on a blob is a false one."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('spec', ['clutter', 'clutter?seed=7&noise=5&rate=30&duration=14'])
 def test_balls_are_found_and_tracked_in_a_room_full_of_their_colors(spec):
     scene = open_scene(spec)

@@ -33,6 +33,7 @@ def score(truth, tracks, least_visible, max_distance):
     return tally.score()
 
 
+@pytest.mark.slow
 def test_every_object_keeps_one_id_and_no_track_is_false(played):
     truth, tracks = played
     result = score(truth, tracks, 0.0, max_distance=60.0)
@@ -43,6 +44,7 @@ def test_every_object_keeps_one_id_and_no_track_is_false(played):
     assert {int(i) for rows in tracks for i in rows['track_id']} == followed
 
 
+@pytest.mark.slow
 def test_an_object_is_tracked_in_every_frame_from_its_confirmation_to_its_exit(played):
     truth, tracks = played
     track_of = score(truth, tracks, 0.0, max_distance=60.0).tracks_of
@@ -58,6 +60,7 @@ def test_an_object_is_tracked_in_every_frame_from_its_confirmation_to_its_exit(p
         assert first <= wholly[0] + 5
 
 
+@pytest.mark.slow
 def test_the_position_is_within_a_pixel_of_the_truth_while_visible(played):
     truth, tracks = played
     result = score(truth, tracks, 1.0, max_distance=60.0)
@@ -65,6 +68,7 @@ def test_the_position_is_within_a_pixel_of_the_truth_while_visible(played):
     assert result.misses <= 5 * len(result.tracks_of)
 
 
+@pytest.mark.slow
 def test_the_published_95_percent_ellipse_holds_the_truth_and_is_not_far_too_large(played):
     """The errors are mostly systematic, so that their squares are no chi-square."""
     squares, partly = [], []

@@ -50,6 +50,7 @@ def measured(name, config, size='width=640&height=480', duration='15.2'):
     return {name: np.array(rows) for name, rows in seen.items()}, ids
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('name', 'count', 'most'), [('silhouette', 2, 0.1), ('approach', 4, 0.15)])
 def test_all_targets_are_followed_with_one_id_and_small_errors(name, count, most):
     seen, ids = measured(name, ContourConfig())
@@ -62,6 +63,7 @@ def test_all_targets_are_followed_with_one_id_and_small_errors(name, count, most
         assert rows[:, 4].mean() > 0.93
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['silhouette', 'approach'])
 def test_errors_are_what_the_covariance_says(name):
     seen, _ = measured(name, ContourConfig())
@@ -79,6 +81,7 @@ DOCUMENT = ContourConfig(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_with_the_values_of_the_document_it_is_no_worse_than_there_where_its_lines_reach_the_edge():
     size = 'width=320&height=240'
     seen, ids = measured('silhouette', DOCUMENT, size)
@@ -342,6 +345,7 @@ def test_targets_live_through_another_configuration_and_start_again_with_other_n
     assert tracks.outlines.shape == (1, 80, 2)
 
 
+@pytest.mark.slow
 def test_no_more_targets_than_allowed():
     _, frames = played('approach')
     tracker = ContourTracker(ContourConfig(max_targets=2))

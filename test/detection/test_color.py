@@ -115,6 +115,7 @@ def test_gray_world_works_in_every_encoding(encoding):
 CLUTTER = {'min_area': 200, 'max_area': 4000}
 
 
+@pytest.mark.slow
 def test_in_a_room_full_of_the_same_colors_what_moves_is_found():
     scene = open_scene('clutter')
     config = DetectorConfig(colors=colors_of(scene, 25.0), **CLUTTER)

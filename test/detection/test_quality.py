@@ -42,6 +42,7 @@ def test_centroids_are_better_than_a_pixel(spec, limit):
     assert np.sqrt((error**2).sum(axis=1).mean()) < limit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('width', 'height', 'tolerance'),
     [

@@ -51,6 +51,7 @@ def played(scene, detections):
     return tally.score()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('name', 'idf1'), [('collision', 0.98), ('swarm', 0.97), ('juggle', 0.97), ('turns', 0.95)]
 )
@@ -69,6 +70,7 @@ def test_objects_keep_their_tracks_as_a_perfect_detector_or_a_bad_one_sees_them(
     assert played(scene, found).idf1 >= idf1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('tolerance', 'parameters'),
     [

@@ -37,6 +37,7 @@ def box(center, size=31):
     return [center[0] - size // 2, center[1] - size // 2, size, size]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('method', METHODS)
 def test_a_patch_that_turns_and_changes_its_size_is_kept_within_a_pixel(method):
     error, covariance = errors('texture', WindowConfig(method=method))
@@ -50,12 +51,14 @@ def _flat(error, covariance):
     return e, np.linalg.inv(P), e
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('method', METHODS)
 def test_a_patch_is_kept_among_others_that_look_alike(method):
     error, _ = errors('clutter', WindowConfig(method=method), objects=1)
     assert np.hypot(*error.reshape(-1, 2).T).max() < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('scene', ['partial', 'hidden'])
 def test_the_filter_carries_a_target_past_a_cover_and_the_swarm_no_worse(scene):
     share, rmse = {}, {}
@@ -69,17 +72,20 @@ def test_the_filter_carries_a_target_past_a_cover_and_the_swarm_no_worse(scene):
     assert rmse[PSO] <= rmse[K]
 
 
+@pytest.mark.slow
 def test_a_template_that_has_taken_on_the_cover_is_not_the_end():
     error, _ = errors('partial', WindowConfig(), seed=15)
     assert np.linalg.norm(error[-1], axis=1).max() < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('method', METHODS)
 def test_sudden_changes_of_direction_lose_nobody(method):
     error, _ = errors('jump', WindowConfig(method=method))
     assert np.linalg.norm(error, axis=2).max() < 0.5
 
 
+@pytest.mark.slow
 def test_without_drift_compensation_a_target_drifts_away():
     error, _ = errors('texture', WindowConfig(method=K, drift_compensation=False))
     assert np.nanmean(np.linalg.norm(error, axis=2)) > 1.0
@@ -192,6 +198,7 @@ def test_a_picture_that_shrinks_or_is_tiny_does_no_harm():
         tracker.update(Frame(np.zeros(shape, np.uint8), 'mono8', k * 10**7))
 
 
+@pytest.mark.slow
 def test_the_same_frames_give_the_same_tracks_to_the_bit():
     frames, truth = played('partial')
 
