@@ -14,7 +14,7 @@ class LabelImage:
     """One byte for each pixel: 0 for none of the colors, k + 1 for color k.
 
     The rows are padded with zeros, by at least one byte, to whole words of eight: a run ends with
-    its row, and who looks for content steps over eight empty pixels at a time.
+    its row, and a search for content skips eight empty pixels at a time.
 
     :param padded: (H, stride) contiguous, 0 from column width on.
     :param width: of the picture [px].

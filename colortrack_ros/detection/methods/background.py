@@ -1,4 +1,4 @@
-"""What moves, whatever its color."""
+"""Objects by their motion: background subtraction."""
 
 from dataclasses import dataclass
 
@@ -98,6 +98,6 @@ class BackgroundSubtraction:
         return np.ones(len(label))
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
-        """The background follows the frame, but for what was found, whatever its shape."""
+        """The background follows the frame outside all blobs, those of other shapes included."""
         seconds = self._config.learn_seconds
         self._model.follow(channels_of(frame), frame.stamp, blobs, seconds)
