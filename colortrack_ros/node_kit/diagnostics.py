@@ -22,9 +22,12 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
 PERIOD = 1.0
-THROTTLE = 5.0
+"""Time [s] between two messages: that of diagnostic_updater."""
+TOLD_EVERY = 5.0
+"""Least time [s] between two log lines about refused input: a person reads them as they come."""
 OTHER_CLOCK = 3600.0
-"""Stamps farther away from now [s] are of another clock, as in an old recording: no latency."""
+"""Stamps farther away from now [s] are of another clock, as in an old recording: no latency. As
+long as the longest threshold."""
 
 NO_CLOCK = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play --clock` does'
 
@@ -77,7 +80,7 @@ class Health:
         self._lock = threading.Lock()
         self._counts = _Counts()
         self._reason = ''
-        self._told = -THROTTLE
+        self._told = -TOLD_EVERY
         self._seconds = seconds_of(node)
         self._heard = self._seconds()
         self._publisher = publish_on(node, DiagnosticArray, '/diagnostics')
@@ -107,7 +110,7 @@ class Health:
             self.refused += 1
             self._counts.refused += 1
             self._reason = reason
-            tell = now - self._told >= THROTTLE
+            tell = now - self._told >= TOLD_EVERY
             self._told = now if tell else self._told
         if tell:  # the logger's own throttling costs more than refusing
             self._node.get_logger().warning(f'Refused: {reason}')

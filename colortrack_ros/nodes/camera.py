@@ -43,13 +43,17 @@ from colortrack_ros.sources import SourceError
 from colortrack_ros.sources.stream import without_secrets
 
 IN_FLIGHT = 2
-"""Frames that may wait for their detections when a recording goes as fast as it is consumed."""
-PATIENCE = 1.0
-"""How long [s] such a frame waits for them."""
+"""Frames that may wait for their detections when a recording goes as fast as it is consumed: one
+that is worked on, and the next, so that the detector never waits."""
+ANSWER_TIMEOUT = 1.0
+"""How long [s] such a frame waits for them: a detector that has skipped it never answers, and one
+slower than 1 Hz is not waited for."""
 ACQUAINTANCE = 0.5
-"""How long [s] subscribers that the camera knows may not know the camera yet."""
+"""How long [s] subscribers that the camera knows may not know the camera yet: discovery tells one
+side first. Chosen, not fitted."""
 PAUSES = (0.5, 1.0, 2.0, 5.0)
-"""Pauses [s] before a live source that failed is opened again; the last one repeats."""
+"""Pauses [s] before a live source that failed is opened again; the last one repeats. They grow,
+so that a device that is gone is not asked all the time, and end where a person still waits."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +146,7 @@ class CameraNode(ParameterNode[CameraSetup]):
         # Beside the images, wherever they have been remapped to.
         self._jpegs = publish_on(self, CompressedImage, f'{self._images.topic_name}/compressed')
         self._answers: Subscription | None = None
-        self._window = Window(IN_FLIGHT, PATIENCE)
+        self._window = Window(IN_FLIGHT, ANSWER_TIMEOUT)
         self._listen(self.setup)
         self._closing = threading.Event()
         self._going = threading.Event()

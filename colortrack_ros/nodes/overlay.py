@@ -32,8 +32,9 @@ from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import part
 
-WAITING = 30
-"""Pictures that wait for their tracks, and tracks that wait for their picture."""
+MOST_UNPAIRED = 30
+"""Pictures that wait for their tracks, and tracks that wait for their picture: a second at 30 Hz,
+as many as the queue of images holds."""
 
 TO_BGR = {
     'rgb8': cv2.COLOR_RGB2BGR,
@@ -108,7 +109,7 @@ class OverlayNode(ParameterNode[OverlaySetup]):
             if stamp in self._outlines:
                 tracks = tracks_with_outlines(tracks, self._outlines.pop(stamp))
             self._paint(self._frames.pop(stamp), tracks)
-        while len(waiting) > WAITING:
+        while len(waiting) > MOST_UNPAIRED:
             waiting.pop(next(iter(waiting)))
 
     def _paint(self, frame: Frame, tracks: Tracks) -> None:

@@ -26,8 +26,9 @@ from colortrack_ros.node_kit.runtime import use_transport_profile
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
 
-PATIENCE = 5.0
-"""How long [s] an image of a topic is waited for."""
+IMAGE_TIMEOUT = 5.0
+"""How long [s] an image of a topic is waited for: discovery takes a second or two, and the slowest
+cameras in use give one image a second."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -131,13 +132,15 @@ def _frame_on(topic: str) -> Frame:
     node = rclpy.create_node('pick_color')
     heard: list[bytes] = []
     node.create_subscription(Image, topic, heard.append, qos_profile_sensor_data, raw=True)
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + IMAGE_TIMEOUT
     while not heard and time.monotonic() < end:
         rclpy.spin_once(node, timeout_sec=0.1)
     node.destroy_node()
     rclpy.shutdown()
     if not heard:
-        raise StartError(f'{topic}: no file, and no sensor_msgs/Image on it for {PATIENCE:g} s')
+        raise StartError(
+            f'{topic}: no file, and no sensor_msgs/Image on it for {IMAGE_TIMEOUT:g} s'
+        )
     try:
         return frame_of_serialized_image(heard[0])
     except MessageError as error:
