@@ -91,7 +91,8 @@ docs: $(VENV)/docs
 
 # The moving picture of the README; needs ffmpeg.
 doc/demo.webp: $(VENV)/demo
-	$(VENV)/bin/replay 'scene:occlusion?width=480&height=270&noise=0&duration=11' \
+	mkdir -p build
+	$(RUN) $(VENV)/bin/replay 'scene:occlusion?width=480&height=270&noise=0&duration=11' \
 		--params-file params/colortrack.yaml --output build/demo --video build/demo.mp4 --force
 	ffmpeg -v error -y -ss 5 -i build/demo.mp4 -vf fps=12 -loop 0 -quality 50 $@
 
