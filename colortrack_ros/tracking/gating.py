@@ -1,65 +1,49 @@
-"""Which detections come into question for which track."""
+"""Gating: which blobs come into question for which track."""
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.rectangles import points_inside
+
 Indices = NDArray[np.intp]
 
-FEW = 10_000
-"""So many comparisons are faster than sorting."""
+UNBOUNDED = 1e9
+"""Half width of the gate when there is none: far beyond any picture [px]."""
 
 
-def candidates(center: Floats, half: Floats, points: Floats) -> tuple[Indices, Indices]:
-    """All points inside each of N rectangles.
+def gate(
+    prediction: Prediction, blobs: Measurements, config: TrackerConfig
+) -> tuple[Indices, Indices]:
+    """All pairs of a track and a blob whose score may be positive.
 
-    Few are compared all with all. Else the points are sorted into horizontal strips, and by u
-    within a strip; what a rectangle holds of a strip is then one run of them, which two binary
-    searches find.
+    With the score ln p / (1 - p) + ln N(e; 0, S) - ln density that is d^2 below a bound that S
+    sets. The gate is a rectangle that holds the gates of going on and of having maneuvered.
+    Without a gate every pair is a candidate. None has a track that was measured at
+    this stamp before, or two colors if color gates.
 
-    :param center: (N, 2) [px].
-    :param half: (N, 2) half width and half height [px].
-    :param points: (M, 2) [px].
-    :return: indices (K,) of rectangles, ascending, and (K,) of points.
+    :return: (K,) tracks, ascending, and (K,) blobs.
     """
-    (u, v), (x, y), (w, h) = (np.ascontiguousarray(pairs.T) for pairs in (points, center, half))
-    if len(x) * len(u) <= FEW:
-        inside = np.abs(u - x[:, None]) <= w[:, None]
-        inside &= np.abs(v - y[:, None]) <= h[:, None]
-        rectangle, point = inside.nonzero()
-        return rectangle, point
-    u0, u1, v0, v1 = u.min(), u.max(), v.min(), v.max()
-    tall = float(np.minimum(h, v1 - v0).mean())
-    height = max(2 * tall, float(v1 - v0) / 1000, 1.0)
-    length = float(u1 - u0) + 2.0
-    key = np.floor((v - v0) / height) * length + (u - u0 + 1)
-    order = key.argsort(kind='stable')
-    key = key[order]
-    top = np.floor(_within(y - h - v0, v1 - v0) / height)
-    bottom = np.floor(_within(y + h - v0, v1 - v0) / height)
-    rectangle, row = _runs(top, (bottom - top + 1).astype(np.intp))
-    start = row * length
-    first = key.searchsorted(start + _within(x - w - u0, u1 - u0)[rectangle] + 0.999999)
-    last = key.searchsorted(start + _within(x + w - u0, u1 - u0)[rectangle] + 1.000001)
-    run, place = _runs(first, last - first)
-    rectangle, point = rectangle[run], order[place]
-    inside = np.abs(v[point] - y[rectangle]) <= h[rectangle]
-    inside &= np.abs(u[point] - x[rectangle]) <= w[rectangle]
-    return rectangle[inside], point[inside]
-
-
-def _within(x: Floats, last: float) -> Floats:
-    """The nearest number of -1 to last + 1."""
-    return np.minimum(np.maximum(x, -1.0), last + 1.0)
-
-
-def _runs(first: NDArray, length: Indices) -> tuple[Indices, NDArray]:
-    """Runs of successive numbers, one after the other.
-
-    :param first: (N,) where each run starts.
-    :param length: (N,) of each run.
-    :return: (K,) index of the run, and (K,) the number.
-    """
-    run = np.arange(len(length)).repeat(length)
-    offset = first - (length.cumsum() - length)
-    return run, np.arange(len(run)) + offset[run]
+    variance = blobs.R[:, [0, 1], [0, 1]]
+    widest, narrowest = variance.max(initial=0.0), variance.min(initial=1e9) + 1e-9
+    T = prediction.unmeasured[:, None] / 2
+    way = prediction.velocity * T
+    turned = prediction.variance + (way**2 + (2 * prediction.speed * T) ** 2) / 3
+    S = prediction.variance + narrowest
+    bound = 2 * (prediction.log_odds - prediction.log_density - math.log(np.pi)) - np.log(
+        S[:, 0] * S[:, 1]
+    )
+    half = np.sqrt(np.maximum(bound, 0.0)[:, None] * (turned + widest)) + np.abs(way)
+    if prediction.sized:
+        half += prediction.records['extent'].sum(axis=1) / 2
+    if not config.gating:
+        half[:] = UNBOUNDED
+    track, blob = points_inside(prediction.center, half, blobs.z)
+    fit = prediction.unmeasured[track] > 0
+    if config.color_gating:
+        fit &= prediction.records['color'][track] == blobs.rows['color'][blob]
+    return (track, blob) if fit.all() else (track[fit], blob[fit])

@@ -1,15 +1,27 @@
 """Hypotheses: which blob may be the measurement of which track."""
 
 from dataclasses import dataclass
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Columns
 from colortrack_ros.estimation.bank import Innovations
+from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.extents import centers
+from colortrack_ros.tracking.extents import measure
+from colortrack_ros.tracking.extents import sides_of_one
+from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.merged import sides_of_several
+from colortrack_ros.tracking.prediction import Prediction
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+LOG_COLORS_MIXED_UP = math.log(50)
+"""Cost of a pair of unlike color, where color does not gate: one blob in 50 is assumed to have a
+wrong color. Not fitted."""
 
 
 @dataclass(frozen=True)
@@ -28,3 +40,66 @@ class Hypotheses(Columns):
     z: Floats
     R: Floats
     innovations: Innovations
+
+
+@dataclass(frozen=True)
+class Association:
+    """The hypotheses that were chosen.
+
+    :param pairs: K hypotheses.
+    :param probability: (K,) that each is right; 1 for hard decisions.
+    :param free: (M,) blobs that no track has taken.
+    """
+
+    pairs: Hypotheses
+    probability: Floats
+    free: NDArray[np.bool_]
+
+
+def hypothesize(
+    prediction: Prediction,
+    blobs: Measurements,
+    track: Indices,
+    blob: Indices,
+    shared: NDArray[np.bool_] | None = None,
+) -> Hypotheses:
+    """Compare blobs with tracks.
+
+    :param track: (K,), ascending.
+    :param blob: (K,).
+    :param shared: (K,) pairs whose blob is shared by several tracks.
+    """
+    z, R = blobs.z[blob], blobs.R[blob]
+    if prediction.sized:
+        extent = prediction.records['extent'][track]
+        expected, variance = prediction.center[track], prediction.variance[track]
+        center = centers(z, blobs.box[blob], extent)
+        weight = sides_of_one(center, expected, variance)
+        if shared is not None and shared.any():
+            one = np.flatnonzero(shared)
+            weight[:, one] = sides_of_several(
+                blobs, blob[one], center[:, one], expected[one], variance[one]
+            )
+        z, R = measure(blobs, blob, extent, prediction.records['partial'][track], weight)
+    compared = prediction.bank.compare(
+        track, z, R, prediction.maneuvered[track], prediction.unmeasured[track], prediction.speed
+    )
+    return Hypotheses(track, blob, z, R, compared)
+
+
+def score(
+    hypotheses: Hypotheses, prediction: Prediction, blobs: Measurements, config: TrackerConfig
+) -> Floats:
+    """Log-likelihood ratio of each against a missed track and a blob of no track, (K,).
+
+    (Blackman and Popoli 1999, 6.2.) Without gating all are made positive, so that each is better
+    than none.
+    """
+    track, log_likelihood = hypotheses.track, hypotheses.innovations.log_likelihood
+    ratio = log_likelihood - prediction.log_density + prediction.log_odds[track]
+    if not config.color_gating:
+        colors = prediction.records['color'][track], blobs.rows['color'][hypotheses.blob]
+        ratio -= LOG_COLORS_MIXED_UP * (colors[0] != colors[1])
+    if not config.gating:
+        ratio -= ratio.min(initial=0.0) - 1.0
+    return ratio

@@ -1,10 +1,11 @@
-"""Detections as the tracker works with them."""
+"""Measurements: the detections of a frame as the tracker works with them."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Columns
 from colortrack_ros.data import DETECTION
 from colortrack_ros.tracking.config import TrackerConfig
 
@@ -14,9 +15,12 @@ DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
 """Where a row of DETECTION, seen as doubles, holds u, v, cov_uu, cov_uv, cov_vv, and, seen as
 singles, area, box_u, box_v, box_w, box_h, score."""
 
+ROW = np.dtype((np.void, DETECTION.itemsize))
+"""A detection as mere bytes."""
+
 FARTHEST = 1e6
 LIMITS = np.array([FARTHEST, FARTHEST, FARTHEST**2, FARTHEST**2, FARTHEST**2])
-"""No picture has a place farther out [px]; a covariance and an area are at most its square."""
+"""Bounds of a valid row: no picture is that wide [px]; the square bounds covariances and areas."""
 
 CUT_SIGMA, LEAST_CUT = 0.2, 2.0
 """A standard deviation beyond this share of the blob's size and this many px is no noise: a blob at
@@ -24,7 +28,7 @@ the picture's border goes on behind it."""
 
 
 @dataclass(frozen=True)
-class Blobs:
+class Measurements(Columns):
     """The good rows of one frame.
 
     :param rows: (M,) of dtype DETECTION.
@@ -55,8 +59,17 @@ class Blobs:
         return self.box[:, 1] - self.box[:, 0]
 
 
-def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
-    """Leave out rows that are not finite or absurdly large, or whose covariance is none.
+def unrepeated(rows: NDArray[np.void], known: NDArray[np.void]) -> NDArray[np.void]:
+    """The rows, of dtype DETECTION, that are not among the known ones, bit by bit."""
+    rows = np.ascontiguousarray(rows)
+    before = set(known.view(ROW).tolist())
+    return rows[np.array([row not in before for row in rows.view(ROW).tolist()], bool)]
+
+
+def accept(rows: NDArray[np.void], config: TrackerConfig) -> Measurements:
+    """Leave out rows that are not finite or absurdly large, or have no valid covariance.
+
+    A covariance is positive definite, or all zero where it is not known.
 
     :param rows: (N,) of dtype DETECTION.
     :param config: says where the covariance comes from, and whether boxes are used.
@@ -90,4 +103,4 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Blobs:
     if config.use_boxes and config.detection_covariance:
         diagonal = doubles[:, [2, 4]]
         cut = diagonal > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2
-    return Blobs(rows, z, R, box, np.zeros(len(rows), bool), cut)
+    return Measurements(rows, z, R, box, np.zeros(len(rows), bool), cut)

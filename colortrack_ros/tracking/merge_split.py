@@ -1,26 +1,60 @@
-"""Blobs that break and blobs that merge: which belong to which tracks, beyond one to one."""
+"""Merge and split: blobs that broke into pieces, and blobs that several objects share."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import TENTATIVE
-from colortrack_ros.tracking.blobs import difference
-from colortrack_ros.tracking.blobs import slack
-from colortrack_ros.tracking.gating import candidates
-from colortrack_ros.tracking.measurements import Blobs
+from colortrack_ros.tracking.extents import difference
+from colortrack_ros.tracking.extents import join
+from colortrack_ros.tracking.extents import slack
+from colortrack_ros.tracking.hypotheses import Association
+from colortrack_ros.tracking.hypotheses import hypothesize
+from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.rectangles import points_inside
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-def pieces(
-    records: NDArray[np.void], blobs: Blobs, taken: Indices, free: Indices
+def merge_split(
+    prediction: Prediction, blobs: Measurements, associated: Association
+) -> tuple[Measurements, Association]:
+    """Join the pieces of broken blobs, and let tracks that merged share a blob.
+
+    :return: the blobs with joined ones in the places of the wholes, and the pairs with those of the
+        tracks that share; pieces are no longer free.
+    """
+    if not prediction.sized:
+        return blobs, associated
+    records, pairs, probability = prediction.records, associated.pairs, associated.probability
+    taken = np.where(prediction.unmeasured > 0, -1, -2)
+    sure = probability > 0.5
+    taken[pairs.track[sure]] = pairs.blob[sure]
+    piece, whole = find_pieces(records, blobs, taken, np.flatnonzero(associated.free))
+    guest, host = find_guests(records, prediction.center, blobs, taken)
+    if not len(piece) and not len(guest):
+        return blobs, associated
+    free = associated.free.copy()
+    free[piece] = False
+    blobs = join(blobs, piece, whole)
+    track, blob = np.append(pairs.track, guest), np.append(pairs.blob, host)
+    probability = np.append(probability, np.ones(len(guest)))
+    order = np.argsort(track, kind='stable')
+    track, blob, probability = track[order], blob[order], probability[order]
+    pairs = hypothesize(prediction, blobs, track, blob, np.isin(blob, host))
+    return blobs, Association(pairs, probability, free)
+
+
+def find_pieces(
+    records: NDArray[np.void], blobs: Measurements, taken: Indices, free: Indices
 ) -> tuple[Indices, Indices]:
     """Find free blobs that, put together with a known object's blob, fit into its size.
 
-    :param records: (N,) of dtype RECORD.
+    :param records: (N,) of the tracks, see records.FIELDS.
     :param blobs: of the frame.
-    :param taken: (N,) the blob of each track, -1: none.
+    :param taken: (N,) the blob of each track, -1 for none, -2 for none since it was
+        measured at this stamp before.
     :param free: indices of the blobs that no track has taken.
     :return: (K,) pieces, each once, and (K,) blobs that they belong to.
     """
@@ -30,7 +64,7 @@ def pieces(
     size, box = records['extent'][known].sum(axis=1), blobs.box[taken[known]]
     room = 1.05 * (size + slack(size))
     half = room - (box[:, 1] - box[:, 0]) / 2
-    track, piece = candidates(box.mean(axis=1), half, blobs.box[free].mean(axis=1))
+    track, piece = points_inside(box.mean(axis=1), half, blobs.box[free].mean(axis=1))
     whole, piece = taken[known[track]], free[piece]
     low = np.minimum(blobs.box[whole, 0], blobs.box[piece, 0])
     high = np.maximum(blobs.box[whole, 1], blobs.box[piece, 1])
@@ -40,22 +74,23 @@ def pieces(
     return piece, whole
 
 
-def guests(
-    records: NDArray[np.void], center: Floats, blobs: Blobs, taken: NDArray[np.intp]
+def find_guests(
+    records: NDArray[np.void], center: Floats, blobs: Measurements, taken: NDArray[np.intp]
 ) -> tuple[Indices, Indices]:
     """Find known objects without a blob that lie inside one too wide for the track that has it.
 
-    :param records: (N,) of dtype RECORD.
+    :param records: (N,) of the tracks, see records.FIELDS.
     :param center: (N, 2) predicted centers [px].
     :param blobs: of the frame.
-    :param taken: (N,) the blob of each track, -1: none.
+    :param taken: (N,) the blob of each track, -1 for none, -2 for none since it was
+        measured at this stamp before.
     :return: (K,) tracks, each once, and (K,) blobs that they share.
     """
     host = np.flatnonzero(taken >= 0)
     excess = difference(records['extent'][host].sum(axis=1), blobs.size[taken[host]])
     wide = taken[host[(excess > 0).any(axis=1)]]
     lost = np.flatnonzero((taken < 0) & (records['state'] != TENTATIVE))
-    blob, track = candidates(blobs.box[wide].mean(axis=1), blobs.size[wide] / 2, center[lost])
+    blob, track = points_inside(blobs.box[wide].mean(axis=1), blobs.size[wide] / 2, center[lost])
     blob, track = _once(wide[blob], lost[track], blobs.rows['color'][wide[blob]], records['color'])
     return track, blob
 

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from colortrack_ros.tracking.blobs import EDGE_VARIANCE
-from colortrack_ros.tracking.measurements import Blobs
+from colortrack_ros.tracking.extents import EDGE_VARIANCE
+from colortrack_ros.tracking.measurements import Measurements
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -15,13 +15,13 @@ LEAN_VARIANCE = 0.04
 
 
 def sides_of_several(
-    blobs: Blobs, blob: Indices, center: Floats, expected: Floats, variance: Floats
+    blobs: Measurements, blob: Indices, center: Floats, expected: Floats, variance: Floats
 ) -> Floats:
     """Probabilities of the three centers of objects that share blobs.
 
     :param blobs: of the frame.
     :param blob: (K,) which of them; each at least twice.
-    :param center: (3, K, 2) see blobs.centers() [px].
+    :param center: (3, K, 2) see extents.centers() [px].
     :param expected: (K, 2) predicted centers [px].
     :param variance: (K, 2) of the predictions [px^2].
     :return: (3, K, 2).
@@ -57,7 +57,7 @@ def _by_order(blob: Indices, expected: Floats, variance: Floats) -> Floats:
     return weight
 
 
-def _lean(blobs: Blobs, blob: Indices, one: Floats, other: Floats) -> Floats:
+def _lean(blobs: Measurements, blob: Indices, one: Floats, other: Floats) -> Floats:
     """Log-likelihood that two objects lie along the main diagonal of their blob, not the other.
 
     Both fill the same box. But the covariance of the centroid, if the detector made it from the

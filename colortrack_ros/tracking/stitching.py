@@ -1,4 +1,4 @@
-"""Tracks that have just been confirmed and are what has become of lost ones."""
+"""Stitching: a lost track goes on as one that has just been confirmed."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,26 @@ from colortrack_ros.tracking.config import TrackerConfig
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-FAR = 7.0
-"""Nothing comes so many standard deviations away from where it may be expected."""
+KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'partial', 'hits')
+"""What a track keeps when another goes on in its place."""
+
+REACH_SIGMAS = 7.0
+"""Pairs farther apart than this many standard deviations are not compared, to save time: beyond 7
+the probability is 1e-11."""
 
 
-def reunions(
+def stitch(tracks: TrackTable[Bank], lost: Indices, found: Indices) -> None:
+    """Let lost tracks, (K,), go on as found ones, (K,); their IDs and sizes stay."""
+    tracks.filters.put(lost, tracks.filters.take(found))
+    records = tracks.records
+    hits = records['hits'][found]
+    for name in records.dtype.names or ():
+        if name not in KEPT:
+            records[name][lost] = records[name][found]
+    records['hits'][lost] += hits
+
+
+def find_stitches(
     tracks: TrackTable[Bank],
     lost: Indices,
     found: Indices,
@@ -49,7 +64,7 @@ def reunions(
     speed = config.initial_speed or learned.speed
     mean, cov = tracks.filters.estimate()
     reach = np.hypot(mean[one, 2], mean[one, 3]) * T
-    reach += FAR * np.sqrt((cov[one, 0, 0] + cov[one, 1, 1]) / 2 + (speed * T) ** 2)
+    reach += REACH_SIGMAS * np.sqrt((cov[one, 0, 0] + cov[one, 1, 1]) / 2 + (speed * T) ** 2)
     apart = mean[one, :2] - mean[other, :2]
     near = np.hypot(apart[:, 0], apart[:, 1]) <= reach
     one, other, T = one[near], other[near], T[near]

@@ -3,7 +3,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
 
-from colortrack_ros.tracking.gating import candidates
+from colortrack_ros.tracking.rectangles import points_inside as candidates
 
 
 @given(

@@ -8,7 +8,7 @@ another. Either way one of its two sides is still a side of the object, and give
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.tracking.measurements import Blobs
+from colortrack_ros.tracking.measurements import Measurements
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -73,7 +73,7 @@ def sides_of_one(center: Floats, expected: Floats, variance: Floats) -> Floats:
 
 
 def measure(
-    blobs: Blobs, blob: Indices, extent: Floats, partial: Bools, weight: Floats
+    blobs: Measurements, blob: Indices, extent: Floats, partial: Bools, weight: Floats
 ) -> tuple[Floats, Floats]:
     """The measurement of an object's center that a blob gives, and its covariance.
 
@@ -102,7 +102,7 @@ def measure(
     return np.where(better, mean, z), covariance
 
 
-def join(blobs: Blobs, piece: Indices, whole: Indices) -> Blobs:
+def join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:
     """Add pieces of broken blobs to the blobs that their tracks have taken.
 
     What is missing between them draws the centroid aside, so the middle of the box replaces it.
@@ -119,7 +119,7 @@ def join(blobs: Blobs, piece: Indices, whole: Indices) -> Blobs:
     R[whole] = EDGE_VARIANCE * np.eye(2)
     joined = blobs.joined.copy()
     joined[whole] = True
-    return Blobs(blobs.rows, z, R, box, joined, blobs.cut)
+    return Measurements(blobs.rows, z, R, box, joined, blobs.cut)
 
 
 def learn(

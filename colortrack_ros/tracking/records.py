@@ -1,0 +1,55 @@
+"""What is recorded of a track besides its filter, and what is published of it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.track_table import TrackTable
+
+Indices = NDArray[np.intp]
+
+FIELDS = [
+    ('color', 'u4'),
+    ('origin', 'f8', 2),
+    ('misses', 'u4'),
+    ('area', 'f4'),
+    ('box_w', 'f4'),
+    ('box_h', 'f4'),
+    ('extent', 'f8', (2, 2)),
+    ('partial', '?', 2),
+    ('innovation', 'f8', 2),
+    ('outside', '?'),
+    ('visible', 'f8'),
+    ('hidden', 'f8'),
+]
+"""What is recorded of a track besides the COMMON fields.
+
+origin: where it began [px]; misses: frames without a detection; area, box_w, box_h: of the last
+detection [px]; extent: reach of the object to the low and high side, by axis [px], see extents;
+partial: it has never been in sight wholly, by axis; innovation: the last one, see Innovations;
+outside: predicted outside the picture; visible, hidden: probability that the object exists and can,
+or cannot, be seen.
+"""
+
+
+def record_size(records: NDArray[np.void], track: Indices | slice, rows: NDArray[np.void]) -> None:
+    """Note the sizes of the detections rows, (K,), that tracks have taken."""
+    for name in ('area', 'box_w', 'box_h'):
+        records[name][track] = rows[name]
+
+
+def published(tracks: TrackTable[Bank], stamp: int, bias: float) -> NDArray[np.void]:
+    """The tracks as they are published, none that is outside the picture.
+
+    :param stamp: now [ns].
+    :param bias: standard deviation to add to the position on each axis [px].
+    :return: of dtype TRACK.
+    """
+    if tracks.records['outside'].any():
+        tracks = tracks.take(~tracks.records['outside'])
+    mean, covariance = tracks.filters.estimate()
+    rows = tracks.rows(stamp, mean[:, :4], covariance[:, :4, :4])
+    rows['covariance'][:, 0, 0] += bias**2
+    rows['covariance'][:, 1, 1] += bias**2
+    rows['score'] = tracks.records['visible'] + tracks.records['hidden']
+    return rows

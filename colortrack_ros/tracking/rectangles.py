@@ -1,0 +1,65 @@
+"""All points inside rectangles."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+DENSE = 10_000
+"""Up to this many pairs all are compared with all, which has less overhead than sorting."""
+
+
+def points_inside(center: Floats, half: Floats, points: Floats) -> tuple[Indices, Indices]:
+    """All points inside each of N rectangles.
+
+    Few are compared all with all. Else the points are sorted into horizontal strips, and by u
+    within a strip; what a rectangle holds of a strip is then one run of them, which two binary
+    searches find.
+
+    :param center: (N, 2) [px].
+    :param half: (N, 2) half width and half height [px].
+    :param points: (M, 2) [px].
+    :return: indices (K,) of rectangles, ascending, and (K,) of points.
+    """
+    (u, v), (x, y), (w, h) = (np.ascontiguousarray(pairs.T) for pairs in (points, center, half))
+    if len(x) * len(u) <= DENSE:
+        inside = np.abs(u - x[:, None]) <= w[:, None]
+        inside &= np.abs(v - y[:, None]) <= h[:, None]
+        rectangle, point = inside.nonzero()
+        return rectangle, point
+    u0, u1, v0, v1 = u.min(), u.max(), v.min(), v.max()
+    tall = float(np.minimum(h, v1 - v0).mean())
+    height = max(2 * tall, float(v1 - v0) / 1000, 1.0)
+    length = float(u1 - u0) + 2.0
+    key = np.floor((v - v0) / height) * length + (u - u0 + 1)
+    order = key.argsort(kind='stable')
+    key = key[order]
+    top = np.floor(_within(y - h - v0, v1 - v0) / height)
+    bottom = np.floor(_within(y + h - v0, v1 - v0) / height)
+    rectangle, row = _runs(top, (bottom - top + 1).astype(np.intp))
+    start = row * length
+    first = key.searchsorted(start + _within(x - w - u0, u1 - u0)[rectangle] + 0.999999)
+    last = key.searchsorted(start + _within(x + w - u0, u1 - u0)[rectangle] + 1.000001)
+    run, place = _runs(first, last - first)
+    rectangle, point = rectangle[run], order[place]
+    inside = np.abs(v[point] - y[rectangle]) <= h[rectangle]
+    inside &= np.abs(u[point] - x[rectangle]) <= w[rectangle]
+    return rectangle[inside], point[inside]
+
+
+def _within(x: Floats, last: float) -> Floats:
+    """The nearest number of -1 to last + 1."""
+    return np.minimum(np.maximum(x, -1.0), last + 1.0)
+
+
+def _runs(first: NDArray, length: Indices) -> tuple[Indices, NDArray]:
+    """Runs of successive numbers, one after the other.
+
+    :param first: (N,) where each run starts.
+    :param length: (N,) of each run.
+    :return: (K,) index of the run, and (K,) the number.
+    """
+    run = np.arange(len(length)).repeat(length)
+    offset = first - (length.cumsum() - length)
+    return run, np.arange(len(run)) + offset[run]

@@ -1,0 +1,127 @@
+"""Update: filters, existence and sizes of tracks by what has been measured of them."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.existence import update_existence
+from colortrack_ros.estimation.track_table import TrackTable
+from colortrack_ros.tracking.adaptation import Adaptation
+from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.extents import difference
+from colortrack_ros.tracking.extents import learn
+from colortrack_ros.tracking.extents import slack
+from colortrack_ros.tracking.hypotheses import Association
+from colortrack_ros.tracking.hypotheses import Hypotheses
+from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.records import record_size
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+UNLIKELY = 0.01
+"""Maneuvers less probable than this leave the filter alone, to save time: mixing one in would add a
+hundredth of its covariance."""
+
+MOST_LOG_RATIO = 50.0
+"""Bound of a log-likelihood ratio, so that its exponential is finite; exp(50) leaves no doubt."""
+
+FORMED = 2
+"""Hits after which a filter has a velocity that was measured (two-point differencing), so that its
+innovations tell of the motion."""
+
+
+def update(
+    tracks: TrackTable[Bank],
+    prediction: Prediction,
+    blobs: Measurements,
+    associated: Association,
+    learned: Adaptation,
+    config: TrackerConfig,
+    *,
+    now: int,
+    period: float,
+    again: bool,
+) -> None:
+    """Update filters, existence, sizes and what is learned of the scene.
+
+    :param now: stamp of the frame [ns].
+    :param period: since the last frame [s].
+    :param again: these are more detections of a stamp that there were some of before.
+    """
+    pairs, probability = associated.pairs, associated.probability
+    _update_existence(prediction, pairs, config, again=again)
+    hard = bool((probability == 1).all())
+    taken = pairs if hard else pairs.take(np.flatnonzero(probability > 0.5))
+    whole = _update_sizes(tracks, prediction, blobs, taken, period)
+    _learn(learned, prediction, taken, whole, period)
+    turned = np.flatnonzero(taken.innovations.maneuvered > UNLIKELY)
+    if len(turned):
+        track, maneuvered = taken.track[turned], taken.innovations.maneuvered[turned]
+        T = prediction.unmeasured[track]
+        tracks.filters.maneuver(track, maneuvered, T, prediction.speed)
+    tracks.filters.correct(pairs.track, pairs.z, pairs.R, None if hard else probability)
+    tracks.records['misses'] += not again
+    tracks.records['misses'][taken.track] -= 1
+    tracks.record_hits(taken.track, now)
+    record_size(tracks.records, taken.track, blobs.rows[taken.blob])
+
+
+def _update_existence(
+    prediction: Prediction, pairs: Hypotheses, config: TrackerConfig, *, again: bool
+) -> None:
+    """Existence by the likelihood of what was measured, or of a miss (Musicki et al. 1994)."""
+    p, records = config.detection_probability, prediction.records
+    ratio = np.full(len(records), 1.0 if again else 1 - p)
+    log_ratio = pairs.innovations.log_likelihood - prediction.log_density
+    ratio += np.bincount(pairs.track, p * np.exp(np.minimum(log_ratio, MOST_LOG_RATIO)), len(ratio))
+    records['visible'], records['hidden'] = update_existence(
+        records['visible'], records['hidden'], ratio
+    )
+
+
+def _update_sizes(
+    tracks: TrackTable[Bank],
+    prediction: Prediction,
+    blobs: Measurements,
+    taken: Hypotheses,
+    period: float,
+) -> Bools:
+    """Learn sizes from blobs that tracks have for themselves; return (K,) which are whole.
+
+    While an object grows into view its centroid moves at half its speed.
+    """
+    track, blob, records = taken.track, taken.blob, tracks.records
+    if not prediction.sized:
+        return np.ones(len(track), bool)
+    extent = records['extent'][track]
+    alone = (np.bincount(blob, minlength=1)[blob] == 1) & ~blobs.joined[blob]
+    size = extent.sum(axis=1)
+    whole = alone & ~difference(size, blobs.size[blob]).any(axis=1)
+    last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
+    learned = learn(extent, blobs.z[blob], blobs.box[blob], prediction.center[track], last, period)
+    learned[~alone] = extent[~alone]
+    records['extent'][track] = learned
+    records['partial'][track] &= blobs.cut[blob] | ~whole[:, None]
+    growth = learned.sum(axis=1) - size
+    growth[growth < slack(size)] = 0.0
+    if growth.any():
+        tracks.filters.doubt_velocity(track, (growth / 2 / period) ** 2)
+    return np.asarray(whole)
+
+
+def _learn(
+    learned: Adaptation, prediction: Prediction, taken: Hypotheses, whole: Bools, period: float
+) -> None:
+    """Learn from objects seen whole in this frame and in the last."""
+    records, track, now = prediction.records, taken.track, taken.innovations
+    before, unmeasured = records['innovation'][track], prediction.unmeasured[track]
+    records['innovation'][track] = whole[:, None] * now.innovation
+    known = records['hits'][track] > FORMED
+    learned.learn_rates(known, now.maneuvered, unmeasured, period)
+    steady = known & (unmeasured <= period) & whole
+    product = np.einsum('ij,ij->i', before, now.innovation)
+    velocity = prediction.velocity[track]
+    learned.learn_motion(steady, now.nis, product, now.predicted_share, now.maneuvered, velocity)
