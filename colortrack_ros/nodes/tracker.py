@@ -53,7 +53,11 @@ class TrackerNode(ParameterNode[TrackerSetup]):
         super().__init__('tracker', TrackerSetup, **options)
         self._tracker = Tracker(self.setup.config)
         self._dropped = 0
-        self.health = Health(self, tracks=lambda: self._output.alive)
+        self.health = Health(
+            self,
+            tracks=lambda: self._output.alive,
+            repeated_detections=lambda: self._tracker.repeated,
+        )
         self._order: Order[Detections] = Order(self.process, self.health.refuse, seconds_of(self))
         self._order.configure(self.setup.order)
         self._output = TracksOutput(self, self.setup.output)

@@ -1,4 +1,4 @@
-"""What the scene teaches: how fast its objects are, and how unsteady their motion is."""
+"""What is learned of the scene: speed, process noise, maneuvers, clutter and new objects."""
 
 import math
 
@@ -9,39 +9,53 @@ from scipy.spatial import cKDTree
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-FIRST_NOISE, FIRST_SPEED = 1000.0, 700.0
-"""Process noise [px/s^2] and speed [px/s] to start from."""
+# Constants marked "assumed" were set by hand; benchmark/ablation.py --constants adaptation.NAME
+# shows what IDF1 becomes with half and twice the value.
 
-MANY = 20
-"""From the ways of so many objects between their first two frames their speed is told."""
+FIRST_NOISE, FIRST_SPEED = 1000.0, 700.0
+"""Process noise [px/s^2] and speed [px/s] before any are learned. Assumed."""
+
+SPEED_FROM = 20
+"""Objects whose displacements between their first two frames tell their speed: 20 give the 80 %
+quantile of a Rayleigh distribution within 14 % (the asymptotic standard error)."""
+
+QUANTILE = 0.8
+"""Of those displacements. The largest fifth may lead to the nearest detection of another object."""
 
 LEAST_SPEED = 100.0
-"""An object at rest may start with such a speed at any time [px/s]."""
+"""An object at rest may start to move this fast at any time [px/s]. Assumed."""
 
 FIRST_RATES = (0.5, 2.0)
-"""Maneuvers of an object in sight and out of sight to start from [1/s]."""
+"""Maneuvers of an object in sight and out of sight before any are learned [1/s]. Assumed; unseen,
+objects are handled or bounce more often."""
 
 FIRST_FALSE, LEAST_NEW = 0.003, 0.003
-"""False detections a frame to start from, and new objects a frame, at least."""
+"""False detections a frame to start from, and new objects a frame, at least. Assumed: one in 11 s
+at 30 frames/s."""
 
 FIRST_AREA = 3e5
-"""Of the picture, at least, while its size is not known [px^2]."""
+"""Least area of the picture while its size is not known [px^2]: about 640 x 480."""
 
 BORDER, ENTERING = 0.05, 0.9
-"""Width of the border, a share of the picture, and share of the new objects that begin there."""
+"""Width of the border, a share of the picture, and share of the new objects that begin there.
+Assumed."""
 
 NOISE_RANGE = (1.0, 1e5)
 RATE_RANGE = (0.01, 20.0)
-"""Where the process noise [px/s^2] and the rate of maneuvers [1/s] stay."""
+"""Where the process noise [px/s^2] and the rate of maneuvers [1/s] stay: bounds so wide that they
+only keep the learning finite; one maneuver in 100 s to one in nearly every frame."""
 
 GAIN = 0.2
-"""Largest share of a frame in what is learned."""
+"""Largest share of a frame in what is learned: a memory of five frames. Assumed."""
 
 SLOW = 0.03
-"""Share of a frame in the rate of false detections."""
+"""Share of a frame in the rate of false detections: a memory of 33 frames. Assumed."""
 
-FEW = 4.0
-"""With so many tracks a frame has half of it."""
+HALF_GAIN_TRACKS = 4.0
+"""Number of tracks whose frame has half the share: fewer say less about the scene. Assumed."""
+
+LONG_FRAME = 1.5
+"""Tracks unmeasured for longer than this many frames were out of sight; halfway from one to two."""
 
 
 class Adaptation:
@@ -87,7 +101,7 @@ class Adaptation:
     def chance(self, T: Floats, dt: float) -> Floats:
         """Probability of a maneuver within T, (N,), of tracks last measured T ago [s]."""
         seen, hidden = self.rates
-        return -np.expm1(-np.where(1.5 * dt < T, hidden, seen) * T)
+        return -np.expm1(-np.where(LONG_FRAME * dt < T, hidden, seen) * T)
 
     def learn_size(self, z: Floats, image_size: tuple[int, int]) -> None:
         """Take the detections of a frame, (M, 2) [px]: the box around all so far is the picture.
@@ -102,17 +116,17 @@ class Adaptation:
             self._area = max(float(np.prod(self._high - self._low)), FIRST_AREA)
 
     def meet(self, before: Floats, after: Floats, dt: float) -> None:
-        """Take the first objects, (N, 2), and the detections of the next frame, (M, 2) [px].
+        """Learn the speed from the first objects, (N, 2), and the next detections, (M, 2) [px].
 
-        The way to the nearest one is an object's own for most of them, if they are fewer or slower
-        than would make them change places. Its length has Rayleigh's distribution.
+        For most objects the nearest detection is their own, unless they are so dense and fast that
+        they change places. The displacement has a Rayleigh distribution.
 
         :param dt: between the two [s].
         """
         self.has_met = True
-        if min(len(before), len(after)) >= MANY:
-            way = float(np.quantile(cKDTree(after).query(before)[0], 0.8))
-            sigma = way / math.sqrt(-2 * math.log(1 - 0.8))
+        if min(len(before), len(after)) >= SPEED_FROM:
+            way = float(np.quantile(cKDTree(after).query(before)[0], QUANTILE))
+            sigma = way / math.sqrt(-2 * math.log(1 - QUANTILE))
             self._speed2 = min(self._speed2, (sigma / dt) ** 2)
 
     def learn_new(self, false: int, true: int) -> None:
@@ -121,19 +135,19 @@ class Adaptation:
         self._false += max(SLOW, 1 / self._frames) * (false - self._false)
         self._births += SLOW * (max(true, LEAST_NEW) - self._births)
 
-    def learn_rates(self, known: Bools, turned: Floats, T: Floats, dt: float) -> None:
-        """Take the tracks measured in a frame: expectation-maximization of how often they turn.
+    def learn_rates(self, known: Bools, maneuvered: Floats, T: Floats, dt: float) -> None:
+        """Take the tracks measured in a frame: expectation-maximization of how often they maneuver.
 
         :param known: (K,) which of them to learn from.
-        :param turned: (K,) probability that the track has maneuvered since it was last measured.
+        :param maneuvered: (K,) probability of a maneuver since the track was last measured.
         :param T: (K,) when that was [s].
         :param dt: since the last frame [s].
         """
-        part = np.where(known, 1.5 * dt < T, 2)
-        counts, times, turns = (np.bincount(part, x, 3).tolist()[:2] for x in (None, T, turned))
+        part = np.where(known, LONG_FRAME * dt < T, 2)
+        counts, times, turns = (np.bincount(part, x, 3).tolist()[:2] for x in (None, T, maneuvered))
         for i, (count, time, turn) in enumerate(zip(counts, times, turns, strict=True)):
             if time > 0:
-                share = GAIN * count / (count + FEW)
+                share = GAIN * count / (count + HALF_GAIN_TRACKS)
                 rate = self.rates[i] + share * (turn / time - self.rates[i])
                 self.rates[i] = min(max(rate, RATE_RANGE[0]), RATE_RANGE[1])
 
@@ -143,7 +157,7 @@ class Adaptation:
         nis: Floats,
         product: Floats,
         predicted: Floats,
-        turned: Floats,
+        maneuvered: Floats,
         velocity: Floats,
     ) -> None:
         """Take the tracks measured in a frame.
@@ -158,15 +172,15 @@ class Adaptation:
         :param nis: (K,) innovations squared, normalized by their covariance.
         :param product: (K,) the same product of each innovation with the one before.
         :param predicted: (K,) share of the prediction in that covariance.
-        :param turned: (K,) probability that the track has maneuvered.
+        :param maneuvered: (K,) probability that the track has maneuvered.
         :param velocity: (K, 2) [px/s].
         """
         count = int(np.count_nonzero(steady))
         if not count:
             return
-        share = GAIN * count / (count + FEW)
+        share = GAIN * count / (count + HALF_GAIN_TRACKS)
         mean = steady / count
-        calm = mean * (1 - turned) / np.maximum(nis / 10, 1)
+        calm = mean * (1 - maneuvered) / np.maximum(nis / 10, 1)
         self._nis += share * (float(calm @ nis) - self._nis)
         self._product += share * (float(calm @ product) - self._product)
         self._predicted += share * (float(mean @ predicted) - self._predicted)

@@ -14,22 +14,28 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
+# Constants marked "assumed" were set by hand; benchmark/ablation.py --constants extents.NAME shows
+# what IDF1 becomes with half and twice the value.
+
 EDGE_VARIANCE = 1.0
-"""Of the place of a box's side [px^2]: a whole pixel, its threshold, and the learned reach."""
+"""Of the place of a box's side [px^2]: that of a whole pixel, 1/12, and of its threshold and
+the learned extent. Assumed."""
 
 TOLERANCE = 2.0
 TOLERANCE_SHARE = 0.05
-"""A box is whole when its size differs by no more than this from the track's [px], [1]."""
+"""A box is whole when its size differs by no more than this from the track's [px], [1]: a pixel on
+each side, and assumed changes of the object by a twentieth."""
 
 LASTING = 4.0
-"""For so many frames the doubt which side it is makes the same error."""
+"""Number of frames in which the doubt about the side makes the same error: variances are multiplied
+by it, as the filter takes errors of successive frames to be independent. Assumed."""
 
 FOLLOWING = 0.2
-"""Share of a whole blob's size in the learned size."""
+"""Share of a whole blob's size in the learned size, a memory of five frames. Assumed."""
 
 GROWING, SHRINKING = 0.3, 2.0
-"""Time constants of the learned size towards a suddenly larger blob, or a smaller one that stays as
-it is, and towards a smaller one that does not [s]."""
+"""Time constants of the learned size [s]: towards a blob that is suddenly larger, or smaller and
+stays so; and towards one that is smaller and does not. Assumed."""
 
 
 def slack(size: Floats) -> Floats:
@@ -53,7 +59,7 @@ def centers(z: Floats, box: Floats, extent: Floats) -> Floats:
 
     :param z: (K, 2) centroid [px].
     :param box: (K, 2, 2) sides of the blob [px].
-    :param extent: (K, 2, 2) reach of the object [px].
+    :param extent: (K, 2, 2) extent of the object [px].
     :return: (3, K, 2) [px].
     """
     return np.stack([box[:, 0] + extent[:, 0], z, box[:, 1] - extent[:, 1]])
@@ -83,7 +89,7 @@ def measure(
 
     :param blobs: of the frame.
     :param blob: (K,) which of them.
-    :param extent: (K, 2, 2) reach of the object [px], 0 where nothing is known of it.
+    :param extent: (K, 2, 2) extent of the object [px], 0 where nothing is known of it.
     :param partial: (K, 2) the object has never been in sight wholly.
     :param weight: (3, K, 2) probabilities of the three centers.
     :return: (K, 2) and (K, 2, 2).

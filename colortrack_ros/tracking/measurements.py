@@ -15,8 +15,8 @@ DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
 """Where a row of DETECTION, seen as doubles, holds u, v, cov_uu, cov_uv, cov_vv, and, seen as
 singles, area, box_u, box_v, box_w, box_h, score."""
 
-ROW = np.dtype((np.void, DETECTION.itemsize))
-"""A detection as mere bytes."""
+USED_BYTES = 68
+"""Of a row of DETECTION; what follows is padding, which may hold anything."""
 
 FARTHEST = 1e6
 LIMITS = np.array([FARTHEST, FARTHEST, FARTHEST**2, FARTHEST**2, FARTHEST**2])
@@ -61,9 +61,15 @@ class Measurements(Columns):
 
 def unrepeated(rows: NDArray[np.void], known: NDArray[np.void]) -> NDArray[np.void]:
     """The rows, of dtype DETECTION, that are not among the known ones, bit by bit."""
-    rows = np.ascontiguousarray(rows)
-    before = set(known.view(ROW).tolist())
-    return rows[np.array([row not in before for row in rows.view(ROW).tolist()], bool)]
+    before = set(_bytes_of(known))
+    return rows[np.array([row not in before for row in _bytes_of(rows)], bool)]
+
+
+def _bytes_of(rows: NDArray[np.void]) -> list[bytes]:
+    """Each row without its padding."""
+    size = DETECTION.itemsize
+    raw = np.ascontiguousarray(rows).tobytes()
+    return [raw[i : i + USED_BYTES] for i in range(0, len(raw), size)]
 
 
 def accept(rows: NDArray[np.void], config: TrackerConfig) -> Measurements:

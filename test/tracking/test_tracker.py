@@ -10,6 +10,8 @@ from support.silhouettes import points
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
@@ -141,6 +143,16 @@ def test_detections_of_one_moment_may_come_in_several_messages():
             assert tracks.restarted == ''
         for name in ('u', 'v', 'du', 'dv', 'state', 'hits', 'age', 'time_since_update'):
             np.testing.assert_allclose(np.sort(tracks.rows[name]), np.sort(rows[name]), rtol=0.02)
+
+
+def test_what_is_in_the_padding_of_a_repeated_row_does_not_matter():
+    tracker = Tracker()
+    first = points([[10, 10], [50, 50]], FRAME)
+    raw = bytearray(first.rows.tobytes())
+    raw[68:72] = b'junk'
+    tracker.update(first)
+    tracks = tracker.update(Detections(np.frombuffer(raw, DETECTION), first.stamp))
+    assert tracker.repeated == len(tracks.rows) == 2
 
 
 def test_a_repeated_message_is_refused_and_counted():

@@ -11,10 +11,11 @@ from colortrack_ros.estimation.motion.constant_acceleration import ConstantAccel
 from colortrack_ros.estimation.motion.constant_velocity import ConstantVelocity
 
 SMOOTH, ROUGH = 1.0, 0.25
-"""How long an object moves smoothly, and roughly, on average [s]."""
+"""Mean time that an object moves smoothly, and roughly [s]. Assumed: about the
+flight of a juggled ball, and its time in the hand."""
 
 CALM = 0.3
-"""Process noise of the smooth mode, times sigma_s."""
+"""Process noise of the smooth mode, times sigma_s. Assumed."""
 
 
 class InteractingModels(MotionModel):

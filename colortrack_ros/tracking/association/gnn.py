@@ -9,7 +9,7 @@ from colortrack_ros.tracking.association.base import Floats
 from colortrack_ros.tracking.association.base import Indices
 
 SMALL = 10_000
-"""Tables of so many entries are faster than sparse ones."""
+"""Entries up to which a dense table is solved rather than a sparse one, which has more overhead."""
 
 
 def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:

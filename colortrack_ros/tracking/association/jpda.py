@@ -6,9 +6,13 @@ from colortrack_ros.tracking.association.base import Floats
 from colortrack_ros.tracking.association.base import Indices
 
 ROUNDS = 50
-LEAST, LARGEST = 1e-4, 25.0
-"""Rounds of messages at most, the largest change that ends them, and the largest gain: exp(25) and
-1 are still summed exactly."""
+"""Rounds of messages at most. They converge geometrically; 50 bound the time of a frame."""
+
+LEAST = 1e-4
+"""Probability below which a pair is dropped, and change of a message that ends the rounds."""
+
+LARGEST = 25.0
+"""Bound of a gain: exp(25) and 1 are still summed to 5 digits."""
 
 
 def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
