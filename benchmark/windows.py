@@ -142,7 +142,7 @@ def of_seeds(name, ways, seeds):
     return result
 
 
-def swarm(seeds=8):
+def swarm(seeds):
     """What the swarm is worth against the mean that it searches, and against WM+K alone."""
     ways = {
         'WM+K': lambda boxes: WindowTracker(WindowConfig(method='WM+K'), boxes),
@@ -158,7 +158,7 @@ def swarm(seeds=8):
     )
 
 
-def constants(names, seeds=16):
+def constants(names, seeds):
     """What half and twice constants of the room, such as ``template.STEPS``, make of it."""
     rooms = [importlib.import_module(f'colortrack_ros.windows.{r}') for r in ROOMS]
     owners = [importlib.import_module('colortrack_ros.windows.' + n.split('.')[0]) for n in names]
@@ -269,11 +269,12 @@ if __name__ == '__main__':
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--swarm', action='store_true')
     parser.add_argument('--constants', metavar='FILE.NAME', nargs='+')
+    parser.add_argument('--seeds', type=int, default=8, help='how often each scene is rendered')
     given = parser.parse_args()
     if given.swarm:
-        swarm()
+        swarm(given.seeds)
     elif given.constants:
-        constants(given.constants)
+        constants(given.constants, given.seeds)
     else:
         speed()
         quality()

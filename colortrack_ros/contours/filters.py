@@ -27,7 +27,7 @@ Indices = NDArray[np.intp]
 
 MOTION_SIZE = 4
 UNMEASURED = 1e12
-"""Variance of what has not been measured [px^2]."""
+"""Variance of what has not been measured [px^2]: of 1e6 px, beyond any picture."""
 
 NODE_SIGMA = 2.0
 MOTION_SIGMA = np.array([1.0, 1.0, 1e-2, 1e-2])

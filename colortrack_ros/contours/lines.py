@@ -12,7 +12,8 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 SIDE_SAMPLES = np.array([[-6, -5, -4, -3, -2], [2, 3, 4, 5, 6]])
-"""Samples that tell what is just inside and just outside of an edge [px]."""
+"""Samples that tell what is just inside and just outside of an edge [px]: from where the edge
+detector of the document, 5 samples wide, ends."""
 
 MAX_COORDINATE = 30_000.0
 """Points farther out are looked for here [px]: OpenCV's remap has 16-bit coordinates, up to 32767.

@@ -18,7 +18,8 @@ Indices = NDArray[np.intp]
 
 GATE_SIGMAS = 3.0
 GATE_GROWTH = 3.0
-"""The search region holds so many standard deviations, up to so many times its normal size."""
+"""The search region holds so many standard deviations, 99.7 % on each axis, up to so many times its
+normal size, which is an area 9 times as large."""
 
 LEAST_T = 1e-3
 """Least time that a change of velocity is told from [s]: two frames may have the same stamp."""

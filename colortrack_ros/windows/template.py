@@ -20,7 +20,9 @@ EXPLAINED_SHARE = 0.6
 """It is one if the similarity falls by at most this share of what the correlation falls by."""
 
 PROVEN_MATCHES = 12
-"""Valid matches after which a template shows the target and nothing that was about to cover it."""
+"""Valid matches after which a template shows the target and nothing that was about to cover it.
+Half and twice as many change nothing on five scenes with three seeds each (``benchmark/windows.py
+--constants template.PROVEN_MATCHES``)."""
 
 
 class Template:

@@ -42,7 +42,7 @@ INNOVATION_MEMORY = 20
 """Matches that the mean norm of the innovations goes back."""
 
 LEAST_SIDE = 5
-"""Pixels that a template is wide and high, at least."""
+"""Pixels that a template is wide and high, at least: 25 for the six unknowns of Template.align."""
 
 
 class WindowTracker:
