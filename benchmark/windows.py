@@ -178,8 +178,7 @@ def constants(names, seeds):
     for name, value in values.items():
         for changed in (type(value)(value / 2), value * 2):
             ways[f'{name} {changed:g}, not {value:g}'] = make({name: changed})
-    scenes = 'texture', 'partial', 'hidden'
-    table(ways, scenes, seeds, 'IDs held to the end, RMSE', '{:.1f} %, {:.3f} px')
+    table(ways, SCENES, seeds, 'IDs held to the end, RMSE', '{:.1f} %, {:.3f} px')
 
 
 def table(ways, scenes, seeds, title, cell):

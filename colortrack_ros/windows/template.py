@@ -22,7 +22,7 @@ EXPLAINED_SHARE = 0.6
 PROVEN_MATCHES = 12
 """Valid matches after which a template shows the target and nothing that was about to cover it.
 Half and twice as many change nothing on five scenes with three seeds each (``benchmark/windows.py
---constants template.PROVEN_MATCHES``)."""
+--constants template.PROVEN_MATCHES --seeds 3``)."""
 
 
 class Template:
