@@ -46,14 +46,13 @@ IN_FLIGHT = 2
 """Frames that may wait for their detections when a recording goes as fast as it is consumed: one
 that is worked on, and the next, so that the detector never waits."""
 ANSWER_TIMEOUT = 1.0
-"""How long [s] such a frame waits for them: a detector that has skipped it never answers, and one
-slower than 1 Hz is not waited for."""
+"""How long [s] such a frame waits for them: a detector that has skipped it never answers."""
 ACQUAINTANCE = 0.5
 """How long [s] subscribers that the camera knows may not know the camera yet: discovery tells one
-side first. Chosen, not fitted."""
+side first."""
 PAUSES = (0.5, 1.0, 2.0, 5.0)
-"""Pauses [s] before a live source that failed is opened again; the last one repeats. They grow,
-so that a device that is gone is not asked all the time, and end where a person still waits."""
+"""Pauses [s] before a live source that failed is opened again, longer for one that stays away; the
+last one repeats: a person still waits for that."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +79,7 @@ class CameraSetup(Config):
     frame_id: str = parameter('camera_optical_frame', 'Coordinate frame of the camera.')
     camera_info_url: str = parameter(
         '',
-        'Calibration as camera_calibration writes it: file://, package:// or a path; empty for '
-        'none.',
+        'Calibration as camera_calibration writes it: file://, package:// or a path, or none.',
         valid=load_camera_info,
     )
     jpeg_quality: int = parameter(

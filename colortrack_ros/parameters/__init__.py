@@ -5,7 +5,6 @@ from colortrack_ros.parameters.config import Config
 from colortrack_ros.parameters.config import named
 from colortrack_ros.parameters.config import parameter
 from colortrack_ros.parameters.config import part
-from colortrack_ros.parameters.config import specs_of
 from colortrack_ros.parameters.spec import DOCUMENT
 from colortrack_ros.parameters.spec import EXPERT
 from colortrack_ros.parameters.spec import Spec
@@ -23,5 +22,4 @@ __all__ = [
     'named',
     'parameter',
     'part',
-    'specs_of',
 ]
