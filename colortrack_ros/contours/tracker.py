@@ -30,10 +30,15 @@ CONFIRM_HITS = 3
 """Measurements that confirm a target, as many as the tracker of detections wants by default."""
 
 CORRELATED_MISFIT = 0.35
-"""Share of what a curve misses of an outline that does not cancel out from node to node."""
+"""Share of what a curve misses of an outline that does not cancel out from node to node. It sets
+the covariance alone: half, once and twice the value make the normalized squared error, 2 when
+right, 0.89, 0.62, 0.28 on `silhouette` and 1.24, 1.06, 0.72 on `approach`
+(``benchmark/contours.py --constants tracker.CORRELATED_MISFIT``)."""
 
 SIDES_SHARE = 0.1
-"""Share of each measurement in what is usual beside an edge."""
+"""Share of each measurement in what is usual beside an edge. Half and twice the value change
+nothing on `silhouette` and `approach` (``benchmark/contours.py --constants
+tracker.SIDES_SHARE``)."""
 
 GATE_SIGMA = 0.5
 """Standard deviation of a node [px] beyond which edges have to agree with each other all the same:

@@ -20,7 +20,7 @@ BESIDE: NDArray = np.ones((3, 3), np.uint8)
 
 SUBPIXEL_SIGMA = 0.02
 """Standard deviation of a position even in a picture without noise [px]: no cost is a parabola. On
-the scenes `clutter` and `jump` the RMSE is 0.014 px (``benchmark/windows.py --swarm``)."""
+the scenes `clutter` and `jump` the RMSE is 0.015 px (``benchmark/windows.py --swarm``)."""
 
 NOISE_CURVATURE = 5.0
 """Twice the standard deviation of the second difference of the distance by white noise alone, as a
