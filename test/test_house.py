@@ -22,6 +22,7 @@ ROOMS_WITHOUT_ROS = (
     'contours',
     'drawing',
     'flow',
+    'chain',
     'parameters',
 )
 ALLOWED = {
@@ -46,7 +47,7 @@ FLOORS = (
     {'data', 'parameters'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows'},
-    {'contours'},
+    {'contours', 'chain'},
     {'node_kit'},
     {'nodes'},
     {'replay'},

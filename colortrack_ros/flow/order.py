@@ -17,6 +17,11 @@ Item = TypeVar('Item')
 
 IDLE = 0.1
 """How often [s] to look whether waiting messages have to wait any longer."""
+MAX_ITEMS = 1000
+"""Items that wait at most: at 30 Hz half a minute, three times the longest reorder_window."""
+MAX_BYTES = 256 * 1024**2
+"""Memory that waiting pictures take at most: a sixteenth of the 4 GiB of a small robot's computer,
+290 pictures of 640x480."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,8 @@ class Order(Generic[Item]):
         self.window = self.max_late = 0.0
         self._release, self._refuse, self._clock = release, refuse, clock
         self._arrived = clock()
-        self._waiting: list[tuple[int, int, Item]] = []
+        self._waiting: list[tuple[int, int, Item, int]] = []
+        self._bytes = 0
         self._number = itertools.count()
         self._last = self._newest = -(1 << 62)  # older than any stamp
 
@@ -70,10 +76,13 @@ class Order(Generic[Item]):
         """Take other values into use."""
         self.window, self.max_late = config.reorder_window, config.max_late
 
-    def push(self, stamp: int, item: Item) -> None:
+    def push(self, stamp: int, item: Item, size: int = 0) -> None:
         """Take the next item that has arrived.
 
+        When too many wait, or too much, the oldest go before the window has passed.
+
         :param stamp: of its header [ns].
+        :param size: the memory that it takes [bytes].
         """
         self._arrived = self._clock()
         behind = (self._newest - stamp) / NANOSECONDS
@@ -87,8 +96,11 @@ class Order(Generic[Item]):
             )
             return
         self._newest = max(self._newest, stamp)
-        heapq.heappush(self._waiting, (stamp, next(self._number), item))
+        heapq.heappush(self._waiting, (stamp, next(self._number), item, size))
+        self._bytes += size
         self._release_until(self._newest - round(self.window * NANOSECONDS))
+        while len(self._waiting) > MAX_ITEMS or self._bytes > MAX_BYTES:
+            self._release_oldest()
 
     def look(self, over: Callable[[], bool] = lambda: False) -> None:
         """Release all that wait when nothing has come for the time of the window.
@@ -105,5 +117,9 @@ class Order(Generic[Item]):
 
     def _release_until(self, stamp: int) -> None:
         while self._waiting and self._waiting[0][0] <= stamp:
-            self._last, _, item = heapq.heappop(self._waiting)
-            self._release(item)
+            self._release_oldest()
+
+    def _release_oldest(self) -> None:
+        self._last, _, item, size = heapq.heappop(self._waiting)
+        self._bytes -= size
+        self._release(item)

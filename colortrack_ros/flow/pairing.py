@@ -1,54 +1,71 @@
 """Pictures that wait for what has been detected in them."""
 
 from collections import deque
-from typing import Generic
-from typing import Protocol
-from typing import TypeVar
+from collections.abc import Callable
+import threading
+from typing import Any
+from typing import NamedTuple
 
 from colortrack_ros.data import Detections
+from colortrack_ros.data import Frame
+
+MAX_UNPAIRED = 30
+"""Pictures that wait at most, as many as the queue of a subscription holds by default: a detector
+that has ended stops nobody."""
 
 
-class Stamped(Protocol):
-    """A Frame, or what stands for one."""
+class Pair(NamedTuple):
+    """A picture and what was detected in it, None where the detector has skipped it."""
+
+    frame: Frame
+    detections: Detections | None
 
     @property
-    def stamp(self) -> int: ...  # noqa: D102
+    def stamp(self) -> int:
+        """Of the picture [ns]."""
+        return self.frame.stamp
+
+    @property
+    def image(self) -> Any:
+        """The picture itself."""
+        return self.frame.image
 
 
-Picture = TypeVar('Picture', bound=Stamped)
-
-WAITING = 30
-"""Pictures that wait at most: a detector that has ended stops nobody."""
-
-
-class Pairing(Generic[Picture]):
+class Pairing:
     """Brings pictures and detections of the same stamp together, whichever come first.
 
     A detector may skip pictures, but works on them in their order: a picture goes on without
     detections once there are those of a picture that came after it. Which stamp is greater does not
-    count, so a recording may loop.
+    count, so a recording may loop. Pictures and detections may come from two threads.
+
+    :param hand_on: takes each pair that is ready, in the order of the pictures, and the context of
+        its picture.
     """
 
-    def __init__(self) -> None:
-        self._frames: deque[Picture] = deque()
+    def __init__(self, hand_on: Callable[[Pair, Any], object]) -> None:
+        self._hand_on = hand_on
+        self._lock = threading.Lock()
+        self._frames: deque[tuple[Frame, Any]] = deque()
         self._detections: dict[int, Detections] = {}
 
-    def put_frame(self, frame: Picture) -> list[tuple[Picture, Detections | None]]:
-        """Take a picture; return the pairs that are ready, in their order."""
-        self._frames.append(frame)
-        if frame.stamp in self._detections:
-            return self._release(len(self._frames))
-        return self._release(len(self._frames) - WAITING)
+    def put_frame(self, frame: Frame, context: Any = None) -> None:
+        """Take a picture."""
+        with self._lock:
+            self._frames.append((frame, context))
+            known = frame.stamp in self._detections
+            self._release(len(self._frames) - (0 if known else MAX_UNPAIRED))
 
-    def put_detections(self, detections: Detections) -> list[tuple[Picture, Detections | None]]:
-        """Take detections; return the pairs that are ready, in their order."""
-        self._detections[detections.stamp] = detections
-        if len(self._detections) > WAITING:
-            self._detections.pop(next(iter(self._detections)))
-        stamps = [frame.stamp for frame in self._frames]
-        found = detections.stamp in stamps
-        return self._release(stamps.index(detections.stamp) + 1 if found else 0)
+    def put_detections(self, detections: Detections, _: Any = None) -> None:
+        """Take detections."""
+        with self._lock:
+            self._detections[detections.stamp] = detections
+            if len(self._detections) > MAX_UNPAIRED:
+                self._detections.pop(next(iter(self._detections)))
+            stamps = [frame.stamp for frame, _ in self._frames]
+            found = detections.stamp in stamps
+            self._release(stamps.index(detections.stamp) + 1 if found else 0)
 
-    def _release(self, count: int) -> list[tuple[Picture, Detections | None]]:
-        frames = [self._frames.popleft() for _ in range(count)]
-        return [(frame, self._detections.pop(frame.stamp, None)) for frame in frames]
+    def _release(self, count: int) -> None:
+        for _ in range(count):
+            frame, context = self._frames.popleft()
+            self._hand_on(Pair(frame, self._detections.pop(frame.stamp, None)), context)

@@ -10,12 +10,19 @@ from typing import TypeVar
 
 from std_srvs.srv import Trigger
 
+from colortrack_ros.chain import ImageChain
+from colortrack_ros.chain import track_pair
 from colortrack_ros.data import Frame
 from colortrack_ros.data import Tracks
+from colortrack_ros.flow.pairing import Pair
+from colortrack_ros.flow.stage import Stage
+from colortrack_ros.flow.stage import Worker
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.diagnostics import HealthConfig
-from colortrack_ros.node_kit.intake import ImageIntake
+from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import IntakeConfig
+from colortrack_ros.node_kit.intake import receive_images
+from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import QueueConfig
@@ -58,33 +65,33 @@ class ImageTracker(Protocol):
 class ImageTrackerNode(ParameterNode[Setup], ABC):
     """Images in, one message of tracks and one of markers for each that it works on out.
 
-    A node of its own has :meth:`make`, and overrides :meth:`facts`, :meth:`take` and :meth:`apply`
-    where it has more to tell or to do.
+    A node of its own has :meth:`make`, and overrides :meth:`facts`, :meth:`make_tracking` and
+    :meth:`apply` where it has more to tell or to do.
 
     :param name: of the node.
     :param config: its parameters.
-    :param subscribe: whether images come from ``image_topic``, or by :meth:`process` alone.
     """
 
-    def __init__(
-        self, name: str, config: type[Setup], *, subscribe: bool = True, **options: Any
-    ) -> None:
+    def __init__(self, name: str, config: type[Setup], **options: Any) -> None:
         super().__init__(name, config, **options)
         self.tracker = self.make(self.setup)
         self.health = Health(
             self,
             str,
-            skipped=lambda: self._intake.skipped,
+            skipped=lambda: self._pictures.skipped,
             tracks=lambda: self._output.alive,
             **self.facts(),
         )
-        self._intake = ImageIntake(self, self.take, self.health.refuse)
-        self._intake.configure(self.setup.intake)
+        self._pictures: Worker[Frame, Frame] = worker_of(
+            self, lambda frame: frame, self.health.refuse, self.setup.intake
+        )
+        self._tracking = self.make_tracking()
+        self._tracking.then(self._publish)
+        detects = isinstance(self._tracking, Worker)
+        self._chain = ImageChain(self._pictures, self._tracking, detects=detects)
         self._output = TracksOutput(self, self.setup.output)
         self.create_service(Trigger, '~/reset', self._reset)
-        if subscribe:
-            intake = self.setup.intake
-            self._intake.subscribe(intake.image_topic, intake.image_transport)
+        receive_images(self, self._pictures, self.setup.intake)
 
     @abstractmethod
     def make(self, setup: Setup) -> ImageTracker:
@@ -94,23 +101,23 @@ class ImageTrackerNode(ParameterNode[Setup], ABC):
         """Further values for the diagnostics."""
         return {}
 
-    def take(self, frame: Frame) -> None:
-        """A picture whose turn it is, in the thread that works."""
-        self.process(frame)
+    def make_tracking(self) -> Stage[Pair, Tracks]:
+        """What tracks pictures that wait for nothing, in the thread that reads them."""
+        return Stage(self._track, self.health.refuse)
 
     def apply(self, setup: Setup) -> None:
         """Take changed parameters into use, while no picture is worked on."""
         if setup.config != self.setup.config:
             self.tracker.configure(setup.config)
-        self._intake.configure(setup.intake)
+        configure(self._pictures, setup.intake)
 
-    def process(self, frame: Frame) -> None:
-        """Track and publish."""
+    def _track(self, pair: Pair) -> Tracks:
         self.health.took_in()
         with self.lock:
-            tracks = self.tracker.update(frame)
-            scale = self.setup.output.marker_scale
-        self._output.publish(tracks, scale)
+            return track_pair(self.tracker, pair)
+
+    def _publish(self, tracks: Tracks, _: object) -> None:
+        self._output.publish(tracks, self.setup.output.marker_scale)
         self.health.gave_out(tracks.stamp)
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -121,5 +128,6 @@ class ImageTrackerNode(ParameterNode[Setup], ABC):
         return response
 
     def close(self) -> None:
-        """End the thread that works."""
-        self._intake.close()
+        """End the threads that work."""
+        self._pictures.close()
+        self._tracking.close()

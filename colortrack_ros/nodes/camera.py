@@ -14,6 +14,7 @@ from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool
 
+from colortrack_ros.chain import ColorChain
 from colortrack_ros.data import Frame
 from colortrack_ros.flow.pacing import Pacer
 from colortrack_ros.flow.pacing import Window
@@ -114,19 +115,19 @@ class CameraSetup(Config):
 class CameraNode(ParameterNode[CameraSetup]):
     """Publishes the frames of a source, and its CameraInfo with the same header.
 
-    :param deliver: called with each frame before it is published.
+    :param chain: takes each frame before it is published.
     :param on_end: called when a recording has ended and ``exit_at_end`` is set.
     """
 
     def __init__(
         self,
-        deliver: Callable[[Frame], object] | None = None,
+        chain: ColorChain | None = None,
         on_end: Callable[[], object] = lambda: None,
         **options: Any,
     ) -> None:
         super().__init__('camera', CameraSetup, **options)
         self._info = load_camera_info(self.setup.camera_info_url)
-        self._deliver, self._on_end = deliver, on_end
+        self._chain, self._on_end = chain, on_end
         try:
             self._grabber = self._open()
         except SourceError as error:
@@ -170,7 +171,7 @@ class CameraNode(ParameterNode[CameraSetup]):
 
     def _listen(self, setup: CameraSetup) -> None:
         """Have the detections tell when a frame is consumed, where that is the pace."""
-        if setup.as_consumed and self._deliver is None and self._answers is None:
+        if setup.as_consumed and self._chain is None and self._answers is None:
             self._answers = subscribe_to(
                 self, PointCloud2, setup.detections_topic, self._take_answer
             )
@@ -250,8 +251,10 @@ class CameraNode(ParameterNode[CameraSetup]):
 
     def _publish(self, frame: Frame) -> None:
         self.health.took_in()
-        if self._deliver is not None:
-            self._deliver(frame)  # before the pictures are sent, which takes longer
+        if self._chain:
+            self._chain.put(frame)  # before the pictures are sent, which takes longer
+            if self.setup.as_consumed:
+                self._chain.settle()
         info = self._info
         info.header = header_of(frame.stamp, frame.frame_id)
         # A picture is a megabyte and more: made into a message only for somebody who wants it.
@@ -281,6 +284,8 @@ class CameraNode(ParameterNode[CameraSetup]):
         self.get_logger().info(
             f'{self.get_parameter("source").value} has ended: no more frames are published.'
         )
+        if self._chain:
+            self._chain.flush()
         if self.setup.exit_at_end:
             self._window.drain()
             self._on_end()

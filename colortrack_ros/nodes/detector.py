@@ -1,6 +1,5 @@
 """The node that turns pictures into detections."""
 
-from collections.abc import Callable
 import dataclasses
 from dataclasses import dataclass
 from typing import Any
@@ -19,8 +18,10 @@ from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.diagnostics import HealthConfig
-from colortrack_ros.node_kit.intake import ImageIntake
+from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import IntakeConfig
+from colortrack_ros.node_kit.intake import receive_images
+from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import PictureQueueConfig
@@ -51,47 +52,38 @@ class DetectorSetup(Config):
 class DetectorNode(ParameterNode[DetectorSetup]):
     """Images in, one message of detections for each image that it works on out.
 
-    :param deliver: called with the detections of each frame, after they are published.
-    :param subscribe: whether images come from ``image_topic``, or by :meth:`process` alone.
+    :param subscribe: whether images come from ``image_topic``, or into :attr:`stage` alone.
+    :ivar stage: makes the detections of frames; what is after it in the chain takes them.
     """
 
-    def __init__(
-        self,
-        deliver: Callable[[Detections], object] = lambda _: None,
-        *,
-        subscribe: bool = True,
-        **options: Any,
-    ) -> None:
+    def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
         super().__init__('detector', DetectorSetup, **options)
         self._detector = Detector(self.setup.config)
-        self._deliver = deliver
-        self.health = Health(self, skipped=lambda: self._intake.skipped)
-        self._intake = ImageIntake(self, self.process, self.health.refuse)
-        self._intake.configure(self.setup.intake)
+        self.health = Health(self, skipped=lambda: self.stage.skipped)
+        self.stage = worker_of(self, self._detect, self.health.refuse, self.setup.intake)
+        self.stage.then(self._publish)
         self._publisher = publish_on(self, PointCloud2, self.setup.detections_topic)
         self._debug_publisher = publish_on(self, Image, self.setup.debug_topic)
         self.create_service(SetBool, '~/pause', self._pause)
         self.create_service(Trigger, '~/learn_background', self._learn_background)
         if subscribe:
-            intake = self.setup.intake
-            self._intake.subscribe(intake.image_topic, intake.image_transport)
+            receive_images(self, self.stage, self.setup.intake)
 
-    def process(self, frame: Frame) -> None:
-        """Detect, publish and deliver."""
-        if self._intake.paused:
-            return
+    def _detect(self, frame: Frame) -> Detections:
         self.health.took_in()
         with self.lock:
             detections = self._detector.detect(frame)
             if self._debug_publisher.get_subscription_count() > 0:
                 mask = dataclasses.replace(frame, image=self._detector.mask, encoding='mono8')
                 self._debug_publisher.publish(image_of_frame(mask))
+        return detections
+
+    def _publish(self, detections: Detections, _: object) -> None:
         self._publisher.publish(cloud_of_detections(detections))
         self.health.gave_out(detections.stamp)
-        self._deliver(detections)
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._intake.paused = request.data
+        self.stage.paused = request.data
         response.success = True
         response.message = 'paused' if request.data else 'working'
         return response
@@ -107,11 +99,11 @@ class DetectorNode(ParameterNode[DetectorSetup]):
         """Take changed parameters into use."""
         if setup.config != self.setup.config:
             self._detector.configure(setup.config)
-        self._intake.configure(setup.intake)
+        configure(self.stage, setup.intake)
 
     def close(self) -> None:
         """End the thread that works."""
-        self._intake.close()
+        self.stage.close()
 
 
 def main() -> int:

@@ -5,16 +5,24 @@ from collections.abc import Sequence
 
 from rclpy.node import Node
 
+from colortrack_ros.chain import ColorChain
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.nodes.camera import CameraNode
 from colortrack_ros.nodes.detector import DetectorNode
 from colortrack_ros.nodes.tracker import TrackerNode
 
+UNUSED = (
+    'image_transport is compressed, which has no effect in the pipeline: frames pass in memory. '
+    'Leave it out, or start the three nodes apart.'
+)
+
 
 def _nodes(stop: Callable[[], None]) -> Sequence[Node]:
     tracker = TrackerNode(subscribe=False)
-    detector = DetectorNode(tracker.process, subscribe=False)
-    return CameraNode(detector.process, stop), detector, tracker
+    detector = DetectorNode(subscribe=False)
+    if detector.get_parameter('image_transport').value != 'raw':
+        detector.get_logger().warning(UNUSED)
+    return CameraNode(ColorChain(detector.stage, tracker.stage), stop), detector, tracker
 
 
 def main() -> int:

@@ -7,9 +7,10 @@ from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
 from colortrack_ros.data import Detections
+from colortrack_ros.data import Tracks
 from colortrack_ros.flow.order import IDLE
-from colortrack_ros.flow.order import Order
 from colortrack_ros.flow.order import OrderConfig
+from colortrack_ros.flow.stage import Stage
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.clocks import lacks_clock
@@ -45,8 +46,9 @@ class TrackerSetup(Config):
 class TrackerNode(ParameterNode[TrackerSetup]):
     """Detections in, one message of tracks and one of markers for each out.
 
-    :param subscribe: whether detections come from ``detections_topic``, or by :meth:`process`
+    :param subscribe: whether detections come from ``detections_topic``, or into :attr:`stage`
         alone.
+    :ivar stage: makes the tracks after detections.
     """
 
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
@@ -58,18 +60,18 @@ class TrackerNode(ParameterNode[TrackerSetup]):
             tracks=lambda: self._output.alive,
             repeated_detections=lambda: self._tracker.repeated,
         )
-        self._order: Order[Detections] = Order(self.process, self.health.refuse, seconds_of(self))
-        self._order.configure(self.setup.order)
+        self.stage = Stage(self._track, self.health.refuse, seconds_of(self))
+        self.stage.configure(self.setup.order)
+        self.stage.then(self._publish)
         self._output = TracksOutput(self, self.setup.output)
         self.create_service(Trigger, '~/reset', self._reset)
         if subscribe:
             subscribe_to(self, PointCloud2, self.setup.detections_topic, self._receive)
-            self.create_timer(IDLE, self._look, clock=STEADY)
+        self.create_timer(IDLE, self._look, clock=STEADY)
 
-    def process(self, detections: Detections) -> None:
-        """Track and publish."""
+    def _track(self, detections: Detections) -> Tracks:
         self.health.took_in()
-        with self.lock:  # in a pipeline, frames come from the camera's thread
+        with self.lock:  # in a pipeline, detections come from the detector's thread
             tracks = self._tracker.update(detections)
             dropped = self._tracker.dropped
         if dropped > self._dropped:
@@ -78,18 +80,21 @@ class TrackerNode(ParameterNode[TrackerSetup]):
                 'positions within 1e6 px, and a covariance that is positive definite or all zero'
             )
             self._dropped = dropped
+        return tracks
+
+    def _publish(self, tracks: Tracks, _: object) -> None:
         self._output.publish(tracks, self.setup.output.marker_scale)
         self.health.gave_out(tracks.stamp)
 
     def _receive(self, cdr: bytes) -> None:
         try:
             detections = detections_of_serialized_cloud(cdr)
-            self._order.push(detections.stamp, detections)
         except MessageError as error:
-            self.health.refuse(str(error))
+            return self.health.refuse(str(error))
+        return self.stage.put(detections)
 
     def _look(self) -> None:
-        self._order.look(lambda: lacks_clock(self))
+        self.stage.look(lambda: lacks_clock(self))
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         with self.lock:
@@ -102,7 +107,7 @@ class TrackerNode(ParameterNode[TrackerSetup]):
         """Take changed parameters into use."""
         if setup.config != self.setup.config:
             self._tracker.configure(setup.config)
-        self._order.configure(setup.order)
+        self.stage.configure(setup.order)
 
 
 def main() -> int:

@@ -2,21 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-import threading
-import time
 from typing import Any
 
 import numpy as np
 from sensor_msgs.msg import PointCloud2
 
-from colortrack_ros.data import Detections
-from colortrack_ros.data import Frame
-from colortrack_ros.flow.backlog import Backlog
-from colortrack_ros.flow.pairing import Pairing
+from colortrack_ros.data import Tracks
+from colortrack_ros.flow.pairing import Pair
+from colortrack_ros.flow.stage import Stage
+from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
+from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
@@ -24,8 +23,6 @@ from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import part
 from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows import WindowTracker
-
-Pair = tuple[Frame, Detections | None]
 
 
 @dataclass(frozen=True)
@@ -62,15 +59,9 @@ class WindowTrackerNode(ImageTrackerNode[WindowTrackerSetup]):
     tracker: WindowTracker
 
     def __init__(self, **options: Any) -> None:
-        self._pairing: Pairing[Frame] = Pairing()
-        self._pairing_lock = threading.Lock()
-        self._pairs: Backlog[Pair] = Backlog()
-        self._pair_worker = threading.Thread(target=self._work, name='window_tracker_pairs')
         super().__init__('window_tracker', WindowTrackerSetup, **options)
-        self._pairs.max_lag = self.setup.intake.max_lag
         if self.setup.detections_topic:
             subscribe_to(self, PointCloud2, self.setup.detections_topic, self._take_detections)
-            self._pair_worker.start()
 
     def make(self, setup: WindowTrackerSetup) -> WindowTracker:
         """The tracker of the room."""
@@ -80,15 +71,15 @@ class WindowTrackerNode(ImageTrackerNode[WindowTrackerSetup]):
         """Further values for the diagnostics."""
         return {
             'refused_targets': lambda: self.tracker.refused,
-            'skipped_pairs': lambda: self._pairs.skipped,
+            'skipped_pairs': lambda: getattr(self._tracking, 'skipped', 0),
         }
 
-    def take(self, frame: Frame) -> None:
-        """A picture whose turn it is, in the thread that reads them."""
+    def make_tracking(self) -> Stage[Pair, Tracks]:
+        """What tracks pictures; with detections, once it is known what is in them."""
         if self.setup.detections_topic:
-            self._put(self._pairing.put_frame, frame)
-        else:
-            self.process(frame)
+            name, intake = 'window_tracker_pairs', self.setup.intake
+            return worker_of(self, self._track, self.health.refuse, intake, name)
+        return super().make_tracking()
 
     def apply(self, setup: WindowTrackerSetup) -> None:
         """Take changed parameters into use, while no picture is worked on."""
@@ -96,41 +87,14 @@ class WindowTrackerNode(ImageTrackerNode[WindowTrackerSetup]):
             self.tracker.start(setup.targets)
             self.tracker.targets = np.array(setup.targets).reshape(-1, 4)
         super().apply(setup)
-        self._pairs.max_lag = setup.intake.max_lag
+        if isinstance(self._tracking, Worker):
+            self._tracking.max_lag = setup.intake.max_lag
 
     def _take_detections(self, cdr: bytes) -> None:
         try:
-            self._put(self._pairing.put_detections, detections_of_serialized_cloud(cdr))
+            self._chain.put(detections_of_serialized_cloud(cdr))
         except MessageError as error:
             self.health.refuse(str(error))
-
-    def _put(self, into: Callable[[Any], list[Pair]], item: Frame | Detections) -> None:
-        with self._pairing_lock:  # pictures and detections come from two threads
-            for pair in into(item):
-                self._pairs.put(pair)
-
-    def _work(self) -> None:
-        while (pair := self._pairs.get()) is not None:
-            start = time.monotonic()
-            frame, detections = pair
-            if detections is not None:
-                with self.lock:
-                    offer(self.tracker, detections)
-            self.process(frame)
-            self._pairs.took(time.monotonic() - start)
-
-    def close(self) -> None:
-        """End the threads that work."""
-        super().close()
-        self._pairs.close()
-        if self._pair_worker.is_alive():
-            self._pair_worker.join()
-
-
-def offer(tracker: WindowTracker, detections: Detections) -> None:
-    """Have the tracker start targets in the next frame, of which these are."""
-    names = ('box_u', 'box_v', 'box_w', 'box_h')
-    tracker.offer(np.stack([detections.rows[name] for name in names], axis=1))
 
 
 def main() -> int:

@@ -28,8 +28,7 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.node_kit.runtime import StartError
-from colortrack_ros.replay.chains import Chain
-from colortrack_ros.replay.chains import CHAINS
+from colortrack_ros.replay.chains import make_chain
 from colortrack_ros.replay.expected import ExpectedOutput
 from colortrack_ros.replay.outputs import BagOutput
 from colortrack_ros.replay.outputs import CsvOutput
@@ -98,7 +97,7 @@ def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
             outputs.append(output)
         began = time.monotonic()
         try:
-            _run(CHAINS[arguments.tracker], recording, setup, outputs, tally, stop)
+            _run(recording, setup, outputs, tally, stop)
         except BagError as error:
             broken = error
         seconds = time.monotonic() - began
@@ -112,7 +111,6 @@ def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
 
 
 def _run(
-    make: Callable[..., Chain],
     recording: Recording,
     setup: Setup,
     outputs: Sequence[Output],
@@ -121,24 +119,24 @@ def _run(
 ) -> None:
     """Each frame through the rooms that the nodes run, and what comes of it into the outputs."""
 
-    def detected(item: Item, detections: Detections) -> None:
+    def detected(detections: Detections, item: Item) -> None:
         tally.detections += len(detections.rows)
         for output in outputs:
             output.write_detections(item, detections)
 
-    def tracked(item: Item, tracks: Tracks) -> None:
+    def tracked(tracks: Tracks, item: Item) -> None:
         tally.add(item, tracks)
         number = tally.frames + recording.refused
         for output in outputs:
             output.write(number, item, tracks)
 
-    chain = make(setup, detected, tracked, recording.drop)
+    chain = make_chain(setup, detected, tracked, recording.drop)
     with _progress(recording) as advance, contextlib.ExitStack() as at_end:
         at_end.callback(chain.flush)
         for number, item in enumerate(recording.items(), 1):
             if stop.is_set():
                 return
-            chain.push(item)
+            chain.put(item.content, item)
             advance(number)
 
 

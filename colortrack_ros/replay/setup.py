@@ -54,13 +54,15 @@ TABLES: Tables = TRACKERS | {
 class Setup:
     """What the nodes of the same parameters would have.
 
+    :param node: the name of the one that publishes the tracks.
     :param camera: values of the camera's parameters; empty where a bag is its own camera.
     :param detector: None where the tracker takes no detections.
-    :param tracker: of the node that publishes the tracks.
+    :param tracker: of that node.
     :param topics: full names by ``image``, ``detections``, ``tracks``, ``outlines``, and
         ``markers``; empty where there is none.
     """
 
+    node: str
     camera: Mapping[str, Any]
     detector: DetectorSetup | None
     tracker: TrackerSetup | ImageTrackerSetup
@@ -133,6 +135,7 @@ def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:
     if detects:
         values['detector'] = values_of('detector')
     return Setup(
+        node=name,
         camera={} if from_bag else values_of('camera'),
         detector=build(DetectorSetup, values['detector']) if detects else None,
         tracker=TRACKERS[name][1](values[name]),

@@ -2,6 +2,7 @@
 
 from abc import ABC
 from abc import abstractmethod
+from collections.abc import Iterator
 
 from numpy.typing import NDArray
 
@@ -41,6 +42,11 @@ class Source(ABC):
         :raises SourceError: when a live source fails, or one picture of a recording is unreadable;
             the next call reads the one after it.
         """
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Every frame from the next one on; raises what :meth:`read` raises."""
+        while (frame := self.read()) is not None:
+            yield frame
 
     @abstractmethod
     def rewind(self) -> None:

@@ -164,12 +164,15 @@ def test_no_mask_is_published_while_nobody_looks(ros, monkeypatch):
     sent = []
     monkeypatch.setattr(node._debug_publisher, 'publish', sent.append)
     frame = Frame(np.zeros((20, 30, 3), np.uint8))
-    node.process(frame)
+    node.stage.put(frame)
+    node.stage.settle()
     assert not sent
     ros.listen(Image, 'detector/mask')
     assert ros.spin(lambda: node._debug_publisher.get_subscription_count() > 0), ros.outputs()
-    node.process(frame)
+    node.stage.put(frame)
+    node.stage.settle()
     assert len(sent) == 1
+    node.close()
     node.destroy_node()
 
 

@@ -1,8 +1,14 @@
 import numpy as np
+import pytest
 from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support.recorded import frames
+from support.recorded import of_topic
+from support.recorded import write_bag
 
 from colortrack_ros.messages import tracks_of_cloud
+from colortrack_ros.replay.main import main
 
 SCENE = 'scene:five?width=640&height=480&rate=30&duration={}'
 
@@ -78,3 +84,90 @@ def test_the_pipeline_gives_what_the_three_nodes_give(ros):
     assert [stamp(m) for m in detections] == [stamp(m) for m in together]
     for one, other in zip(apart, together, strict=True):
         np.testing.assert_array_equal(tracks_of_cloud(one).rows, tracks_of_cloud(other).rows)
+
+
+FIVE = 'scene:five?width=320&height=240&rate=30&duration=4'
+ARRIVING = (*range(100), 100, 101, 103, 102, 104, *range(105, 120))
+DISORDERED = f"""
+import sys
+import rclpy
+from colortrack_ros.nodes import camera, pipeline
+from colortrack_ros.sources import open_source
+
+class Disordered:
+    live, period = False, 33_333_333
+
+    def __init__(self, *_):
+        frames = list(open_source({FIVE!r}))
+        self.frames = iter([frames[k] for k in {ARRIVING!r}])
+
+    def read(self):
+        return next(self.frames, None)
+
+    def close(self):
+        pass
+
+camera.open_source = Disordered
+sys.exit(pipeline.main())
+"""
+"""The pipeline, with a source that gives pictures in the order ARRIVING."""
+
+
+def rows(messages) -> list[bytes]:
+    return [message.data.tobytes() for message in messages]
+
+
+@pytest.mark.parametrize(('window', 'count'), [(0.0, 119), (0.1, 120)])
+def test_late_frames_give_the_same_tracks_in_pipeline_nodes_and_replay(
+    ros, tmp_path, window, count
+):
+    options = ['-p', f'reorder_window:={window}', '-p', 'max_lag:=60.0', '-p', 'queue_depth:=200']
+    images = frames(FIVE)
+    bag = write_bag(tmp_path / 'run', {'/camera/image_raw': [images[k] for k in ARRIVING]})
+    new = tmp_path / 'new'
+    assert main([str(bag), '--output', str(new), *options]) == 0
+    replayed = [m.content for m in of_topic(new, '/tracks')]
+    assert len(replayed) == count
+    assert max(message.width for message in replayed) >= 2
+
+    together = ros.listen(PointCloud2, 'one/tracks')
+    waiting = ['-p', 'wait_for_subscribers:=1', '-r', '__ns:=/one']
+    pipeline = ros.start_code(DISORDERED, *options, *waiting)
+    assert ros.spin(lambda: ros.node.count_publishers('one/tracks') == 1), ros.outputs()
+    ros.settle()
+    ros.listen(Image, 'one/camera/image_raw')
+    assert ros.spin(lambda: len(together) == count), f'{len(together)}; {ros.outputs()}'
+    assert 'afresh' not in pipeline.output
+    assert rows(together) == rows(replayed)
+
+    apart = ros.listen(PointCloud2, 'tracks')
+    for name in ('tracker', 'detector'):
+        ros.start(name, *options)
+    publisher = ros.node.create_publisher(Image, 'camera/image_raw', 30)
+    assert ros.spin(lambda: publisher.get_subscription_count() == 1), ros.outputs()
+    assert ros.spin(lambda: ros.node.count_publishers('detections') == 1), ros.outputs()
+    ros.settle()
+    for number, k in enumerate(ARRIVING):
+        publisher.publish(images[k])
+        ros.spin(lambda n=number: len(apart) >= min(n - 3, count), 1.0)
+    assert ros.spin(lambda: len(apart) == count), f'{len(apart)}; {ros.outputs()}'
+    assert rows(apart) == rows(replayed)
+
+
+def test_a_recording_that_ends_within_the_window_loses_no_frame(ros):
+    tracks = ros.listen(PointCloud2, 'tracks')
+    options = ['-p', 'reorder_window:=2.0', '-p', 'camera:exit_at_end:=true']
+    options += ['-p', 'camera:wait_for_subscribers:=1', '-p', f'source:={FIVE}']
+    options += ['-p', 'max_lag:=60.0']
+    pipeline = ros.start('pipeline', *options)
+    assert ros.spin(lambda: ros.node.count_publishers('tracks') == 1), ros.outputs()
+    ros.settle()
+    ros.listen(Image, 'camera/image_raw')
+    assert ros.spin(lambda: len(tracks) == 120), f'{len(tracks)}; {ros.outputs()}'
+    assert pipeline.popen.wait(timeout=10.0) == 0, pipeline.output
+
+
+def test_a_pipeline_tells_what_has_no_effect_in_it(ros):
+    ros.start('pipeline', '-p', 'image_transport:=compressed').wait_for(
+        'image_transport is compressed, which has no effect in the pipeline'
+    )

@@ -9,16 +9,15 @@ from numpy.typing import NDArray
 from support.paths import ROOT
 import yaml
 
+from colortrack_ros.chain import ColorTracker
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Tracks
-from colortrack_ros.detection import Detector
 from colortrack_ros.nodes.detector import DetectorSetup
 from colortrack_ros.nodes.tracker import TrackerSetup
 from colortrack_ros.parameters import build
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import ParameterTable
 from colortrack_ros.sources import open_source
-from colortrack_ros.tracking import Tracker
 
 
 class Step(NamedTuple):
@@ -57,10 +56,12 @@ def build_checked(setup: type[Config], given: dict) -> Config:
 def run(source: str, params: str = 'colortrack.yaml') -> Iterator[Step]:
     """What the three nodes make of each frame of a source."""
     given = parameters(params)
-    detector = Detector(build_checked(DetectorSetup, given.get('detector', {})).config)
-    tracker = Tracker(build_checked(TrackerSetup, given.get('tracker', {})).config)
+    track = ColorTracker(
+        build_checked(DetectorSetup, given.get('detector', {})).config,
+        build_checked(TrackerSetup, given.get('tracker', {})).config,
+    )
     frames = open_source(source)
-    while (frame := frames.read()) is not None:
-        detections = detector.detect(frame)
-        yield Step(frame.image, detections, tracker.update(detections))
+    for frame in frames:
+        tracks = track(frame)
+        yield Step(frame.image, track.detections, tracks)
     frames.close()

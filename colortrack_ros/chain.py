@@ -1,0 +1,151 @@
+"""How pictures become tracks: which stages there are and who hands on to whom.
+
+The nodes, ``pipeline``, ``replay`` and :class:`ColorTracker` all run what is joined here. They
+bring the stages, which work in the caller's thread (:class:`Stage`) or in one of their own
+(:class:`Worker`), and take what comes out of each by :meth:`Stage.then`.
+"""
+
+from typing import Any
+from typing import NoReturn
+
+import numpy as np
+
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Frame
+from colortrack_ros.data import Tracks
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.flow.pairing import Pair
+from colortrack_ros.flow.pairing import Pairing
+from colortrack_ros.flow.stage import Stage
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+BOX = ('box_u', 'box_v', 'box_w', 'box_h')
+
+
+class ColorChain:
+    """Frames to detections to tracks, each step with its own order.
+
+    :param detection: makes the detections of a frame.
+    :param tracking: makes the tracks after detections.
+    """
+
+    def __init__(
+        self, detection: Stage[Frame, Detections], tracking: Stage[Detections, Tracks]
+    ) -> None:
+        self._detection, self._tracking = detection, tracking
+        detection.then(tracking.put)
+
+    def put(self, item: Frame | Detections, context: Any = None) -> None:
+        """Take the next frame, or its detections; its context goes with it through all stages."""
+        if isinstance(item, Detections):
+            self._detection.hand_on(item, context)
+        else:
+            self._detection.put(item, context)
+
+    def settle(self) -> None:
+        """Wait until all is worked on whose turn it is."""
+        self._detection.settle()
+
+    def flush(self) -> None:
+        """Work on what still waits for its place: nothing more comes."""
+        self._detection.flush()
+        self._tracking.flush()
+
+
+class ImageChain:
+    """Frames to tracks by a tracker of pictures, whose targets detections may start.
+
+    :param pictures: hands on each frame whose turn it is.
+    :param tracking: makes the tracks after a pair.
+    :param detects: whether frames wait for their detections.
+    :param detection: makes them here; None where :meth:`put` is given those of others.
+    """
+
+    def __init__(
+        self,
+        pictures: Stage[Frame, Frame],
+        tracking: Stage[Pair, Tracks],
+        *,
+        detects: bool,
+        detection: Stage[Frame, Detections] | None = None,
+    ) -> None:
+        self._pairing = Pairing(tracking.put)
+        self._intakes: list[Stage[Frame, Any]] = [pictures, *([detection] if detection else [])]
+        self._tracking = tracking
+        if detects:
+            pictures.then(self._pairing.put_frame)
+        else:
+            pictures.then(lambda frame, context: tracking.put(Pair(frame, None), context))
+        if detection:
+            detection.then(self._pairing.put_detections)
+
+    def put(self, item: Frame | Detections, context: Any = None) -> None:
+        """Take the next frame, or detections of others."""
+        if isinstance(item, Detections):
+            self._pairing.put_detections(item)
+            return
+        for stage in self._intakes:
+            stage.put(item, context)
+
+    def flush(self) -> None:
+        """Work on what still waits for its place: nothing more comes."""
+        for stage in self._intakes:
+            stage.flush()
+        self._tracking.flush()
+
+
+def track_pair(tracker: Any, pair: Pair) -> Tracks:
+    """What a tracker of pictures makes of a picture, whose detections may start targets in it."""
+    if pair.detections is not None:
+        rows = pair.detections.rows
+        tracker.offer(np.stack([rows[name] for name in BOX], axis=1))
+    tracks: Tracks = tracker.update(pair.frame)
+    return tracks
+
+
+class ColorTracker:
+    """Detector and tracker as one function: a frame in, the tracks after it out.
+
+    >>> from colortrack_ros.chain import ColorTracker
+    >>> from colortrack_ros.sources import open_source
+    >>> track = ColorTracker()
+    >>> for frame in open_source('scene:single?width=320&height=240&duration=2'):
+    ...     tracks = track(frame)
+    >>> for row in tracks.rows:
+    ...     print(f'track {row["track_id"]} at ({row["u"]:.0f}, {row["v"]:.0f})')
+    track 1 at (77, 171)
+
+    :param detector: what the detector looks for.
+    :param tracker: how the tracker follows it.
+    :ivar detections: of the last frame.
+    """
+
+    def __init__(
+        self, detector: DetectorConfig | None = None, tracker: TrackerConfig | None = None
+    ) -> None:
+        detection = Stage(Detector(detector or DetectorConfig()).detect, _refuse)
+        tracking = Stage(Tracker(tracker or TrackerConfig()).update, _refuse)
+        self._chain = ColorChain(detection, tracking)
+        detection.then(self._take_detections)
+        tracking.then(self._take_tracks)
+
+    def __call__(self, frame: Frame) -> Tracks:
+        """Take the next frame.
+
+        A stamp that has gone back starts the tracker afresh, as in a recording that loops; see
+        ``Tracks.restarted``.
+        """
+        self._chain.put(frame)
+        return self._tracks
+
+    def _take_detections(self, detections: Detections, _: object) -> None:
+        self.detections = detections
+
+    def _take_tracks(self, tracks: Tracks, _: object) -> None:
+        self._tracks = tracks
+
+
+def _refuse(reason: str) -> NoReturn:
+    raise ValueError(reason)

@@ -1,0 +1,201 @@
+"""The steps of the chain: items are put into their order, worked on one at a time and handed on."""
+
+from collections.abc import Callable
+import threading
+import time
+from typing import Any
+from typing import Generic
+from typing import Protocol
+from typing import TypeVar
+
+from colortrack_ros.flow.backlog import Backlog
+from colortrack_ros.flow.order import IDLE
+from colortrack_ros.flow.order import Order
+from colortrack_ros.flow.order import OrderConfig
+
+
+class Stamped(Protocol):
+    """Anything with the stamp of a frame."""
+
+    @property
+    def stamp(self) -> int:
+        """Time of the exposure [ns]."""
+
+
+In = TypeVar('In', bound=Stamped)
+Out = TypeVar('Out')
+Taker = Callable[[Any, Any], object]
+Unread = tuple[Callable[[], In], Any]
+
+
+class Stage(Generic[In, Out]):
+    """Works on items in the order of their stamps, in the thread of whoever puts them in.
+
+    :param work: makes the result of an item.
+    :param refuse: takes the reason why an item is dropped.
+    :param clock: the time [s] at which items arrive; see :class:`Order`.
+    """
+
+    def __init__(
+        self,
+        work: Callable[[In], Out],
+        refuse: Callable[[str], object],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._make, self._refuse = work, refuse
+        self._takers: list[Taker] = []
+        self._lock = threading.RLock()
+        self._order: Order[tuple[In, Any]] = Order(self._release, refuse, clock)
+
+    def configure(self, config: OrderConfig) -> None:
+        """Take other values into use."""
+        self._order.configure(config)
+
+    def then(self, taker: Taker) -> None:
+        """Have each result, and the context of its item, handed to this as well."""
+        self._takers.append(taker)
+
+    def hand_on(self, result: Out, context: Any = None) -> None:
+        """Give a result, also one that was made elsewhere, to those who take it."""
+        for taker in self._takers:
+            taker(result, context)
+
+    def put(self, item: In, context: Any = None) -> None:
+        """Take the next item that has arrived.
+
+        :param context: whatever goes with it to those who take its result.
+        """
+        with self._lock:
+            self._order.push(item.stamp, (item, context), _size_of(item))
+
+    def look(self, over: Callable[[], bool] = lambda: False) -> None:
+        """Work on what waits when nothing has come for the time of the window; see Order."""
+        with self._lock:
+            self._order.look(over)
+
+    def settle(self) -> None:
+        """Wait until all is worked on whose turn it is."""
+
+    def flush(self) -> None:
+        """Work on all that waits: nothing more comes."""
+        with self._lock:
+            self._order.flush()
+
+    def close(self) -> None:
+        """End what runs."""
+
+    def _release(self, entry: tuple[In, Any]) -> None:
+        self._work_on(*entry)
+
+    def _work_on(self, item: In, context: Any) -> None:
+        self.hand_on(self._make(item), context)
+
+
+class Worker(Stage[In, Out]):
+    """A stage that works in a thread of its own, and skips the oldest items when it is too slow.
+
+    :param over: whether nothing comes any more; see :meth:`Order.look`.
+    :param name: of the thread.
+    :ivar paused: whether what arrives is dropped unread.
+    """
+
+    def __init__(
+        self,
+        work: Callable[[In], Out],
+        refuse: Callable[[str], object],
+        clock: Callable[[], float] = time.monotonic,
+        over: Callable[[], bool] = lambda: False,
+        name: str = 'worker',
+    ) -> None:
+        super().__init__(work, refuse, clock)
+        self.paused = False
+        self._over = over
+        self._backlog: Backlog[Unread[In], tuple[In, Any]] = Backlog()
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._start = threading.Lock()
+
+    @property
+    def skipped(self) -> int:
+        """How many items have been skipped."""
+        return self._backlog.skipped
+
+    @property
+    def max_lag(self) -> float:
+        """How long [s] working off what waits may take."""
+        return self._backlog.max_lag
+
+    @max_lag.setter
+    def max_lag(self, seconds: float) -> None:
+        self._backlog.max_lag = seconds
+
+    def put(self, item: In, context: Any = None) -> None:
+        """Take the next item that has arrived."""
+        self.put_unread(lambda: item, _size_of(item), context)
+
+    def put_unread(self, read: Callable[[], In], size: int, context: Any = None) -> None:
+        """Take the next item, which is read by the thread unless it is skipped.
+
+        :param read: gives the item; raises ValueError with the reason why it is refused.
+        :param size: the memory that it takes unread [bytes].
+        """
+        if self.paused:
+            return
+        with self._start:
+            if self._thread.ident is None and not self._backlog.closed:
+                self._thread.start()
+        self._backlog.put((read, context), size)
+
+    def settle(self) -> None:
+        """Wait until all is worked on whose turn it is."""
+        self._backlog.join()
+
+    def flush(self) -> None:
+        """Work on all that waits, and wait until that is done."""
+        self.settle()
+        super().flush()
+        self.settle()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._backlog.close()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _release(self, entry: tuple[In, Any]) -> None:
+        self._backlog.release(entry, _size_of(entry[0]))
+
+    def _run(self) -> None:
+        try:
+            while not self._backlog.closed:
+                self._step()
+        finally:
+            self._backlog.close()  # nobody waits for a thread that has died
+
+    def _step(self) -> None:
+        """Read one arrival, and work on one item whose turn it is."""
+        arrival = self._backlog.next_arrival(IDLE)
+        if arrival is not None:
+            self._read(*arrival)
+        ready = self._backlog.next_ready()
+        if ready is not None:
+            start = time.monotonic()
+            self._work_on(*ready)
+            self._backlog.working.add(time.monotonic() - start)
+            self._backlog.done()
+        elif arrival is None:
+            self.look(self._over)
+
+    def _read(self, read: Callable[[], In], context: Any) -> None:
+        start = time.monotonic()
+        try:
+            item = read()
+            super().put(item, context)
+        except ValueError as error:
+            self._refuse(str(error))
+        self._backlog.reading.add(time.monotonic() - start)
+        self._backlog.done()
+
+
+def _size_of(item: object) -> int:
+    """The memory that a frame's picture takes [bytes]; nothing else is worth counting."""
+    return int(getattr(getattr(item, 'image', None), 'nbytes', 0))

@@ -1,0 +1,69 @@
+"""Detector and tracker without ROS, as a Python user joins them."""
+
+import doctest
+
+import numpy as np
+
+from colortrack_ros import chain
+from colortrack_ros.chain import ColorChain
+from colortrack_ros.chain import ColorTracker
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Frame
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.flow.stage import Stage
+from colortrack_ros.scenes import open_scene
+from colortrack_ros.sources import open_source
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+SCENE = 'scene:five?width=320&height=240&rate=6&duration=12'
+
+
+def test_the_example_of_the_documentation_works():
+    assert doctest.testmod(chain) == (0, 5)
+
+
+def test_every_frame_gives_its_tracks_and_the_balls_are_found():
+    track = ColorTracker()
+    frames = list(open_source(SCENE))
+    for frame in frames:
+        tracks = track(frame)
+        assert (tracks.stamp, track.detections.stamp) == (frame.stamp, frame.stamp)
+    truth = open_scene(SCENE.removeprefix('scene:')).truth(len(frames) - 1)
+    confirmed = tracks.rows[tracks.rows['state'] != TENTATIVE]
+    assert len(truth) == 4
+    for ball in truth:
+        distances = np.hypot(confirmed['u'] - ball['u'], confirmed['v'] - ball['v'])
+        assert distances.min() < 0.5
+
+
+def test_configurations_are_those_of_the_nodes():
+    picture = np.zeros((100, 100, 3), np.uint8)
+    picture[40:60, 40:60] = 0, 0, 255
+    track = ColorTracker(DetectorConfig(min_area=1000), TrackerConfig())
+    assert len(track(Frame(picture)).rows) == 0
+    assert len(ColorTracker()(Frame(picture)).rows) == 1
+
+
+def test_a_recording_that_starts_again_starts_the_tracker_again():
+    track = ColorTracker()
+    frames = list(open_source(SCENE))[:10]
+    restarted = [bool(track(frame).restarted) for frame in frames * 2]
+    assert [k for k, again in enumerate(restarted) if again] == [10]
+
+
+def test_detections_made_elsewhere_give_the_same_tracks():
+    done = []
+    for detects in (True, False):
+        detector, tracks = Detector(DetectorConfig()), []
+        detection = Stage(Detector(DetectorConfig()).detect, print)
+        tracking = Stage(Tracker(TrackerConfig()).update, print)
+        tracking.then(lambda some, _, tracks=tracks: tracks.append(some.rows.tobytes()))
+        both = ColorChain(detection, tracking)
+        for frame in open_source(SCENE):
+            item: Frame | Detections = frame if detects else detector.detect(frame)
+            both.put(item)
+        done.append(tracks)
+    assert done[0] == done[1]
