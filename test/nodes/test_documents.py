@@ -159,7 +159,7 @@ def test_shell_commands_name_what_there_is(path):
         for name in re.findall(r'ros2 run colortrack_ros (\w+)', line):
             assert f"'{name}':" in setup, line
         for file in re.findall(
-            r'(?<![\w/~])(?:python )?((?:test|benchmark|params|doc)/\S+\.\w+)', line
+            r'(?<![\w/~])(?:python )?((?:test|benchmark|params|doc|colortrack_ros)/\S+\.\w+)', line
         ):
             assert (ROOT / file).exists(), line
         if re.match(r'(\$ )?(ros2 run colortrack_ros )?replay ', line):
@@ -171,6 +171,9 @@ def test_the_page_of_the_architecture_names_every_room_and_no_other():
     page = ROOT / 'doc' / 'architecture.md'
     rooms = {p.parent.name for p in (ROOT / 'colortrack_ros').glob('*/__init__.py')} | {'data.py'}
     assert set(re.findall(r'^\| `([\w.]+)` \|', page.read_text(), re.MULTILINE)) == rooms
+    steps = re.findall(r'^\d+\. `(\w+\.?\w*)`', page.read_text(), re.MULTILINE)
+    assert len(steps) == 10
+    assert [s for s in steps if not (ROOT / 'colortrack_ros' / 'tracking' / s).exists()] == []
     drawn = re.findall(r'class="name".*?>(.*?)<', (page.parent / 'architecture.svg').read_text())
     assert {name for names in drawn for name in names.split(', ')} <= rooms | {'data'}
 
