@@ -8,8 +8,8 @@ from colortrack_ros.detection.label_image import LabelImage
 
 # The constants below were fitted to rendered balls of 10 to 130 px radius. The normalized squared
 # error, NSE in `python benchmark/detection_quality.py --constants`, is 1 where the covariance is
-# right: it is 0.6 in the scene `single` and 1.8 in `fast`, where half of SMEAR_SHARE makes it 3.0 and
-# twice of it 1.0.
+# right: it is 0.6 in the scene `single` and 1.8 in `fast`, where half of SMEAR_SHARE makes it 3.0
+# and twice of it 1.0.
 
 OUTLINE_VARIANCE = 0.06
 """Variance of the membership of a pixel on the outline, which is in or out by chance; 1/4 were the
