@@ -24,6 +24,7 @@ ROOMS_WITHOUT_ROS = (
     'flow',
     'chain',
     'parameters',
+    'world',
 )
 ALLOWED = {
     'data': set(),
@@ -36,6 +37,7 @@ ALLOWED = {
     'windows': {'data', 'estimation', 'parameters'},
     # new targets are found as the detector's method `background` does
     'contours': {'data', 'detection', 'estimation', 'parameters'},
+    'world': {'data', 'estimation', 'parameters'},
     'drawing': {'data'},
     'messages': {'data'},
     'bags': {'data'},
@@ -46,7 +48,7 @@ ALLOWED = {
 FLOORS = (
     {'data', 'parameters'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
-    {'sources', 'detection', 'tracking', 'windows'},
+    {'sources', 'detection', 'tracking', 'windows', 'world'},
     {'contours', 'chain'},
     {'node_kit'},
     {'nodes'},

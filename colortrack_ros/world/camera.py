@@ -1,0 +1,155 @@
+"""The camera: points in space to pixels, and pixels to rays, by K and D of CameraInfo.
+
+The optical frame is that of REP-103: x to the right, y down, z forward. A pixel (u, v) is measured
+from the center of the top left one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+from numpy.typing import NDArray
+
+from colortrack_ros.world.lens import Lens
+from colortrack_ros.world.lens import LENSES
+
+Floats = NDArray[np.float64]
+
+
+class CalibrationError(ValueError):
+    """A calibration that no camera can have, or that nobody has made."""
+
+
+class SensorPart(Protocol):
+    """sensor_msgs/RegionOfInterest."""
+
+    x_offset: int
+    y_offset: int
+
+
+class Calibration(Protocol):
+    """What of sensor_msgs/CameraInfo the camera needs."""
+
+    width: int
+    height: int
+    distortion_model: str
+    d: Sequence[float]
+    k: Sequence[float]
+    binning_x: int
+    binning_y: int
+    roi: SensorPart
+
+
+@dataclass(frozen=True, eq=False)
+class CameraModel:
+    """A camera with a lens.
+
+    :param K: (3, 3) camera matrix [px].
+    :param lens: what its lens does.
+    :param width, height: of the pictures [px].
+    """
+
+    K: Floats
+    lens: Lens
+    width: int
+    height: int
+
+    @classmethod
+    def of(
+        cls,
+        width: int,
+        height: int,
+        k: ArrayLike,
+        d: ArrayLike = (),
+        distortion_model: str = 'plumb_bob',
+    ) -> 'CameraModel':
+        """The camera of a calibration.
+
+        :param k: 9 numbers, the rows of the camera matrix.
+        :param d: distortion coefficients, as many as the model takes; none: no distortion.
+        :raises CalibrationError: it is none; the reason says what is wrong.
+        """
+        K: Floats = np.asarray(k, float).reshape(-1)
+        D: Floats = np.asarray(d, float).reshape(-1)
+        if K.size != 9 or not np.isfinite(K).all() or not np.isfinite(D).all():
+            raise CalibrationError(f'calibration with K {K.tolist()}: expected 9 finite numbers')
+        K = K.reshape(3, 3)
+        if K[0, 0] <= 0 or K[1, 1] <= 0 or K[2].tolist() != [0, 0, 1] or K[1, 0] != 0:
+            raise CalibrationError(
+                f'calibration with K {K.ravel().tolist()}: expected [fx, s, cx, 0, fy, cy, 0, 0, '
+                '1] with fx and fy above 0 (all zeros: the camera has not been calibrated)'
+            )
+        if width <= 0 or height <= 0:
+            raise CalibrationError(f'calibration of {width}x{height} pixels: expected a picture')
+        return cls(K, _lens(distortion_model, D), width, height)
+
+    @classmethod
+    def of_info(cls, info: Calibration) -> 'CameraModel':
+        """The camera of a CameraInfo: its K is of the whole sensor, the picture may be a part.
+
+        :raises CalibrationError: see :meth:`of`.
+        """
+        camera = cls.of(info.width, info.height, info.k, info.d, info.distortion_model)
+        x, y = max(info.binning_x, 1), max(info.binning_y, 1)
+        part = np.diag([1 / x, 1 / y, 1.0])
+        # the center of a binned pixel is between those of its first and last
+        part[:2, 2] = [
+            -(info.roi.x_offset + (x - 1) / 2) / x,
+            -(info.roi.y_offset + (y - 1) / 2) / y,
+        ]
+        return cls(part @ camera.K, camera.lens, -(-info.width // x), -(-info.height // y))
+
+    def project(self, points: Floats) -> Floats:
+        """The pixels at which points are seen.
+
+        :param points: (N, 3) in the optical frame [m].
+        :return: (N, 2); NaN for what the lens does not see, inside of the picture or not.
+        """
+        return self.linearized(points)[0]
+
+    def linearized(self, points: Floats) -> tuple[Floats, Floats]:
+        """As :meth:`project`, and the Jacobian of the pixels by the points, (N, 2, 3)."""
+        seen, J = self.lens.distort(points)
+        return seen @ self.K[:2, :2].T + self.K[:2, 2], self.K[:2, :2] @ J
+
+    def rays(self, pixels: Floats) -> Floats:
+        """The directions that are seen at pixels.
+
+        :param pixels: (N, 2) u, v.
+        :return: (N, 3) unit vectors in the optical frame; NaN where the lens shows nothing.
+        """
+        (fx, skew), fy = self.K[0, :2], self.K[1, 1]
+        y = (pixels[:, 1] - self.K[1, 2]) / fy
+        x = (pixels[:, 0] - self.K[0, 2] - skew * y) / fx
+        return self.lens.undistort(np.stack([x, y], axis=1))
+
+    def unproject(self, pixels: Floats, depth: Floats) -> Floats:
+        """Points at a depth, as depth cameras measure it.
+
+        :param pixels: (N, 2); depth: (N,) along the optical axis, z [m].
+        :return: (N, 3) in the optical frame.
+        """
+        rays = self.rays(pixels)
+        return np.asarray(rays * (depth / rays[:, 2])[:, None])
+
+    def contains(self, pixels: Floats) -> NDArray[np.bool_]:
+        """Whether pixels, (N, 2), are inside of the picture."""
+        size = np.array([self.width, self.height])
+        return np.asarray(((pixels >= -0.5) & (pixels < size - 0.5)).all(axis=1))
+
+
+def _lens(model: str, D: Floats) -> Lens:
+    """The lens of a distortion model and its coefficients."""
+    if not D.any() and (not model or model == 'plumb_bob' or not D.size):
+        return LENSES['plumb_bob'](D[:0]) if model != 'equidistant' else LENSES[model](np.zeros(4))
+    kind = LENSES.get(model)
+    if kind is None:
+        raise CalibrationError(f'distortion_model {model!r}: expected one of {", ".join(LENSES)}')
+    if D.size not in kind.counts:
+        expected = ' or '.join(str(count) for count in kind.counts)
+        raise CalibrationError(
+            f'distortion_model {model} with {D.size} coefficients: expected {expected}'
+        )
+    return kind(D)

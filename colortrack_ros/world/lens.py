@@ -1,0 +1,225 @@
+"""What a lens does to directions: the distortion models of sensor_msgs/CameraInfo.
+
+A lens maps directions of the optical frame (x right, y down, z forward) to points of the plane that
+the camera matrix K turns into pixels. With Z = 1 and no distortion it is x = X/Z, y = Y/Z.
+"""
+
+from abc import ABC
+from abc import abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+ITERATIONS = 20
+"""Newton steps at most; from the distorted point, 5 reach 1e-12 with the lenses of the tests."""
+
+CONVERGED = 1e-9
+"""Error of an inverted distortion [focal lengths] that counts as none: 1e-6 px at f = 1000 px."""
+
+WIDEST = 5.0
+"""Radius up to which a lens of a plane is looked at [focal lengths], 79 degrees off its axis."""
+
+SAMPLES = 2000
+"""Radii at which the monotony of a lens is looked at; a step is 0.1 degrees or less."""
+
+
+class Lens(ABC):
+    """The interface of a distortion model.
+
+    :param coefficients: the D of CameraInfo.
+    :cvar counts: numbers of coefficients that it may have.
+    """
+
+    counts: tuple[int, ...]
+
+    @abstractmethod
+    def __init__(self, coefficients: Floats) -> None: ...
+
+    @abstractmethod
+    def distort(self, points: Floats) -> tuple[Floats, Floats]:
+        """Where points in space are seen, and how that changes with them.
+
+        :param points: (N, 3) in the optical frame, of any length.
+        :return: (N, 2) and the Jacobian, (N, 2, 3); NaN where the lens does not see the point.
+        """
+
+    @abstractmethod
+    def undistort(self, seen: Floats) -> Floats:
+        """Directions that are seen at these points.
+
+        :param seen: (N, 2).
+        :return: (N, 3) unit vectors; NaN where there is no such direction.
+        """
+
+
+class BrownConrady(Lens):
+    """plumb_bob and rational_polynomial: radial, tangential and thin prism distortion.
+
+    With r^2 = x^2 + y^2 (OpenCV, calib3d, of coefficients k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4)::
+
+        g  = (1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6)
+        x' = x g + 2 p1 x y + p2 (r^2 + 2 x^2) + s1 r^2 + s2 r^4
+        y' = y g + p1 (r^2 + 2 y^2) + 2 p2 x y + s3 r^2 + s4 r^4
+
+    Beyond the radius at which r g stops growing, the polynomial folds back: nothing is seen there.
+    """
+
+    def __init__(self, coefficients: Floats) -> None:
+        c = np.zeros(12)
+        c[: len(coefficients)] = coefficients
+        self._p = c[2:4]
+        self._above = np.array([1.0, c[0], c[1], c[4]])
+        self._below = np.array([1.0, c[5], c[6], c[7]])
+        self._prism = c[8:].reshape(2, 2)
+        r = np.linspace(0, WIDEST, SAMPLES)
+        g, slope = self._radial(r * r)
+        folded = g + 2 * r * r * slope <= 0
+        self._limit = r[folded.argmax()] ** 2 if folded.any() else np.inf
+
+    def distort(self, points: Floats) -> tuple[Floats, Floats]:
+        """See :meth:`Lens.distort`."""
+        with np.errstate(divide='ignore', invalid='ignore'):
+            depth = np.where(points[:, 2] > 0, points[:, 2], np.nan)
+            flat = points[:, :2] / depth[:, None]
+        flat[np.square(flat).sum(axis=1) > self._limit] = np.nan
+        seen, J = self._distort_flat(flat)
+        # d(X/Z)/dX = 1/Z, d(X/Z)/dZ = -(X/Z)/Z
+        to_flat = np.zeros((len(points), 2, 3))
+        to_flat[:, 0, 0] = to_flat[:, 1, 1] = 1
+        to_flat[:, :, 2] = -flat
+        return seen, J @ to_flat / depth[:, None, None]
+
+    def undistort(self, seen: Floats) -> Floats:
+        """See :meth:`Lens.undistort`; by Newton steps."""
+        # a strong barrel may be seen within the limit alone: begin inside of it
+        radius = np.sqrt(np.square(seen).sum(axis=1) / self._limit)
+        flat = seen / np.maximum(1, radius)[:, None]
+        error = np.full(len(seen), np.inf)
+        with np.errstate(all='ignore'):
+            for _ in range(ITERATIONS):
+                again, J = self._distort_flat(flat)
+                rest = again - seen
+                error = np.abs(rest).max(axis=1, initial=0.0)
+                if np.all((error < CONVERGED) | ~np.isfinite(error)):
+                    break
+                det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
+                step_x = (J[:, 1, 1] * rest[:, 0] - J[:, 0, 1] * rest[:, 1]) / det
+                step_y = (J[:, 0, 0] * rest[:, 1] - J[:, 1, 0] * rest[:, 0]) / det
+                flat = flat - np.stack([step_x, step_y], axis=1)
+            lost = ~(error < CONVERGED) | (np.square(flat).sum(axis=1) > self._limit)
+        flat[lost] = np.nan
+        rays = np.concatenate([flat, np.ones((len(flat), 1))], axis=1)
+        return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+
+    def _radial(self, r2: Floats) -> tuple[Floats, Floats]:
+        """The value of g, and its derivative by r^2."""
+        above, below = (_polynomial(c, r2) for c in (self._above, self._below))
+        g = above[0] / below[0]
+        return g, (above[1] - g * below[1]) / below[0]
+
+    def _distort_flat(self, flat: Floats) -> tuple[Floats, Floats]:
+        """The points x', y', (N, 2), and their Jacobian by x and y, (N, 2, 2)."""
+        r2 = np.square(flat).sum(axis=1)
+        g, slope = self._radial(r2)
+        cross = flat[:, 0] * flat[:, 1]
+        p = self._p[::-1]  # x' takes p2, y' takes p1, with their own squares
+        seen = flat * g[:, None] + 2 * self._p * cross[:, None]
+        seen += p * (r2[:, None] + 2 * flat * flat) + r2[:, None] * self._prism[:, 0]
+        seen += (r2 * r2)[:, None] * self._prism[:, 1]
+        # d r^2 = 2 x dx + 2 y dy
+        by_r2 = flat * slope[:, None] + p + self._prism[:, 0] + 2 * r2[:, None] * self._prism[:, 1]
+        J = 2 * by_r2[:, :, None] * flat[:, None, :]
+        J += 2 * self._p[:, None] * flat[:, None, ::-1]
+        for axis in range(2):
+            J[:, axis, axis] += g + 4 * p[axis] * flat[:, axis]
+        return seen, J
+
+
+class Equidistant(Lens):
+    """equidistant: Kannala-Brandt, for fisheye lenses.
+
+    With theta the angle off the optical axis (OpenCV, calib3d fisheye)::
+
+        theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)
+
+    It sees beyond 90 degrees, as far as theta_d grows.
+    """
+
+    counts = (4,)
+
+    def __init__(self, coefficients: Floats) -> None:
+        self._k = np.concatenate([[1.0], coefficients])
+        theta = np.linspace(0, np.pi, SAMPLES)
+        falling = self._bent(theta)[1] <= 0
+        self._limit = theta[falling.argmax()] if falling.any() else np.pi
+
+    def distort(self, points: Floats) -> tuple[Floats, Floats]:
+        """See :meth:`Lens.distort`."""
+        r = np.hypot(points[:, 0], points[:, 1])
+        theta = np.arctan2(r, points[:, 2])
+        theta[theta > self._limit] = np.nan
+        bent, slope = self._bent(theta)
+        length2 = r * r + np.square(points[:, 2])
+        with np.errstate(divide='ignore', invalid='ignore'):
+            side = points[:, :2] / r[:, None]
+            scale = bent / r
+        axis = r < CONVERGED * np.abs(points[:, 2])  # theta_d / r = 1 / Z on the axis
+        side[axis] = 0.0
+        scale[axis] = 1 / np.where(points[axis, 2] > 0, points[axis, 2], np.nan)
+        # theta by the point: cos(theta)/length along the side, -sin(theta)/length along z
+        by_theta = np.empty((len(points), 3))
+        by_theta[:, :2] = side * (points[:, 2] / length2)[:, None]
+        by_theta[:, 2] = -r / length2
+        J = np.zeros((len(points), 2, 3))
+        J[:, :, :2] = scale[:, None, None] * (np.eye(2) - side[:, :, None] * side[:, None, :])
+        J += (side * slope[:, None])[:, :, None] * by_theta[:, None, :]
+        return points[:, :2] * scale[:, None], J
+
+    def undistort(self, seen: Floats) -> Floats:
+        """See :meth:`Lens.undistort`; by Newton steps."""
+        bent = np.hypot(seen[:, 0], seen[:, 1])
+        theta = np.minimum(bent, self._limit)
+        with np.errstate(all='ignore'):
+            for _ in range(ITERATIONS):
+                value, slope = self._bent(theta)
+                theta = np.clip(theta - (value - bent) / slope, 0.0, self._limit)
+            lost = ~(np.abs(self._bent(theta)[0] - bent) < CONVERGED)
+            side = np.where(bent[:, None] > 0, seen / bent[:, None], 0.0)
+        theta[lost] = np.nan
+        return np.concatenate([side * np.sin(theta)[:, None], np.cos(theta)[:, None]], axis=1)
+
+    def _bent(self, theta: Floats) -> tuple[Floats, Floats]:
+        """theta_d and its derivative by theta."""
+        value, slope = _polynomial(self._k, theta * theta)
+        return theta * value, value + 2 * theta * theta * slope
+
+
+class PlumbBob(BrownConrady):
+    """plumb_bob: k1 k2 p1 p2, and k3 mostly."""
+
+    counts = (0, 4, 5)
+
+
+class RationalPolynomial(BrownConrady):
+    """rational_polynomial: with k4 k5 k6, and the four of a thin prism."""
+
+    counts = (8, 12)
+
+
+LENSES: dict[str, type[Lens]] = {
+    'plumb_bob': PlumbBob,
+    'rational_polynomial': RationalPolynomial,
+    'equidistant': Equidistant,
+}
+"""By the distortion_model of CameraInfo (sensor_msgs/distortion_models.hpp)."""
+
+
+def _polynomial(coefficients: Floats, x: Floats) -> tuple[Floats, Floats]:
+    """The value of a polynomial, lowest power first, and of its derivative."""
+    value, slope = np.zeros_like(x), np.zeros_like(x)
+    for c in coefficients[::-1]:
+        slope = slope * x + value
+        value = value * x + c
+    return value, slope

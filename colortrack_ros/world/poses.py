@@ -1,0 +1,207 @@
+"""Where a frame is in another one, over time: rigid motions, and a buffer as tf2 keeps it."""
+
+from bisect import bisect_left
+from bisect import insort
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+from numpy.typing import NDArray
+
+from colortrack_ros.data import NANOSECONDS
+
+Floats = NDArray[np.float64]
+
+CACHE = 10.0
+"""How long poses are kept [s]: tf2's default cache time."""
+
+UNIT = 1e-3
+"""How far the length of a quaternion may be from 1: tf2 allows 1e-3."""
+
+
+class TransformError(ValueError):
+    """There is no such pose.
+
+    :ivar later: whether one that comes later may give it, so that waiting helps.
+    """
+
+    def __init__(self, reason: str, later: bool = False) -> None:
+        super().__init__(reason)
+        self.later = later
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Of a frame in its parent: a point p of the frame is at R p + t in the parent.
+
+    :param t: (3,) [m].
+    :param R: (3, 3) rotation.
+    """
+
+    t: Floats
+    R: Floats
+
+    @classmethod
+    def of_rpy(cls, xyz: ArrayLike, rpy: ArrayLike) -> 'Pose':
+        """Of fixed-axis roll, pitch, yaw [rad] (REP-103): R = Rz(yaw) Ry(pitch) Rx(roll)."""
+        (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
+        R = [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+        return cls(np.asarray(xyz, float), np.array(R))
+
+    @classmethod
+    def of_quaternion(cls, xyz: ArrayLike, xyzw: ArrayLike) -> 'Pose':
+        """Of a quaternion in the order of geometry_msgs.
+
+        :raises TransformError: it is no rotation, or numbers are not finite.
+        """
+        t, q = np.asarray(xyz, float), np.asarray(xyzw, float)
+        length = math.sqrt(float(q @ q))
+        if not (abs(length - 1) < UNIT and np.isfinite(t).all()):
+            raise TransformError(
+                f'pose with position {t.tolist()} and quaternion {q.tolist()}: expected finite '
+                'numbers and a quaternion of length 1'
+            )
+        return cls(t, rotation_of(q / length))
+
+    @property
+    def quaternion(self) -> Floats:
+        """The rotation as x, y, z, w, with w >= 0."""
+        # the eigenvector of Bar-Itzhack (2000) is exact at every angle, unlike the trace formulas
+        R = self.R
+        K = np.array(
+            [
+                [R[0, 0] - R[1, 1] - R[2, 2], 0, 0, 0],
+                [R[1, 0] + R[0, 1], R[1, 1] - R[0, 0] - R[2, 2], 0, 0],
+                [R[2, 0] + R[0, 2], R[2, 1] + R[1, 2], R[2, 2] - R[0, 0] - R[1, 1], 0],
+                [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], np.trace(R)],
+            ]
+        )
+        q = np.linalg.eigh(K, UPLO='L')[1][:, -1]
+        return np.asarray(q if q[3] >= 0 else -q)
+
+    def __matmul__(self, other: 'Pose') -> 'Pose':
+        """The pose of a frame in this one's parent, of its pose in this frame."""
+        return Pose(self.R @ other.t + self.t, self.R @ other.R)
+
+    def inverse(self) -> 'Pose':
+        """The pose of the parent in this frame."""
+        return Pose(-self.R.T @ self.t, self.R.T)
+
+    def apply(self, points: Floats) -> Floats:
+        """Points of the frame, (N, 3), in the parent."""
+        return points @ self.R.T + self.t
+
+    def between(self, other: 'Pose', share: float) -> 'Pose':
+        """On the way to another pose, as tf2 goes: straight, and turning evenly (slerp).
+
+        :param share: 0..1 of the way.
+        """
+        a, b = self.quaternion, other.quaternion
+        cosine = float(a @ b)
+        a, cosine = (a, cosine) if cosine >= 0 else (-a, -cosine)
+        angle = math.acos(min(cosine, 1.0))
+        if angle < 1e-6:  # sin(angle) would divide by zero; the chord is as good
+            weights = 1 - share, share
+        else:
+            weights = math.sin((1 - share) * angle), math.sin(share * angle)
+        q = weights[0] * a + weights[1] * b
+        return Pose(
+            (1 - share) * self.t + share * other.t, rotation_of(q / math.sqrt(float(q @ q)))
+        )
+
+
+OPTICAL = Pose(np.zeros(3), np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]))
+"""The optical frame (x right, y down, z forward) in the body of its camera (x forward, y left, z
+up), REP-103."""
+
+
+def rotation_of(q: Floats) -> Floats:
+    """The rotation of a unit quaternion x, y, z, w."""
+    x, y, z, w = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+class PoseBuffer:
+    """The poses of one frame in another, over the last CACHE seconds, as tf2 keeps and reads them.
+
+    Between two poses it interpolates; beyond them it refuses, with the words of tf2.
+
+    :param parent, child: the names of the frames, for the reasons.
+    """
+
+    def __init__(self, parent: str, child: str) -> None:
+        self.parent, self.child = parent, child
+        self._stamps: list[int] = []
+        self._poses: dict[int, Pose] = {}
+
+    def __len__(self) -> int:
+        return len(self._stamps)
+
+    def add(self, stamp: int, pose: Pose) -> bool:
+        """Keep a pose; one of a stamp that there is already takes its place.
+
+        :param stamp: [ns].
+        :return: False when it is older than the cache, and so not kept (TF_OLD_DATA).
+        """
+        if self._stamps and stamp < self._stamps[-1] - CACHE * NANOSECONDS:
+            return False
+        if stamp not in self._poses:
+            insort(self._stamps, stamp)
+        self._poses[stamp] = pose
+        while self._stamps[0] < self._stamps[-1] - CACHE * NANOSECONDS:
+            del self._poses[self._stamps.pop(0)]
+        return True
+
+    def clear(self) -> None:
+        """Forget all poses, as when time has gone back."""
+        self._stamps.clear()
+        self._poses.clear()
+
+    def latest(self) -> tuple[int, Pose]:
+        """The newest pose and its stamp [ns].
+
+        :raises TransformError: there is none yet.
+        """
+        if not self._stamps:
+            raise TransformError(
+                f'no pose of {self.child!r} in {self.parent!r} has come yet', later=True
+            )
+        return self._stamps[-1], self._poses[self._stamps[-1]]
+
+    def at(self, stamp: int) -> Pose:
+        """The pose at a time [ns].
+
+        :raises TransformError: there is no pose yet, or the time lies beyond them.
+        """
+        newest, _ = self.latest()
+        if stamp in self._poses:
+            return self._poses[stamp]
+        frames = f'when looking up transform from frame [{self.child}] to frame [{self.parent}]'
+        if stamp > newest:
+            raise TransformError(
+                'Lookup would require extrapolation into the future. Requested time '
+                f'{stamp / NANOSECONDS:.6f} but the latest data is at time '
+                f'{newest / NANOSECONDS:.6f}, {frames}',
+                later=True,
+            )
+        if stamp < self._stamps[0]:
+            raise TransformError(
+                'Lookup would require extrapolation into the past. Requested time '
+                f'{stamp / NANOSECONDS:.6f} but the earliest data is at time '
+                f'{self._stamps[0] / NANOSECONDS:.6f}, {frames}'
+            )
+        after = bisect_left(self._stamps, stamp)
+        start, end = self._stamps[after - 1 : after + 1]
+        share = (stamp - start) / (end - start)
+        return self._poses[start].between(self._poses[end], share)
