@@ -23,8 +23,9 @@ class TrackerConfig(Config):
     )
     process_noise: float = parameter(
         0.0,
-        'Standard deviation of the acceleration that the motion model does not know (sigma_s). '
-        '0 learns it from the innovations.',
+        'Standard deviation of the acceleration that the motion model does not know (sigma_s), of '
+        'density q = sigma_s^2 / 30: what one drawn anew 30 times a second does to the velocity, '
+        'whatever the frame rate. 0 learns it from the innovations.',
         unit='px/s^2',
         minimum=0.0,
         maximum=1e6,

@@ -106,7 +106,8 @@ class WindowConfig(Config):
     )
     process_noise: float = parameter(
         500.0,
-        'Standard deviation of the acceleration that the filter does not know (sigma_s).',
+        'Standard deviation of the acceleration that the filter does not know (sigma_s), of '
+        'density q = sigma_s^2 / 30, whatever the frame rate.',
         unit='px/s^2',
         minimum=1e-3,
         maximum=1e6,

@@ -35,14 +35,17 @@ PEGORETTI = TrackerConfig(
 
 
 def textbook(z, dt, sigma_s=1.0, sigma_w=1.0, speed=1.0):
-    """Pegoretti 2021, (2.19)-(2.32), in the order (u, v, du, dv), Joseph form."""
+    """Pegoretti 2021, (2.19)-(2.32), in the order (u, v, du, dv), Joseph form.
+
+    But for Q, which is that of continuous white noise (Bar-Shalom et al. 2001, 6.2.2).
+    """
     F = np.eye(4)
     F[0, 2] = F[1, 3] = dt
     H = np.eye(2, 4)
-    G = np.array([[dt**2 / 2, 0], [0, dt**2 / 2], [dt, 0], [0, dt]])
+    Q = sigma_s**2 / 30 * np.kron([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]], np.eye(2))
     x, P = H.T @ z[0], np.diag([sigma_w**2, sigma_w**2, speed**2, speed**2])
     for one in z[1:]:
-        x, P = F @ x, F @ P @ F.T + sigma_s**2 * G @ G.T
+        x, P = F @ x, F @ P @ F.T + Q
         if one is not None:
             K = P @ H.T @ np.linalg.inv(H @ P @ H.T + sigma_w**2 * np.eye(2))
             x = x + K @ (one - H @ x)

@@ -4,20 +4,25 @@ from colortrack_ros.estimation.motion.base import Floats
 from colortrack_ros.estimation.motion.base import MotionModel
 from colortrack_ros.estimation.motion.base import planar
 
+REFERENCE_PERIOD = 1 / 30
+"""The step after which the velocity has wandered by as much as under an acceleration of sigma_s
+that is constant within it [s]: it makes a density, q = sigma_s^2 / 30, of px/s^2."""
+
 
 class ConstantVelocity(MotionModel):
-    """Piecewise constant acceleration of variance sigma_s^2 (Pegoretti 2021, (2.13)-(2.23)).
+    """Continuous white-noise acceleration (Bar-Shalom, Li and Kirubarajan 2001, 6.2.2).
 
-    Per axis::
+    Two steps are as uncertain as one of twice the length. With q = sigma_s^2 REFERENCE_PERIOD, per
+    axis::
 
-        F = [1  dt]    Q = sigma_s^2 [dt^4/4  dt^3/2]
-            [0   1]                  [dt^3/2  dt^2  ]
+        F = [1  dt]    Q = q [dt^3/3  dt^2/2]
+            [0   1]          [dt^2/2  dt    ]
     """
 
     def transition(self, dt: float) -> Floats:
-        """F, (1, 4, 4), (2.19)."""
+        """F, (1, 4, 4) (Pegoretti 2021, (2.19))."""
         return planar([[1, dt], [0, 1]])[None]
 
     def noise(self, dt: float) -> Floats:
-        """Q / sigma_s^2, (1, 4, 4), (2.23)."""
-        return planar([[dt**4 / 4, dt**3 / 2], [dt**3 / 2, dt**2]])[None]
+        """Q / sigma_s^2, (1, 4, 4)."""
+        return REFERENCE_PERIOD * planar([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])[None]

@@ -1,0 +1,42 @@
+"""A second is a second, in however many frames it comes."""
+
+import numpy as np
+import pytest
+from support.silhouettes import points
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.motion import MOTION_MODELS
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+
+@pytest.mark.parametrize('name', ['constant_velocity', 'known_acceleration', 'switched_pair'])
+def test_steps_add_up_to_one_step_of_their_sum(name):
+    rng = np.random.default_rng(0)
+    steps = rng.uniform(0.001, 0.1, 40)
+    banks = [Bank(MOTION_MODELS[name]((30.0, 900.0))) for _ in range(2)]
+    for bank in banks:
+        new = bank.at_rest(np.array([[3.0, 4.0]]), np.eye(2)[None], np.full(4, 50.0))
+        bank.extend(new)
+    for dt in steps:
+        banks[0].predict(dt, 300.0**2)
+    banks[1].predict(steps.sum(), 300.0**2)
+    np.testing.assert_allclose(banks[0].mean, banks[1].mean, rtol=1e-9)
+    np.testing.assert_allclose(banks[0].cov, banks[1].cov, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize('empties', [1, 7, 200])
+def test_a_second_unseen_is_as_uncertain_in_any_number_of_messages(empties):
+    """Process noise is set, so that no more than time can make a difference."""
+
+    def sigma(count):
+        tracker = Tracker(TrackerConfig(process_noise=200.0, maneuvers=False))
+        for k in range(31):
+            seen = points([(100 + 5 * k, 300)], k * NANOSECONDS // 30, 1.0)
+            rows = tracker.update(seen).rows
+        for k in range(1, count + 1):
+            rows = tracker.update(points([], NANOSECONDS + k * NANOSECONDS // count)).rows
+        return np.sqrt(rows['covariance'][0].diagonal())
+
+    np.testing.assert_allclose(sigma(empties), sigma(30), rtol=0.01)
