@@ -1,10 +1,10 @@
-"""What passes from room to room: Frame, Detections, Tracks; and what tables are made of: Columns.
+"""What passes from room to room: Frame, Detections, Tracks, Locations; what tables are made of.
 
 Pixel coordinates are (u, v): u to the right, v down, the center of the top left pixel is (0, 0).
 Time is an integer number of nanoseconds, so that the same stamps give the same results to the bit.
 
-The rows of :class:`Detections` and :class:`Tracks` have the memory layout of the point clouds that
-carry them (little-endian, fixed offsets), so a message is one copy of the array's bytes.
+The rows of Detections, Tracks and Locations have the memory layout of the point clouds that carry
+them (little-endian, fixed offsets), so a message is one copy of the array's bytes.
 """
 
 from copy import copy
@@ -63,6 +63,27 @@ last detection [s], 0 when measured in this frame; hits: number of detections ta
 box_h: of the last detection [px]; score: 0..1, existence confidence.
 """
 
+LOCATION = np.dtype(
+    {
+        'names': [
+            'x', 'y', 'z', 'vx', 'vy', 'vz', 'covariance', 'track_id', 'color', 'state',
+            'diameter', 'time_since_update', 'score',
+        ],
+        'formats': (
+            ['<f4'] * 6 + [('<f8', (6, 6)), '<u4', '<u4', 'u1', '<f4', '<f4', '<f4']
+        ),
+        'offsets': [0, 4, 8, 12, 16, 20, 24, 312, 316, 320, 324, 328, 332],
+        'itemsize': 336,
+    }
+)  # fmt: skip
+"""One object in the world.
+
+x, y, z: its center in a fixed frame [m]; vx, vy, vz: its velocity there [m/s]; covariance:
+posterior covariance of (x, y, z, vx, vy, vz); track_id, color, state: as in TRACK; diameter: [m],
+0 when not known; time_since_update: since the last measurement [s]; score: 0..1, existence
+confidence.
+"""
+
 OUTLINE_POINT = np.dtype([('track_id', '<u4'), ('u', '<f4'), ('v', '<f4')])
 """One point of the closed outline of a track: whose it is, and where [px]."""
 
@@ -119,6 +140,20 @@ class Tracks:
     frame_id: str = ''
     restarted: str = ''
     outlines: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 2)))
+
+
+@dataclass(frozen=True)
+class Locations:
+    """The objects in the world after one frame, ascending track_id.
+
+    :param rows: (N,) of dtype LOCATION.
+    :param stamp: of the picture, or of the time that they are predicted to [ns].
+    :param frame_id: the fixed frame.
+    """
+
+    rows: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, LOCATION))
+    stamp: int = 0
+    frame_id: str = ''
 
 
 Selection = NDArray[np.bool_] | NDArray[np.intp]

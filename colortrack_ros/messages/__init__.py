@@ -1,4 +1,4 @@
-"""ROS messages <-> Frame, Detections, Tracks.
+"""ROS messages <-> Frame, Detections, Tracks, Locations.
 
 A message that contradicts itself or its contract raises MessageError.
 """
@@ -21,6 +21,9 @@ from colortrack_ros.messages.images import frame_of_image
 from colortrack_ros.messages.images import frame_of_serialized_compressed_image
 from colortrack_ros.messages.images import frame_of_serialized_image
 from colortrack_ros.messages.images import image_of_frame
+from colortrack_ros.messages.locations import cloud_of_locations
+from colortrack_ros.messages.locations import locations_of_cloud
+from colortrack_ros.messages.locations import locations_of_serialized_cloud
 from colortrack_ros.messages.markers import MarkerWriter
 from colortrack_ros.messages.serialized import stamp_of_serialized
 
@@ -28,6 +31,7 @@ __all__ = [
     'MarkerWriter',
     'MessageError',
     'cloud_of_detections',
+    'cloud_of_locations',
     'cloud_of_outlines',
     'cloud_of_tracks',
     'compressed_of_frame',
@@ -39,6 +43,8 @@ __all__ = [
     'header_of',
     'image_of_frame',
     'load_camera_info',
+    'locations_of_cloud',
+    'locations_of_serialized_cloud',
     'outlines_of_serialized_cloud',
     'stamp_of',
     'stamp_of_serialized',

@@ -11,6 +11,7 @@ from sensor_msgs.msg import PointField
 
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
+from colortrack_ros.data import LOCATION
 from colortrack_ros.data import OUTLINE_POINT
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
@@ -42,17 +43,17 @@ def _fields_of(dtype: np.dtype[Any]) -> list[PointField]:
     return fields
 
 
-_FIELDS = {dtype: _fields_of(dtype) for dtype in (DETECTION, TRACK, OUTLINE_POINT)}
+_FIELDS = {dtype: _fields_of(dtype) for dtype in (DETECTION, TRACK, OUTLINE_POINT, LOCATION)}
 
 
 def cloud_of_detections(detections: Detections) -> PointCloud2:
     """One point for each detection."""
-    return _cloud(detections.rows, detections.stamp, detections.frame_id)
+    return cloud_of_rows(detections.rows, detections.stamp, detections.frame_id)
 
 
 def cloud_of_tracks(tracks: Tracks) -> PointCloud2:
     """One point for each track."""
-    return _cloud(tracks.rows, tracks.stamp, tracks.frame_id)
+    return cloud_of_rows(tracks.rows, tracks.stamp, tracks.frame_id)
 
 
 def cloud_of_outlines(tracks: Tracks) -> PointCloud2:
@@ -62,7 +63,7 @@ def cloud_of_outlines(tracks: Tracks) -> PointCloud2:
     points['track_id'] = tracks.rows['track_id'][: len(outlines), None]
     points['u'], points['v'] = outlines[..., 0], outlines[..., 1]
     known = np.isfinite(outlines).all(axis=2)
-    return _cloud(points[known], tracks.stamp, tracks.frame_id)
+    return cloud_of_rows(points[known], tracks.stamp, tracks.frame_id)
 
 
 def detections_of_cloud(message: PointCloud2) -> Detections:
@@ -70,7 +71,7 @@ def detections_of_cloud(message: PointCloud2) -> Detections:
 
     :raises MessageError: a field is missing or has another type, or sizes do not agree.
     """
-    rows = _rows(message, DETECTION)
+    rows = rows_of_cloud(message, DETECTION)
     return Detections(rows, stamp_of(message.header), message.header.frame_id)
 
 
@@ -79,7 +80,7 @@ def tracks_of_cloud(message: PointCloud2) -> Tracks:
 
     :raises MessageError: a field is missing or has another type, or sizes do not agree.
     """
-    return Tracks(_rows(message, TRACK), stamp_of(message.header), message.header.frame_id)
+    return Tracks(rows_of_cloud(message, TRACK), stamp_of(message.header), message.header.frame_id)
 
 
 def detections_of_serialized_cloud(cdr: bytes) -> Detections:
@@ -108,7 +109,7 @@ def outlines_of_serialized_cloud(cdr: bytes) -> tuple[int, NDArray[np.void]]:
         not finite.
     """
     message = message_of_serialized(cdr, PointCloud2)
-    points = _rows(message, OUTLINE_POINT)
+    points = rows_of_cloud(message, OUTLINE_POINT)
     for name in ('u', 'v'):
         wrong = ~np.isfinite(points[name])
         if wrong.any():
@@ -140,7 +141,8 @@ def tracks_with_outlines(tracks: Tracks, points: NDArray[np.void]) -> Tracks:
     return replace(tracks, outlines=outlines)
 
 
-def _cloud(rows: NDArray[np.void], stamp: int, frame_id: str) -> PointCloud2:
+def cloud_of_rows(rows: NDArray[np.void], stamp: int, frame_id: str) -> PointCloud2:
+    """One point for each row, (N,) of one of the dtypes of data.py."""
     data = array.array('B')
     data.frombytes(rows.tobytes())
     return PointCloud2(
@@ -156,8 +158,11 @@ def _cloud(rows: NDArray[np.void], stamp: int, frame_id: str) -> PointCloud2:
     )
 
 
-def _rows(message: PointCloud2, dtype: np.dtype[Any]) -> NDArray[np.void]:
-    """The points as (N,) of ``dtype``, a view of the message where its layout is the same."""
+def rows_of_cloud(message: PointCloud2, dtype: np.dtype[Any]) -> NDArray[np.void]:
+    """The points as (N,) of ``dtype``, a view of the message where its layout is the same.
+
+    :raises MessageError: a field is missing or has another type, or sizes do not agree.
+    """
     size = message.point_step * message.width * message.height
     if message.height != 1 and message.width * message.height:
         raise MessageError(f'point cloud of height {message.height}: expected 1')

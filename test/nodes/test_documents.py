@@ -19,6 +19,7 @@ from support.pipeline import flat
 import yaml
 
 from colortrack_ros.data import DETECTION
+from colortrack_ros.data import LOCATION
 from colortrack_ros.data import OUTLINE_POINT
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
@@ -102,7 +103,12 @@ def test_every_link_leads_somewhere(path):
 @by_page(ROOT / 'doc' / 'messages.md')
 def test_the_page_of_messages_has_every_field_with_its_type_and_offset(path):
     sections = re.split(r'^## ', path.read_text(), flags=re.MULTILINE)
-    for name, layout in (('Detections', DETECTION), ('Tracks', TRACK), ('Outlines', OUTLINE_POINT)):
+    for name, layout in (
+        ('Detections', DETECTION),
+        ('Tracks', TRACK),
+        ('Outlines', OUTLINE_POINT),
+        ('Locations', LOCATION),
+    ):
         (section,) = (text for text in sections if text.startswith(f'{name}\n'))
         rows = re.findall(r'^\| `(\w+)` \| (.*?) \| (\d+) \|', section, re.MULTILINE)
         expected = []
