@@ -177,7 +177,7 @@ def test_an_empty_list_is_taken_on_start_and_when_the_command_line_sets_it(ros, 
     if way == 'in YAML':
         process = start_nodes(ros, {f'/{node}': {LISTS[node][0]: []} for node in LISTS})
     else:
-        lists = [word for name, _ in LISTS.values() for word in ('-p', f'{name}:=[]')]
+        lists = [word for node, (name, _) in LISTS.items() for word in ('-p', f'{node}:{name}:=[]')]
         process = start_nodes(ros, {f'/{node}': {} for node in LISTS}, *lists)
     for node, (name, kind) in LISTS.items():
         request = GetParameters.Request(names=[name])
