@@ -115,11 +115,13 @@ class Detections:
     :param rows: (N,) of dtype DETECTION.
     :param stamp: of the frame [ns].
     :param frame_id: of the frame.
+    :param image_size: width and height of the picture [px]; 0 where nobody knows.
     """
 
     rows: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, DETECTION))
     stamp: int = 0
     frame_id: str = ''
+    image_size: tuple[int, int] = (0, 0)
 
 
 @dataclass(frozen=True)

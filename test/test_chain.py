@@ -67,3 +67,9 @@ def test_detections_made_elsewhere_give_the_same_tracks():
             both.put(item)
         done.append(tracks)
     assert done[0] == done[1]
+
+
+def test_the_tracker_is_told_how_large_the_pictures_are():
+    track = ColorTracker()
+    track(next(iter(open_source(SCENE))))
+    assert track.detections.image_size == (320, 240)

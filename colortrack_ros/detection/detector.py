@@ -89,7 +89,9 @@ class Detector:
         kept = keep_shapes(blobs, config)
         method.learn(frame, blobs, kept)
         part = open_part(kept, image, whole) if whole else 0.0
-        return Detections(self._rows(frame, kept, part), frame.stamp, frame.frame_id)
+        height, width = frame.image.shape[:2]
+        rows = self._rows(frame, kept, part)
+        return Detections(rows, frame.stamp, frame.frame_id, (width, height))
 
     def _rows(self, frame: Frame, blobs: BlobTable, part: NDArray | float) -> NDArray[np.void]:
         rows = np.zeros(len(blobs.area), DETECTION)

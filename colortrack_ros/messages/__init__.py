@@ -3,6 +3,8 @@
 A message that contradicts itself or its contract raises MessageError.
 """
 
+from colortrack_ros.messages.camera_info import camera_info_of_frame
+from colortrack_ros.messages.camera_info import image_size_of_serialized_camera_info
 from colortrack_ros.messages.camera_info import load_camera_info
 from colortrack_ros.messages.clouds import cloud_of_detections
 from colortrack_ros.messages.clouds import cloud_of_outlines
@@ -30,6 +32,7 @@ from colortrack_ros.messages.serialized import stamp_of_serialized
 __all__ = [
     'MarkerWriter',
     'MessageError',
+    'camera_info_of_frame',
     'cloud_of_detections',
     'cloud_of_locations',
     'cloud_of_outlines',
@@ -42,6 +45,7 @@ __all__ = [
     'frame_of_serialized_image',
     'header_of',
     'image_of_frame',
+    'image_size_of_serialized_camera_info',
     'load_camera_info',
     'locations_of_cloud',
     'locations_of_serialized_cloud',

@@ -1,4 +1,4 @@
-"""The YAML of camera_calibration -> sensor_msgs/CameraInfo."""
+"""The YAML of camera_calibration -> sensor_msgs/CameraInfo -> the size of its pictures."""
 
 from pathlib import Path
 
@@ -6,6 +6,11 @@ from ament_index_python.packages import get_package_share_directory
 from ament_index_python.packages import PackageNotFoundError
 from sensor_msgs.msg import CameraInfo
 import yaml
+
+from colortrack_ros.data import Frame
+from colortrack_ros.messages.errors import MessageError
+from colortrack_ros.messages.header import header_of
+from colortrack_ros.messages.serialized import message_of_serialized
 
 _MATRICES = {
     'k': ('camera_matrix', 9),
@@ -44,6 +49,32 @@ def load_camera_info(url: str) -> CameraInfo:
             f'{" ".join(str(error).split())}'
         ) from error
     return info
+
+
+def camera_info_of_frame(frame: Frame, info: CameraInfo) -> CameraInfo:
+    """What goes with a frame: its header, and where the camera is not calibrated, its size.
+
+    :param info: the calibration, which is written to and returned.
+    """
+    info.header = header_of(frame.stamp, frame.frame_id)
+    if not info.k[0]:
+        info.height, info.width = frame.image.shape[:2]
+    return info
+
+
+def image_size_of_serialized_camera_info(cdr: bytes) -> tuple[int, int]:
+    """Width and height of the pictures that a serialized CameraInfo goes with [px].
+
+    They are those of its region of interest, if it has one, after binning.
+
+    :return: zeros from a camera that does not say.
+    :raises MessageError: bytes of something else, or one of the two is zero.
+    """
+    info = message_of_serialized(cdr, CameraInfo)
+    width, height = info.roi.width or info.width, info.roi.height or info.height
+    if bool(width) != bool(height):
+        raise MessageError(f'CameraInfo: expected a width and a height, got {width} x {height}')
+    return width // max(info.binning_x, 1), height // max(info.binning_y, 1)
 
 
 def _path(url: str) -> Path:

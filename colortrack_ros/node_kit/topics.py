@@ -13,6 +13,7 @@ from rclpy.qos import ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
 from rclpy.validate_full_topic_name import validate_full_topic_name
+from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
@@ -84,9 +85,10 @@ def subscribe_to(
 ) -> Subscription:
     """A subscription that hands over serialized bytes: what cannot be read is the node's to refuse.
 
-    Pictures are taken best effort: what is late is not sent again.
+    Pictures, and what cameras send with them, are taken best effort: what is late is not sent
+    again.
     """
-    best_effort = kind in PICTURES
+    best_effort = kind in (*PICTURES, CameraInfo)
     reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
     return node.create_subscription(
         kind,

@@ -18,9 +18,9 @@ from colortrack_ros.chain import ColorChain
 from colortrack_ros.data import Frame
 from colortrack_ros.flow.pacing import Pacer
 from colortrack_ros.flow.pacing import Window
+from colortrack_ros.messages import camera_info_of_frame
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import detections_of_serialized_cloud
-from colortrack_ros.messages import header_of
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import load_camera_info
 from colortrack_ros.messages import MessageError
@@ -255,12 +255,10 @@ class CameraNode(ParameterNode[CameraSetup]):
             self._chain.put(frame)  # before the pictures are sent, which takes longer
             if self.setup.as_consumed:
                 self._chain.settle()
-        info = self._info
-        info.header = header_of(frame.stamp, frame.frame_id)
+        self._infos.publish(camera_info_of_frame(frame, self._info))
         # A picture is a megabyte and more: made into a message only for somebody who wants it.
         if self._images.get_subscription_count() > 0:
             self._images.publish(image_of_frame(frame))
-        self._infos.publish(info)
         if self._jpegs.get_subscription_count() > 0:
             self._jpegs.publish(compressed_of_frame(frame, self.setup.jpeg_quality))
         self.health.gave_out(frame.stamp)

@@ -1,8 +1,10 @@
 """The node that turns detections into tracks."""
 
 from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
+from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
@@ -12,6 +14,7 @@ from colortrack_ros.flow.order import IDLE
 from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.messages import detections_of_serialized_cloud
+from colortrack_ros.messages import image_size_of_serialized_camera_info
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
@@ -38,6 +41,9 @@ class TrackerSetup(Config):
     config: TrackerConfig = part(TrackerConfig)
     order: OrderConfig = part(OrderConfig)
     detections_topic: str = topic_name('detections', 'the detections')
+    camera_info_topic: str = topic_name(
+        'camera/camera_info', 'the CameraInfo that tells how large the pictures are'
+    )
     output: TracksOutputConfig = part(TracksOutputConfig)
     queue: QueueConfig = part(QueueConfig)
     health: HealthConfig = part(HealthConfig)
@@ -55,6 +61,7 @@ class TrackerNode(ParameterNode[TrackerSetup]):
         super().__init__('tracker', TrackerSetup, **options)
         self._tracker = Tracker(self.setup.config)
         self._dropped = 0
+        self._image_size = 0, 0
         self.health = Health(
             self,
             tracks=lambda: self._output.alive,
@@ -67,6 +74,7 @@ class TrackerNode(ParameterNode[TrackerSetup]):
         self.create_service(Trigger, '~/reset', self._reset)
         if subscribe:
             subscribe_to(self, PointCloud2, self.setup.detections_topic, self._receive)
+            subscribe_to(self, CameraInfo, self.setup.camera_info_topic, self._learn_size)
         self.create_timer(IDLE, self._look, clock=STEADY)
 
     def _track(self, detections: Detections) -> Tracks:
@@ -91,7 +99,13 @@ class TrackerNode(ParameterNode[TrackerSetup]):
             detections = detections_of_serialized_cloud(cdr)
         except MessageError as error:
             return self.health.refuse(str(error))
-        return self.stage.put(detections)
+        return self.stage.put(replace(detections, image_size=self._image_size))
+
+    def _learn_size(self, cdr: bytes) -> None:
+        try:
+            self._image_size = image_size_of_serialized_camera_info(cdr)
+        except MessageError as error:
+            self.health.refuse(str(error))
 
     def _look(self) -> None:
         self.stage.look(lambda: lacks_clock(self))

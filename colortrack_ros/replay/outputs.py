@@ -11,6 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
@@ -25,14 +26,17 @@ from colortrack_ros.drawing import Trails
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import cloud_of_outlines
 from colortrack_ros.messages import cloud_of_tracks
+from colortrack_ros.messages import header_of
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.nodes.overlay import writable_bgr
+from colortrack_ros.replay.recordings import CAMERA_INFO
 from colortrack_ros.replay.recordings import CLOUD
 from colortrack_ros.replay.recordings import Item
 from colortrack_ros.replay.setup import Setup
 
 KINDS = {
+    'camera_info': CAMERA_INFO,
     'detections': CLOUD,
     'tracks': CLOUD,
     'outlines': CLOUD,
@@ -76,6 +80,9 @@ class Output(ABC):
 class BagOutput(Output):
     """Detections, tracks, outlines, and markers as the nodes publish them.
 
+    A CameraInfo before the first detections tells how large their pictures are, without which the
+    tracker would make other tracks of them.
+
     :raises BagError: the folder is there already or cannot be made.
     """
 
@@ -86,9 +93,14 @@ class BagOutput(Output):
         self._bag = BagWriter(path, topics, storage)
         self._last = dict.fromkeys(KINDS, 0)
         self._markers = MarkerWriter()
+        self._image_size = 0, 0
 
     def write_detections(self, item: Item, detections: Detections) -> None:
         """One message; recorded detections stay as they were."""
+        if self._topics['camera_info'] and detections.image_size != self._image_size:
+            width, height = self._image_size = detections.image_size
+            header = header_of(detections.stamp, detections.frame_id)
+            self._add('camera_info', item, CameraInfo(header=header, width=width, height=height))
         recorded = isinstance(item.content, Detections)
         self._add('detections', item, None if recorded else cloud_of_detections(detections))
 
@@ -99,7 +111,9 @@ class BagOutput(Output):
             self._add('outlines', item, cloud_of_outlines(tracks))
         self._add('markers', item, self._markers.write(tracks, self._scale))
 
-    def _add(self, name: str, item: Item, message: PointCloud2 | MarkerArray | None) -> None:
+    def _add(
+        self, name: str, item: Item, message: CameraInfo | PointCloud2 | MarkerArray | None
+    ) -> None:
         """A message, or where there is none, the recorded one."""
         cdr = canonical(serialize_message(message), KINDS[name]) if message else item.cdr
         # What was put in its place before others was not recorded after them.

@@ -17,6 +17,7 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
+from colortrack_ros.messages import image_size_of_serialized_camera_info
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.replay.setup import Setup
@@ -27,6 +28,7 @@ from colortrack_ros.sources import SourceError
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 CLOUD = 'sensor_msgs/msg/PointCloud2'
+CAMERA_INFO = 'sensor_msgs/msg/CameraInfo'
 
 
 class Item(NamedTuple):
@@ -155,14 +157,32 @@ class BagRecording(Recording):
         self.total = self._topic.size
         self.rate = (self.total - 1) * NANOSECONDS / max(self._reader.duration, 1)
         self.has_pictures = self._topic.kind != CLOUD
+        self._image_size = (0, 0) if self.has_pictures else self._size_of(setup)
+
+    def _size_of(self, setup: Setup) -> tuple[int, int]:
+        """Of the pictures, by the first CameraInfo that was recorded with the detections."""
+        name = setup.topics['camera_info']
+        topic = next((t for t in self._reader.topics if t[:2] == (name, CAMERA_INFO)), None)
+        if topic is None:
+            return 0, 0
+        _, cdr = next(self._reader.messages(topic))
+        try:
+            return image_size_of_serialized_camera_info(cdr)
+        except MessageError as error:
+            self.refuse(str(error))
+            return 0, 0
 
     def items(self) -> Iterator[Item]:
         """Every frame once."""
         for log_time, cdr in self._reader.messages(self._topic):
             try:
-                yield Item(log_time, _content(cdr, self._topic.kind), cdr)
+                content = _content(cdr, self._topic.kind)
             except MessageError as error:
                 self.refuse(str(error))
+                continue
+            if isinstance(content, Detections):
+                content = dataclasses.replace(content, image_size=self._image_size)
+            yield Item(log_time, content, cdr)
 
     def close(self) -> None:
         """Let go of the files."""

@@ -58,8 +58,8 @@ class Setup:
     :param camera: values of the camera's parameters; empty where a bag is its own camera.
     :param detector: None where the tracker takes no detections.
     :param tracker: of that node.
-    :param topics: full names by ``image``, ``detections``, ``tracks``, ``outlines``, and
-        ``markers``; empty where there is none.
+    :param topics: full names by ``image``, ``camera_info``, ``detections``, ``tracks``,
+        ``outlines``, and ``markers``; empty where there is none.
     """
 
     node: str
@@ -141,6 +141,9 @@ def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:
         tracker=TRACKERS[name][1](values[name]),
         topics={
             'image': resolved('detector' if detects else name, 'image'),
+            'camera_info': (
+                resolved(name, 'camera_info') if 'camera_info_topic' in values[name] else ''
+            ),
             'detections': resolved(name, 'detections') if detects else '',
             'tracks': resolved(name, 'tracks'),
             'outlines': resolved(name, 'outlines') if 'outlines_topic' in values[name] else '',

@@ -72,6 +72,8 @@ class Adaptation:
         self._false, self._frames, self._births = FIRST_FALSE, 3, LEAST_NEW
         self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
         self._area = FIRST_AREA
+        self.image_size = (0, 0)
+        """Width and height of the picture [px]; 0 while they are not known."""
 
     @property
     def noise(self) -> float:
@@ -88,11 +90,11 @@ class Adaptation:
         """Detections a frame that belong to no track yet, false or new [1/px^2]."""
         return (self._false + self._births) / self._area
 
-    def birth_density(self, z: Floats, image_size: tuple[int, int]) -> Floats:
+    def birth_density(self, z: Floats) -> Floats:
         """New objects a frame at z, (K, 2), (K,) [1/px^2]; most come in at the picture's border."""
-        if not all(image_size):
+        if not all(self.image_size):
             return np.full(len(z), self._births / self._area)
-        from_border = np.minimum(z, np.array(image_size) - z) / image_size
+        from_border = np.minimum(z, np.array(self.image_size) - z) / self.image_size
         entering = from_border.min(axis=1) < BORDER
         inner = (1 - 2 * BORDER) ** 2
         share = np.where(entering, ENTERING / (1 - inner), (1 - ENTERING) / inner)
@@ -106,10 +108,12 @@ class Adaptation:
     def learn_size(self, z: Floats, image_size: tuple[int, int]) -> None:
         """Take the detections of a frame, (M, 2) [px]: the box around all so far is the picture.
 
-        :param image_size: of the picture, if it is known.
+        :param image_size: of the picture, if it is known; once known it holds on.
         """
         if all(image_size):
-            self._area = float(image_size[0] * image_size[1])
+            self.image_size = image_size
+        if all(self.image_size):
+            self._area = float(self.image_size[0] * self.image_size[1])
         elif len(z):
             self._low = np.minimum(self._low, z.min(axis=0))
             self._high = np.maximum(self._high, z.max(axis=0))

@@ -132,7 +132,8 @@ class TrackerConfig(Config):
     )
     image_size: tuple[int, int] = parameter(
         (0, 0),
-        'Width and height of the picture; a track that has left it is deleted. 0 for not known.',
+        'Width and height of the picture; a track that has left it is deleted. 0: what the '
+        "pictures, or the camera's CameraInfo, say.",
         unit='px',
         minimum=0,
         maximum=100_000,

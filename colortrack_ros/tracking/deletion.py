@@ -26,7 +26,11 @@ def confirm(tracks: TrackTable[Bank], stamp: int, config: TrackerConfig) -> NDAr
 
 
 def is_present(
-    tracks: TrackTable[Bank], stamp: int, dt: float, config: TrackerConfig
+    tracks: TrackTable[Bank],
+    stamp: int,
+    dt: float,
+    image_size: tuple[int, int],
+    config: TrackerConfig,
 ) -> NDArray[np.bool_]:
     """Find the tracks of which it is known where they are, and mark those outside the picture.
 
@@ -36,6 +40,7 @@ def is_present(
 
     :param stamp: of this frame [ns].
     :param dt: since the last frame [s].
+    :param image_size: of the picture [px]; 0 where nobody knows.
     :param config: the limits.
     :return: (N,) True for tracks to keep.
     """
@@ -43,9 +48,9 @@ def is_present(
     largest = np.maximum(cov[:, 0, 0], cov[:, 1, 1])
     keep = largest <= config.max_position_sigma**2
     records['outside'] = False
-    if not all(config.image_size):
+    if not all(image_size):
         return keep
-    last = np.array(config.image_size) - 0.5
+    last = np.array(image_size) - 0.5
     beside = ((mean[:, :2] < -0.5) | (mean[:, :2] > last)).any(axis=1)
     track = np.flatnonzero(beside & (records['updated'] != stamp))
     if len(track):

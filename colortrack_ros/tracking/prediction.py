@@ -68,7 +68,6 @@ def predict(
     :param period: since the last frame [s].
     """
     bank, records = tracks.filters, tracks.records
-    learned.learn_size(measurements.z, config.image_size)
     if dt > 0 and len(records) and not learned.has_met:
         learned.meet(bank.mean[0, :, :2], measurements.z, dt)
         bank.set_speed(config.initial_speed or learned.speed)

@@ -71,7 +71,7 @@ def find_stitches(
     chance = learned.chance(T, period) * config.maneuvers
     gain = log_likelihood_ratio(mean, cov, one, other, chance, T, speed)
     gain += np.log(np.maximum(records['hidden'][one], 1e-9))
-    gain -= np.log(learned.birth_density(records['origin'][other], config.image_size))
+    gain -= np.log(learned.birth_density(records['origin'][other]))
     chosen, _ = associate(one, other, gain)
     return one[chosen], other[chosen]
 

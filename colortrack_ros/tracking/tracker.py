@@ -92,6 +92,8 @@ class Tracker:
         tracks, learned = self._tracks, self._adaptation
 
         blobs = self._measurements(detections.rows, again=again)
+        given = all(config.image_size)
+        learned.learn_size(blobs.z, config.image_size if given else detections.image_size)
         prediction = predict(tracks, blobs, learned, config, now=now, dt=dt, period=period)
         track, blob = gate(prediction, blobs, config)
         hypotheses = hypothesize(prediction, blobs, track, blob)
@@ -145,7 +147,7 @@ class Tracker:
         before = tracks.records['state'].copy()
         keep = confirm(tracks, now, self.config)
         false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
-        keep &= is_present(tracks, now, self._period, self.config)
+        keep &= is_present(tracks, now, self._period, learned.image_size, self.config)
         state = tracks.records['state']
         found = np.flatnonzero(keep & (before == TENTATIVE) & (state == CONFIRMED))
         lost = np.flatnonzero(keep & (state == COASTING))

@@ -2,8 +2,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import RegionOfInterest
 
+from colortrack_ros.messages import image_size_of_serialized_camera_info
 from colortrack_ros.messages import load_camera_info
+from colortrack_ros.messages import MessageError
 
 YAML = """
 image_width: 640
@@ -50,3 +55,23 @@ def test_a_missing_file_or_package_is_refused_by_name():
         load_camera_info('file:///nowhere/camera.yaml')
     with pytest.raises(ValueError, match="no package 'no_such_package'"):
         load_camera_info('package://no_such_package/camera.yaml')
+
+
+@pytest.mark.parametrize(
+    ('info', 'size'),
+    [
+        (CameraInfo(width=640, height=480), (640, 480)),
+        (CameraInfo(width=640, height=480, binning_x=2, binning_y=4), (320, 120)),
+        (CameraInfo(width=640, height=480, roi=RegionOfInterest(width=100, height=50)), (100, 50)),
+        (CameraInfo(), (0, 0)),
+    ],
+)
+def test_the_size_of_the_pictures_is_that_of_the_region_after_binning(info, size):
+    assert image_size_of_serialized_camera_info(serialize_message(info)) == size
+
+
+@pytest.mark.parametrize('info', [CameraInfo(width=640), CameraInfo(height=480), None])
+def test_half_a_size_or_another_message_is_refused(info):
+    cdr = b'nonsense' if info is None else serialize_message(info)
+    with pytest.raises(MessageError):
+        image_size_of_serialized_camera_info(cdr)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from rclpy.serialization import deserialize_message
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
@@ -17,6 +18,7 @@ from colortrack_ros.messages import stamp_of
 from colortrack_ros.sources import open_source
 
 KINDS = {
+    'sensor_msgs/msg/CameraInfo': CameraInfo,
     'sensor_msgs/msg/Image': Image,
     'sensor_msgs/msg/CompressedImage': CompressedImage,
     'sensor_msgs/msg/PointCloud2': PointCloud2,

@@ -263,12 +263,21 @@ def test_another_color_is_another_object_if_color_gates(gating, ids):
     assert rows['track_id'].tolist() == ids
 
 
-@pytest.mark.parametrize(('size', 'coasting'), [((0, 0), 36), ((100, 50), 1)])
-def test_a_track_that_has_left_the_picture_is_not_coasted_back_in(size, coasting):
-    """At 4 px a frame, to the right; seen until u = 96."""
-    tracker = Tracker(TrackerConfig(image_size=size))
+@pytest.mark.parametrize(
+    ('typed', 'told', 'coasting'),
+    [
+        ((0, 0), (0, 0), 36),
+        ((100, 50), (0, 0), 1),
+        ((0, 0), (100, 50), 1),
+        ((100, 50), (900, 900), 1),
+        ((900, 900), (100, 50), 36),
+    ],
+)
+def test_a_track_that_has_left_the_picture_is_not_coasted_back_in(typed, told, coasting):
+    """At 4 px a frame, to the right; seen until u = 96. What is typed in holds."""
+    tracker = Tracker(TrackerConfig(image_size=typed))
     for k in range(15, 25):
-        tracker.update(points([(4 * k, 20)], k * FRAME))
+        tracker.update(replace(points([(4 * k, 20)], k * FRAME), image_size=told))
     lives = [len(tracker.update(points([], k * FRAME)).rows) for k in range(25, 65)]
     assert sum(lives) == pytest.approx(coasting, abs=1)
 
