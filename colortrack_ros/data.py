@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 NANOSECONDS = 1_000_000_000
 
 ENCODINGS = {'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4, 'mono8': 1}
-"""Image encodings (names of sensor_msgs/image_encodings) and their bytes a pixel."""
+"""Image encodings (names of sensor_msgs/image_encodings) that have red, green and blue, or a gray
+level, at each pixel, and their bytes a pixel; encodings.py has the others."""
 
 DETECTION = np.dtype(
     {
@@ -96,16 +97,19 @@ frame."""
 class Frame:
     """A picture and when it was taken.
 
-    :param image: uint8, (H, W, channels), or (H, W) for mono8; rows may be padded (a strided view).
-    :param encoding: a key of ENCODINGS.
+    :param image: uint8, (H, W, channels), or (H, W) for one channel, or (3 H / 2, W) for nv12 and
+        nv21; rows may be padded (a strided view).
+    :param encoding: a key of ENCODINGS, or of LAYOUTS in encodings.py.
     :param stamp: time of the exposure [ns].
     :param frame_id: the camera's coordinate frame.
+    :param full_range: the luma of YUV goes from 0 to 255, not from 16 to 235.
     """
 
     image: NDArray[np.uint8]
     encoding: str = 'bgr8'
     stamp: int = 0
     frame_id: str = ''
+    full_range: bool = False
 
 
 @dataclass(frozen=True)

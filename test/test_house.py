@@ -28,18 +28,19 @@ ROOMS_WITHOUT_ROS = (
 )
 ALLOWED = {
     'data': set(),
+    'encodings': {'data'},
     'parameters': set(),
     'scenes': {'data'},
     'sources': {'data', 'scenes'},
     'estimation': {'data'},
-    'detection': {'data', 'parameters'},
+    'detection': {'data', 'encodings', 'parameters'},
     'tracking': {'data', 'estimation', 'parameters'},
-    'windows': {'data', 'estimation', 'parameters'},
+    'windows': {'data', 'encodings', 'estimation', 'parameters'},
     # new targets are found as the detector's method `background` does
-    'contours': {'data', 'detection', 'estimation', 'parameters'},
+    'contours': {'data', 'detection', 'encodings', 'estimation', 'parameters'},
     'world': {'data', 'estimation', 'parameters'},
     'drawing': {'data'},
-    'messages': {'data'},
+    'messages': {'data', 'encodings'},
     'bags': {'data'},
     'flow': {'data', 'parameters'},
 }
@@ -47,6 +48,7 @@ ALLOWED = {
 
 FLOORS = (
     {'data', 'parameters'},
+    {'encodings'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},
     {'contours', 'chain'},

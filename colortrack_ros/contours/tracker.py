@@ -15,6 +15,7 @@ from colortrack_ros.contours.position import positions
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import Frame
 from colortrack_ros.data import Tracks
+from colortrack_ros.encodings import plain
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable
@@ -101,6 +102,7 @@ class ContourTracker:
 
         :return: the tracks at its stamp, with its header.
         """
+        frame = plain(frame)
         dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
         frames = dt * self.config.rate
         self._tracks.filters.predict(frames, self.config)

@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
-from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.blobs import BlobTable
@@ -22,6 +21,8 @@ from colortrack_ros.detection.morphology import open_
 from colortrack_ros.detection.regions import Regions
 from colortrack_ros.detection.shape import keep_shapes
 from colortrack_ros.detection.split import split_touching
+from colortrack_ros.encodings import check
+from colortrack_ros.encodings import plain
 
 SCORE_PIXELS = 16
 """Pixels of a blob, at most, whose mean closeness is its score: it is known to a quarter of their
@@ -71,7 +72,8 @@ class Detector:
         :param frame: of any size, 0 included, which may change from frame to frame.
         :raises ValueError: when the encoding is not known or does not fit the picture's shape.
         """
-        check_image(frame)
+        check(frame)
+        frame = plain(frame)
         if not frame.image.size:
             return Detections(stamp=frame.stamp, frame_id=frame.frame_id)
         config, method = self._config, self._method
@@ -114,16 +116,3 @@ class Detector:
         closeness = self._method.closeness(frame, pixel, blobs.label[blob])
         count = len(blobs.area)
         return np.bincount(blob, closeness, count) / np.bincount(blob, minlength=count)
-
-
-def check_image(frame: Frame) -> None:
-    """Raise ValueError when a frame's encoding is not known or does not fit its picture."""
-    if frame.encoding not in ENCODINGS:
-        raise ValueError(f'encoding: expected one of {list(ENCODINGS)}, got {frame.encoding!r}')
-    channels, shape = ENCODINGS[frame.encoding], frame.image.shape
-    if not (shape[2:] == (channels,) or (len(shape) == 2 and channels == 1)):
-        raise ValueError(
-            f'image.shape: expected (height, width, {channels}) for {frame.encoding}, got {shape}'
-        )
-    if frame.image.dtype != np.uint8:
-        raise ValueError(f'image.dtype: expected uint8, got {frame.image.dtype}')

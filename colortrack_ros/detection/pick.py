@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.config import DetectorConfig
-from colortrack_ros.detection.detector import check_image
 from colortrack_ros.detection.detector import Detector
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.encodings import check
+from colortrack_ros.encodings import plain
+from colortrack_ros.encodings import writable_bgr
 
 SEED_REACH = 3
 """Half the side of the square whose median is the color to start from [px]: 49 pixels."""
@@ -70,7 +72,8 @@ def pick_color(
     :param config: of the detector that the area is measured with, but for its colors.
     :raises ValueError: when the pixel or the box is not inside of the picture.
     """
-    check_image(frame)
+    check(frame)
+    frame = plain(frame)
     rows, columns = frame.image.shape[:2]
     valid = width >= 1 and height >= 1 and 0 <= u <= columns - width and 0 <= v <= rows - height
     given = (u, v, width, height)
@@ -144,7 +147,7 @@ def _stable_region(rgb: NDArray[np.uint8], u: int, v: int) -> NDArray[np.bool_]:
 def side_by_side(frame: Frame, detector: Detector) -> NDArray[np.uint8]:
     """The picture, the mask and the blobs beside each other, (H, 3 W, 3) BGR."""
     rows = detector.detect(frame).rows
-    picture = np.stack(split_rgb(frame.image, frame.encoding)[::-1], axis=-1)
+    picture = writable_bgr(frame)
     blobs = picture.copy()
     for row in rows:
         left, top, width, height = (int(row[name]) for name in ('box_u', 'box_v', 'box_w', 'box_h'))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from dataclasses import replace
 from functools import partial
 from typing import Any
 from typing import TypeVar
@@ -35,6 +36,17 @@ READERS = {
 """For each value of image_transport the message, its topic and what reads it."""
 
 
+def full_range() -> Any:
+    """The field of how the luma of YUV pictures is meant."""
+    return parameter(
+        False,
+        'Whether the luma of YUV images goes from 0 to 255; else from 16 to 235, as most drivers '
+        'mean it. Both after ITU-R BT.601.',
+        read_only=True,
+        audience=EXPERT,
+    )
+
+
 @dataclass(frozen=True)
 class IntakeConfig(Config):
     """Where pictures come from, and which of them are worked on."""
@@ -55,6 +67,7 @@ class IntakeConfig(Config):
         choices=READERS,
         read_only=True,
     )
+    yuv_full_range: bool = full_range()
 
 
 def worker_of(
@@ -84,7 +97,10 @@ def receive_images(node: Node, worker: Worker[Frame, Any], config: IntakeConfig)
     """Put the images of a topic into a worker from now on, which reads them."""
     kind, name, read = READERS[config.image_transport]
 
+    def read_frame(cdr: bytes) -> Frame:
+        return replace(read(cdr), full_range=config.yuv_full_range)
+
     def receive(cdr: bytes) -> None:
-        worker.put_unread(lambda: read(cdr), len(cdr))
+        worker.put_unread(lambda: read_frame(cdr), len(cdr))
 
     subscribe_to(node, kind, name.format(config.image_topic), receive)

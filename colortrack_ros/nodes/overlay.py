@@ -4,7 +4,6 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import Image
@@ -14,6 +13,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import Tracks
 from colortrack_ros.drawing import draw_tracks
 from colortrack_ros.drawing import Trails
+from colortrack_ros.encodings import writable_bgr
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
@@ -22,6 +22,7 @@ from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.messages import tracks_with_outlines
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.diagnostics import HealthConfig
+from colortrack_ros.node_kit.intake import full_range
 from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import PictureQueueConfig
@@ -36,13 +37,6 @@ MOST_UNPAIRED = 30
 """Pictures that wait for their tracks, and tracks that wait for their picture: a second at 30 Hz,
 as many as the queue of images holds."""
 
-TO_BGR = {
-    'rgb8': cv2.COLOR_RGB2BGR,
-    'bgra8': cv2.COLOR_BGRA2BGR,
-    'rgba8': cv2.COLOR_RGBA2BGR,
-    'mono8': cv2.COLOR_GRAY2BGR,
-}
-
 
 @dataclass(frozen=True)
 class OverlaySetup(Config):
@@ -54,6 +48,7 @@ class OverlaySetup(Config):
     overlay_topic: str = topic_name(
         'overlay/image_raw', 'the pictures with the tracks drawn on them'
     )
+    yuv_full_range: bool = full_range()
     pictures: PictureQueueConfig = part(PictureQueueConfig)
     queue: QueueConfig = part(QueueConfig)
     health: HealthConfig = part(HealthConfig)
@@ -84,6 +79,7 @@ class OverlayNode(ParameterNode[OverlaySetup]):
             frame = frame_of_serialized_image(cdr)
         except MessageError as error:
             return self.health.refuse(str(error))
+        frame = dataclasses.replace(frame, full_range=self.setup.yuv_full_range)
         return self._take(self._frames, frame.stamp, frame)
 
     def _take_tracks(self, cdr: bytes) -> None:
@@ -121,14 +117,6 @@ class OverlayNode(ParameterNode[OverlaySetup]):
         picture = dataclasses.replace(frame, image=image, encoding='bgr8')
         self._publisher.publish(image_of_frame(picture))
         self.health.gave_out(frame.stamp)
-
-
-def writable_bgr(frame: Frame) -> NDArray[np.uint8]:
-    """A copy of the frame's picture to draw on, (H, W, 3) BGR."""
-    if frame.encoding == 'bgr8':
-        return frame.image.copy()
-    image: NDArray = cv2.cvtColor(frame.image, TO_BGR[frame.encoding])
-    return image
 
 
 def main() -> int:

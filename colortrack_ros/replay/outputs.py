@@ -23,13 +23,13 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.drawing import draw_tracks
 from colortrack_ros.drawing import Trails
+from colortrack_ros.encodings import writable_bgr
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import cloud_of_outlines
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import header_of
 from colortrack_ros.messages import MarkerWriter
 from colortrack_ros.node_kit.runtime import StartError
-from colortrack_ros.nodes.overlay import writable_bgr
 from colortrack_ros.replay.recordings import CAMERA_INFO
 from colortrack_ros.replay.recordings import CLOUD
 from colortrack_ros.replay.recordings import Item

@@ -148,6 +148,7 @@ class BagRecording(Recording):
         self._reader = BagReader(path)
         topics = [t for t in self._reader.topics if setup.takes_detections or t.kind != CLOUD]
         names = setup.topics['image'], setup.topics['detections']
+        self._full_range = setup.intake.yuv_full_range
         try:
             self._topic = choose(topics, topic, *names)
         except StartError as error:
@@ -182,6 +183,8 @@ class BagRecording(Recording):
                 continue
             if isinstance(content, Detections):
                 content = dataclasses.replace(content, image_size=self._image_size)
+            if isinstance(content, Frame):
+                content = dataclasses.replace(content, full_range=self._full_range)
             yield Item(log_time, content, cdr)
 
     def close(self) -> None:

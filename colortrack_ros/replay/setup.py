@@ -13,6 +13,7 @@ from typing import Any
 
 from colortrack_ros.bags import STORAGES
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
+from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.live_parameters import FOREIGN
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.nodes.camera import CameraSetup
@@ -67,6 +68,13 @@ class Setup:
     detector: DetectorSetup | None
     tracker: TrackerSetup | ImageTrackerSetup
     topics: Mapping[str, str]
+
+    @property
+    def intake(self) -> IntakeConfig:
+        """How the node that takes the pictures reads them."""
+        if isinstance(self.tracker, ImageTrackerSetup):
+            return self.tracker.intake
+        return self.detector.intake if self.detector else IntakeConfig()
 
     @property
     def takes_detections(self) -> bool:

@@ -7,8 +7,8 @@ from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
+from colortrack_ros.encodings import LAYOUTS
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import frame_of_serialized_compressed_image
@@ -23,10 +23,9 @@ TEXT = st.text(st.characters(codec='utf-8', exclude_characters='\0'), max_size=9
 
 @st.composite
 def frames(draw):
-    encoding = draw(st.sampled_from(sorted(ENCODINGS)))
-    height, width = draw(st.integers(0, 9)), draw(st.integers(0, 9))
-    channels = ENCODINGS[encoding]
-    shape = (height, width) if channels == 1 else (height, width, channels)
+    encoding = draw(st.sampled_from(sorted(LAYOUTS)))
+    wide, high = LAYOUTS[encoding].even
+    shape = LAYOUTS[encoding].shape(high * draw(st.integers(0, 5)), wide * draw(st.integers(0, 5)))
     pixels = np.random.default_rng(draw(st.integers(0, 99))).integers(0, 256, shape, np.uint8)
     stamp = draw(st.integers(-(2**31) * 10**9, 2**31 * 10**9 - 1))
     return Frame(pixels, encoding, stamp, draw(TEXT))
@@ -48,7 +47,7 @@ def test_a_frame_comes_back_from_its_message(frame):
 @given(frames(), st.integers(1, 7))
 def test_padded_rows_are_viewed_without_their_padding(frame, padding):
     message = image_of_frame(frame)
-    rows = np.asarray(message.data, np.uint8).reshape(message.height, message.step)
+    rows = np.asarray(message.data, np.uint8).reshape(len(frame.image), message.step)
     message.step += padding
     message.data = np.pad(rows, ((0, 0), (0, padding)), constant_values=255).tobytes()
     np.testing.assert_array_equal(frame_of_image(message).image, frame.image)
@@ -70,7 +69,14 @@ def image(**changes):
         ({'step': 4000}, 'image data of 60 bytes: expected 16000'),
         ({'width': 6}, 'image step 15: expected at least 18'),
         ({'height': 5}, 'image data of 60 bytes: expected 75'),
-        ({'encoding': 'bayer_rggb8'}, "image encoding 'bayer_rggb8': expected one of bgr8, rgb8"),
+        ({'encoding': '32FC1'}, "image encoding '32FC1': expected one of bgr8, rgb8"),
+        ({'encoding': 'yuyv'}, 'image of 5x4 yuyv: expected a width that is a multiple of 2'),
+        ({'encoding': 'nv12', 'width': 4, 'height': 5}, 'a height that is one of 2'),
+        (
+            {'encoding': 'nv21', 'width': 4},
+            'image data of 60 bytes: expected 90, 6 rows of 15 bytes',
+        ),
+        ({'encoding': 'mono16', 'step': 9}, 'image step 9: expected at least 10'),
         ({'encoding': ''}, "image encoding ''"),
     ],
 )
@@ -79,6 +85,32 @@ def test_an_image_that_contradicts_itself_is_refused_with_a_reason(changes, reas
         with pytest.raises(MessageError) as refusal:
             read(image(**changes))
         assert reason in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ('name', 'encoding', 'channels'),
+    [('8UC1', 'mono8', 1), ('8UC3', 'bgr8', 3), ('yuv422', 'uyvy', 2), ('yuv422_yuy2', 'yuyv', 2)],
+)
+def test_older_and_other_names_of_an_encoding_mean_the_same(name, encoding, channels):
+    data = bytes(range(8 * channels))
+    message = Image(height=2, width=4, encoding=name, step=4 * channels, data=data)
+    frame = frame_of_image(message)
+    assert frame.encoding == encoding
+    assert frame.image.tobytes() == data
+
+
+@pytest.mark.parametrize('name', ['mono16', 'bayer_rggb16', 'bayer_grbg16'])
+@pytest.mark.parametrize('big_endian', [False, True])
+@pytest.mark.parametrize('padding', [0, 3])
+def test_of_sixteen_bits_the_upper_eight_are_taken(name, big_endian, padding):
+    values = np.arange(8).reshape(2, 4) * 8000 + 77
+    rows = values.astype('>u2' if big_endian else '<u2').view(np.uint8)
+    message = Image(height=2, width=4, encoding=name, step=8 + padding, is_bigendian=big_endian)
+    message.data = np.pad(rows, ((0, 0), (0, padding)), constant_values=255).tobytes()
+    for read in (frame_of_image, lambda m: frame_of_serialized_image(serialize_message(m))):
+        frame = read(message)
+        assert frame.encoding == name.replace('16', '8')
+        np.testing.assert_array_equal(frame.image, values // 256)
 
 
 @given(st.data())

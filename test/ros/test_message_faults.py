@@ -54,7 +54,7 @@ WRONG_IMAGE = {
     'width': [0, 1, 2**31],
     'height': [0, 1, 2**31],
     'step': [0, 1, 2**31],
-    'encoding': ['', 'mono16', 'bgr8x'],
+    'encoding': ['', '32FC1', 'bgr8x'],
     'data': [b'', b'12'],
     'stamp': STAMPS,
 }
