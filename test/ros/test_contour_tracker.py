@@ -126,9 +126,9 @@ def test_bad_images_and_parameters_are_refused_and_the_node_goes_on(ros):
     node = ros.start(
         'contour_tracker', opening_size=4, points=3, mask='[1.0, 2.0]', no_edge='-1.0', **FAST
     )
-    node.wait_for('opening_size is 4, expected an odd number of px')
+    node.wait_for('opening_size: expected an odd number of px, got 4')
     node.wait_for('points: expected 6..64')
-    node.wait_for('mask is [1.0, 2.0], expected 3 to 15 weights, odd in number, of sum 0')
+    node.wait_for('mask: expected 3 to 15 weights, odd in number, of sum 0')
     node.wait_for('no_edge: expected 0..255')
     topics = ready(ros)
     publisher, tracks, _ = topics
