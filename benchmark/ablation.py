@@ -74,7 +74,7 @@ WITHOUT = {
     ),
     'merge and split': ({}, [replaced(tracker, 'merge_split', lambda _, *given: given)]),
     'stitching': ({}, [replaced(tracker, 'find_stitches', no_stitches)]),
-    'learned sizes': ({}, [replaced(update, 'learn', lambda extent, *_: extent.copy())]),
+    'learned sizes': ({}, [replaced(update, 'learn_extents', lambda *given: given[3].copy())]),
     'boxes': ({'use_boxes': False}, []),
     'births at the border': (
         {},

@@ -7,7 +7,6 @@ The rows of Detections, Tracks and Locations have the memory layout of the point
 them (little-endian, fixed offsets), so a message is one copy of the array's bytes.
 """
 
-from copy import copy
 from dataclasses import dataclass
 from dataclasses import field
 from typing import Any
@@ -188,13 +187,13 @@ class Columns:
 
     def take(self: Table, rows: Selection) -> Table:
         """A table of some rows, in the order asked for."""
-        table = copy(self)
-        vars(table).update({name: self._chosen(c, rows) for name, c in self.columns().items()})
+        table = object.__new__(type(self))
+        vars(table).update(self._chosen(rows))
         return table
 
     def keep(self, rows: Selection) -> None:
         """Drop all other rows from this table."""
-        vars(self).update({name: self._chosen(c, rows) for name, c in self.columns().items()})
+        vars(self).update(self._chosen(rows))
 
     def extend(self: Table, other: Table) -> None:
         """Add the rows of another table below these."""
@@ -218,7 +217,12 @@ class Columns:
             else:
                 column[(slice(None),) * self.axis + (rows,)] = theirs[name]
 
-    def _chosen(self, column: Any, rows: Selection) -> Any:
-        if isinstance(column, Columns):
-            return column.take(rows)
-        return column[(slice(None),) * self.axis + (rows,)]
+    def _chosen(self, rows: Selection) -> dict[str, Any]:
+        """All fields by name, columns with some rows alone."""
+        place = (*(slice(None),) * self.axis, rows)
+        return {
+            name: field[place]
+            if isinstance(field, np.ndarray)
+            else (field.take(rows) if isinstance(field, Columns) else field)
+            for name, field in vars(self).items()
+        }

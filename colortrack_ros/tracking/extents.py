@@ -65,6 +65,19 @@ def centers(z: Floats, box: Floats, extent: Floats) -> Floats:
     return np.stack([box[:, 0] + extent[:, 0], z, box[:, 1] - extent[:, 1]])
 
 
+def centroid_variance(blobs: Measurements, blob: Indices, size: Floats) -> Floats:
+    """Variance of centroids as the centers of objects, which may be off by half of what the sizes
+    differ by beyond a pixel.
+
+    :param blobs: of the frame.
+    :param blob: (K,) which of them.
+    :param size: (K, 2) of the object [px].
+    :return: (K, 2) [px^2].
+    """
+    excess = np.maximum(np.abs(blobs.size[blob] - size) - 1, 0)
+    return np.asarray(blobs.variance[blob] + LASTING * excess**2 / 4)
+
+
 def sides_of_one(center: Floats, expected: Floats, variance: Floats) -> Floats:
     """Probabilities of the three centers of an object alone on its blob, by the prediction.
 
@@ -79,33 +92,35 @@ def sides_of_one(center: Floats, expected: Floats, variance: Floats) -> Floats:
 
 
 def measure(
-    blobs: Measurements, blob: Indices, extent: Floats, partial: Bools, weight: Floats
+    blobs: Measurements,
+    blob: Indices,
+    size: Floats,
+    partial: Bools,
+    center: Floats,
+    weight: Floats,
 ) -> tuple[Floats, Floats]:
     """The measurement of an object's center that a blob gives, and its covariance.
 
-    For each axis the better of two: the centroid, which may be off by half of what the sizes differ
-    by beyond a pixel, or the mixture of the three centers, replaced by its mean and variance. While
-    an object comes into the picture, its size is as little known as how far it goes on outside.
+    For each axis the better of two: the centroid or the mixture of the three centers, replaced by
+    its mean and variance. While an object comes into the picture, its size is as little known as
+    how far it goes on outside.
 
     :param blobs: of the frame.
     :param blob: (K,) which of them.
-    :param extent: (K, 2, 2) extent of the object [px], 0 where nothing is known of it.
+    :param size: (K, 2) of the object [px], 0 where nothing is known of it.
     :param partial: (K, 2) the object has never been in sight wholly.
+    :param center: (3, K, 2) see centers() [px].
     :param weight: (3, K, 2) probabilities of the three centers.
     :return: (K, 2) and (K, 2, 2).
     """
-    z, R, size = blobs.z[blob], blobs.R[blob], extent.sum(axis=1)
-    center = centers(z, blobs.box[blob], extent)
+    R, of_centroid = blobs.R[blob], centroid_variance(blobs, blob, size)
     mean = (weight * center).sum(axis=0)
     variance = EDGE_VARIANCE + LASTING * (weight * (center - mean) ** 2).sum(axis=0)
-    excess = np.maximum(np.abs(blobs.size[blob] - size) - 1, 0)
-    axis = np.arange(2)
-    centroid_variance = R[:, axis, axis] + LASTING * excess**2 / 4
-    variance += np.where(partial, R[:, axis, axis], 0.0)
-    better = (variance < centroid_variance) & (size > 0)
-    covariance = np.where(better.any(axis=1)[:, None, None], 0.0, R)
-    covariance[:, axis, axis] = np.where(better, variance, centroid_variance)
-    return np.where(better, mean, z), covariance
+    variance += np.where(partial, blobs.variance[blob], 0.0)
+    better = (variance < of_centroid) & (size > 0)
+    R[better.any(axis=1)] = 0.0
+    R.reshape(-1, 4)[:, ::3] = np.where(better, variance, of_centroid)
+    return np.where(better, mean, blobs.z[blob]), R
 
 
 def join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:
@@ -129,32 +144,36 @@ def join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:
 
 
 def learn(
-    extent: Floats, z: Floats, box: Floats, expected: Floats, last: Floats, dt: float
+    extent: Floats,
+    reach: Floats,
+    excess: Floats,
+    center: Floats,
+    expected: Floats,
+    last: Floats,
+    dt: float,
 ) -> Floats:
-    """The reach after one more blob that the object has for itself.
+    """The extent after one more blob that the object has for itself, of another size.
 
-    It follows a whole blob, and one that grows as an object coming into view does. A sudden growth
+    A blob that grows as an object coming into view does is followed at once. A sudden growth
     may be that of a merged blob, and is followed more slowly. Towards a smaller blob it goes
     slowest, and only if the centroid is nearer to the prediction than what either side says, or the
     blob stays as it is: else the object is not smaller but cut.
 
     :param extent: (K, 2, 2) of the object [px].
-    :param z: (K, 2) centroid [px].
-    :param box: (K, 2, 2) sides of the blob [px].
+    :param reach: (K, 2, 2) of the blob, see Measurements.reach() [px].
+    :param excess: (K, 2) of its size, see difference() [px].
+    :param center: (3, K, 2) see centers() [px].
     :param expected: (K, 2) predicted center [px].
     :param last: (K, 2) size of the last blob [px].
     :param dt: since the last frame [s].
     :return: (K, 2, 2) [px].
     """
-    reach = np.stack([z - box[:, 0], box[:, 1] - z], axis=1)
     size, blob = extent.sum(axis=1), reach.sum(axis=1)
-    excess = difference(size, blob)
-    whole = excess == 0
-    step = 4 * TOLERANCE + 0.5 * size.max(axis=1, initial=0.0)
+    step = 4 * TOLERANCE + 0.5 * size.max(axis=1)
     growing = (excess > 0) & (excess < step[:, None]).all(axis=1)[:, None]
-    cut = np.abs(centers(z, box, extent) - expected).argmin(axis=0) != 1
+    cut = np.abs(center - expected).argmin(axis=0) != 1
     steady = (np.abs(blob - last) < TOLERANCE).all(axis=1)[:, None]
     time = np.where((excess > 0) | steady, GROWING, np.where(cut, np.inf, SHRINKING))
     slow = 1 - np.exp(-dt / time)
-    rate = np.where(whole, FOLLOWING, np.where(growing, 1.0, slow))
+    rate = np.where(excess == 0, FOLLOWING, np.where(growing, 1.0, slow))
     return extent + rate[:, None] * (reach - extent)

@@ -28,8 +28,7 @@ def gate(
 
     :return: (K,) tracks, ascending, and (K,) blobs.
     """
-    variance = blobs.R[:, [0, 1], [0, 1]]
-    widest, narrowest = variance.max(initial=0.0), variance.min(initial=1e9) + 1e-9
+    widest, narrowest = blobs.variance.max(initial=0.0), blobs.variance.min(initial=1e9) + 1e-9
     T = prediction.unmeasured[:, None] / 2
     way = prediction.velocity * T
     turned = prediction.variance + (way**2 + (2 * prediction.speed * T) ** 2) / 3

@@ -10,6 +10,8 @@ from colortrack_ros.data import Columns
 from colortrack_ros.estimation.bank import Innovations
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.extents import centers
+from colortrack_ros.tracking.extents import centroid_variance
+from colortrack_ros.tracking.extents import EDGE_VARIANCE
 from colortrack_ros.tracking.extents import measure
 from colortrack_ros.tracking.extents import sides_of_one
 from colortrack_ros.tracking.measurements import Measurements
@@ -71,20 +73,43 @@ def hypothesize(
     """
     z, R = blobs.z[blob], blobs.R[blob]
     if prediction.sized:
-        extent = prediction.records['extent'][track]
-        expected, variance = prediction.center[track], prediction.variance[track]
-        center = centers(z, blobs.box[blob], extent)
-        weight = sides_of_one(center, expected, variance)
-        if shared is not None and shared.any():
-            one = np.flatnonzero(shared)
-            weight[:, one] = sides_of_several(
-                blobs, blob[one], center[:, one], expected[one], variance[one]
-            )
-        z, R = measure(blobs, blob, extent, prediction.records['partial'][track], weight)
+        size = prediction.records['extent'][track].sum(axis=1)
+        variance = centroid_variance(blobs, blob, size)
+        R.reshape(-1, 4)[:, ::3] = variance
+        unlike = ((variance > EDGE_VARIANCE) & (size > 0)).any(axis=1)
+        if shared is not None:
+            unlike |= shared
+        if unlike.any():
+            one = np.flatnonzero(unlike)
+            ours = None if shared is None else shared[one]
+            z[one], R[one] = _by_sides(prediction, blobs, track[one], blob[one], ours)
     compared = prediction.bank.compare(
         track, z, R, prediction.maneuvered[track], prediction.unmeasured[track], prediction.speed
     )
     return Hypotheses(track, blob, z, R, compared)
+
+
+def _by_sides(
+    prediction: Prediction,
+    blobs: Measurements,
+    track: Indices,
+    blob: Indices,
+    shared: NDArray[np.bool_] | None,
+) -> tuple[Floats, Floats]:
+    """What blobs measure whose sides may tell more of the object than their centroids do.
+
+    :return: z (K, 2) and R (K, 2, 2), see Hypotheses.
+    """
+    extent, partial = prediction.records['extent'][track], prediction.records['partial'][track]
+    expected, variance = prediction.center[track], prediction.variance[track]
+    center = centers(blobs.z[blob], blobs.box[blob], extent)
+    weight = sides_of_one(center, expected, variance)
+    if shared is not None and shared.any():
+        one = np.flatnonzero(shared)
+        weight[:, one] = sides_of_several(
+            blobs, blob[one], center[:, one], expected[one], variance[one]
+        )
+    return measure(blobs, blob, extent.sum(axis=1), partial, center, weight)
 
 
 def score(

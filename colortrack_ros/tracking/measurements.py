@@ -1,6 +1,7 @@
 """Measurements: the detections of a frame as the tracker works with them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,10 +54,15 @@ class Measurements(Columns):
         reach[:, 0] *= -1
         return reach
 
-    @property
+    @cached_property
     def size(self) -> Floats:
         """(M, 2) width and height of the box [px]."""
-        return self.box[:, 1] - self.box[:, 0]
+        return np.asarray(self.box[:, 1] - self.box[:, 0])
+
+    @cached_property
+    def variance(self) -> Floats:
+        """(M, 2) of the centroid, by axis [px^2]."""
+        return self.R[:, [0, 1], [0, 1]]
 
 
 def unrepeated(rows: NDArray[np.void], known: NDArray[np.void]) -> NDArray[np.void]:
@@ -90,19 +96,21 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Measurements:
         rows, doubles, singles = rows[good], doubles[good], singles[good]
     a, b, c = doubles[:, 2], doubles[:, 3], doubles[:, 4]
     definite = (a > 0) & (a * c > b * b)
-    if not definite.all():
+    known = bool(definite.all())
+    if not known:
         good = definite | ~doubles[:, 2:].any(axis=1)
         rows, doubles, singles = rows[good], doubles[good], singles[good]
         definite = definite[good]
     z, R = doubles[:, :2].copy(), doubles[:, [2, 3, 3, 4]].reshape(-1, 2, 2)
-    if not (config.detection_covariance and definite.all()):
+    if not (known and config.detection_covariance):
         R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
     box, size = np.empty((len(rows), 2, 2)), singles[:, 3:5]
     if config.use_boxes:
         box[:, 0] = singles[:, 1:3] - 0.5
         box[:, 1] = box[:, 0] + size
-        point = (size <= 0).any(axis=1)
-        box[point] = z[point, None]
+        if size.min(initial=1.0) <= 0:
+            point = (size <= 0).any(axis=1)
+            box[point] = z[point, None]
     else:
         box[:] = z[:, None]
     cut = np.zeros((len(rows), 2), bool)

@@ -58,6 +58,8 @@ def find_pieces(
     :param free: indices of the blobs that no track has taken.
     :return: (K,) pieces, each once, and (K,) blobs that they belong to.
     """
+    if not len(free):
+        return free, free
     known = np.flatnonzero(
         (taken >= 0) & (records['state'] != TENTATIVE) & records['extent'].all(axis=(1, 2))
     )
@@ -86,10 +88,12 @@ def find_guests(
         measured at this stamp before.
     :return: (K,) tracks, each once, and (K,) blobs that they share.
     """
+    lost = np.flatnonzero((taken == -1) & (records['state'] != TENTATIVE))
+    if not len(lost):
+        return lost, lost
     host = np.flatnonzero(taken >= 0)
     excess = difference(records['extent'][host].sum(axis=1), blobs.size[taken[host]])
     wide = taken[host[(excess > 0).any(axis=1)]]
-    lost = np.flatnonzero((taken < 0) & (records['state'] != TENTATIVE))
     blob, track = points_inside(blobs.box[wide].mean(axis=1), blobs.size[wide] / 2, center[lost])
     blob, track = _once(wide[blob], lost[track], blobs.rows['color'][wide[blob]], records['color'])
     return track, blob

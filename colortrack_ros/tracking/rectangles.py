@@ -22,12 +22,12 @@ def points_inside(center: Floats, half: Floats, points: Floats) -> tuple[Indices
     :param points: (M, 2) [px].
     :return: indices (K,) of rectangles, ascending, and (K,) of points.
     """
-    (u, v), (x, y), (w, h) = (np.ascontiguousarray(pairs.T) for pairs in (points, center, half))
-    if len(x) * len(u) <= DENSE:
-        inside = np.abs(u - x[:, None]) <= w[:, None]
-        inside &= np.abs(v - y[:, None]) <= h[:, None]
+    if len(center) * len(points) <= DENSE:
+        inside = np.abs(points[:, 0] - center[:, :1]) <= half[:, :1]
+        inside &= np.abs(points[:, 1] - center[:, 1:]) <= half[:, 1:]
         rectangle, point = inside.nonzero()
         return rectangle, point
+    (u, v), (x, y), (w, h) = (np.ascontiguousarray(pairs.T) for pairs in (points, center, half))
     u0, u1, v0, v1 = u.min(), u.max(), v.min(), v.max()
     tall = float(np.minimum(h, v1 - v0).mean())
     height = max(2 * tall, float(v1 - v0) / 1000, 1.0)

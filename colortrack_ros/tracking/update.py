@@ -8,7 +8,9 @@ from colortrack_ros.estimation.existence import update_existence
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.extents import centers
 from colortrack_ros.tracking.extents import difference
+from colortrack_ros.tracking.extents import FOLLOWING
 from colortrack_ros.tracking.extents import learn
 from colortrack_ros.tracking.extents import slack
 from colortrack_ros.tracking.hypotheses import Association
@@ -98,18 +100,45 @@ def _update_sizes(
         return np.ones(len(track), bool)
     extent = records['extent'][track]
     alone = (np.bincount(blob, minlength=1)[blob] == 1) & ~blobs.joined[blob]
-    size = extent.sum(axis=1)
-    whole = alone & ~difference(size, blobs.size[blob]).any(axis=1)
-    last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
-    learned = learn(extent, blobs.z[blob], blobs.box[blob], prediction.center[track], last, period)
-    learned[~alone] = extent[~alone]
-    records['extent'][track] = learned
-    records['partial'][track] &= blobs.cut[blob] | ~whole[:, None]
-    growth = learned.sum(axis=1) - size
-    growth[growth < slack(size)] = 0.0
-    if growth.any():
+    excess = difference(extent.sum(axis=1), blobs.size[blob])
+    now = learn_extents(prediction, blobs, taken, extent, excess, period)
+    if not alone.all():
+        now[~alone] = extent[~alone]
+    records['extent'][track] = now
+    whole = alone & ~excess.any(axis=1)
+    if records['partial'].any():
+        records['partial'][track] &= blobs.cut[blob] | ~whole[:, None]
+    if not whole.all():
+        size = extent.sum(axis=1)
+        growth = now.sum(axis=1) - size
+        growth[growth < slack(size)] = 0.0
         tracks.filters.doubt_velocity(track, (growth / 2 / period) ** 2)
     return np.asarray(whole)
+
+
+def learn_extents(
+    prediction: Prediction,
+    blobs: Measurements,
+    taken: Hypotheses,
+    extent: Floats,
+    excess: Floats,
+    period: float,
+) -> Floats:
+    """The extents after these blobs, (K, 2, 2): whole ones are followed, others looked at.
+
+    :param extent: (K, 2, 2) before them [px].
+    :param excess: (K, 2) of the blobs' sizes, see difference() [px].
+    """
+    reach = blobs.reach(taken.blob)
+    now = extent + FOLLOWING * (reach - extent)
+    one = np.flatnonzero(excess.any(axis=1))
+    if len(one):
+        track, blob, records = taken.track[one], taken.blob[one], prediction.records
+        extent, last = extent[one], np.stack([records['box_w'], records['box_h']], axis=1)[track]
+        center = centers(blobs.z[blob], blobs.box[blob], extent)
+        expected = prediction.center[track]
+        now[one] = learn(extent, reach[one], excess[one], center, expected, last, period)
+    return now
 
 
 def _learn(

@@ -20,20 +20,23 @@ def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices
     bulk; what is left is solved as one problem.
     """
     left = np.flatnonzero(gain > 0)
-    chosen = [left[:0]]
+    chosen = []
     while len(left):
         t, d, g = track[left], detection[left], gain[left]
         sure = 3 * g > np.bincount(t, g)[t] + np.bincount(d, g)[d]
         if not sure.any():
             chosen.append(left[_solve(t, d, g)])
             break
-        chosen.append(left[sure])
         if sure.all():
+            chosen.append(left)
             break
+        chosen.append(left[sure])
         gone_t, gone_d = np.zeros(t.max() + 1, bool), np.zeros(d.max() + 1, bool)
         gone_t[t[sure]] = gone_d[d[sure]] = True
         left = left[~(gone_t[t] | gone_d[d])]
-    pairs = np.sort(np.concatenate(chosen))
+    if len(chosen) == 1:
+        return chosen[0], np.ones(len(chosen[0]))
+    pairs = np.sort(np.concatenate([left[:0], *chosen]))
     return pairs, np.ones(len(pairs))
 
 
