@@ -15,12 +15,13 @@ from colortrack_ros.messages.clouds import outlines_of_serialized_cloud
 from colortrack_ros.messages.clouds import tracks_of_cloud
 from colortrack_ros.messages.clouds import tracks_of_serialized_cloud
 from colortrack_ros.messages.clouds import tracks_with_outlines
+from colortrack_ros.messages.compressed import compressed_of_frame
+from colortrack_ros.messages.compressed import frame_of_serialized_compressed_image
+from colortrack_ros.messages.compressed import MAX_PIXELS
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.header import stamp_of
-from colortrack_ros.messages.images import compressed_of_frame
 from colortrack_ros.messages.images import frame_of_image
-from colortrack_ros.messages.images import frame_of_serialized_compressed_image
 from colortrack_ros.messages.images import frame_of_serialized_image
 from colortrack_ros.messages.images import image_of_frame
 from colortrack_ros.messages.locations import cloud_of_locations
@@ -30,6 +31,7 @@ from colortrack_ros.messages.markers import MarkerWriter
 from colortrack_ros.messages.serialized import stamp_of_serialized
 
 __all__ = [
+    'MAX_PIXELS',
     'MarkerWriter',
     'MessageError',
     'camera_info_of_frame',

@@ -1,12 +1,9 @@
 """sensor_msgs/Image <-> Frame."""
 
 import array
-from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
 from colortrack_ros.data import Frame
@@ -47,22 +44,6 @@ def image_of_frame(frame: Frame) -> Image:
     return message
 
 
-def compressed_of_frame(frame: Frame, quality: int) -> CompressedImage:
-    """A CompressedImage with the frame as JPEG.
-
-    :param frame: in bgr8.
-    :param quality: 1..100.
-    """
-    _, jpeg = cv2.imencode('.jpg', frame.image, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    data = array.array('B')
-    data.frombytes(jpeg.reshape(-1).data)
-    return CompressedImage(
-        header=header_of(frame.stamp, frame.frame_id),
-        format='bgr8; jpeg compressed bgr8',
-        data=data,
-    )
-
-
 def frame_of_image(message: Image) -> Frame:
     """The Frame that views the message's pixels; a copy only of those of 16 bits.
 
@@ -97,31 +78,6 @@ def frame_of_serialized_image(cdr: bytes) -> Frame:
         raise MessageError(f'not a serialized sensor_msgs/Image: {error}') from error
     image, encoding = _view(data, (height, width, step), encoding, big_endian=big_endian)
     return Frame(image, encoding, stamp, frame_id)
-
-
-def frame_of_serialized_compressed_image(cdr: bytes) -> Frame:
-    """The Frame of a serialized CompressedImage, decoded to bgr8.
-
-    :param cdr: as a subscription with ``raw=True`` hands it over.
-    :raises MessageError: these are not the bytes of a CompressedImage, or not a picture.
-    """
-    try:
-        reader = Reader(cdr)
-        stamp, frame_id = reader.header()
-        kind = reader.string()
-        data = reader.bytes_()
-    except CdrError as error:
-        raise MessageError(f'not a serialized sensor_msgs/CompressedImage: {error}') from error
-    image: Any  # cv2 has None, or pixels of any kind, for its type
-    try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    except cv2.error:  # no data, or a picture of an absurd size
-        image = None
-    if image is None:
-        raise MessageError(
-            f'compressed image of {len(data)} bytes, format {kind!r}: expected a JPEG or PNG'
-        )
-    return Frame(image, 'bgr8', stamp, frame_id)
 
 
 def _view(

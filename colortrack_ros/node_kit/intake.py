@@ -17,6 +17,7 @@ from colortrack_ros.flow.stage import Stamped
 from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
+from colortrack_ros.messages import MAX_PIXELS
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.topics import subscribe_to
@@ -29,11 +30,8 @@ from colortrack_ros.parameters import part
 In = TypeVar('In', bound=Stamped)
 Out = TypeVar('Out')
 
-READERS = {
-    'raw': (Image, '{}', frame_of_serialized_image),
-    'compressed': (CompressedImage, '{}/compressed', frame_of_serialized_compressed_image),
-}
-"""For each value of image_transport the message, its topic and what reads it."""
+KINDS = {'raw': (Image, '{}'), 'compressed': (CompressedImage, '{}/compressed')}
+"""For each value of image_transport the message and its topic."""
 
 
 def full_range() -> Any:
@@ -64,10 +62,29 @@ class IntakeConfig(Config):
     image_transport: str = parameter(
         'raw',
         'Whether images come raw, or as JPEG or PNG on <image_topic>/compressed.',
-        choices=READERS,
+        choices=KINDS,
         read_only=True,
     )
+    max_pixels: int = parameter(
+        MAX_PIXELS,
+        'A JPEG or PNG that claims more pixels is refused before it is decoded.',
+        unit='px',
+        minimum=1,
+        maximum=1 << 30,
+        read_only=True,
+        audience=EXPERT,
+    )
     yuv_full_range: bool = full_range()
+
+    def frame_of(self, cdr: bytes, kind: type) -> Frame:
+        """The picture in a serialized message.
+
+        :param kind: Image or CompressedImage.
+        :raises MessageError: it is refused.
+        """
+        if kind is CompressedImage:
+            return frame_of_serialized_compressed_image(cdr, self.max_pixels)
+        return replace(frame_of_serialized_image(cdr), full_range=self.yuv_full_range)
 
 
 def worker_of(
@@ -95,12 +112,9 @@ def configure(worker: Worker[Any, Any], config: IntakeConfig) -> None:
 
 def receive_images(node: Node, worker: Worker[Frame, Any], config: IntakeConfig) -> None:
     """Put the images of a topic into a worker from now on, which reads them."""
-    kind, name, read = READERS[config.image_transport]
-
-    def read_frame(cdr: bytes) -> Frame:
-        return replace(read(cdr), full_range=config.yuv_full_range)
+    kind, name = KINDS[config.image_transport]
 
     def receive(cdr: bytes) -> None:
-        worker.put_unread(lambda: read_frame(cdr), len(cdr))
+        worker.put_unread(lambda: config.frame_of(cdr, kind), len(cdr))
 
     subscribe_to(node, kind, name.format(config.image_topic), receive)

@@ -9,14 +9,15 @@ import dataclasses
 from pathlib import Path
 from typing import NamedTuple
 
+from sensor_msgs.msg import CompressedImage
+from sensor_msgs.msg import Image
+
 from colortrack_ros.bags import BagReader
 from colortrack_ros.bags import Topic
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.messages import detections_of_serialized_cloud
-from colortrack_ros.messages import frame_of_serialized_compressed_image
-from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_size_of_serialized_camera_info
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.runtime import StartError
@@ -27,6 +28,7 @@ from colortrack_ros.sources import SourceError
 
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
+MESSAGES = {IMAGE: Image, COMPRESSED: CompressedImage}
 CLOUD = 'sensor_msgs/msg/PointCloud2'
 CAMERA_INFO = 'sensor_msgs/msg/CameraInfo'
 
@@ -148,7 +150,7 @@ class BagRecording(Recording):
         self._reader = BagReader(path)
         topics = [t for t in self._reader.topics if setup.takes_detections or t.kind != CLOUD]
         names = setup.topics['image'], setup.topics['detections']
-        self._full_range = setup.intake.yuv_full_range
+        self._intake = setup.intake
         try:
             self._topic = choose(topics, topic, *names)
         except StartError as error:
@@ -177,15 +179,18 @@ class BagRecording(Recording):
         """Every frame once."""
         for log_time, cdr in self._reader.messages(self._topic):
             try:
-                content = _content(cdr, self._topic.kind)
+                content = self._content(cdr)
             except MessageError as error:
                 self.refuse(str(error))
                 continue
             if isinstance(content, Detections):
                 content = dataclasses.replace(content, image_size=self._image_size)
-            if isinstance(content, Frame):
-                content = dataclasses.replace(content, full_range=self._full_range)
             yield Item(log_time, content, cdr)
+
+    def _content(self, cdr: bytes) -> Frame | Detections:
+        if self._topic.kind == CLOUD:
+            return detections_of_serialized_cloud(cdr)
+        return self._intake.frame_of(cdr, MESSAGES[self._topic.kind])
 
     def close(self) -> None:
         """Let go of the files."""
@@ -214,11 +219,3 @@ def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) ->
         return candidates[0]
     listed = ', '.join(f'{t.name} ({t.kind}, {t.size})' for t in usable) or 'none'
     raise StartError(f'no topic {names[0]} there; topics that --topic may choose: {listed}')
-
-
-def _content(cdr: bytes, kind: str) -> Frame | Detections:
-    if kind == IMAGE:
-        return frame_of_serialized_image(cdr)
-    if kind == COMPRESSED:
-        return frame_of_serialized_compressed_image(cdr)
-    return detections_of_serialized_cloud(cdr)

@@ -3,15 +3,12 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from colortrack_ros.data import Frame
 from colortrack_ros.encodings import LAYOUTS
-from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import frame_of_image
-from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
@@ -125,21 +122,6 @@ def test_mutated_bytes_are_refused_or_read_but_never_raise_anything_else(data):
         except MessageError:
             continue
         assert frame.image.base is not None
-
-
-def test_a_compressed_frame_comes_back_nearly_as_it_was():
-    frame = Frame(np.full((16, 24, 3), (40, 90, 200), np.uint8), 'bgr8', 5, 'cam')
-    message = serialize_message(compressed_of_frame(frame, 95))
-    back = frame_of_serialized_compressed_image(message)
-    assert (back.encoding, back.stamp, back.frame_id) == ('bgr8', 5, 'cam')
-    np.testing.assert_allclose(back.image, frame.image, atol=4)
-
-
-@pytest.mark.parametrize('data', [b'', b'no picture'])
-def test_a_compressed_image_of_no_picture_is_refused(data):
-    message = serialize_message(CompressedImage(format='jpeg', data=data))
-    with pytest.raises(MessageError, match=f"of {len(data)} bytes, format 'jpeg': expected a JPEG"):
-        frame_of_serialized_compressed_image(message)
 
 
 @pytest.mark.parametrize('nanosec', [10**9, 2**32 - 1])

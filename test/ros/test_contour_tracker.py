@@ -16,10 +16,10 @@ from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Frame
+from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import outlines_of_serialized_cloud
 from colortrack_ros.messages import tracks_of_cloud
-from colortrack_ros.messages.images import compressed_of_frame
 from colortrack_ros.scenes import open_scene
 
 START = 10**18

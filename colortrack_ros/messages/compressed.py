@@ -1,0 +1,109 @@
+"""sensor_msgs/CompressedImage <-> Frame."""
+
+import array
+from typing import Any
+
+import cv2
+import numpy as np
+from sensor_msgs.msg import CompressedImage
+
+from colortrack_ros.data import Frame
+from colortrack_ros.messages.cdr import CdrError
+from colortrack_ros.messages.cdr import Reader
+from colortrack_ros.messages.errors import MessageError
+from colortrack_ros.messages.header import header_of
+
+MAX_PIXELS = 1 << 26
+"""Pixels of a compressed image, at most, by default: 8192x8192, more than cameras for machines have
+and half a second of decoding. A file of 120 kB can claim ten times as many."""
+
+PNG_START, PNG_SIZE = b'\x89PNG\r\n\x1a\n', slice(16, 24)
+"""The signature; width and height in the chunk IHDR, which comes first (ISO/IEC 15948)."""
+
+JPEG_START, JPEG_END = b'\xff\xd8', b'\xff\xd9'
+"""SOI and EOI (ITU-T T.81, B.1.1.3)."""
+
+_NO_LENGTH = {0x01, *range(0xD0, 0xD9)}
+_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
+_SCAN = 0xDA
+"""Second bytes of the markers TEM, RST and SOI, without parameters; of SOF; of SOS."""
+
+
+def compressed_of_frame(frame: Frame, quality: int) -> CompressedImage:
+    """A CompressedImage with the frame as JPEG.
+
+    :param frame: in bgr8.
+    :param quality: 1..100.
+    """
+    _, jpeg = cv2.imencode('.jpg', frame.image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    data = array.array('B')
+    data.frombytes(jpeg.reshape(-1).data)
+    return CompressedImage(
+        header=header_of(frame.stamp, frame.frame_id),
+        format='bgr8; jpeg compressed bgr8',
+        data=data,
+    )
+
+
+def frame_of_serialized_compressed_image(cdr: bytes, max_pixels: int = MAX_PIXELS) -> Frame:
+    """The Frame of a serialized CompressedImage, decoded to bgr8.
+
+    The pixels stay where the camera has them: an orientation in Exif is ignored, as a CameraInfo
+    knows nothing of it.
+
+    :param max_pixels: a picture that claims more is refused before it is decoded [px].
+    :raises MessageError: these are not the bytes of a CompressedImage, or not a whole JPEG or PNG.
+    """
+    try:
+        reader = Reader(cdr)
+        stamp, frame_id = reader.header()
+        kind = reader.string()
+        data = bytes(reader.bytes_())
+    except CdrError as error:
+        raise MessageError(f'not a serialized sensor_msgs/CompressedImage: {error}') from error
+    label = f'compressed image of {len(data)} bytes, format {kind!r}'
+    width, height = _size_of(data, label)
+    if width * height > max_pixels:
+        raise MessageError(
+            f'{label}: expected at most max_pixels, {max_pixels}, got {width}x{height}'
+        )
+    image: Any  # cv2 has None, or pixels of any kind, for its type
+    try:
+        flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    except cv2.error:
+        image = None
+    if image is None:
+        raise MessageError(f'{label}: expected a JPEG or PNG that can be decoded')
+    return Frame(image, 'bgr8', stamp, frame_id)
+
+
+def _size_of(data: bytes, label: str) -> tuple[int, int]:
+    """Width and height that a picture claims [px]."""
+    if data.startswith(PNG_START) and len(data) >= PNG_SIZE.stop:
+        width, height = np.frombuffer(data[PNG_SIZE], '>u4').tolist()
+        return width, height
+    if not data.startswith(JPEG_START):
+        raise MessageError(f'{label}: expected a JPEG or PNG')
+    size, scan = _read_jpeg_header(data)
+    # OpenCV 4 fills what is missing with gray.
+    if size is None or data.rfind(JPEG_END, scan) < 0:
+        raise MessageError(f'{label}: expected a whole JPEG, this one is cut short or broken')
+    return size
+
+
+def _read_jpeg_header(data: bytes) -> tuple[tuple[int, int] | None, int]:
+    """Width and height in the frame header, None without one, and where the first scan begins."""
+    size, at = None, len(JPEG_START)
+    while at + 9 <= len(data) and data[at] == 0xFF:
+        marker = data[at + 1]
+        if marker == _SCAN:
+            break
+        if marker in _NO_LENGTH or marker == 0xFF:  # a marker may be preceded by any number of FF
+            at += 1 if marker == 0xFF else 2
+            continue
+        if marker in _FRAMES:
+            height, width = np.frombuffer(data[at + 5 : at + 9], '>u2').tolist()
+            size = width, height
+        at += 2 + int.from_bytes(data[at + 2 : at + 4], 'big')
+    return size, at
