@@ -1,0 +1,161 @@
+"""What a person knows of the objects, of the camera on the robot, and of what each measures."""
+
+from dataclasses import dataclass
+
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import named
+from colortrack_ros.parameters import parameter
+
+METHODS = ('ground', 'size', 'depth', 'fused')
+MOTIONS = ('plane', 'free_fall', 'still')
+
+
+@dataclass(frozen=True)
+class KindConfig(Config):
+    """What the objects of one color are, NAME.diameter and so on."""
+
+    diameter: float = parameter(
+        0.0, 'Diameter of the objects; 0: not known.', unit='m', minimum=0.0, maximum=100.0
+    )
+    diameter_sigma: float = parameter(
+        0.002, 'Standard deviation of diameter.', unit='m', minimum=0.0, maximum=10.0
+    )
+    height: float = parameter(
+        -1.0,
+        'Height of the center above the ground; negative: half the diameter.',
+        unit='m',
+        minimum=-1.0,
+        maximum=100.0,
+    )
+    height_sigma: float = parameter(
+        0.005, 'Standard deviation of height.', unit='m', minimum=0.0, maximum=10.0
+    )
+    motion: str = parameter(
+        'plane',
+        'How they move: on the ground, thrown or bouncing, or not at all.',
+        choices=MOTIONS,
+    )
+    speed: float = parameter(
+        1.0,
+        'Standard deviation of the speed, on each axis, of objects when they are first seen.',
+        unit='m/s',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    wander: float = parameter(
+        0.5,
+        'Standard deviation, on each axis, of what the velocity changes by within a second.',
+        unit='m/s',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    bounce: float = parameter(
+        0.7,
+        'Of motion free_fall: share of the vertical speed that is left after a bounce.',
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+
+@dataclass(frozen=True)
+class Kind:
+    """The objects of one color.
+
+    :param name: of the color.
+    :param config: what they are.
+    """
+
+    name: str
+    config: KindConfig
+
+    @property
+    def center_height(self) -> float:
+        """Of the center above the ground [m]."""
+        config = self.config
+        return config.height if config.height >= 0 else config.diameter / 2
+
+
+@dataclass(frozen=True)
+class LocatorConfig(Config):
+    """How tracks become objects in meters."""
+
+    method: str = parameter(
+        'ground',
+        'Where the range comes from: the ground, the known diameter, a depth picture, or all.',
+        choices=METHODS,
+    )
+    colors: tuple[Kind, ...] = named(
+        (), "Names of the detector's colors, in its order.", KindConfig, Kind
+    )
+    ground_height: float = parameter(
+        0.0, 'Height of the ground in fixed_frame.', unit='m', minimum=-1e4, maximum=1e4
+    )
+    camera_pose_sigma: tuple[float, ...] = parameter(
+        (0.01, 0.01, 0.01, 0.01, 0.01, 0.01),
+        'Standard deviations of where the camera is on the robot: x, y, z in m, roll, pitch, yaw '
+        'in rad.',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    pixel_noise: float = parameter(
+        0.3,
+        'Standard deviation on each axis, added to that which the detections bring.',
+        unit='px',
+        minimum=0.0,
+        maximum=100.0,
+        audience=EXPERT,
+    )
+    size_noise: float = parameter(
+        0.5,
+        'Standard deviation of the diameter of a blob, in each picture anew.',
+        unit='px',
+        minimum=0.01,
+        maximum=100.0,
+        audience=EXPERT,
+    )
+    size_sigma: float = parameter(
+        0.5,
+        'Standard deviation of what all diameters of the blobs of an object are off by alike.',
+        unit='px',
+        minimum=0.0,
+        maximum=100.0,
+        audience=EXPERT,
+    )
+    depth_noise: float = parameter(
+        0.01,
+        'Standard deviation of a measured depth, as a share of it, in each picture anew.',
+        minimum=1e-4,
+        maximum=1.0,
+        audience=EXPERT,
+    )
+    depth_sigma: float = parameter(
+        0.005,
+        'Standard deviation of the scale of the depths.',
+        minimum=0.0,
+        maximum=1.0,
+        audience=EXPERT,
+    )
+    odometry_sigma: tuple[float, ...] = parameter(
+        (0.005, 0.005),
+        'Standard deviation of what odometry is off by after 1 m, in m, and after turning by 1 '
+        'rad, in rad.',
+        minimum=0.0,
+        maximum=10.0,
+        audience=EXPERT,
+    )
+    max_range: float = parameter(
+        20.0, 'Objects farther away are not located.', unit='m', minimum=0.1, maximum=1e4
+    )
+
+    def check(self) -> None:
+        """What gives the range has to be known of each color."""
+        for kind in self.colors:
+            thrown = kind.config.motion == 'free_fall'
+            if kind.config.diameter == 0 and (
+                self.method == 'size' or (thrown and self.method in ('ground', 'fused'))
+            ):
+                raise ValueError(
+                    f'{kind.name}.diameter: expected the diameter of the objects, above 0 m, which '
+                    f'method {self.method} needs for motion {kind.config.motion}; got 0'
+                )

@@ -1,0 +1,115 @@
+"""What is measured of an object in a picture, and what would be of a state: rays first.
+
+The sphere of diameter D = 2 rho at q = (X, Y, Z) in the optical frame is seen as an ellipse, whose
+center is the image of (X, Y, Z - rho^2/Z), from the dual conic of its outline, and which covers the
+solid angle 2 pi (1 - sqrt(1 - rho^2/|q|^2)). What a lens does across a blob is taken as linear:
+with strong distortion the center is off by up to 2 % of the blob's diameter.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Columns
+from colortrack_ros.world.state import DIAMETER
+from colortrack_ros.world.state import EDGE
+from colortrack_ros.world.state import HEIGHT
+from colortrack_ros.world.state import POSITION
+from colortrack_ros.world.state import SCALE
+from colortrack_ros.world.state import SHIFT
+from colortrack_ros.world.state import SIZE
+from colortrack_ros.world.state import TILT
+from colortrack_ros.world.view import View
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+U, V, PLANE, BLOB, DEPTH = range(5)
+"""The rows of a measurement: the ray's pixel u and v [px], the height above the plane that the
+center is on [m], 0; the diameter of the blob [px]; the depth of the center [m]."""
+
+ROUGH = 1e-3
+"""Standard deviation [m] of the height on the plane, from picture to picture: what is off for good
+is a bias. Small against the height's own standard deviation of 5 mm."""
+
+
+@dataclass
+class Measured(Columns):
+    """What is measured of N objects in one picture.
+
+    :ivar z: (N, 5) see U to DEPTH.
+    :ivar R: (N, 5, 5) covariance.
+    :ivar used: (N, 5) what of it there is.
+    """
+
+    z: Floats
+    R: Floats
+    used: Bools
+
+
+def expected(view: View, mean: Floats, diameter: Floats, plane: Floats) -> tuple[Floats, Floats]:
+    """What would be measured of states, (N, 5), and the Jacobian, (N, 5, 16).
+
+    NaN for what the camera does not see.
+
+    :param mean: (N, 16).
+    :param diameter: (N,) [m], 0 where not known.
+    :param plane: (N,) height of the center when on the ground, in the fixed frame [m].
+    """
+    z, H = np.zeros((len(mean), 5)), np.zeros((len(mean), 5, SIZE))
+    q, by_state = view.to_optical(mean[:, POSITION], mean[:, SHIFT], mean[:, TILT])
+    known = diameter > 0
+    rho = np.where(known, (diameter + mean[:, DIAMETER]) / 2, 0.0)
+    with np.errstate(divide='ignore', invalid='ignore'):
+        q[q[:, 2] <= rho] = np.nan  # beside or behind the camera, or around it
+        flat = rho / q[:, 2]
+        middle = q.copy()
+        middle[:, 2] -= rho * flat
+        z[:, :2], J = view.camera.linearized(middle)
+        by_q = np.empty((len(mean), 4, 3))
+        by_q[:, :2] = J
+        by_q[:, :2, 2] *= (1 + flat * flat)[:, None]
+        H[:, :2, DIAMETER] = -J[:, :, 2] * flat[:, None] * known[:, None]
+        size, by_q[:, 2] = _blob(q, middle, J, rho)
+        H[:, BLOB, DIAMETER] = np.where(known, size / (2 * rho), 0.0)
+    z[:, BLOB], H[:, BLOB, EDGE] = size + mean[:, EDGE], 1.0
+    scale = 1 + mean[:, SCALE]
+    z[:, DEPTH], H[:, DEPTH, SCALE] = q[:, 2] * scale, q[:, 2]
+    by_q[:, 3] = 0.0
+    by_q[:, 3, 2] = scale
+    by_state = by_q @ by_state
+    for row, of in ((U, 0), (V, 1), (BLOB, 2), (DEPTH, 3)):
+        H[:, row, POSITION] = by_state[:, of, :3]
+        H[:, row, SHIFT.start : TILT.stop] = by_state[:, of, 3:]
+    z[:, PLANE] = mean[:, 2] - plane - mean[:, HEIGHT]
+    H[:, PLANE, 2], H[:, PLANE, HEIGHT] = 1.0, -1.0
+    return z, H
+
+
+def _blob(q: Floats, middle: Floats, J: Floats, rho: Floats) -> tuple[Floats, Floats]:
+    """The diameter of the disc of the blob's area [px], (N,), and its Jacobian by q, (N, 3).
+
+    The magnification of the lens, in pixels a steradian, is taken at the blob's center, and for the
+    Jacobian as constant.
+    """
+    length2 = np.square(q).sum(axis=1)
+    cosine = np.sqrt(1 - np.minimum(rho * rho / length2, 1.0))
+    JJ = J @ J.swapaxes(1, 2)
+    magnification = np.sqrt(JJ[:, 0, 0] * JJ[:, 1, 1] - JJ[:, 0, 1] ** 2)
+    magnification *= np.square(middle).sum(axis=1)
+    size = np.sqrt(8 * (1 - cosine) * magnification)
+    return size, -size[:, None] * q / length2[:, None]
+
+
+def ranges_by_size(view: View, pixels: Floats, size: Floats, diameter: Floats) -> Floats:
+    """The distance of spheres, (N,) [m], of the diameter of their blobs [px]; see :func:`expected`.
+
+    NaN where the lens shows nothing.
+    """
+    J = view.camera.linearized(view.camera.rays(pixels))[1]
+    JJ = J @ J.swapaxes(1, 2)
+    magnification = np.sqrt(JJ[:, 0, 0] * JJ[:, 1, 1] - JJ[:, 0, 1] ** 2)
+    with np.errstate(divide='ignore', invalid='ignore'):
+        cosine = np.clip(1 - np.square(size) / (8 * magnification), 0.0, 1.0)
+        return np.asarray(diameter / 2 / np.sqrt(1 - cosine * cosine))

@@ -1,0 +1,63 @@
+"""Where the camera is when a picture is taken, and how errors of its place move what it sees."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.world.camera import CameraModel
+from colortrack_ros.world.poses import OPTICAL
+from colortrack_ros.world.poses import Pose
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """The camera at the time of a picture.
+
+    :param camera: its lens.
+    :param base: pose of the robot in the fixed frame.
+    :param mount: pose of the camera's body (x forward, z up) on the robot.
+    """
+
+    camera: CameraModel
+    base: Pose
+    mount: Pose
+
+    @cached_property
+    def optical(self) -> Pose:
+        """Pose of the optical frame in the fixed frame."""
+        return self.base @ self.mount @ OPTICAL
+
+    @cached_property
+    def tilts(self) -> Floats:
+        """(3, 3) rotation vectors in the fixed frame, by columns, of 1 rad of roll, pitch, yaw.
+
+        As fixed-axis angles add up, yaw turns about the z of the robot, pitch about a y that has
+        been turned by yaw, roll about the axis of the camera.
+        """
+        forward = self.mount.R[:, 0]
+        yaw = np.arctan2(forward[1], forward[0])
+        axes = [forward, [-np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]
+        return np.asarray(self.base.R @ np.array(axes).T)
+
+    def to_optical(self, points: Floats, shift: Floats, tilt: Floats) -> tuple[Floats, Floats]:
+        """Points in the optical frame of a camera that is not quite where it is said to be.
+
+        :param points: (N, 3) in the fixed frame.
+        :param shift: (N, 3) error of x, y, z of the mount [m].
+        :param tilt: (N, 3) error of its roll, pitch, yaw [rad], small.
+        :return: (N, 3), and the Jacobian by point, shift and tilt, (N, 3, 9).
+        """
+        R = self.optical.R
+        d = points - self.optical.t - shift @ self.base.R.T
+        w = tilt @ self.tilts.T
+        turn = np.cross(w, d)
+        J = np.empty((len(points), 3, 9))
+        J[:, :, :3] = R.T
+        J[:, :, 3:6] = -R.T @ self.base.R
+        # -w x d = [d]x w
+        J[:, :, 6:] = R.T @ np.cross(d[:, None, :], self.tilts.T).swapaxes(1, 2)
+        return (d - turn + np.cross(w, turn) / 2) @ R, J

@@ -1,0 +1,141 @@
+import sys
+
+import numpy as np
+import pytest
+from support.paths import ROOT
+
+sys.path.append(str(ROOT / 'benchmark'))
+
+import world
+
+from colortrack_ros.world.config import METHODS
+from colortrack_ros.world.filter import predict
+from colortrack_ros.world.inverse_depth import from_points
+from colortrack_ros.world.inverse_depth import to_points
+from colortrack_ros.world.measurement import BLOB
+from colortrack_ros.world.measurement import expected
+from colortrack_ros.world.measurement import ranges_by_size
+from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.state import BIASES
+from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.view import View
+
+VIEW = View(world.CAMERA, Pose.of_rpy((1, 2, 0), (0, 0, 0.5)), world.MOUNT)
+
+
+@pytest.mark.parametrize('drives', [False, True], ids=['stands', 'drives'])
+@pytest.mark.parametrize('motion', world.MOTIONS)
+@pytest.mark.parametrize('method', METHODS)
+def test_the_covariance_says_how_far_off_the_object_is(method, motion, drives):
+    """50 runs; the interval is of one moment, the mean is that of 6 s, in which errors last."""
+    outcome = world.run(method, motion, drives, runs=50, seed=7)
+    low, high = outcome.bounds
+    assert low - 0.35 < outcome.nees.mean() < high + 0.35
+
+
+def test_an_error_of_the_pitch_is_not_averaged_away_by_looking_longer():
+    kinds = Kinds.of(world.config_of('ground', 'stands')).take(np.zeros(1, int))
+    rng = np.random.default_rng(0)
+    truth = np.zeros((1, 16))
+    truth[0, :3] = VIEW.base.apply(np.array([[4, 0, 0.1]]))
+    measured, _ = world.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
+    mean, cov = world.started(truth[:, :3], np.array([40.0]), measured, VIEW, kinds, 0.0)
+    for _ in range(300):
+        predict(mean, cov, kinds, 0.0, world.DT)
+        measured, _ = world.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
+        mean, cov, _ = world.update(mean, cov, measured, VIEW, kinds, 0.0)
+    # 1 degree, at 3.9 m from a camera 0.4 m above the center: r^2 / h * sigma
+    spread = np.sqrt(np.linalg.eigvalsh(cov[0, :2, :2])[1])
+    assert spread == pytest.approx((3.9**2 + 0.4**2) / 0.4 * world.PITCH, rel=0.15)
+    assert np.diag(cov[0])[BIASES] == pytest.approx(kinds.sigma[0] ** 2)
+
+
+def states(count=20):
+    rng = np.random.default_rng(3)
+    mean = np.zeros((count, 16))
+    ahead = rng.uniform([1.5, -0.6, 0], [5, 0.6, 0.8], (count, 3))
+    mean[:, :3] = VIEW.base.apply(ahead)
+    mean[:, BIASES] = 0.001 * rng.normal(size=(count, 10))
+    return mean
+
+
+def test_the_jacobian_of_what_is_expected_is_that_of_small_steps():
+    mean, diameter, plane = states(), np.full(20, 0.2), np.full(20, 0.1)
+    diameter[5] = 0.0
+    _, H = expected(VIEW, mean, diameter, plane)
+    for at in range(16):
+        step = np.zeros(16)
+        step[at] = 1e-6
+        high, low = (expected(VIEW, mean + s, diameter, plane)[0] for s in (step, -step))
+        numeric = (high - low) / 2e-6
+        # H is taken without the biases themselves
+        scale = np.abs(numeric).max(axis=0) + 1e-3
+        scale[:2], scale[4] = scale[:2].max(), max(scale[4], 1.0)
+        assert (np.abs(H[:, :, at] - numeric) / scale)[:, [0, 1, 2, 4]].max() < 0.03
+    away = mean[:, :3] - VIEW.optical.t
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    step = np.zeros_like(mean)
+    step[:, :3] = 1e-6 * away
+    high, low = (expected(VIEW, mean + s, diameter, plane)[0][:, BLOB] for s in (step, -step))
+    along = (H[:, BLOB, :3] * away).sum(axis=1)
+    np.testing.assert_allclose(along, (high - low) / 2e-6, rtol=0.02, atol=1e-6)
+
+
+def outline(q, rho, camera):
+    """The pixels of the outline of a sphere: the cone of rays that touch it."""
+    axis, half = q / np.linalg.norm(q), np.arcsin(rho / np.linalg.norm(q))
+    side = np.cross(axis, [0, 1, 0])
+    side /= np.linalg.norm(side)
+    turn = np.linspace(0, 2 * np.pi, 2000, endpoint=False)[:, None]
+    around = np.cos(turn) * side + np.sin(turn) * np.cross(axis, side)
+    return camera.project(np.cos(half) * axis + np.sin(half) * around)
+
+
+@pytest.mark.parametrize('q', [(0, 0, 1), (0.5, 0.3, 1.2), (-0.9, 0.5, 2), (1, -0.8, 3.5)])
+def test_a_sphere_is_expected_where_and_as_large_as_it_is_seen(q):
+    edge = outline(np.array(q), 0.1, world.CAMERA)
+    u, v = edge.T
+    cross = u * np.roll(v, -1) - v * np.roll(u, -1)
+    area = cross.sum() / 2
+    center = [((a + np.roll(a, -1)) * cross).sum() / (6 * area) for a in (u, v)]
+    mean = np.zeros((1, 16))
+    mean[0, :3] = VIEW.optical.apply(np.array([q]))[0]
+    z, _ = expected(VIEW, mean, np.array([0.2]), np.zeros(1))
+    assert z[0, :2] == pytest.approx(center, abs=0.02 * z[0, BLOB])
+    assert z[0, BLOB] == pytest.approx(np.sqrt(4 * abs(area) / np.pi), rel=0.01)
+    away = ranges_by_size(VIEW, z[:, :2], z[:, BLOB], np.array([0.2]))
+    assert away[0] == pytest.approx(np.linalg.norm(q), rel=0.02)
+
+
+def test_inverse_depth_and_back_is_the_same_point():
+    points = states()[:, :3]
+    y, J = from_points(VIEW.optical, points)
+    again, back = to_points(VIEW.optical, y)
+    np.testing.assert_allclose(again, points)
+    np.testing.assert_allclose(J @ back, np.broadcast_to(np.eye(3), J.shape), atol=1e-9)
+    change = (from_points(VIEW.optical, points + np.array([1e-6, 0, 0]))[0] - y) / 1e-6
+    np.testing.assert_allclose(J[:, :, 0], change, atol=1e-4)
+
+
+def falling(height, speed):
+    kinds = Kinds.of(world.config_of('size', 'bounces')).take(np.zeros(1, int))
+    mean = np.zeros((1, 16))
+    mean[0, 2], mean[0, 5] = height, speed
+    return mean, 1e-4 * np.eye(16)[None], kinds
+
+
+def test_a_thrown_ball_falls_as_gravity_says():
+    mean, cov, kinds = falling(5.0, 2.0)
+    for _ in range(30):
+        predict(mean, cov, kinds, 0.0, 1 / 30)
+    assert mean[0, 2] == pytest.approx(5 + 2 - 9.80665 / 2)
+    assert mean[0, 5] == pytest.approx(2 - 9.80665)
+
+
+def test_at_the_ground_it_bounces_and_is_less_certain():
+    mean, cov, kinds = falling(0.15, -4.0)
+    predict(mean, cov, kinds, 0.0, 1 / 30)
+    assert mean[0, 5] == pytest.approx(0.7 * (4 + 9.80665 / 30), rel=0.05)
+    assert mean[0, 2] > 0.1
+    assert np.sqrt(cov[0, 5, 5]) > 0.5
+    assert np.linalg.eigvalsh(cov[0]).min() > -1e-12
