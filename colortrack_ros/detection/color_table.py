@@ -25,6 +25,9 @@ from colortrack_ros.detection.label_image import WORD
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.reference import ReferenceColor
 
+CELLS = 1 << 16
+"""5 bits of red, 6 of green, 5 of blue."""
+
 CUT, UNKNOWN = 255, 255
 """Entry of a cell whose colors may not belong together; of a color not yet computed."""
 
@@ -85,6 +88,12 @@ def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         slope = np.maximum(np.abs(rising), np.abs(falling))
         radius[:, axis] = scale * (slope * half).sum(axis=1)
     return np.ascontiguousarray(center.T), np.ascontiguousarray(radius.T) + _MARGIN
+
+
+def cells_of(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.uint16]:
+    """(H, W) the cell of each pixel."""
+    code = _TO_CELL.get(encoding, cv2.COLOR_GRAY2BGR565)
+    return cv2.cvtColor(picture, code).view(np.uint16).reshape(picture.shape[:2])
 
 
 class ColorTable:
@@ -184,8 +193,7 @@ class ColorTable:
             cv2.LUT(picture.reshape(shape), self._gray, dst=image.pixels)
             return
         if self._column_filter is None:
-            cells = cv2.cvtColor(picture, _TO_CELL[encoding]).view(np.uint16).reshape(shape)
-            cv2.LUT(cells, self._cells, dst=image.pixels)
+            cv2.LUT(cells_of(picture, encoding), self._cells, dst=image.pixels)
         else:
             image.padded[...] = 0
             parts = self._column_filter.parts(picture, encoding)

@@ -88,7 +88,7 @@ class Detector:
         blobs = find_blobs(image, config.min_area, connect=method.connect)
         if config.split and split_touching(image, blobs, config.max_area):
             blobs = find_blobs(image, config.min_area, connect=method.connect)
-        kept = keep_shapes(blobs, config)
+        kept = keep_shapes(blobs.take(method.keep(frame, blobs)), config)
         method.learn(frame, blobs, kept)
         part = open_part(kept, image, whole) if whole else 0.0
         height, width = frame.image.shape[:2]

@@ -32,7 +32,8 @@ class ReferenceColor:
 
     :param name: what the color is called in parameters and messages.
     :param lab: L 0..100, a and b -128..128, true CIELAB (D65).
-    :param tolerance: tau, the radius of the sphere around lab [CIELAB units], above 0, at most 200.
+    :param tolerance: tau, the radius of the sphere around lab [CIELAB units], at most 200; 0 to
+        find in the pictures how far the color reaches.
     :param tolerance_lab: half axes [dL, da, db] of an ellipsoid around lab, in place of the
         sphere [CIELAB units], each above 0, at most 200: a wide dL and narrow da, db take in the
         light and the dark side of a thing.
@@ -50,11 +51,21 @@ class ReferenceColor:
         for (axis, low, high), value in zip(LAB_RANGES, self.lab, strict=True):
             expect(low <= value <= high, name, self.lab, f'{axis} in {low}..{high}')
         limits = f'above 0, at most {MAX_TOLERANCE}'
-        valid = 0 < self.tolerance <= MAX_TOLERANCE
-        expect(valid, f'{self.name}.tolerance', self.tolerance, limits)
+        found = f'{limits}, or 0 to find it in the picture'
+        valid = 0 <= self.tolerance <= MAX_TOLERANCE
+        expect(valid, f'{self.name}.tolerance', self.tolerance, found)
+        if self.is_sought:
+            return
         valid = len(self.axes) == 3 and all(0 < axis <= MAX_TOLERANCE for axis in self.axes)
         limits = f'three numbers [dL, da, db], each {limits}'
         expect(valid, f'{self.name}.tolerance_lab', self.tolerance_lab, limits)
+        if self.tolerance == 0:
+            object.__setattr__(self, 'tolerance', max(self.axes))
+
+    @property
+    def is_sought(self) -> bool:
+        """Whether how far it reaches is found in the pictures."""
+        return self.tolerance == 0 and self.tolerance_lab is None
 
     @property
     def axes(self) -> Triple:
@@ -130,8 +141,9 @@ class ReferenceColorConfig(Config):
         audience=EXPERT,
     )
     tolerance: float = parameter(
-        DEFAULT_COLORS[0].tolerance,
-        'Pixels closer than this to the reference color belong to it (tau).',
+        0.0,
+        'Pixels closer than this to the reference color belong to it (tau); 0 finds in the '
+        'pictures where the color ends and others begin, and the least area of its blobs.',
         unit='CIELAB units',
         minimum=0.0,
         maximum=MAX_TOLERANCE,
@@ -157,5 +169,6 @@ def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColo
         return replace(color, tolerance_lab=axes) if axes else color
     for color in DEFAULT_COLORS:
         if color.name == name:
-            return replace(color, tolerance=config.tolerance, tolerance_lab=axes)
+            tolerance = config.tolerance or color.tolerance
+            return replace(color, tolerance=tolerance, tolerance_lab=axes)
     raise ValueError(f'{name}: expected {one}, got none of them')

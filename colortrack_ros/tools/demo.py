@@ -128,7 +128,7 @@ def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument('--source', default='scene:occlusion', help='as the camera takes it')
     parser.add_argument('--params', default='', help='parameters of the nodes')
     parser.add_argument('--color', default='', help='r,g,b of the objects, 0..255')
-    parser.add_argument('--tolerance', default='', help='in CIELAB units')
+    parser.add_argument('--tolerance', default='', help='in CIELAB units; found if not given')
     parser.add_argument('--seconds', type=float, default=21.0, help='how long at the most')
     parser.add_argument('--out', type=Path, default=Path('out'), help='folder for the results')
     arguments = parser.parse_args(args)

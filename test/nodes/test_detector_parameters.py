@@ -38,7 +38,7 @@ def test_a_color_is_given_as_lab_rgb_or_preset():
             r'b.lab: expected three numbers .*, got \(1.0, 2.0\)',
         ),
         ({'colors': ['b'], 'b__rgb': [1.0, 2.0, 256.0]}, 'b.rgb: expected .*0..255, got .*256.0'),
-        ({'red__tolerance': 0.0}, 'red.tolerance: expected above 0, at most 200.0, got 0.0'),
+        ({'red__tolerance': -1.0}, 'tolerance: expected 0..200 CIELAB units, got -1.0'),
         ({'min_area': 9, 'max_area': 8}, 'max_area: expected at least min_area, 9 px, got 8'),
         ({'mask': '/no/such.png'}, 'mask: expected .*, got .*/no/such.png'),
         ({'regions': ['door'], 'door__polygon': [1.0, 2.0, 3.0]}, 'door.polygon: expected pairs'),

@@ -97,6 +97,10 @@ class BackgroundSubtraction:
         """1: there is no reference color."""
         return np.ones(len(label))
 
+    def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
+        """All of them."""
+        return np.ones(len(blobs.area), bool)
+
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """The background follows the frame outside all blobs, those of other shapes included."""
         seconds = self._config.learn_seconds

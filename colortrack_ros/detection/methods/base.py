@@ -44,6 +44,9 @@ class Method(Protocol):
         :param label: (N,) of the blobs that the pixels are in.
         """
 
+    def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
+        """(N,) whether a blob may be an object, as far as the method can tell."""
+
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Take what was found in the frame into account from the next frame on.
 

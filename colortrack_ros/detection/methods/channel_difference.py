@@ -84,6 +84,10 @@ class ChannelDifference:
         others = np.delete(rgb, self._channel, axis=1).sum(axis=1)
         return np.clip((rgb[:, self._channel] - others) / 255, 0, 1)
 
+    def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
+        """All of them."""
+        return np.ones(len(blobs.area), bool)
+
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Nothing: every frame stands for itself."""
 

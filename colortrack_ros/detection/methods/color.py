@@ -15,6 +15,7 @@ from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.blobs import find_runs
 from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.detection.color_table import ColorTable
+from colortrack_ros.detection.finder import ColorFinder
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.light import ColorFollower
@@ -113,11 +114,14 @@ class ColorDistance:
         self._config, self._background = config, background
         self._follower = ColorFollower(config.colors, config.follow_light)
         self._gray_world = GrayWorld()
+        self._finder = ColorFinder(config.colors)
         self._take(config.colors)
 
     def _take(self, colors: tuple[ReferenceColor, ...]) -> None:
         """Make the tables."""
         config = self._config
+        self._given = colors
+        colors = self._finder.resolve(colors)
         self._table = ColorTable(colors, config.threads)
         if config.grow > 1:
             self._loose = ColorTable(tuple(_grown(c, config.grow) for c in colors), config.threads)
@@ -128,6 +132,8 @@ class ColorDistance:
         if self._config.white_balance == 'gray_world':
             picture = self._gray_world.balance(picture)
         self._picture = picture
+        if self._finder.look(picture, frame.encoding, frame.stamp):
+            self._take(self._given)
         image = self._table.label(picture, frame.encoding)
         self.whole = None
         if self._config.grow > 1:
@@ -166,6 +172,10 @@ class ColorDistance:
         """1 - D / tolerance."""
         return self._table.closeness(rgb_of(self._picture[pixel], frame.encoding), label)
 
+    def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
+        """Those that are large enough, where that is found."""
+        return self._finder.keep(blobs, frame.stamp)
+
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """The background follows the frame but for all blobs, and the colors what was detected."""
         config = self._config
@@ -184,6 +194,7 @@ class ColorDistance:
         """The light of the next frame is the first, and the colors are as configured."""
         self._gray_world.restart()
         self._follower = ColorFollower(self._config.colors, self._config.follow_light)
+        self._finder = ColorFinder(self._config.colors)
         self._take(self._config.colors)
 
 

@@ -1,0 +1,140 @@
+"""How far a color reaches in a picture: where its own pixels end and others begin.
+
+Counted outwards from a color, in ellipsoids of one shape, the pixels of a thing come first and soon
+run out; then comes a gap, and then everything else. The relative growth of the count,
+d ln N / d ln t, has its valley there. It is 3 where colors fill CIELAB evenly, and 0 in a gap.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.detection.color_table import cell_bounds
+from colortrack_ros.detection.color_table import CELLS
+from colortrack_ros.detection.color_table import cells_of
+from colortrack_ros.detection.reference import Triple
+
+COUNTED_PIXELS = 1 << 19
+"""Pixels of a picture that are counted at most: 640x480 as it is, every second row and column of
+1920x1080."""
+
+LIGHTNESS_AXIS = 2.5
+"""Half axis of L over those of a and b at first: light and shade move L most. CIE 1994 weighs
+lightness less for such things, too (textiles: k_L = 2)."""
+
+STEP, SLOPE_STEPS = 0.04, 5
+"""Steps of the size in ln t, and how many the growth is taken over to each side, +-20 %."""
+
+SIZES = np.exp(np.arange(np.log(4.0), np.log(80.0), STEP))
+"""Half axes of a and b that are tried [CIELAB units]: from the size of a cell of the table to the
+distance of different colors."""
+
+NEAR = 8.0
+"""Where pixels of the color itself are looked for [CIELAB units]: a few times what is just seen as
+different, 2.3 (Mahy 1994), for noise and compression."""
+
+FEWEST = 20
+"""Pixels that a color must have near it to be in the picture: the default of min_area."""
+
+LARGEST_SHARE = 0.25
+"""Share of the picture that a color may cover; what is larger is its background."""
+
+LEAST_SPREAD = 2.0
+"""Least standard deviation of a thing along an axis [CIELAB units]: that of a cell of the table."""
+
+ROUNDS, DEEPER = 4, 0.02
+"""How often center and shape follow what is inside, as long as the valley gets deeper by this."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """The ellipsoid in CIELAB that holds the pixels of a color.
+
+    :param lab: its center.
+    :param axes: its half axes along L, a, b.
+    :param growth: of the count at its surface, d ln N / d ln t.
+    :param pixels: within it.
+    """
+
+    lab: Triple
+    axes: Triple
+    growth: float
+    pixels: float
+
+
+def count_colors(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.float64]:
+    """(65536,) pixels of the picture in each cell of the color table."""
+    step = int(np.ceil(np.sqrt(picture.shape[0] * picture.shape[1] / COUNTED_PIXELS)))
+    part = np.ascontiguousarray(picture[::step, ::step])
+    counts = np.bincount(cells_of(part, encoding).reshape(-1), minlength=CELLS)
+    return counts.astype(np.float64) * (step * step)
+
+
+def pixels_near(counts: NDArray[np.float64], lab: Triple) -> float:
+    """How many pixels there are of a color itself."""
+    distance = (cell_bounds()[0].T - lab) / [LIGHTNESS_AXIS, 1.0, 1.0]
+    return float(counts[(distance**2).sum(axis=1) < NEAR**2].sum())
+
+
+def middle_of(counts: NDArray[np.float64], extent: Extent) -> Triple | None:
+    """The mean of the pixels within an extent; None when there are too few."""
+    color = cell_bounds()[0].T
+    inside = (((color - extent.lab) / extent.axes) ** 2).sum(axis=1) < 1
+    if counts[inside].sum() < FEWEST:
+        return None
+    L, a, b = np.average(color[inside], axis=0, weights=counts[inside]).tolist()
+    return L, a, b
+
+
+def find_extent(counts: NDArray[np.float64], lab: Triple) -> Extent | None:
+    """The pixels that belong to a color, by the deepest valley around it.
+
+    :param counts: (65536,) of :func:`count_colors`.
+    :param lab: the color, or one within it.
+    :returns: None when it is not in the picture, or no size of it stays below LARGEST_SHARE.
+    """
+    if pixels_near(counts, lab) < FEWEST:
+        return None
+    (filled,) = (counts > 0).nonzero()
+    number, color = counts[filled], cell_bounds()[0].T[filled]
+    center, shape = np.array(lab), np.array([LIGHTNESS_AXIS, 1.0, 1.0])
+    best: Extent | None = None
+    for _ in range(ROUNDS):
+        found = _valley(number, color, center, shape)
+        if found is None or (best is not None and found.growth > best.growth - DEEPER):
+            break
+        best = found
+        inside = (((color - center) / found.axes) ** 2).sum(axis=1) < 1
+        center = np.average(color[inside], axis=0, weights=number[inside])
+        variance = np.average((color[inside] - center) ** 2, axis=0, weights=number[inside])
+        spread = np.maximum(np.sqrt(variance), LEAST_SPREAD)
+        # Of the volume that the first shape has.
+        shape = spread * np.cbrt(LIGHTNESS_AXIS / spread.prod())
+    return best
+
+
+def _valley(
+    number: NDArray[np.float64],
+    color: NDArray[np.float64],
+    center: NDArray[np.float64],
+    shape: NDArray[np.float64],
+) -> Extent | None:
+    """The ellipsoid of this center and shape at whose surface the count grows least."""
+    distance = np.sqrt((((color - center) / shape) ** 2).sum(axis=1))
+    order = np.argsort(distance)
+    behind = np.searchsorted(distance[order], SIZES)
+    count = np.append(0.0, np.cumsum(number[order]))[behind]
+    smaller, middle, larger = (
+        count[: -2 * SLOPE_STEPS],
+        count[SLOPE_STEPS:-SLOPE_STEPS],
+        count[2 * SLOPE_STEPS :],
+    )
+    growth = (larger - smaller) / np.maximum(middle, 1) / (2 * SLOPE_STEPS * STEP)
+    growth[(middle < FEWEST) | (larger > LARGEST_SHARE * number.sum())] = np.inf
+    k = int(growth.argmin())
+    if not np.isfinite(growth[k]):
+        return None
+    L, a, b = center.tolist()
+    dL, da, db = (SIZES[SLOPE_STEPS + k] * shape).tolist()
+    return Extent((L, a, b), (dL, da, db), float(growth[k]), float(middle[k]))

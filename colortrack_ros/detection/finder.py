@@ -1,0 +1,133 @@
+"""Colors whose tolerance nobody gave: found in the pictures, and kept as the light changes."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.extent import count_colors
+from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.extent import find_extent
+from colortrack_ros.detection.extent import LIGHTNESS_AXIS
+from colortrack_ros.detection.extent import middle_of
+from colortrack_ros.detection.extent import NEAR
+from colortrack_ros.detection.reference import MAX_TOLERANCE
+from colortrack_ros.detection.reference import ReferenceColor
+
+LOOK_SECONDS = 0.25
+"""Time from one look at the colors of a picture to the next [s]: it costs about 2 ms."""
+
+POOL_SECONDS = 1.0
+"""Time constant of the pixels that are looked at [s], and how long a color that has come into the
+picture may still change in any way; that of a color that follows the light, too."""
+
+MOST_GROWTH = 1.0
+"""Growth at the surface of an ellipsoid that is still a gap: a third of that of colors that fill
+CIELAB evenly."""
+
+LARGEST_SECONDS = 3.0
+"""Time constant with which the area of the largest blob is forgotten [s]: longer than a hand or a
+turn hides most of a thing, shorter than one takes to walk away from the camera."""
+
+LEAST_SHARE, PIECE_SHARE = 1 / 20, 1 / 5
+"""Least area over that of the largest blob, anywhere and right beside a larger one: things at
+4.5 times the distance are found, sparkles are not, and pieces of a striped thing are no things."""
+
+PIECE_REACH = 0.5
+"""How far beside the box of a blob its pieces are [share of its side]."""
+
+FEWEST_LEFT = 1 / 4
+"""Share of its pixels that a color must keep to follow the light: when a thing has
+left, what is a little like it must not lead the color away."""
+
+NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
+"""The color that stands for one that is not in the picture, and its tolerance: outside of sRGB."""
+
+
+class ColorFinder:
+    """Finds the tolerance of each color that has none, and the least area of its blobs.
+
+    :param colors: as configured; those with tolerance 0 are found.
+    """
+
+    def __init__(self, colors: tuple[ReferenceColor, ...]) -> None:
+        self._colors = colors
+        self._sought = [k for k, color in enumerate(colors) if color.is_sought]
+        self._found: dict[int, Extent] = {}
+        self._since: dict[int, int] = {}
+        self._pool: NDArray[np.float64] | None = None
+        self._looked = self._measured = 0
+        self._largest = np.zeros(len(colors))
+
+    def look(self, picture: NDArray[np.uint8], encoding: str, stamp: int) -> bool:
+        """Look at a picture, if it is time to.
+
+        :returns: whether colors have changed.
+        """
+        elapsed = (stamp - self._looked) / NANOSECONDS
+        complete = len(self._found) == len(self._sought)
+        if complete and 0 <= elapsed < LOOK_SECONDS:
+            return False
+        now = count_colors(picture, encoding)
+        if self._pool is None or elapsed < 0:
+            self._pool = now
+        self._pool += (now - self._pool) * -np.expm1(-max(elapsed, 0) / POOL_SECONDS)
+        self._looked = stamp
+        before = dict(self._found)
+        for k in self._sought:
+            if k in self._found:
+                self._renew(k, self._pool, stamp)
+            elif (extent := find_extent(now, self._colors[k].lab)) is not None:
+                self._found[k], self._since[k] = extent, stamp
+        return before != self._found
+
+    def _renew(self, k: int, pool: NDArray[np.float64], stamp: int) -> None:
+        """Take the extent that the color has now, unless it is another thing's."""
+        known = self._found[k]
+        extent = find_extent(pool, self._colors[k].lab)
+        if extent is None and (middle := middle_of(pool, known)) is not None:
+            extent = find_extent(pool, middle)
+        if extent is None:
+            return
+        is_new = 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
+        way = (np.array(extent.lab) - known.lab) / [LIGHTNESS_AXIS, 1.0, 1.0]
+        is_same = np.linalg.norm(way) < NEAR and extent.growth < MOST_GROWTH
+        if is_new or (is_same and extent.pixels > FEWEST_LEFT * known.pixels):
+            self._found[k] = extent
+
+    def resolve(self, colors: tuple[ReferenceColor, ...]) -> tuple[ReferenceColor, ...]:
+        """The colors, with what was found in place of what was not given."""
+        found = list(colors)
+        for k in self._sought:
+            extent = self._found.get(k)
+            if extent is None:
+                found[k] = replace(colors[k], lab=NOWHERE, tolerance=NOTHING)
+                continue
+            dL, da, db = (min(axis, MAX_TOLERANCE) for axis in extent.axes)
+            found[k] = replace(
+                colors[k], lab=extent.lab, tolerance=max(da, db), tolerance_lab=(dL, da, db)
+            )
+        return tuple(found)
+
+    def keep(self, blobs: BlobTable, stamp: int) -> NDArray[np.bool_]:
+        """(N,) whether a blob is large enough beside the largest of its color."""
+        elapsed = max(stamp - self._measured, 0) / NANOSECONDS
+        self._measured = stamp
+        self._largest *= np.exp(-elapsed / LARGEST_SECONDS)
+        color = blobs.label.astype(int) - 1
+        mine = np.isin(color, self._sought)
+        np.maximum.at(self._largest, color[mine], blobs.area[mine])
+        kept = ~mine | (blobs.area >= LEAST_SHARE * self._largest[color])
+        kept[kept & mine] = ~_is_piece(blobs.take(kept & mine))
+        return kept
+
+
+def _is_piece(blobs: BlobTable) -> NDArray[np.bool_]:
+    """(N,) whether a blob lies beside a much larger one of its color."""
+    low = blobs.box[:, None, :2] - PIECE_REACH * blobs.box[:, None, 2:]
+    high = blobs.box[:, None, :2] + (1 + PIECE_REACH) * blobs.box[:, None, 2:]
+    beside = ((blobs.mean >= low) & (blobs.mean <= high)).all(axis=2)
+    smaller = blobs.area < PIECE_SHARE * blobs.area[:, None]
+    return (beside & smaller & (blobs.label == blobs.label[:, None])).any(axis=0)

@@ -1,0 +1,127 @@
+"""A color without a tolerance: how far it reaches is found in the pictures."""
+
+import numpy as np
+import pytest
+from support.paths import DATA
+
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.sources import open_source
+
+RED, BROWN, WALL, GREEN = (200, 20, 60), (150, 100, 40), (190, 190, 180), (90, 140, 80)
+NOISE = 3.0
+
+
+def sought(*colors):
+    named = [ReferenceColor.from_rgb(f'c{k}', rgb, 0.0) for k, rgb in enumerate(colors)]
+    return Detector(DetectorConfig(colors=tuple(named)))
+
+
+def ball(image, u, v, radius, rgb, least=0.5):
+    """A ball lit from above: least of its light at the bottom."""
+    y, x = np.mgrid[: image.shape[0], : image.shape[1]]
+    shade = least + (1 - least) * np.clip((v + radius - y) / (2 * radius), 0, 1)
+    inside = np.hypot(x - u, y - v) < radius
+    image[inside] = (shade[..., None] * np.array(rgb[::-1]))[inside]
+
+
+def picture(*balls, seed=0, light=1.0, others=True):
+    image = np.full((240, 320, 3), WALL[::-1], float)
+    if others:
+        image[150:, :160] = BROWN[::-1]
+    for args in balls:
+        ball(image, *args)
+    image = light * image + np.random.default_rng(seed).normal(0, NOISE, image.shape)
+    return np.clip(image, 0, 255).astype(np.uint8)
+
+
+def test_a_shaded_thing_is_found_whole_and_what_is_like_it_is_not():
+    found = sought(RED).detect(Frame(picture((80, 80, 25, RED), (230, 120, 25, RED)))).rows
+    assert len(found) == 2
+    assert sorted(found['u']) == pytest.approx([80, 230], abs=1.5)
+    assert found['box_h'] == pytest.approx([48, 48], abs=4), 'the shaded side, too'
+
+
+def test_a_color_that_is_not_yet_in_the_picture_finds_nothing_until_it_comes():
+    detector = sought(RED)
+    for k in range(10):
+        frame = Frame(picture(seed=k), stamp=k * NANOSECONDS // 30)
+        assert len(detector.detect(frame).rows) == 0
+    frame = Frame(picture((200, 80, 25, RED), seed=11), stamp=NANOSECONDS)
+    assert len(detector.detect(frame).rows) == 1
+
+
+def test_a_color_is_kept_while_the_light_falls_to_half():
+    detector = sought(RED)
+    for k in range(90):
+        image = picture((100 + k, 80, 25, RED), seed=k, light=1 - 0.5 * k / 89)
+        rows = detector.detect(Frame(image, stamp=k * NANOSECONDS // 15)).rows
+        assert len(rows) == 1, k
+        assert rows['box_h'][0] > 40, k
+
+
+def test_sparkles_and_the_pieces_of_a_thing_are_no_things():
+    image = picture((80, 80, 30, RED), (80, 120, 6, RED, 1.0), (250, 60, 5, RED, 1.0))
+    assert len(sought(RED).detect(Frame(image)).rows) == 1
+
+
+def test_a_smaller_thing_elsewhere_is_a_thing():
+    image = picture((80, 80, 30, RED), (250, 60, 9, RED, 1.0))
+    assert len(sought(RED).detect(Frame(image)).rows) == 2
+
+
+def test_blobs_of_a_color_with_a_tolerance_may_have_any_area():
+    colors = (ReferenceColor.from_rgb('green', GREEN, 20.0), ReferenceColor.from_rgb('red', RED, 0))
+    detector = Detector(DetectorConfig(colors=colors))
+    image = picture((80, 80, 30, GREEN, 1.0), (80, 120, 6, GREEN, 1.0), (230, 100, 20, RED))
+    assert detector.detect(Frame(image)).rows['color'].tolist() == [0, 1, 0]
+
+
+@pytest.mark.parametrize(('encoding', 'order'), [('rgb8', [2, 1, 0]), ('bgra8', [0, 1, 2, 0])])
+def test_the_order_of_the_channels_makes_no_difference(encoding, order):
+    image = picture((80, 80, 25, RED))
+    expected = sought(RED).detect(Frame(image)).rows
+    rows = sought(RED).detect(Frame(np.ascontiguousarray(image[..., order]), encoding)).rows
+    assert (rows == expected).all()
+
+
+def test_the_same_pictures_give_the_same_detections_again():
+    frames = [Frame(picture((99 + k, 80, 25, RED), seed=k), stamp=k << 26) for k in range(12)]
+    one, other = sought(RED), sought(RED)
+    for frame in frames:
+        assert one.detect(frame).rows.tobytes() == other.detect(frame).rows.tobytes()
+
+
+@pytest.mark.parametrize(
+    ('image', 'stamps'),
+    [
+        (np.zeros((1, 1, 3), np.uint8), [0]),
+        (np.full((9, 9, 3), (60, 20, 200), np.uint8), [5, 0, 1 << 62]),
+    ],
+)
+def test_pictures_that_tell_nothing_and_stamps_that_jump_do_no_harm(image, stamps):
+    detector = sought(RED)
+    for stamp in stamps:
+        assert len(detector.detect(Frame(image, stamp=stamp)).rows) == 0
+
+
+REAL = {
+    'cups': ((200, 20, 60), 30 * [3]),
+    'caps': ((0, 19, 121), 20 * [2] + 10 * [3]),
+    'box': ((224, 162, 65), 30 * [1]),
+    'greenball': ((71, 85, 57), 9 * [0] + 21 * [1]),
+}
+"""The color of a pixel of each thing, and how many things there are in each frame."""
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason=f'no videos at {DATA}; set COLORTRACK_DATA')
+@pytest.mark.parametrize('name', REAL)
+def test_in_the_first_second_of_a_real_video_the_things_are_found_and_nothing_else(name):
+    rgb, numbers = REAL[name]
+    detector, source = sought(rgb), open_source(str(DATA / 'real' / f'{name}.mp4'))
+    found = [len(detector.detect(source.read()).rows) for _ in numbers]
+    source.close()
+    assert np.mean(np.array(found) == numbers) >= 0.9, found
