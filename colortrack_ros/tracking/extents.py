@@ -26,6 +26,9 @@ TOLERANCE_SHARE = 0.05
 """A box is whole when its size differs by no more than this from the track's [px], [1]: a pixel on
 each side, and assumed changes of the object by a twentieth."""
 
+OTHER_SIZE = 0.02
+"""Probability that a blob has another size than its object. Assumed: one in 50, as for colors."""
+
 LASTING = 4.0
 """Number of frames in which the doubt about the side makes the same error: variances are multiplied
 by it, as the filter takes errors of successive frames to be independent. Assumed."""
@@ -52,6 +55,17 @@ def difference(size: Floats, blob: Floats) -> Floats:
     """
     excess = blob - size
     return np.where(np.abs(excess) > slack(size), excess, 0.0)
+
+
+def log_fit(size: Floats, blob: Floats) -> Floats:
+    """Log-likelihood of sizes, up to a constant: a normal distribution, or any with OTHER_SIZE.
+
+    :param size: (K, 2) of the object [px].
+    :param blob: (K, 2) of the blob [px].
+    :return: (K,).
+    """
+    d2 = (((blob - size) / slack(size)) ** 2).sum(axis=1)
+    return np.asarray(np.log(OTHER_SIZE + (1 - OTHER_SIZE) * np.exp(-d2 / 2)))
 
 
 def centers(z: Floats, box: Floats, extent: Floats) -> Floats:

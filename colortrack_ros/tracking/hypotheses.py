@@ -12,6 +12,7 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.extents import centers
 from colortrack_ros.tracking.extents import centroid_variance
 from colortrack_ros.tracking.extents import EDGE_VARIANCE
+from colortrack_ros.tracking.extents import log_fit
 from colortrack_ros.tracking.extents import measure
 from colortrack_ros.tracking.extents import sides_of_one
 from colortrack_ros.tracking.measurements import Measurements
@@ -89,6 +90,24 @@ def hypothesize(
     return Hypotheses(track, blob, z, R, compared)
 
 
+def _log_size(prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices) -> Floats:
+    """Log-likelihood, (K,), of the size of each blob, against that of the track that fits it best.
+
+    A blob that fits none is merged, cut or broken, and may be anybody's.
+    """
+    log = np.zeros(len(track))
+    contested = np.flatnonzero(np.bincount(blob)[blob] > 1)
+    if not len(contested):
+        return log
+    track, blob = track[contested], blob[contested]
+    size = prediction.records['extent'][track].sum(axis=1)
+    fit = log_fit(size, blobs.size[blob])
+    best = np.full(len(blobs), -np.inf)
+    np.maximum.at(best, blob, fit)
+    log[contested] = fit - best[blob]
+    return log
+
+
 def _by_sides(
     prediction: Prediction,
     blobs: Measurements,
@@ -125,6 +144,8 @@ def score(
     if not config.color_gating:
         colors = prediction.records['color'][track], blobs.rows['color'][hypotheses.blob]
         ratio -= LOG_COLORS_MIXED_UP * (colors[0] != colors[1])
+    if prediction.sized and len(track):
+        ratio += _log_size(prediction, blobs, track, hypotheses.blob)
     if not config.gating:
         ratio -= ratio.min(initial=0.0) - 1.0
     return ratio

@@ -21,6 +21,14 @@ FIELDS = [
     ('outside', '?'),
     ('visible', 'f8'),
     ('hidden', 'f8'),
+    ('rival', 'u4'),
+    ('met', 'i8'),
+    ('apart', 'i8'),
+    ('before', 'f8', 4),
+    ('before_cov', 'f8', (4, 4)),
+    ('before_size', 'f8', 2),
+    ('sums', 'f8', 7),
+    ('scans', 'u4'),
 ]
 """What is recorded of a track besides the COMMON fields.
 
@@ -28,7 +36,11 @@ origin: where it began [px]; misses: frames without a detection; area, box_w, bo
 detection [px]; extent: reach of the object to the low and high side, by axis [px], see extents;
 partial: it has never been in sight wholly, by axis; innovation: the last one, see Innovations;
 outside: predicted outside the picture; visible, hidden: probability that the object exists and can,
-or cannot, be seen.
+or cannot, be seen; rival: ID of the track that it may have exchanged detections with, 0 for none;
+met, apart: stamp of the first frame and of the last in which they were near each other [ns];
+before, before_cov, before_size: its state as predicted for the first, the covariance, and its size
+[px]; sums: of the weighted
+line through its scans measurements since the last, see crossings.
 """
 
 

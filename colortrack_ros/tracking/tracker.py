@@ -16,6 +16,9 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.crossings import find_rivals
+from colortrack_ros.tracking.crossings import remember
+from colortrack_ros.tracking.crossings import tell_apart
 from colortrack_ros.tracking.deletion import confirm
 from colortrack_ros.tracking.deletion import is_present
 from colortrack_ros.tracking.gating import gate
@@ -29,7 +32,6 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.measurements import unrepeated
 from colortrack_ros.tracking.merge_split import merge_split
 from colortrack_ros.tracking.prediction import predict
-from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.records import FIELDS
 from colortrack_ros.tracking.records import published
 from colortrack_ros.tracking.stitching import find_stitches
@@ -97,11 +99,18 @@ class Tracker:
         prediction = predict(tracks, blobs, learned, config, now=now, dt=dt, period=period)
         track, blob = gate(prediction, blobs, config)
         hypotheses = hypothesize(prediction, blobs, track, blob)
-        associated = self._associate(hypotheses, prediction, blobs)
+        gain = score(hypotheses, prediction, blobs, config)
+        associated = self._associate(hypotheses, gain, len(blobs))
+        rivals = find_rivals(hypotheses, gain, associated, len(tracks), sized=prediction.sized)
+        if len(rivals[0]):
+            remember(prediction, *rivals, now)
         blobs, associated = merge_split(prediction, blobs, associated)
         update(
             tracks, prediction, blobs, associated, learned, config,
             now=now, period=period, again=again,
+        )  # fmt: skip
+        tell_apart(
+            tracks, associated.pairs, prediction, learned, config, stamp=now, period=period
         )  # fmt: skip
         initiate(tracks, prediction, blobs, np.flatnonzero(associated.free), now)
         self._manage(again=again)
@@ -130,14 +139,13 @@ class Tracker:
         return blobs
 
     def _associate(
-        self, hypotheses: Hypotheses, prediction: Prediction, blobs: Measurements
+        self, hypotheses: Hypotheses, gain: NDArray[np.float64], count: int
     ) -> Association:
-        """Choose hypotheses by their scores."""
-        gain = score(hypotheses, prediction, blobs, self.config)
+        """Choose hypotheses by their gains; there are so many blobs."""
         associate = ASSOCIATORS[self.config.associator]
         chosen, probability = associate(hypotheses.track, hypotheses.blob, gain)
         pairs = hypotheses if len(chosen) == len(hypotheses) else hypotheses.take(chosen)
-        free = np.ones(len(blobs), bool)
+        free = np.ones(count, bool)
         free[pairs.blob[probability > 0.5]] = False
         return Association(pairs, probability, free)
 

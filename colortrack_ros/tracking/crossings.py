@@ -1,0 +1,215 @@
+"""Crossings: tracks that may have exchanged their detections are told apart afterwards.
+
+Where two objects come so near that either may have caused the detection of the other, a decision in
+that frame is a guess. It is deferred, for these alone: both tracks are remembered as they were
+predicted before, and once they are apart a line through their next detections says who is who
+(track-oriented multiple hypotheses, pruned N scans later; Blackman 2004).
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.motion.constant_velocity import ConstantVelocity
+from colortrack_ros.estimation.track_table import TrackTable
+from colortrack_ros.tracking.adaptation import Adaptation
+from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.extents import log_fit
+from colortrack_ros.tracking.hypotheses import Association
+from colortrack_ros.tracking.hypotheses import Hypotheses
+from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.stitching import log_likelihood_ratio
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+DOUBTFUL = math.log(1000)
+"""An exchange of detections less likely than one in so many is out of the question."""
+
+SCANS = 6
+"""Detections apart from each other that decide. Their line has a velocity within
+sqrt(12 / (6 * 35)) = 0.24 standard deviations of a detection a frame. Assumed: more take longer."""
+
+ESTABLISHED = 10
+"""Hits from which a track has a direction to go by. Assumed."""
+
+OWN = ('track_id', 'born', 'origin', 'color', 'hits')
+"""What a track keeps when it goes on as another that it was taken for."""
+
+
+def find_rivals(
+    hypotheses: Hypotheses, gain: Floats, associated: Association, count: int, *, sized: bool
+) -> tuple[Indices, Indices]:
+    """Find pairs of tracks that might as well have each other's detections.
+
+    :param hypotheses: K pairs, of which some were chosen.
+    :param gain: (K,) their scores.
+    :param associated: those chosen; where not by a hard decision, nothing has to be deferred.
+    :param count: of tracks.
+    :param sized: there are sizes, which tell of two objects on one blob (see merged); if not, one
+        that has none may have that of the other.
+    :return: (P,) and (P,) tracks, each the other's nearest rival; both ways round.
+    """
+    none = np.zeros(0, np.intp)
+    track, blob, pairs = hypotheses.track, hypotheses.blob, associated.pairs
+    if len(track) == len(pairs) or not (associated.probability == 1).all():
+        return none, none
+    width = len(associated.free)
+    owner, taken = np.full(width, -1), np.full(count, -1)
+    owner[pairs.blob], taken[pairs.track] = pairs.track, pairs.blob
+    worth = np.zeros(count)
+    chosen = taken[track] == blob
+    worth[track[chosen]] = gain[chosen]
+    cross = np.flatnonzero(~chosen & (owner[blob] >= 0))
+    if sized:
+        cross = cross[taken[track[cross]] >= 0]
+    one, other = track[cross], owner[blob[cross]]
+    loss = worth[one] + worth[other] - gain[cross]
+    near = loss - worth[one] < DOUBTFUL
+    one, other, loss = one[near], other[near], loss[near]
+    if not len(one):
+        return none, none
+    key = track * width + blob
+    order = key.argsort()
+    back = other * width + taken[one]
+    place = order[np.minimum(key[order].searchsorted(back), len(key) - 1)]
+    value = np.where(key[place] == back, gain[place], -np.inf)
+    loss -= np.where(taken[one] >= 0, value, 0.0)
+    one, other, loss = np.append(one, other), np.append(other, one), np.append(loss, loss)
+    rival, order = np.full(count, -1), np.argsort(-loss, kind='stable')
+    order = order[loss[order] < DOUBTFUL]
+    rival[one[order]] = other[order]
+    mutual = np.flatnonzero((rival >= 0) & (rival[rival] == np.arange(count)))
+    return mutual, rival[mutual]
+
+
+def remember(prediction: Prediction, one: Indices, other: Indices, stamp: int) -> None:
+    """Note rivals, (P,) and (P,) both ways round, and how they were predicted when they met.
+
+    :param stamp: of the frame in which they are near each other [ns].
+    """
+    records = prediction.records
+    fit = (records['state'] != TENTATIVE) & (records['hits'] >= ESTABLISHED)
+    fit = fit[one] & fit[other]
+    ids, rival = records['track_id'], records['rival']
+    new = fit & (rival[one] == 0) & (rival[other] == 0)
+    mean, cov = prediction.bank.estimate()
+    fresh = one[new]
+    records['rival'][fresh] = ids[other[new]]
+    records['met'][fresh] = stamp
+    records['before_size'][fresh] = records['extent'][fresh].sum(axis=1)
+    records['before'][fresh], records['before_cov'][fresh] = mean[fresh, :4], cov[fresh, :4, :4]
+    again = one[records['rival'][one] == ids[other]]
+    records['apart'][again] = stamp
+    records['sums'][again] = records['scans'][again] = 0
+
+
+def tell_apart(
+    tracks: TrackTable[Bank],
+    pairs: Hypotheses,
+    prediction: Prediction,
+    learned: Adaptation,
+    config: TrackerConfig,
+    *,
+    stamp: int,
+    period: float,
+) -> None:
+    """Take what rivals have measured, and exchange those that were taken for each other.
+
+    :param pairs: measured in this frame.
+    :param stamp: now [ns].
+    :param period: of the frames [s].
+    """
+    records = tracks.records
+    if not records['rival'].any():
+        return
+    _sum_up(records, pairs, stamp)
+    one = np.flatnonzero(records['rival'])
+    other = records['track_id'].searchsorted(records['rival'][one])
+    other = np.minimum(other, len(records) - 1)
+    gone = records['rival'][other] != records['track_id'][one]
+    records['rival'][one[gone]] = 0
+    scans = records['scans']
+    ready = ~gone & (one < other) & (np.minimum(scans[one], scans[other]) >= SCANS)
+    one, other = one[ready], other[ready]
+    if not len(one):
+        return
+    chance = config.maneuvers * learned.chance((stamp - records['met'][one]) / NANOSECONDS, period)
+    exchanged = _compare(records, one, other, chance, prediction, stamp) < 0
+    _exchange(tracks, one[exchanged], other[exchanged])
+    records['rival'][one] = records['rival'][other] = 0
+
+
+def _sum_up(records: NDArray[np.void], pairs: Hypotheses, stamp: int) -> None:
+    """Add the measurements of rivals that are apart to the sums of their lines."""
+    mine = (records['rival'][pairs.track] > 0) & (records['apart'][pairs.track] < stamp)
+    track, z, R = pairs.track[mine], pairs.z[mine], pairs.R[mine]
+    t = (stamp - records['apart'][track]) / NANOSECONDS
+    weight = 2 / (R[:, 0, 0] + R[:, 1, 1])
+    row = np.stack([np.ones(len(t)), t, t * t, z[:, 0], z[:, 1], t * z[:, 0], t * z[:, 1]], axis=1)
+    records['sums'][track] += weight[:, None] * row
+    records['scans'][track] += 1
+
+
+def _lines(records: NDArray[np.void], track: Indices, stamp: int) -> tuple[Floats, Floats]:
+    """Weighted least squares: states (K, 4) at the stamp, and their covariances (K, 4, 4)."""
+    t = (stamp - records['apart'][track]) / NANOSECONDS
+    s, st, stt, *sums = records['sums'][track].T
+    det = s * stt - st * st
+    mean, cov = np.zeros((len(track), 4)), np.zeros((len(track), 4, 4))
+    for axis in range(2):
+        z, tz = sums[axis], sums[axis + 2]
+        speed = (s * tz - st * z) / det
+        mean[:, axis] = (z - speed * st) / s + speed * t
+        mean[:, axis + 2] = speed
+        cov[:, axis, axis] = (stt - 2 * st * t + s * t * t) / det
+        cov[:, axis, axis + 2] = cov[:, axis + 2, axis] = (s * t - st) / det
+        cov[:, axis + 2, axis + 2] = s / det
+    return mean, cov
+
+
+def _compare(
+    records: NDArray[np.void],
+    one: Indices,
+    other: Indices,
+    chance: Floats,
+    prediction: Prediction,
+    stamp: int,
+) -> Floats:
+    """Log-likelihood ratio, (P,), of pairs that went their own ways against exchanged ones."""
+    both, count = np.append(one, other), len(one)
+    mean, cov = records['before'][both], records['before_cov'][both]
+    T = (stamp - records['met'][both]) / NANOSECONDS
+    model = ConstantVelocity()
+    for i, dt in enumerate(T.tolist()):
+        F, Q = model.transition(dt)[0], model.noise(dt)[0]
+        mean[i], cov[i] = F @ mean[i], F @ cov[i] @ F.T + prediction.noise**2 * Q
+    lines, of_lines = _lines(records, both, stamp)
+    mean, cov = np.append(mean, lines, axis=0), np.append(cov, of_lines, axis=0)
+    k = np.arange(2 * count)
+    same, crossed = 2 * count + k, 2 * count + np.roll(k, count)
+    chance = np.append(chance, chance)
+    own, exchanged = (
+        log_likelihood_ratio(mean, cov, k, line, chance, T, prediction.speed)
+        for line in (same, crossed)
+    )
+    if prediction.sized:
+        before, size = records['before_size'][both], records['extent'][both].sum(axis=1)
+        own += SCANS * log_fit(before, size)
+        exchanged += SCANS * log_fit(before, np.roll(size, count, axis=0))
+    return np.asarray((own - exchanged).reshape(2, count).sum(axis=0))
+
+
+def _exchange(tracks: TrackTable[Bank], one: Indices, other: Indices) -> None:
+    """Let tracks go on as each other; what is their OWN stays."""
+    into, out = np.append(one, other), np.append(other, one)
+    tracks.filters.put(into, tracks.filters.take(out))
+    records = tracks.records
+    own = records[list(OWN)][into].copy()
+    records[into] = records[out]
+    for name in OWN:
+        records[name][into] = own[name]

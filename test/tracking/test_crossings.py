@@ -1,0 +1,65 @@
+"""Who is who, after two have been so near that a frame could not tell."""
+
+import numpy as np
+import pytest
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.tracking import Tracker
+
+RATE, FRAMES = 30, 90
+T = (np.arange(FRAMES) - FRAMES / 2) / RATE
+
+
+def play(position, size=(0.0, 0.0), seen=None, seed=0):
+    """The IDs of two objects, (FRAMES, 2, 2) [px], at the start and at the end.
+
+    :param size: of their boxes [px].
+    :param seen: (FRAMES,) frames in which they are detected.
+    """
+    rng, tracker, names = np.random.default_rng(seed), Tracker(), []
+    for k, z in enumerate(position + rng.normal(0, 1, position.shape)):
+        rows = np.zeros(2 if seen is None or seen[k] else 0, DETECTION)
+        if len(rows):
+            rows['u'], rows['v'] = z.T
+            rows['cov_uu'] = rows['cov_vv'] = 1.0
+            rows['box_w'] = rows['box_h'] = size
+            rows['box_u'], rows['box_v'] = (z - np.array(size)[:, None] / 2 + 0.5).T
+        tracks = tracker.update(Detections(rows[:: (-1) ** k], round(k * 1e9 / RATE))).rows
+        if k in (RATE // 2, FRAMES - 1):
+            away = np.hypot(*(position[k, :, None] - np.stack([tracks['u'], tracks['v']], 1)).T)
+            names.append(tracks['track_id'][away.argmin(axis=0)].tolist())
+    return names
+
+
+@pytest.mark.parametrize('degrees', [20, 30, 60])
+def test_two_that_go_straight_through_one_point_keep_their_ids(degrees):
+    angle = np.radians([0, degrees])
+    way = 150 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    for seed in range(12):
+        start, end = play([320, 180] + T[:, None, None] * way, seed=seed)
+        assert start == end, seed
+
+
+@pytest.mark.parametrize('sizes', [(20.0, 60.0), (30.0, 20.0)])
+def test_of_two_that_meet_behind_a_post_the_small_one_stays_small(sizes):
+    way = 200 * np.abs(T) + 12
+    u = 320 + np.stack([-way, way], axis=1)
+    position = np.stack([u, np.full_like(u, 180.0)], axis=2)
+    start, end = play(position, sizes, np.abs(way) > 50)
+    assert start == end
+
+
+def test_two_of_one_size_that_pass_behind_a_post_are_taken_to_have_gone_on():
+    way = 200 * T
+    u = 320 + np.stack([-way, way], axis=1)
+    position = np.stack([u, np.stack([180 + 0 * T, 190 + 0 * T], axis=1)], axis=2)
+    start, end = play(position, (20.0, 20.0), np.abs(way) > 30)
+    assert start == end
+
+
+def test_two_that_turn_back_at_arms_length_have_never_been_in_doubt():
+    way = 150 * np.abs(T) + 15
+    u = 320 + np.stack([-way, way], axis=1)
+    start, end = play(np.stack([u, np.full_like(u, 180.0)], axis=2))
+    assert start == end
