@@ -97,8 +97,8 @@ def skimage_textbook(image, color, min_area=20):
     return [(r.bbox, r.centroid) for r in regions if r.area >= min_area]
 
 
-def detector_time(image, count=1, last=(), threads=1):
-    detector = Detector(DetectorConfig(colors=colors(count, last), threads=threads))
+def detector_time(image, count=1, last=(), **options):
+    detector = Detector(DetectorConfig(colors=colors(count, last), **options))
     frame = Frame(image)
     return milliseconds(lambda: detector.detect(frame))
 
@@ -137,6 +137,9 @@ def measure_variants():
             'one of them like the wall': detector_time(usual, count=8, last=[LIKE_WALL]),
             '50 balls': detector_time(picture(shape, 50)),
             'half the picture': detector_time(picture(shape, 5, covered=0.5)),
+            'half of it, moving only': detector_time(
+                picture(shape, 5, covered=0.5), moving_only=True
+            ),
         }
     return result
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import sample_pixels
+from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
@@ -55,6 +56,13 @@ STRIPS = 8
 
 RELIGHT_PIXELS = 4096
 """Pixels whose median ratio is the change of the light: it is known to 2 % of their spread."""
+
+DENSE_SHARE = 0.05
+"""Share of the picture's pixels from which on comparing all of them is faster than comparing single
+ones; `python benchmark/detection.py` measures both sides of it."""
+
+SATURATED = 255
+"""A sum of differences in a byte is not exact from here on."""
 
 LIGHT_DEAD_BAND = 0.02
 """Changes of the light up to this share are noise of the estimate, and are not followed."""
@@ -118,20 +126,39 @@ class BackgroundModel:
         )
         return cv2.min(recent, lasting)
 
-    def difference_at(self, picture: Picture, pixel: NDArray[np.intp]) -> NDArray[np.float64]:
-        """(N,) the same for single pixels.
+    def clear_still(self, picture: Picture, image: LabelImage, threshold: float) -> None:
+        """Set the labels to 0, in place, where the picture is like one of the backgrounds.
+
+        :param picture: (H, W, channels), of a shape that it knows.
+        :param threshold: of the mean of the channels' differences [levels].
+        """
+        greatest = int(threshold * picture.shape[2])  # of their sum, which is a whole number
+        labeled = np.count_nonzero(image.padded)
+        if labeled > DENSE_SHARE * image.padded.size and greatest < SATURATED:
+            ones = np.ones((1, picture.shape[2]))
+            sums = [cv2.transform(cv2.absdiff(picture, model), ones) for model in self._models]
+            _, moves = cv2.threshold(cv2.min(*sums), greatest, 255, cv2.THRESH_BINARY)
+            cv2.bitwise_and(image.pixels, moves, dst=image.pixels)
+            return
+        position = image.positions()
+        v, u = np.divmod(position, image.stride)
+        still = self._sum_at(picture, v * image.width + u) <= greatest
+        image.padded.reshape(-1)[position[still]] = 0
+
+    def _sum_at(self, picture: Picture, pixel: NDArray[np.intp]) -> NDArray[np.integer]:
+        """(N,) sum over the channels of the difference to the nearer background [levels].
 
         :param pixel: (N,) v W + u.
         """
-        channels = picture.shape[2]
         now, recent, lasting = (
-            part.reshape(-1, channels).take(pixel, axis=0) for part in (picture, *self._models)
+            part.reshape(-1, picture.shape[2]).take(pixel, axis=0)
+            for part in (picture, *self._models)
         )
-        mean = np.full(channels, 1 / channels)
-        distances = (
-            np.maximum(now, before) - np.minimum(now, before) for before in (recent, lasting)
+        sums = (
+            (np.maximum(now, before) - np.minimum(now, before)).sum(axis=1)
+            for before in (recent, lasting)
         )
-        return np.minimum(*(distance @ mean for distance in distances))
+        return np.minimum(*sums)
 
     def relight(self, picture: Picture) -> None:
         """Put the backgrounds into the light of the picture: a gain for each channel.

@@ -11,10 +11,14 @@ from support import textbook
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import background_model
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.background_model import _median_of_five
+from colortrack_ros.detection.background_model import BackgroundModel
+from colortrack_ros.detection.blobs import find_blobs
+from colortrack_ros.detection.label_image import LabelImage
 
 RATE = 25
 PLAIN = {'closing_size': 1, 'erosion_size': 1, 'opening_size': 1}
@@ -179,3 +183,25 @@ def test_the_mask_is_that_of_the_last_frame():
 def test_the_median_of_five_is_the_median():
     samples = np.random.default_rng(0).integers(0, 256, (5, 40, 50, 3), dtype=np.uint8)
     np.testing.assert_array_equal(_median_of_five(*samples), np.median(samples, axis=0))
+
+
+@pytest.mark.parametrize('channels', [1, 3])
+@pytest.mark.parametrize('threshold', [0.0, 8.0, 8.4, 84.0, 250.0])
+def test_all_pixels_and_single_ones_are_compared_with_the_background_alike(
+    channels, threshold, monkeypatch
+):
+    random = np.random.default_rng(3)
+    before = random.integers(0, 256, (40, 50, channels), dtype=np.uint8)
+    change = random.choice([0, 8, 9, 20, 90, 255], (40, 50, 1)) + random.integers(
+        -3, 4, before.shape
+    )
+    picture = (before + change).clip(0, 255).astype(np.uint8)
+    model = BackgroundModel()
+    model.follow(before, 0, find_blobs(LabelImage(np.zeros((1, 8), np.uint8), 1), 1), 1.0)
+    expected = np.abs(picture.astype(int) - before).sum(axis=2) > threshold * channels
+    for share in (0.0, 1.0):
+        monkeypatch.setattr(background_model, 'DENSE_SHARE', share)
+        image = LabelImage.empty(40, 50)
+        image.pixels[...] = labels = random.integers(0, 5, (40, 50))
+        model.clear_still(picture, image, threshold)
+        np.testing.assert_array_equal(image.pixels, np.where(expected, labels, 0))

@@ -160,11 +160,7 @@ class ColorDistance:
             image.padded[...] = 0
             return
         self._background.relight(picture)
-        position = image.positions()
-        v, u = np.divmod(position, image.stride)
-        difference = self._background.difference_at(picture, v * image.width + u)
-        still = difference <= self._config.difference_threshold
-        image.padded.reshape(-1)[position[still]] = 0
+        self._background.clear_still(picture, image, self._config.difference_threshold)
 
     def closeness(
         self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray
