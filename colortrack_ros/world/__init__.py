@@ -2,6 +2,8 @@
 
 from colortrack_ros.world.camera import CalibrationError
 from colortrack_ros.world.camera import CameraModel
+from colortrack_ros.world.config import LocatorConfig
+from colortrack_ros.world.locator import Locator
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import PoseBuffer
 from colortrack_ros.world.poses import TransformError
@@ -9,6 +11,8 @@ from colortrack_ros.world.poses import TransformError
 __all__ = [
     'CalibrationError',
     'CameraModel',
+    'Locator',
+    'LocatorConfig',
     'Pose',
     'PoseBuffer',
     'TransformError',

@@ -1,0 +1,129 @@
+"""Which detection of a picture a track has taken, and what that measures."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Detections
+from colortrack_ros.world.camera import CameraModel
+from colortrack_ros.world.config import LocatorConfig
+from colortrack_ros.world.measurement import BLOB
+from colortrack_ros.world.measurement import DEPTH
+from colortrack_ros.world.measurement import Measured
+from colortrack_ros.world.measurement import PLANE
+from colortrack_ros.world.measurement import ROUGH
+from colortrack_ros.world.measurement import U
+from colortrack_ros.world.measurement import V
+from colortrack_ros.world.state import Kinds
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+DISC = np.pi / 4
+"""Share of its box that a disc fills."""
+
+HIDDEN = 0.15
+"""A blob that fills more or less of its box than a disc by this share, or is longer than wide by
+it, is partly hidden or merged: it says nothing about a diameter. A sphere of 20 degrees, 30 degrees
+off the axis, is longer than wide by 0.13."""
+
+HALF = 0.5
+"""Share of the blob's box within which depths are looked at: its edge mixes with the background."""
+
+BULGE = np.sqrt(1 - HALF**2 / 2)
+"""How far the middle depth of a sphere there lies before its center, in radii: half of the disc of
+radius HALF is within HALF / sqrt(2)."""
+
+FEWEST = 0.3
+"""Share of the depths that must be there: more holes than that are at edges and on mirrors."""
+
+
+def detections_of(ours: NDArray[np.void], detections: Detections) -> Indices:
+    """For each track the row of the detection that it took in this picture, -1 for none.
+
+    :param ours: (N,) of dtype TRACK.
+
+    A track tells color, area and box of its last detection; of several such, it is the nearest.
+    """
+    theirs = detections.rows
+    if not len(ours) or not len(theirs):
+        return np.full(len(ours), -1)
+    same = (ours['time_since_update'] == 0)[:, None]
+    for name in ('color', 'area', 'box_w', 'box_h'):
+        same = same & (ours[name][:, None] == theirs[name])
+    away = np.hypot(ours['u'][:, None] - theirs['u'], ours['v'][:, None] - theirs['v'])
+    away[~same] = np.inf
+    nearest = away.argmin(axis=1)
+    mutual = away.argmin(axis=0)[nearest] == np.arange(len(ours))
+    return np.where(mutual & np.isfinite(away.min(axis=1)), nearest, -1)
+
+
+def measured_of(
+    rows: NDArray[np.void],
+    kinds: Kinds,
+    config: LocatorConfig,
+    camera: CameraModel,
+    depth: NDArray[np.float32] | None,
+) -> Measured:
+    """What detections measure.
+
+    :param rows: (N,) of dtype DETECTION.
+    :param depth: (H, W) [m], aligned with the picture; NaN or 0 in its holes.
+    """
+    count = len(rows)
+    z, R = np.zeros((count, 5)), np.tile(np.eye(5), (count, 1, 1))
+    used = np.zeros((count, 5), bool)
+    high = np.stack([rows['box_u'] + rows['box_w'], rows['box_v'] + rows['box_h']], axis=1)
+    size = [camera.width, camera.height]
+    whole = (rows['box_u'] > 0) & (rows['box_v'] > 0) & (high < np.array(size) - 1).all(axis=1)
+    z[:, U], z[:, V] = rows['u'], rows['v']
+    R[:, U, U] = rows['cov_uu'] + config.pixel_noise**2
+    R[:, V, V] = rows['cov_vv'] + config.pixel_noise**2
+    R[:, U, V] = R[:, V, U] = rows['cov_uv']
+    used[:, [U, V]] = whole[:, None]
+    used[:, PLANE] = whole & kinds.bound & (config.method in ('ground', 'fused'))
+    R[:, PLANE, PLANE] = ROUGH**2
+    z[:, BLOB] = np.sqrt(4 * rows['area'] / np.pi)
+    R[:, BLOB, BLOB] = config.size_noise**2
+    by_size = (config.method in ('size', 'fused')) | ((config.method == 'ground') & kinds.falls)
+    used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & round_blobs(rows)
+    if depth is not None and config.method in ('depth', 'fused'):
+        z[:, DEPTH] = depths_of(rows, z[:, BLOB], camera, depth)
+        used[:, DEPTH] = whole & np.isfinite(z[:, DEPTH])
+        z[~used[:, DEPTH], DEPTH] = 0.0
+        R[:, DEPTH, DEPTH] = np.where(
+            used[:, DEPTH], np.square(config.depth_noise * z[:, DEPTH]), 1.0
+        )
+    R[~used[:, U]] = np.eye(5)
+    for row in (PLANE, BLOB, DEPTH):
+        R[~used[:, row], row, row] = 1.0
+    return Measured(z, R, used)
+
+
+def round_blobs(rows: NDArray[np.void]) -> NDArray[np.bool_]:
+    """Which detections have the shape of a disc, (N,); small ones are too coarse to tell."""
+    width, height = rows['box_w'].astype(float), rows['box_h'].astype(float)
+    pixel = 2 / np.maximum(np.minimum(width, height), 1.0)
+    even = np.abs(np.log(width / height)) < HIDDEN + pixel
+    full = np.abs(rows['area'] / (width * height) / DISC - 1) < HIDDEN + pixel
+    return np.asarray(even & full)
+
+
+def depths_of(
+    rows: NDArray[np.void], size: Floats, camera: CameraModel, depth: NDArray[np.float32]
+) -> Floats:
+    """The depth of the centers of spheres, (N,) [m]; NaN where too little is measured.
+
+    :param size: (N,) diameter of the blobs [px].
+    """
+    found = np.full(len(rows), np.nan)
+    for i, row in enumerate(rows):
+        half_w, half_h = HALF * row['box_w'] / 2, HALF * row['box_h'] / 2
+        left, right = round(row['u'] - half_w), round(row['u'] + half_w) + 1
+        top, bottom = round(row['v'] - half_h), round(row['v'] + half_h) + 1
+        part = depth[max(top, 0) : max(bottom, 0), max(left, 0) : max(right, 0)]
+        valid = part[np.isfinite(part) & (part > 0)]
+        if valid.size and valid.size >= FEWEST * part.size:
+            found[i] = np.median(valid)
+    # the radius is size / 2 pixels at the center's depth
+    angle = size / (2 * np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
+    return np.asarray(found / (1 - BULGE * np.minimum(angle, 0.5)))

@@ -1,0 +1,208 @@
+import sys
+
+import numpy as np
+import pytest
+from support.paths import ROOT
+
+sys.path.append(str(ROOT / 'benchmark'))
+
+from world import CAMERA
+from world import MOUNT
+
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import TRACK
+from colortrack_ros.data import Tracks
+from colortrack_ros.world import Locator
+from colortrack_ros.world import LocatorConfig
+from colortrack_ros.world import Pose
+from colortrack_ros.world.config import Kind
+from colortrack_ros.world.config import KindConfig
+from colortrack_ros.world.measurement import BLOB
+from colortrack_ros.world.measurement import expected
+from colortrack_ros.world.view import View
+
+FRAME = 33_000_000
+RADIUS = 0.1
+
+
+def locator(method='ground', **changes):
+    kind = Kind('red', KindConfig(**{'diameter': 2 * RADIUS} | changes))
+    told = []
+    return Locator(LocatorConfig(method=method, colors=(kind,)), told.append), told
+
+
+def view_at(x=0.0, yaw=0.0, mount=MOUNT):
+    return View(CAMERA, Pose.of_rpy((x, 0, 0), (0, 0, yaw)), mount)
+
+
+def seen(view, points, stamp, ids=None):
+    """Tracks and detections of balls, as the detector and the tracker would tell them."""
+    points = np.atleast_2d(np.asarray(points, float))
+    mean = np.zeros((len(points), 16))
+    mean[:, :3] = points
+    z, _ = expected(view, mean, np.full(len(points), 2 * RADIUS), np.zeros(len(points)))
+    rows, tracks = np.zeros(len(points), DETECTION), np.zeros(len(points), TRACK)
+    rows['u'], rows['v'] = z[:, 0], z[:, 1]
+    rows['box_w'] = rows['box_h'] = z[:, BLOB]
+    rows['area'] = np.pi / 4 * z[:, BLOB] ** 2
+    rows['box_u'], rows['box_v'] = rows['u'] - z[:, BLOB] / 2, rows['v'] - z[:, BLOB] / 2
+    rows['cov_uu'] = rows['cov_vv'] = 0.01
+    for name in ('area', 'box_w', 'box_h'):
+        tracks[name] = rows[name]
+    # what the tracker says of the position is not what is measured: it lags behind
+    tracks['u'], tracks['v'] = rows['u'] + 3, rows['v'] - 2
+    tracks['track_id'] = 1 + np.arange(len(points)) if ids is None else ids
+    tracks['state'], tracks['score'] = CONFIRMED, 0.9
+    return Tracks(tracks, stamp, 'cam'), Detections(rows[::-1], stamp, 'cam')
+
+
+def depth_of(view, point):
+    """A depth picture of a ball before a wall at 8 m, every third pixel a hole."""
+    v, u = np.mgrid[0:480, 0:640]
+    rays = view.camera.rays(np.stack([u.ravel(), v.ravel()], axis=1).astype(float))
+    q = view.optical.inverse().apply(np.array([point]))[0]
+    along = rays @ q
+    inside = along**2 - (q @ q - RADIUS**2)
+    hit = (along - np.sqrt(np.maximum(inside, 0))) * rays[:, 2]
+    depth = np.where(inside > 0, hit, 8.0).reshape(480, 640).astype(np.float32)
+    depth[:, ::3] = np.nan
+    return depth
+
+
+BALL = (3.0, 0.4, RADIUS)
+
+
+@pytest.mark.parametrize('method', ['ground', 'size', 'depth', 'fused'])
+def test_a_ball_is_located_by_each_method(method):
+    one, told = locator(method)
+    view = view_at()
+    depth = depth_of(view, BALL)
+    for k in range(10):
+        out = one.update(*seen(view, BALL, (k + 1) * FRAME), view, depth)
+    (row,) = out.rows
+    assert (row['x'], row['y'], row['z']) == pytest.approx(BALL, abs=0.03)
+    assert row['track_id'] == 1
+    assert row['diameter'] == pytest.approx(0.2)
+    assert row['time_since_update'] == 0
+    assert np.linalg.eigvalsh(row['covariance']).min() > -1e-12
+    assert told == []
+
+
+def test_a_ball_that_stands_stays_where_it_is_while_the_robot_drives_and_turns():
+    one, told = locator()
+    for k in range(60):
+        view = view_at(0.5 * k / 30, 0.3 * np.sin(k / 10))
+        out = one.update(*seen(view, BALL, (k + 1) * FRAME), view)
+    (row,) = out.rows
+    assert (row['x'], row['y'], row['z']) == pytest.approx(BALL, abs=0.02)
+    assert np.hypot(row['vx'], row['vy']) < 0.03
+    assert told == []
+
+
+def test_each_track_has_the_detection_that_it_took():
+    one, _ = locator()
+    balls = [(3, 0.4, RADIUS), (2, -0.5, RADIUS), (4, 0, RADIUS)]
+    out = one.update(*seen(view_at(), balls, FRAME, ids=[3, 4, 9]), view_at())
+    assert out.rows['track_id'].tolist() == [3, 4, 9]
+    np.testing.assert_allclose(out.rows['x'], [3, 2, 4], atol=0.01)
+
+
+def test_an_object_out_of_sight_coasts_and_is_gone_with_its_track():
+    one, _ = locator()
+    tracks, detections = seen(view_at(), BALL, FRAME)
+    first = one.update(tracks, detections, view_at())
+    tracks.rows['time_since_update'] = 0.5
+    later = Tracks(tracks.rows, FRAME + 500_000_000)
+    out = one.update(later, Detections(stamp=later.stamp), view_at(yaw=3.0))
+    assert out.rows['time_since_update'][0] == pytest.approx(0.5)
+    assert out.rows['covariance'][0, 0, 0] > first.rows['covariance'][0, 0, 0]
+    assert len(one.update(Tracks(stamp=later.stamp + FRAME), Detections(), view_at()).rows) == 0
+
+
+def test_what_the_edge_of_the_picture_cuts_is_no_measurement():
+    one, _ = locator()
+    view = view_at()
+    tracks, detections = seen(view, BALL, FRAME)
+    detections.rows['box_u'] = 0
+    assert len(one.update(tracks, detections, view).rows) == 0
+
+
+def test_a_partly_hidden_ball_is_not_taken_for_a_smaller_one_farther_away():
+    one, _ = locator('size')
+    view = view_at()
+    one.update(*seen(view, BALL, FRAME), view)
+    tracks, detections = seen(view, BALL, 2 * FRAME)
+    for rows in (tracks.rows, detections.rows):
+        rows['box_w'] /= 2
+        rows['area'] /= 2
+    out = one.update(tracks, detections, view)
+    assert out.rows['x'][0] == pytest.approx(3, abs=0.03)
+
+
+def test_at_now_it_is_farther_along_and_less_certain():
+    one, _ = locator()
+    for k in range(30):
+        ball = (3.0, 0.4 - 0.3 * k * FRAME / 1e9, RADIUS)
+        out = one.update(*seen(view_at(), ball, (k + 1) * FRAME), view_at())
+    ahead = one.locations(out.stamp + 200_000_000)
+    assert ahead.stamp == out.stamp + 200_000_000
+    assert ahead.rows['y'][0] - out.rows['y'][0] == pytest.approx(-0.06, abs=0.01)
+    assert ahead.rows['covariance'][0, 1, 1] > out.rows['covariance'][0, 1, 1]
+    again = one.locations(out.stamp)
+    assert again.rows['y'][0] == out.rows['y'][0]
+
+
+@pytest.mark.parametrize('pitch', [0.0, 0.25])
+def test_an_upside_down_camera_is_told(pitch):
+    right = Pose.of_rpy(MOUNT.t, (0, pitch, 0))
+    wrong = Pose(MOUNT.t, right.R @ np.diag([1.0, -1, -1]))
+    one, told = locator()
+    balls = [(2, -0.4, RADIUS), (3, 0.4, RADIUS)]
+    one.update(*seen(view_at(mount=right), balls, FRAME), view_at(mount=wrong))
+    assert 'camera_pose' in told[0]
+
+
+def test_a_wrong_diameter_is_told_where_the_ground_sees_it():
+    one, told = locator(height=RADIUS, diameter=0.4)
+    one.update(*seen(view_at(), BALL, FRAME), view_at())
+    assert 'diameter is wrong' in told[0]
+
+
+def test_a_wrong_height_of_the_camera_is_told_where_size_or_depth_see_it():
+    one, told = locator('size')
+    wrong = Pose(MOUNT.t + np.array([0, 0, 0.5]), MOUNT.R)
+    one.update(*seen(view_at(), (2, 0, RADIUS), FRAME), view_at(mount=wrong))
+    assert 'm off the height' in told[0]
+
+
+def test_a_color_that_is_not_known_is_told():
+    one, told = locator()
+    tracks, detections = seen(view_at(), BALL, FRAME)
+    tracks.rows['color'] = detections.rows['color'] = 3
+    assert len(one.update(tracks, detections, view_at()).rows) == 0
+    assert 'track of color 3' in told[0]
+
+
+def test_a_clock_that_goes_back_starts_afresh_and_says_so():
+    one, told = locator()
+    one.update(*seen(view_at(), BALL, 100 * FRAME), view_at())
+    out = one.update(*seen(view_at(), (2, 0, RADIUS), FRAME), view_at())
+    assert out.rows['x'][0] == pytest.approx(2, abs=0.02)
+    assert 'objects restart' in told[0]
+
+
+def test_an_object_that_was_moved_is_found_again_and_told_of():
+    one, told = locator(motion='still')
+    for k in range(10):
+        one.update(*seen(view_at(), BALL, (k + 1) * FRAME), view_at())
+    for k in range(10, 50):
+        out = one.update(*seen(view_at(), (2, -0.3, RADIUS), (k + 1) * FRAME), view_at())
+    assert out.rows['x'][0] == pytest.approx(2, abs=0.02)
+    assert any('starts anew' in line for line in told)
+
+
+def test_a_method_that_needs_the_diameter_asks_for_it():
+    with pytest.raises(ValueError, match=r'red\.diameter: expected the diameter'):
+        LocatorConfig(method='size', colors=(Kind('red', KindConfig()),))
