@@ -5,6 +5,9 @@ import signal
 import sys
 import threading
 
+NO_ROS = 'source a ROS installation, or make .venv/demo; without ROS, colortrack_ros.chain tracks'
+"""What to do where rclpy is missing."""
+
 
 def main(args: Sequence[str] | None = None) -> int:
     """Replay a recording.
@@ -19,6 +22,8 @@ def main(args: Sequence[str] | None = None) -> int:
         # Not at the top: it takes a second, in which a signal should find its handler.
         from colortrack_ros.replay.run import replay
     except ModuleNotFoundError as error:
-        print(f'replay: {error}; pip install rosbags rich', file=sys.stderr)
+        # A bag is made of ROS's own messages, and rcl reads the parameters: nothing is left to do.
+        need = NO_ROS if error.name == 'rclpy' else 'pip install rosbags rich'
+        print(f'replay: {error}; {need}', file=sys.stderr)
         return 1
     return replay(sys.argv[1:] if args is None else args, stop)

@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Callable
-from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 import contextlib
@@ -25,10 +24,15 @@ from colortrack_ros.nodes.window_tracker import WindowTrackerSetup
 from colortrack_ros.parameters import build
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import ParameterTable
-from colortrack_ros.replay.params_file import Given
-from colortrack_ros.replay.params_file import namespaces_of
-from colortrack_ros.replay.params_file import read_assignment
-from colortrack_ros.replay.params_file import read_params_file
+from colortrack_ros.replay.ros_arguments import AskedNode
+from colortrack_ros.replay.ros_arguments import namespaces_of
+from colortrack_ros.replay.ros_arguments import ros_context
+
+TOPICS = ('camera_info', 'detections', 'tracks', 'outlines', 'markers')
+"""Those of the node that publishes the tracks, each empty where it has none."""
+
+ANYBODY = 'replay_asks_for_any_name'
+"""A name that no file of parameters names, but that its wildcards match."""
 
 Tables = dict[str, tuple[ParameterTable, Callable[[Mapping[str, Any]], Any]]]
 
@@ -119,75 +123,89 @@ def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:
     :raises StartError: a value is refused, or a file cannot be read.
     """
     name = arguments.tracker
-    try:
-        given = [item for path in arguments.params_file for item in read_params_file(path)]
-        given += [read_assignment(text) for text in arguments.param]
-        namespace, remaps = _read_remaps(arguments.remap)
-        nodes = ('camera', 'detector', name)[from_bag:]
-        namespace = namespace or _only_namespace(given, nodes)
-    except ValueError as error:
-        raise StartError(str(error)) from error
+    with ros_context(_ros_args(arguments)) as context:
+        namespace = _namespace(arguments, ('camera', 'detector', name)[from_bag:])
+        nodes = {n: AskedNode(n, namespace, context) for n in ('camera', 'detector', name)}
+        anybody = AskedNode(ANYBODY, namespace, context).given
+        values = {name: _values(nodes[name], anybody, *TABLES[name])}
+        detects = values[name].get('detections_topic', '') != ''
+        for other, wanted in (('detector', detects), ('camera', not from_bag)):
+            if wanted:
+                values[other] = _values(nodes[other], anybody, *TABLES[other])
 
-    def values_of(node: str) -> dict[str, Any]:
-        return _values(f'{namespace.rstrip("/")}/{node}', given, *TABLES[node])
+        def resolved(node: str, topic: str) -> str:
+            given = values[node].get(f'{topic}_topic', '')
+            return nodes[node].resolve_topic_name(given) if given else ''
 
-    def resolved(node: str, topic: str) -> str:
-        full = _full_name(values[node][f'{topic}_topic'], namespace, node)
-        for of, old, new in remaps:
-            if of in ('', node) and _full_name(old, namespace, node) == full:
-                return _full_name(new, namespace, node)
-        return full
+        return Setup(
+            node=name,
+            camera=values.get('camera', {}),
+            detector=build(DetectorSetup, values['detector']) if detects else None,
+            tracker=TRACKERS[name][1](values[name]),
+            topics={topic: resolved(name, topic) for topic in TOPICS}
+            | {'image': resolved('detector' if detects else name, 'image')},
+        )
 
-    values = {name: values_of(name)}
-    detects = values[name].get('detections_topic', '') != ''
-    if detects:
-        values['detector'] = values_of('detector')
-    return Setup(
-        node=name,
-        camera={} if from_bag else values_of('camera'),
-        detector=build(DetectorSetup, values['detector']) if detects else None,
-        tracker=TRACKERS[name][1](values[name]),
-        topics={
-            'image': resolved('detector' if detects else name, 'image'),
-            'camera_info': (
-                resolved(name, 'camera_info') if 'camera_info_topic' in values[name] else ''
-            ),
-            'detections': resolved(name, 'detections') if detects else '',
-            'tracks': resolved(name, 'tracks'),
-            'outlines': resolved(name, 'outlines') if 'outlines_topic' in values[name] else '',
-            'markers': resolved(name, 'markers'),
-        },
-    )
+
+def _ros_args(arguments: argparse.Namespace) -> list[str]:
+    """The ROS arguments as rcl takes them: files first, so that the command line overrides them.
+
+    :raises StartError: one has no ``:=``, which rcl would say in other words.
+    """
+    words = [word for path in arguments.params_file for word in ('--params-file', str(path))]
+    for option, form, texts in (
+        ('-p', 'name:=value or node:name:=value', arguments.param),
+        ('-r', 'from:=to or node:from:=to', arguments.remap),
+    ):
+        for text in texts:
+            if not all(part.strip(':') for part in text.partition(':=')[::2]):
+                raise StartError(f'{text}: expected {form}')
+            words += option, text
+    return words
+
+
+def _namespace(arguments: argparse.Namespace, nodes: Sequence[str]) -> str:
+    """The namespace that the parameters are for, where no remapping says; rcl knows of that.
+
+    :raises StartError: the parameters are for several.
+    """
+    found = namespaces_of(arguments.params_file, nodes)
+    if any(text.partition(':=')[0].endswith('__ns') for text in arguments.remap):
+        return '/'
+    found |= {'/' for text in arguments.param if text.partition(':=')[0].split(':')[0] in nodes}
+    if len(found) > 1:
+        raise StartError(
+            f'the parameters are for several namespaces, {", ".join(sorted(found))}: choose one, '
+            'such as by -r __ns:=/robot1'
+        )
+    return found.pop() if found else '/'
 
 
 def _values(
-    node: str,
-    given: Iterable[Given],
+    node: AskedNode,
+    anybody: Mapping[str, Any],
     table: ParameterTable,
     build: Callable[[Mapping[str, Any]], Any],
 ) -> dict[str, Any]:
-    """The values of a node's parameters, defaults included."""
-    own = {
-        item.name: item.value
-        for item in given
-        if item.is_for(node)
-        and not item.name.startswith(FOREIGN)
-        and not _is_of_others(item, table)
-    }
+    """The values of a node's parameters, defaults included.
+
+    :param anybody: what is given to nodes of any name, and meant for other kinds of nodes as well.
+    """
+    own = {}
+    for name, value in node.given.items():
+        is_for_any = name in anybody and anybody[name] == value
+        if not name.startswith(FOREIGN) and not (is_for_any and _is_of_others(name, table)):
+            own[name] = value
     values, refused = table.consistent(own, build)
     if refused:
         reasons = '; '.join(refused.values())
-        raise StartError(f'parameters of {node} refused: {reasons}')
+        raise StartError(f'parameters of {node.get_fully_qualified_name()} refused: {reasons}')
     return values
 
 
-def _is_of_others(item: Given, table: ParameterTable) -> bool:
-    """Whether a value that is given to nodes of any name is meant for other kinds of nodes."""
-    return (
-        item.is_for_any
-        and not _knows(table, item.name)
-        and any(_knows(other, item.name) for other, _ in TABLES.values())
-    )
+def _is_of_others(name: str, table: ParameterTable) -> bool:
+    """Whether only other kinds of nodes have such a parameter."""
+    return not _knows(table, name) and any(_knows(other, name) for other, _ in TABLES.values())
 
 
 def _knows(table: ParameterTable, name: str) -> bool:
@@ -195,36 +213,3 @@ def _knows(table: ParameterTable, name: str) -> bool:
         table.find(name)
         return True
     return False
-
-
-def _read_remaps(texts: Sequence[str]) -> tuple[str, list[tuple[str, str, str]]]:
-    """The namespace, empty when none is given, and (node or empty, from, to) of each topic."""
-    namespace, remaps = '', []
-    for text in texts:
-        left, separator, new = text.partition(':=')
-        node, _, old = left.rpartition(':')
-        if not separator or not old or not new:
-            raise ValueError(f'{text}: expected from:=to or node:from:=to')
-        if old == '__ns':
-            namespace = new
-        else:
-            remaps.append((node, old, new))
-    return namespace, remaps
-
-
-def _only_namespace(given: Sequence[Given], nodes: Sequence[str]) -> str:
-    """The namespace that the parameters are for, where nobody says."""
-    namespaces = namespaces_of(given, nodes)
-    if len(namespaces) > 1:
-        raise ValueError(
-            f'the parameters are for several namespaces, {", ".join(sorted(namespaces))}: choose '
-            'one, such as by -r __ns:=/robot1'
-        )
-    return namespaces.pop() if namespaces else '/'
-
-
-def _full_name(name: str, namespace: str, node: str) -> str:
-    if name.startswith('/'):
-        return name
-    base = namespace.rstrip('/')
-    return f'{base}/{node}/{name[2:]}' if name.startswith('~/') else f'{base}/{name}'

@@ -1,11 +1,18 @@
+"""Files of parameters and assignments mean to replay what they mean to a node."""
+
+import os
 import subprocess
 import sys
 
 import pytest
 
-from colortrack_ros.replay.params_file import namespaces_of
-from colortrack_ros.replay.params_file import read_assignment
-from colortrack_ros.replay.params_file import read_params_file
+from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.replay.ros_arguments import AskedNode
+from colortrack_ros.replay.ros_arguments import DISCOVERY
+from colortrack_ros.replay.ros_arguments import namespaces_of
+from colortrack_ros.replay.ros_arguments import ros_context
+from colortrack_ros.replay.setup import parse
+from colortrack_ros.replay.setup import read_setup
 
 SCALARS = [
     '1e-6', '010', '08', '1:30', 'on', 'n', 'tRue', '~', 'null', '0x10', '2024-01-01', "'3'",
@@ -80,37 +87,81 @@ def test_a_file_means_what_it_means_to_a_node(tmp_path, name, namespace):
     command = [sys.executable, '-c', PROGRAM, str(path), namespace]
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     expected = eval(text, {'inf': float('inf')})
-    node = f'{namespace}/detector'
-    assert {g.name: g.value for g in read_params_file(path) if g.is_for(node)} == expected
+    with ros_context(['--params-file', str(path)]) as context:
+        assert AskedNode('detector', namespace, context).given == expected
+
+
+def setup_of(*options):
+    return read_setup(parse(['in', *options]), from_bag=False)
 
 
 def test_an_assignment_is_for_all_nodes_or_for_one():
-    (everywhere, one) = map(read_assignment, ('min_area:=30', 'tracker:max_dt:=1e-1'))
-    assert everywhere[1:] == ('min_area', 30)
-    assert everywhere.is_for('/detector')
-    assert everywhere.is_for('/a/b/tracker')
-    assert one[1:] == ('max_dt', 0.1)
-    assert one.is_for('/tracker')
-    assert not one.is_for('/detector')
+    setup = setup_of('-p', 'max_late:=1.5', '-p', 'tracker:reorder_window:=1e-1')
+    intake = setup.detector.intake.order
+    order = setup.tracker.order
+    assert (intake.max_late, intake.reorder_window) == (1.5, 0.0)
+    assert (order.max_late, order.reorder_window) == (1.5, 0.1)
+
+
+def test_a_value_for_nodes_of_any_name_may_be_meant_for_another_kind(tmp_path):
+    path = tmp_path / 'params.yaml'
+    path.write_text('/**:\n  ros__parameters:\n    min_area: 77\n')
+    assert setup_of('--params-file', str(path)).detector.config.min_area == 77
+    with pytest.raises(StartError, match='min_area: no such parameter'):
+        setup_of('--params-file', str(path), '-p', 'tracker:min_area:=78')
+
+
+def test_the_command_line_overrides_the_files(tmp_path):
+    path = tmp_path / 'params.yaml'
+    path.write_text('detector:\n  ros__parameters:\n    min_area: 77\n')
+    setup = setup_of('-p', 'detector:min_area:=78', '--params-file', str(path))
+    assert setup.detector.config.min_area == 78
 
 
 def test_namespaces_are_those_that_name_a_node(tmp_path):
     path = tmp_path / 'params.yaml'
     path.write_text(FILES['patterns'])
-    given = read_params_file(path)
-    assert namespaces_of(given, ['detector']) == {'/', '/ns'}
-    assert namespaces_of(given, ['tracker']) == set()
+    assert namespaces_of([path], ['detector']) == {'/', '/ns'}
+    assert namespaces_of([path], ['tracker']) == set()
+
+
+def test_names_are_remapped_by_the_rules_of_ros():
+    options = ['-r', '__ns:=/a/b', '-r', 'tracks:=~/all', '-r', 'tracker:detections:=/blobs']
+    topics = setup_of(*options).topics
+    assert topics == {
+        'image': '/a/b/camera/image_raw',
+        'detections': '/blobs',
+        'tracks': '/a/b/tracker/all',
+        'outlines': '',
+        'camera_info': '/a/b/camera/camera_info',
+        'markers': '/a/b/tracks/markers',
+    }
+
+
+def test_the_environment_is_left_as_it_was(monkeypatch):
+    for before in ('SUBNET', None):
+        if before is None:
+            monkeypatch.delenv(DISCOVERY)
+        else:
+            monkeypatch.setenv(DISCOVERY, before)
+        setup_of()
+        with pytest.raises(StartError):
+            setup_of('-p', 'a:=[')
+        assert os.environ.get(DISCOVERY) == before
 
 
 @pytest.mark.parametrize('text', ['', 'a', '- 1', 'a: 1', '/**:\n  ros__parameters: 3', '{', '\t'])
-def test_what_is_no_file_of_parameters_is_refused_with_a_reason(tmp_path, text):
+def test_what_is_no_file_of_parameters_is_refused_with_a_reason(tmp_path, text, capfd):
     path = tmp_path / 'params.yaml'
     path.write_text(text)
-    with pytest.raises(ValueError, match=r'params\.yaml: not a file of parameters'):
-        read_params_file(path)
+    with pytest.raises(StartError, match=r"params\.yaml'. Error: |params\.yaml: expected node"):
+        setup_of('--params-file', str(path))
+    assert capfd.readouterr().err == ''
 
 
 @pytest.mark.parametrize('text', ['', 'a', ':=3', 'node::=3', 'a:=', 'a:=[', 'a:={b: 1}'])
 def test_what_is_no_assignment_is_refused_with_a_reason(text):
-    with pytest.raises(ValueError, match=r'expected|a:='):
-        read_assignment(text)
+    with pytest.raises(
+        StartError, match=r"expected|a:=|Couldn't parse parameter override rule: '-p node::=3"
+    ):
+        setup_of('-p', text)

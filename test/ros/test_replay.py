@@ -321,8 +321,8 @@ def test_names_come_from_the_file_its_namespace_and_remappings(replay, bag):
     assert status == 1
     assert 'several namespaces, /, /robot1: choose one, such as by -r __ns:=/robot1' in errors
     for choice in ('__ns:=/robot1', '__ns:=/'):
-        options = (*options, '--params-file', 'short.yaml', '-r', choice)
-        assert replay(bag, '--output', 'x', '--force', *options)[0] == 0
+        chosen = (*options, '--params-file', 'short.yaml', '-r', choice)
+        assert replay(bag, '--output', 'x', '--force', *chosen)[0] == 0
     assert names & topics_of('x') == {'/shown'}
 
 
@@ -436,6 +436,15 @@ def test_a_missing_library_is_named(replay, bag, monkeypatch):
     monkeypatch.setitem(sys.modules, 'colortrack_ros.replay.run', None)
     status, _, errors = replay(bag)
     assert (status, 'pip install rosbags rich' in errors) == (1, True)
+    missing = ModuleNotFoundError("No module named 'rclpy'", name='rclpy')
+
+    class WithoutRos:
+        def __getattr__(self, _):
+            raise missing
+
+    monkeypatch.setitem(sys.modules, 'colortrack_ros.replay.run', WithoutRos())
+    status, _, errors = replay(bag)
+    assert (status, 'without ROS, colortrack_ros.chain' in errors) == (1, True)
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)

@@ -1,0 +1,102 @@
+"""What rcl makes of ROS arguments, asked of nodes that take part in nothing."""
+
+from collections.abc import Iterable
+from collections.abc import Iterator
+from collections.abc import Sequence
+import contextlib
+import os
+from pathlib import Path
+import re
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+from rclpy.logging import get_logger_level
+from rclpy.logging import LoggingSeverity
+from rclpy.logging import set_logger_level
+from rclpy.node import Node
+import yaml
+
+from colortrack_ros.node_kit.runtime import StartError
+
+DISCOVERY = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+
+
+class AskedNode(Node):
+    """A node that only exists to be asked what rcl gives to one of this name.
+
+    :ivar given: the values of parameters from files and the command line, by full name.
+    """
+
+    def __init__(self, name: str, namespace: str, context: Context) -> None:
+        self.given: dict[str, Any] = {}
+        self._is_asked = False
+        super().__init__(
+            name,
+            namespace=namespace,
+            context=context,
+            enable_rosout=False,
+            start_parameter_services=False,
+            automatically_declare_parameters_from_overrides=True,
+        )
+
+    def declare_parameters(
+        self, namespace: str, parameters: Any, ignore_override: bool = False
+    ) -> list[Any]:
+        """Note what is given, which is the first that rclpy declares; declare the rest."""
+        if not self._is_asked:
+            self._is_asked = True
+            # rcl has no type for an empty list
+            self.given = {name: [] if value is None else value for name, value, _ in parameters}
+            return []
+        return super().declare_parameters(namespace, parameters, ignore_override)
+
+
+@contextlib.contextmanager
+def ros_context(args: Sequence[str]) -> Iterator[Context]:
+    """A context with these ROS arguments, whose nodes nobody discovers.
+
+    :raises StartError: rcl cannot read the arguments or a file that they name.
+    """
+    before = os.environ.get(DISCOVERY)
+    level = get_logger_level('rcl')
+    set_logger_level('rcl', LoggingSeverity.FATAL)  # what it logs is in the exception as well
+    os.environ[DISCOVERY] = 'OFF'
+    context = Context()
+    try:
+        rclpy.init(args=['--ros-args', *args], context=context)
+        yield context
+    except RuntimeError as error:  # of rclpy
+        text = re.sub(r'^failed to initialize rcl: |, at /\S+:\d+', '', str(error))
+        raise StartError(' '.join(text.split())) from error
+    finally:
+        set_logger_level('rcl', level)
+        os.environ.pop(DISCOVERY)
+        if before is not None:
+            os.environ[DISCOVERY] = before
+        context.try_shutdown()
+
+
+def namespaces_of(files: Iterable[Path], names: Sequence[str]) -> set[str]:
+    """The namespaces in which files of parameters name one of the nodes; the root is ``/``.
+
+    :raises StartError: a file holds nothing of the kind.
+    """
+    owners = [owner.rpartition('/') for path in files for owner in _owners(path)]
+    return {namespace or '/' for namespace, _, name in owners if name in names}
+
+
+def _owners(path: Path) -> Iterator[str]:
+    """The full names, without wildcards, of the nodes whose parameters are in a file."""
+
+    def walk(name: str, tree: yaml.Node | None) -> Iterator[str]:
+        for key, content in tree.value if isinstance(tree, yaml.MappingNode) else ():
+            if key.value == 'ros__parameters':
+                yield name
+            else:
+                yield from walk(f'{name}/{key.value.strip("/")}', content)
+
+    root = yaml.compose(path.read_text(), Loader=yaml.SafeLoader)
+    if not isinstance(root, yaml.MappingNode):  # which rcl takes for a file without parameters
+        raise StartError(f'{path}: expected node names and their ros__parameters')
+    return (name for name in walk('', root) if '*' not in name)
