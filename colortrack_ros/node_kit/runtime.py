@@ -74,22 +74,28 @@ def use_transport_profile() -> None:
 
 
 def run(
-    make_nodes: Callable[[Callable[[], None]], Sequence[Node]], args: list[str] | None = None
+    make_nodes: Callable[[Callable[[int], None]], Sequence[Node]], args: list[str] | None = None
 ) -> int:
     """Spin the nodes until SIGINT or SIGTERM.
 
     A node with a method ``close`` has it called before it is destroyed.
 
     :param make_nodes: called once ROS is there, with a function by which a node ends all of them
-        when its work is done; then reliable subscribers get the last messages first.
-    :return: the exit status: 0, or 1 when a node could not start. After a signal, what has not
-        ended within TIME_TO_END ends with the process, whose status is then HUNG.
+        when its work is done, with the exit status; then reliable subscribers get the last messages
+        first.
+    :return: the exit status: that one, 0 after a signal, or 1 when a node could not start. After a
+        signal, what has not ended within TIME_TO_END ends with the process, whose status is then
+        HUNG.
     """
     use_transport_profile()
     stop, done, stage = threading.Event(), threading.Event(), _Stage()
     _on_signal(stop, stage)
 
-    def finish() -> None:
+    status = 0
+
+    def finish(with_status: int) -> None:
+        nonlocal status
+        status = with_status
         done.set()
         stop.set()
 
@@ -117,7 +123,7 @@ def run(
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
-    return 0
+    return status
 
 
 def _spin(nodes: Sequence[Node], stop: threading.Event) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import threading
 from typing import Any
 
+from rclpy.logging import LoggingSeverity
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import CompressedImage
@@ -76,7 +77,10 @@ class CameraSetup(Config):
         maximum=1000.0,
     )
     loop: bool = parameter(False, 'Whether a recording starts again when it has ended.')
-    exit_at_end: bool = parameter(False, 'Whether the node ends when a recording has ended.')
+    exit_at_end: bool = parameter(
+        False,
+        'Whether the node ends when a recording has ended; with status 1 if it was damaged.',
+    )
     frame_id: str = parameter('camera_optical_frame', 'Coordinate frame of the camera.')
     camera_info_url: str = parameter(
         '',
@@ -116,13 +120,14 @@ class CameraNode(ParameterNode[CameraSetup]):
     """Publishes the frames of a source, and its CameraInfo with the same header.
 
     :param chain: takes each frame before it is published.
-    :param on_end: called when a recording has ended and ``exit_at_end`` is set.
+    :param on_end: called when a recording has ended and ``exit_at_end`` is set, with the exit
+        status: 1 when parts of it could not be read.
     """
 
     def __init__(
         self,
         chain: ColorChain | None = None,
-        on_end: Callable[[], object] = lambda: None,
+        on_end: Callable[[int], object] = lambda _: None,
         **options: Any,
     ) -> None:
         super().__init__('camera', CameraSetup, **options)
@@ -139,6 +144,7 @@ class CameraNode(ParameterNode[CameraSetup]):
             lambda: self._trouble,
             source=lambda: self._state,
             skipped=lambda: self._grabber.skipped,
+            lost=lambda: self._grabber.lost,
         )
         self._images = publish_on(self, Image, self.setup.image_topic)
         self._infos = publish_on(self, CameraInfo, self.setup.camera_info_topic)
@@ -279,14 +285,17 @@ class CameraNode(ParameterNode[CameraSetup]):
         if self._closing.is_set():
             return
         self._state = 'ended'
-        self.get_logger().info(
+        lost = self._grabber.lost
+        self.get_logger().log(
             f'{self.get_parameter("source").value} has ended: no more frames are published.'
+            + (f' {lost} pictures were lost, the file is damaged.' if lost else ''),
+            LoggingSeverity.WARN if lost else LoggingSeverity.INFO,
         )
         if self._chain:
             self._chain.flush()
         if self.setup.exit_at_end:
             self._window.drain()
-            self._on_end()
+            self._on_end(1 if lost else 0)
 
     def close(self) -> None:
         """End the threads and close the source."""

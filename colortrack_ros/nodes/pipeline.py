@@ -17,7 +17,7 @@ UNUSED = (
 )
 
 
-def _nodes(stop: Callable[[], None]) -> Sequence[Node]:
+def _nodes(stop: Callable[[int], None]) -> Sequence[Node]:
     tracker = TrackerNode(subscribe=False)
     detector = DetectorNode(subscribe=False)
     if detector.get_parameter('image_transport').value != 'raw':

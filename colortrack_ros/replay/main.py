@@ -13,7 +13,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Replay a recording.
 
     :return: the exit status: 0, also when a signal has ended it early; 1 when it could not be done,
-        or its tracks are not the expected ones.
+        the recording is damaged, or the tracks are not the expected ones.
     """
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -81,6 +81,11 @@ class Recording(ABC):
         """Count a message that came too late."""
         self.late += 1
 
+    @property
+    def lost(self) -> int:
+        """Pictures that the recording should have and that could not be read, so far."""
+        return 0
+
     @abstractmethod
     def items(self) -> Iterator[Item]:
         """Every frame once.
@@ -130,6 +135,11 @@ class SourceRecording(Recording):
                 return
             frame = dataclasses.replace(frame, frame_id=self._frame_id)
             yield Item(frame.stamp, frame)
+
+    @property
+    def lost(self) -> int:
+        """Pictures that the video or the folder should have."""
+        return self._grabber.lost
 
     def close(self) -> None:
         """End the thread that reads ahead."""

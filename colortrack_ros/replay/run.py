@@ -104,6 +104,9 @@ def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
     print(summary(recording, path, tally, seconds, interrupted=stop.is_set()))
     if broken:
         raise broken
+    if recording.lost:
+        print(f'replay: {recording.label}: {recording.lost} pictures are lost', file=sys.stderr)
+        return 1
     differences = next((o.report() for o in outputs if isinstance(o, ExpectedOutput)), '')
     if differences:
         print(f'the tracks are not those of {arguments.expect}:\n{differences}')

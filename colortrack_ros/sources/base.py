@@ -25,10 +25,12 @@ class Source(ABC):
 
     :ivar live: frames come when they come, stamped with the clock; else a recording.
     :ivar period: time from frame to frame of a recording [ns]; 0 for live sources.
+    :ivar lost: pictures of a recording that could not be read, so far.
     """
 
     live: bool
     period: int
+    lost: int = 0
 
     @staticmethod
     @abstractmethod
@@ -72,9 +74,12 @@ class RecordedSource(Source):
 
     def _frame(self, image: NDArray) -> Frame:
         """Return the next frame, stamped."""
-        stamp = round(self._count * NANOSECONDS / self._rate)
-        self._count += 1
-        return Frame(image, 'bgr8', stamp)
+        return self._frame_at(self._count, image)
+
+    def _frame_at(self, time: float, image: NDArray) -> Frame:
+        """Return the frame of a time, counted in frames since opening."""
+        self._count = int(time) + 1
+        return Frame(image, 'bgr8', round(time * NANOSECONDS / self._rate))
 
     def close(self) -> None:
         """Nothing is held open."""

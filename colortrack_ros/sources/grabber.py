@@ -54,6 +54,11 @@ class Grabber:
             raise item
         return item
 
+    @property
+    def lost(self) -> int:
+        """Pictures of a recording that could not be read, so far."""
+        return self._source.lost
+
     def close(self) -> None:
         """End the thread, which closes the source."""
         with self._changed:

@@ -56,6 +56,7 @@ class PicturesSource(RecordedSource):
         self._next += 1
         image = cv2.imread(path, cv2.IMREAD_COLOR)
         if image is None:
+            self.lost += 1
             raise SourceError(f'picture {path!r} cannot be read; is it a whole picture file?')
         return self._frame(image)
 

@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import cv2
+import numpy as np
+from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.sources.base import DEFAULT_RATE
@@ -10,13 +12,34 @@ from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Clock
 
+ROUNDING = 0.0005
+"""How far a time is off by the container's rounding [s]: Matroska has whole milliseconds, others
+less. A time that is so close to a multiple of the period is the multiple."""
+
+READ_ON = 250
+"""Pictures that are tried at least after one that cannot be read, before it is the end: ten seconds
+at 25 Hz. Where the container says that there are more, that many."""
+
+ESTIMATE = 2
+"""How many pictures too many a container may seem to have: Matroska has a duration alone, which goes
+to the end of the sound."""
+
 
 class VideoSource(RecordedSource):
-    """A video file, of any format that FFmpeg reads; its own frame rate counts.
+    """A video file, of any format that FFmpeg reads; its own frame rate and times count.
+
+    A file that is damaged is read on behind the damage. The stamps are the container's times, so
+    what is lost leaves a gap, or k / rate where it has none, as AVI.
 
     :param rate: frames a second where the file does not say; 0: DEFAULT_RATE [Hz].
     :raises SourceError: when there is no such file, or no picture can be read from it.
     """
+
+    _held: Frame | None
+    _first: int
+    _given: int
+    _missing: int
+    _ended: bool
 
     def __init__(self, spec: str, rate: float, clock: Clock) -> None:
         if not Path(spec).is_file():
@@ -28,13 +51,15 @@ class VideoSource(RecordedSource):
         self._path = spec
         self._capture = cv2.VideoCapture(spec, cv2.CAP_FFMPEG)
         own_rate = self._capture.get(cv2.CAP_PROP_FPS)
+        self._total = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
         if not self._capture.grab():
             raise SourceError(
                 f'source {spec!r}: no video can be read from this file; expected mp4, mkv, avi, '
                 'mov or another format of FFmpeg'
             )
-        self.rewind()
         super().__init__(own_rate if own_rate > 0 else rate or DEFAULT_RATE)
+        self._last = -1.0
+        self.rewind()
 
     @staticmethod
     def accepts(spec: str) -> bool:
@@ -43,13 +68,61 @@ class VideoSource(RecordedSource):
 
     def read(self) -> Frame | None:
         """Return the next picture of the video."""
-        decoded, image = self._capture.read()
-        return self._frame(image) if decoded else None
+        if self._held is not None:
+            held, self._held = self._held, None
+            return held
+        image, failed = self._next_image()
+        if image is None:
+            if not self._ended:
+                self._tell_missing()
+            return None
+        frame = self._frame_at(self._time(), image)
+        if not failed:
+            return frame
+        self._held = frame
+        self.lost += failed
+        self._missing += failed
+        raise SourceError(
+            f'{self._path}: {failed} pictures before {frame.stamp * 1e-9:.3f} s cannot be read'
+        )
+
+    def _next_image(self) -> tuple[NDArray[np.uint8] | None, int]:
+        """The next picture that can be read, None at the end, and how many before it cannot."""
+        tries = 1 + max(READ_ON, self._total - self._given)
+        for failed in range(tries if not self._ended else 0):
+            read, image = self._capture.read()
+            if read:
+                self._given += 1
+                return np.asarray(image, np.uint8), failed
+        return None, 0
+
+    def _time(self) -> float:
+        """Of the picture that was read, in frames: the container's, where it has a possible one."""
+        frames = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3 * self._rate
+        if abs(frames - round(frames)) <= ROUNDING * self._rate:
+            frames = round(frames)
+        frames += self._first
+        possible = self._last < frames < self._first + max(self._total, self._given) + 1
+        self._last = frames if possible else float(self._count)
+        return self._last
+
+    def _tell_missing(self) -> None:
+        """Tell of pictures that the container has according to itself, and nobody saw."""
+        missing, self._ended = self._total - self._given - self._missing, True
+        if missing > ESTIMATE:
+            self.lost += missing
+            raise SourceError(
+                f'{self._path}: should have {self._total} pictures, {missing} more are missing'
+            )
 
     def rewind(self) -> None:
         """Open the file afresh: seeking is not exact in every format."""
         self._capture.release()
         self._capture = cv2.VideoCapture(self._path, cv2.CAP_FFMPEG)
+        self._first = self._count
+        self._given = self._missing = 0
+        self._held = None
+        self._ended = False
 
     def close(self) -> None:
         """Let go of the file."""

@@ -8,8 +8,10 @@ import pytest
 from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
+from support.damaged import damaged_video
 
 from colortrack_ros.messages import frame_of_image
+from colortrack_ros.messages import stamp_of
 from colortrack_ros.scenes import open_scene
 
 SMALL = 'scene:single?width=160&height=120&duration=1'
@@ -154,3 +156,13 @@ def test_a_signal_while_a_subscriber_blocks_the_publisher_ends_a_camera_in_order
     assert time.monotonic() - start < 2.0
     assert 'Traceback' not in camera.output
     reader.popen.kill()
+
+
+def test_a_camera_ends_with_a_status_when_its_video_was_damaged(ros, tmp_path):
+    video = damaged_video(tmp_path / 'a.mp4', 'mp4v')
+    camera = ros.start('camera', source=video, exit_at_end=True)
+    infos = ros.listen(CameraInfo, 'camera/camera_info')
+    assert ros.spin(lambda: camera.popen.poll() is not None, 40.0), ros.outputs()
+    assert camera.popen.returncode == 1
+    assert 'pictures were lost, the file is damaged' in camera.output
+    assert stamp_of(infos[-1].header) - stamp_of(infos[0].header) > 7 * 10**9

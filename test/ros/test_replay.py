@@ -17,6 +17,7 @@ from rclpy.serialization import deserialize_message
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support.damaged import damaged_video
 from support.paths import DATA
 from support.recorded import frames
 from support.recorded import NAMES
@@ -480,3 +481,12 @@ def test_a_tracker_of_pictures_takes_its_own_parameters_and_no_detections(replay
     refused = ['-p', 'window_tracker:window:=4']
     status, _, errors = replay(bag, *options, '--force', *refused)
     assert (status, 'window: expected an odd number' in errors) == (1, True)
+
+
+def test_a_damaged_video_is_replayed_to_its_end_with_a_status_that_says_so(replay, tmp_path):
+    video = damaged_video(tmp_path / 'a.mp4', 'mp4v')
+    status, out, errors = replay(video, '--output', 'new')
+    assert status == 1
+    lost = int(re.search(r'a\.mp4: (\d+) pictures are lost', errors)[1])
+    assert f'frames      {200 - lost}' in out
+    assert of_topic('new', '/tracks')[-1].log_time == 199 * 10**9 // 25

@@ -3,6 +3,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from support.damaged import damaged_video
+from support.damaged import number_of
 from support.paths import DATA
 
 from colortrack_ros.data import NANOSECONDS
@@ -174,3 +176,52 @@ def test_real_videos_are_read_to_their_end(name, count, period):
     source = open_source(str(path))
     assert source.period == pytest.approx(period, abs=2e5)
     assert sum(1 for _ in iter(source.read, None)) == count
+
+
+@pytest.mark.parametrize(
+    ('name', 'codec', 'has_times'),
+    [('a.mp4', 'mp4v', True), ('a.mkv', 'mp4v', True), ('a.avi', 'MJPG', False)],
+)
+def test_a_damaged_video_is_read_on_and_what_is_lost_is_told(tmp_path, name, codec, has_times):
+    source = open_source(damaged_video(tmp_path / name, codec))
+    frames, told = [], []
+    while True:
+        try:
+            frame = source.read()
+        except SourceError as error:
+            told.append(str(error))
+            continue
+        if frame is None:
+            break
+        frames.append(frame)
+    assert 150 <= len(frames) < 200
+    assert number_of(frames[-1]) == 199
+    assert source.lost == 200 - len(frames)
+    assert 1 <= len(told) <= 3
+    assert all(str(tmp_path / name) in text for text in told)
+    stamps = [frame.stamp for frame in frames]
+    assert stamps == sorted(set(stamps))
+    if has_times:  # numbers of pictures beside the damage cannot be trusted
+        for frame in frames[:70] + frames[-40:]:
+            assert frame.stamp == number_of(frame) * NANOSECONDS // 25
+    source.rewind()
+    source.read()
+    assert source.read().stamp - frames[-1].stamp == 2 * NANOSECONDS // 25
+
+
+def test_a_video_without_damage_loses_nothing(recordings):
+    source = open_source(recordings['video'][0])
+    read_all(source)
+    assert source.lost == 0
+
+
+@pytest.mark.skipif(not DATA.exists(), reason='needs ../shared/data')
+def test_pictures_at_uneven_times_keep_their_times():
+    source = open_source(str(DATA / 'ball_toss' / 'ball4.mp4'))
+    stamps = [frame.stamp for frame in source]
+    capture, times = cv2.VideoCapture(str(DATA / 'ball_toss' / 'ball4.mp4'), cv2.CAP_FFMPEG), []
+    while capture.grab():
+        times.append(capture.get(cv2.CAP_PROP_POS_MSEC) * 1e6)
+    assert source.lost == 0
+    np.testing.assert_allclose(stamps, times, rtol=0, atol=0.51e6)
+    assert np.abs(times - np.arange(len(times)) * source.period).max() > 30e6
