@@ -21,8 +21,8 @@ READ_ON = 250
 at 25 Hz. Where the container says that there are more, that many."""
 
 ESTIMATE = 2
-"""How many pictures too many a container may seem to have: Matroska has a duration alone, to the end
-of the sound."""
+"""How many pictures too many a container may seem to have: Matroska has a duration alone, that of
+the sound included."""
 
 
 class VideoSource(RecordedSource):
