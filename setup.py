@@ -49,7 +49,7 @@ setup(
     install_requires=['setuptools'],
     extras_require={
         'standalone': STANDALONE,
-        'demo': ['rich', 'ruamel.yaml'],
+        'demo': ['rich'],
         'docs': ['myst-parser==4.0.1', 'sphinx==8.1.3', 'sphinx-rtd-theme==3.0.2'],
         'replay': ['rich', 'rosbags>=0.11'],
         'test': [

@@ -10,10 +10,16 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.detector import Detector
+from colortrack_ros.detection.extent import count_colors
+from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.extent import find_extent
+from colortrack_ros.detection.extent import LEAST_SPREAD
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.detection.reference import expect
+from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.reference import Triple
 from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 from colortrack_ros.encodings import writable_bgr
@@ -44,12 +50,19 @@ NEARLY_ALL = 98.0
 class PickedColor:
     """A color that was read, and what the detector makes of it in the same picture.
 
-    :param color: lab is the median of the region, tolerance comes from its spread.
+    :param color: with an ellipsoid.
     :param area: expected [px], of the detected blob nearest to where the color was picked.
+    :param share: of the picture, that the color covers.
     """
 
     color: ReferenceColor
     area: int
+    share: float
+
+    @property
+    def min_area(self) -> int:
+        """The least area that leaves half the size, or half of it covered, and no sparkles [px]."""
+        return max(self.area // 4, 1)
 
 
 def pick_color(
@@ -63,8 +76,9 @@ def pick_color(
 ) -> PickedColor:
     """Read the color of what is at a pixel, or of a box.
 
-    The region around a single pixel is the first that hardly grows with the tolerance (Matas 2004
-    calls such regions maximally stable); that of a box is the box.
+    A single pixel's color reaches to where others begin in the picture (:func:`find_extent`). Where
+    they do not, it is that of the first region around it that hardly grows with the tolerance
+    (Matas 2004 calls such regions maximally stable). Of a box it is the spread of its pixels.
 
     :param u, v: the pixel, or the top left one of the box [px].
     :param width, height: of the box [px]; 1 and 1 for a pixel.
@@ -81,56 +95,49 @@ def pick_color(
     rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
     if width == height == 1:
         region = _stable_region(rgb, u, v)
-        color = _color_of(rgb, region, name, surroundings=True)
+        extent = find_extent(count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v))
+        color = _of_extent(extent, name) if extent else _color_of(rgb, region, name)
     else:
         region = np.zeros((rows, columns), bool)
         region[v : v + height, u : u + width] = True
-        color = _color_of(rgb, region, name, surroundings=False)
+        color = _color_of(rgb, region, name)
     config = replace(config or DetectorConfig(), colors=(color,))
-    found = Detector(config).detect(frame).rows
+    detector = Detector(config)
+    found = detector.detect(frame).rows
     away = np.hypot(found['u'] - u - (width - 1) / 2, found['v'] - v - (height - 1) / 2)
     area = int(found['area'][away.argmin()]) if len(found) else int(region.sum())
-    return PickedColor(color, area)
+    return PickedColor(color, area, float(np.mean(detector.mask > 0)))
 
 
-def _color_of(
-    rgb: NDArray[np.uint8], region: NDArray[np.bool_], name: str, surroundings: bool
-) -> ReferenceColor:
-    """The median of a region, with a tolerance for its spread.
+def _of_extent(extent: Extent, name: str) -> ReferenceColor:
+    """The ellipsoid that was found, in round numbers."""
+    L, a, b = (round(x, 1) for x in extent.lab)
+    dL, da, db = (round(min(x, MAX_TOLERANCE), 1) for x in extent.axes)
+    return ReferenceColor(name, (L, a, b), max(da, db), (dL, da, db))
 
-    :param surroundings: the region is a whole object: no more tolerance than keeps apart from it
-        what is around.
-    """
+
+def _color_of(rgb: NDArray[np.uint8], region: NDArray[np.bool_], name: str) -> ReferenceColor:
+    """The median of a region, with a tolerance along each axis for its spread."""
     lab = lab_from_rgb(rgb[region])
-    middle = np.median(lab, axis=0).round(1)
-    usual, most = np.percentile(np.linalg.norm(lab - middle, axis=1), [50, NEARLY_ALL])
-    near = _near(rgb, region, middle) if surroundings else np.inf
-    tolerance = np.clip(
-        min(TOLERANCE_MARGIN * most, max(near, usual)), TOLERANCES[0], TOLERANCES[-1]
-    )
-    return ReferenceColor(name, tuple(middle.tolist()), round(float(tolerance), 1))
+    L, a, b = np.median(lab, axis=0).round(1).tolist()
+    away = np.abs(lab - (L, a, b))
+    shape = np.maximum(np.percentile(away, NEARLY_ALL, axis=0), LEAST_SPREAD)
+    most = np.percentile(np.linalg.norm(away / shape, axis=1), NEARLY_ALL)
+    axes = np.clip(TOLERANCE_MARGIN * most * shape, TOLERANCES[0], TOLERANCES[-1])
+    dL, da, db = axes.round(1).tolist()
+    return ReferenceColor(name, (L, a, b), max(da, db), (dL, da, db))
 
 
-def _near(rgb: NDArray[np.uint8], region: NDArray[np.bool_], middle: NDArray) -> float:
-    """How near to the color of a region nearly all of its surroundings do not come."""
-    rows, columns = np.flatnonzero(region.any(axis=1)), np.flatnonzero(region.any(axis=0))
-    reach = max(len(rows), len(columns)) // 2 + 2 * SEED_REACH
-    top, left = max(rows[0] - reach, 0), max(columns[0] - reach, 0)
-    around = np.s_[top : rows[-1] + reach + 1, left : columns[-1] + reach + 1]
-    # The outline, where colors mix, belongs to neither.
-    outline = np.ones((2 * SEED_REACH + 1, 2 * SEED_REACH + 1), np.uint8)
-    outside = cv2.dilate(region[around].view(np.uint8), outline) == 0
-    distance = np.linalg.norm(lab_from_rgb(rgb[around][outside]) - middle, axis=1)
-    return float(np.percentile(distance, 100 - NEARLY_ALL)) if len(distance) else np.inf
+def _seed_of(rgb: NDArray[np.uint8], u: int, v: int) -> Triple:
+    """The median of the window around a pixel."""
+    rows, columns = (slice(max(x - SEED_REACH, 0), x + SEED_REACH + 1) for x in (v, u))
+    L, a, b = np.median(lab_from_rgb(rgb[rows, columns].reshape(-1, 3)), axis=0).tolist()
+    return L, a, b
 
 
 def _stable_region(rgb: NDArray[np.uint8], u: int, v: int) -> NDArray[np.bool_]:
     """The connected pixels around (u, v), with the first tolerance at which they hardly grow."""
-    window = rgb[
-        max(v - SEED_REACH, 0) : v + SEED_REACH + 1, max(u - SEED_REACH, 0) : u + SEED_REACH + 1
-    ]
-    seed = np.median(lab_from_rgb(window.reshape(-1, 3)), axis=0)
-    distance = np.linalg.norm(lab_from_rgb(rgb) - seed, axis=-1)
+    distance = np.linalg.norm(lab_from_rgb(rgb) - _seed_of(rgb, u, v), axis=-1)
     distance[v, u] = 0
     parts = [cv2.connectedComponents((distance < t).astype(np.uint8))[1] for t in TOLERANCES]
     regions = [part == part[v, u] for part in parts]

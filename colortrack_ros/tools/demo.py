@@ -25,6 +25,8 @@ from rich.table import Table
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
@@ -76,7 +78,9 @@ class Recorder(Node):
             self._open(frame.stamp - self._first[0], frame.image.shape)
         assert self._video is not None
         self._video.write(frame.image)
-        alive = int(np.count_nonzero(self.tracks.rows['state'] != TENTATIVE))
+        state = self.tracks.rows['state']
+        # The picture to show: everything is seen, and nothing is where nothing is seen.
+        alive = int(np.count_nonzero(state == CONFIRMED) - np.count_nonzero(state == COASTING))
         if alive > self._best and self.frames > 24:
             self._best = alive
             cv2.imwrite(str(self._out / 'demo.png'), frame.image)

@@ -7,15 +7,17 @@ import sys
 import time
 
 import cv2
+import numpy as np
+from numpy.typing import NDArray
 import rclpy
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.utilities import remove_ros_args
-import ruamel.yaml
 from sensor_msgs.msg import Image
 
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.pick import pick_color
 from colortrack_ros.detection.pick import PickedColor
 from colortrack_ros.detection.pick import side_by_side
@@ -25,6 +27,8 @@ from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.node_kit.runtime import use_transport_profile
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
+from colortrack_ros.tools.color_params import write_color
+from colortrack_ros.tools.color_params import yaml_of
 
 IMAGE_TIMEOUT = 5.0
 """How long [s] an image of a topic is waited for: discovery takes a second or two, and the slowest
@@ -41,14 +45,15 @@ def main(args: Sequence[str] | None = None) -> int:
         frame = _frame_of(arguments.source, arguments.frame)
         u, v, width, height = arguments.box or (round(arguments.u), round(arguments.v), 1, 1)
         picked = pick_color(frame, u, v, width, height, arguments.name)
+        config = DetectorConfig(colors=(picked.color,), min_area=picked.min_area)
+        _save(arguments.output, side_by_side(frame, Detector(config)))
         if arguments.write:
-            write_color(arguments.write, picked)
+            write_color(arguments.write, picked.color, picked.min_area)
     except (StartError, SourceError, ValueError) as error:
         print(f'pick_color: {error}', file=sys.stderr)
         return 1
-    print(yaml_of(picked))
-    config = DetectorConfig(colors=(picked.color,), min_area=max(picked.area // 4, 1))
-    cv2.imwrite(str(arguments.output), side_by_side(frame, Detector(config)))
+    print(f'# expected area: {picked.area} px\n{yaml_of(picked.color, picked.min_area)}')
+    print(_advice(picked), file=sys.stderr)
     print(f'Look at {arguments.output}: the picture, the mask and the blobs.', file=sys.stderr)
     return 0
 
@@ -61,7 +66,9 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument('--box', nargs=4, type=int, metavar=('U', 'V', 'W', 'H'), help='a region')
     parser.add_argument('--frame', type=int, default=0, help='of a video, from 0')
     parser.add_argument('--name', default='picked', help='of the color')
-    parser.add_argument('--write', type=Path, metavar='YAML', help='a params file to change')
+    parser.add_argument(
+        '--write', type=Path, metavar='YAML', help='a params file to change, or to make'
+    )
     parser.add_argument('--output', type=Path, default=Path('pick_color.png'), help='the picture')
     given = sys.argv if args is None else ['pick_color', *args]
     arguments = parser.parse_args(remove_ros_args(given)[1:])
@@ -70,44 +77,25 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
     return arguments
 
 
-def yaml_of(picked: PickedColor) -> str:
-    """The parameters of the color, ready to paste below the detector's ros__parameters."""
-    lab = ', '.join(str(value) for value in picked.color.lab)
-    return (
-        f'# expected area: {picked.area} px\n'
-        f'colors: [{picked.color.name}]\n'
-        f'{picked.color.name}:\n'
-        f'  lab: [{lab}]\n'
-        f'  tolerance: {picked.color.tolerance}'
-    )
+def _save(path: Path, picture: NDArray[np.uint8]) -> None:
+    """Write a picture.
 
-
-def write_color(path: Path, picked: PickedColor) -> None:
-    """Change the color's entry in a params file, and nothing else: comments and order stay.
-
-    :raises ValueError: it is not a params file with a detector.
+    :raises ValueError: it cannot be written.
     """
-    yaml = ruamel.yaml.YAML()
-    yaml.preserve_quotes = True
-    yaml.width = 4096
     try:
-        tree = yaml.load(path.read_text())
-        detectors = [tree[key] for key in tree if str(key).rpartition('/')[2] == 'detector']
-        parameters = detectors[0]['ros__parameters']
-    except (OSError, ruamel.yaml.YAMLError, TypeError, KeyError, IndexError) as error:
-        raise ValueError(f'{path}: expected a params file with a detector: {error}') from error
-    name = picked.color.name
-    entry = parameters.setdefault(name, {})
-    for other in ('rgb', 'preset', 'tolerance_lab'):
-        entry.pop(other, None)
-    lab = ruamel.yaml.comments.CommentedSeq(picked.color.lab)
-    lab.fa.set_flow_style()
-    entry['lab'], entry['tolerance'] = lab, picked.color.tolerance
-    names = parameters.setdefault('colors', [])
-    if name not in names:
-        names.append(name)
-    with path.open('w') as file:
-        yaml.dump(tree, file)
+        written = cv2.imwrite(str(path), picture)
+    except cv2.error as error:
+        raise ValueError(f'{path}: expected the name of a picture, such as .png') from error
+    if not written:
+        raise ValueError(f'{path}: the picture cannot be written there')
+
+
+def _advice(picked: PickedColor) -> str:
+    """How much of the picture the color covers, and what to do where that is much."""
+    said = f'{picked.color.name} covers {picked.share:.1%} of the picture'
+    if picked.share <= LARGEST_SHARE:
+        return f'{said}.'
+    return f'{said}: pick another side of the thing, or set moving_only if the thing alone moves.'
 
 
 def _frame_of(source: str, number: int) -> Frame:

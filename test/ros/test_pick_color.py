@@ -36,7 +36,8 @@ def test_a_pixel_gives_the_yaml_of_its_color_and_a_picture(tmp_path, capsys):
     assert 30 < lightness < 60
     assert a > 30
     assert b > 20
-    assert 4 <= given['ball']['tolerance'] <= 80
+    assert all(4 <= axis <= 80 for axis in given['ball']['tolerance_lab'])
+    assert 20 < given['min_area'] < 2000
     assert '# expected area:' in said
     assert cv2.imread(str(picture)).shape == (240, 960, 3)
 
@@ -49,11 +50,11 @@ def test_writing_changes_that_color_alone_and_keeps_the_comments(tmp_path, capsy
     )
     text = params.read_text()
     for line in PARAMS.splitlines():
-        if not line.strip().startswith(('rgb:', 'tolerance:', 'colors:')):
+        if not line.strip().startswith(('rgb:', 'tolerance:', 'colors:', 'min_area:')):
             assert line in text, line
     detector = yaml.safe_load(text)['/**/detector']['ros__parameters']
     assert detector['colors'] == ['blue', 'red']
-    assert set(detector['red']) == {'lab', 'tolerance'}
+    assert set(detector['red']) == {'lab', 'tolerance_lab'}
 
 
 @pytest.mark.parametrize('name', ['picture.png', 'video.avi'])
@@ -84,7 +85,10 @@ def test_pictures_and_videos_are_read_at_a_pixel_or_in_a_box(tmp_path, capsys, n
         (['nothing.png', '3', '4'], 'nothing.png'),
         ([SCENE, '3', '4000'], 'in the picture of 320 x 240 px'),
         ([SCENE, '3', '4', '--frame', '9999'], 'has fewer frames'),
-        ([SCENE, '3', '4', '--write', 'no.yaml'], 'no.yaml: expected a params file'),
+        (
+            [SCENE, '3', '4', '--write', '/no/such/folder/my.yaml'],
+            '/no/such/folder/my.yaml: No such file',
+        ),
     ],
 )
 def test_what_cannot_be_done_is_said_in_one_line(tmp_path, capsys, arguments, said):

@@ -1,0 +1,77 @@
+"""A picked color is written into a params file, and nothing else in it changes."""
+
+import pytest
+import yaml
+
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.tools.color_params import write_color
+from colortrack_ros.tools.color_params import yaml_of
+
+BALL = ReferenceColor('ball', (44.0, 64.0, 34.5), 20.0, (50.0, 20.0, 18.5))
+ENTRY = {'lab': [44.0, 64.0, 34.5], 'tolerance_lab': [50.0, 20.0, 18.5]}
+
+
+def written(tmp_path, text, color=BALL, min_area=70):
+    path = tmp_path / 'my.yaml'
+    path.write_text(text)
+    write_color(path, color, min_area)
+    (detector,) = yaml.safe_load(path.read_text()).values()
+    return path.read_text(), detector['ros__parameters']
+
+
+def test_a_file_that_is_not_there_is_made(tmp_path):
+    path = tmp_path / 'my.yaml'
+    write_color(path, BALL, 70)
+    given = yaml.safe_load(path.read_text())['/**/detector']['ros__parameters']
+    assert given == {'colors': ['ball'], 'ball': ENTRY, 'min_area': 70}
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'detector:\n  ros__parameters:\n    colors: [red]\n    split: true  # touching\n',
+        'detector:\n  ros__parameters:\n    split: true  # touching\n    colors: # x\n    - red\n',
+        'detector: {ros__parameters: {split: true}}  # touching\n',
+        '/cam/detector:\n  ros__parameters: {colors: [red], red: {tolerance: 9.0}, split: true}',
+        'detector:\n  ros__parameters:\n    ball:\n      rgb: [1, 2, 3]\n    split: true',
+    ],
+)
+def test_the_rest_stays_and_a_red_that_nobody_chose_goes(tmp_path, text):
+    after, given = written(tmp_path, text)
+    assert given['colors'] == ['ball']
+    assert given['ball'] == ENTRY
+    assert given['min_area'] == 70
+    assert given['split'] is True
+    assert ('# touching' in after) == ('# touching' in text)
+
+
+def test_other_colors_keep_their_shades_and_the_least_area_is_that_of_the_smallest(tmp_path):
+    text = 'detector: {ros__parameters: {colors: [red], red: {preset: red}, min_area: 30}}'
+    _, given = written(tmp_path, text)
+    assert given['colors'] == ['red', 'ball']
+    assert given['red'] == {'preset': 'red'}
+    assert given['min_area'] == 30
+
+
+def test_what_else_a_color_has_stays(tmp_path):
+    text = 'detector:\n  ros__parameters:\n    ball:\n      tolerance: 9.0\n      diameter: 0.2\n'
+    _, given = written(tmp_path, text)
+    assert given['ball'] == {'diameter': 0.2, **ENTRY}
+
+
+@pytest.mark.parametrize('name', ['yes', '1', 'a: b', '#', "it's", '[x', 'ball one', 'é', '"'])
+def test_any_name_is_written_as_a_name(tmp_path, name):
+    color = ReferenceColor(name, BALL.lab, 20.0, BALL.tolerance_lab)
+    assert yaml.safe_load(yaml_of(color, 9)) == {'colors': [name], name: ENTRY, 'min_area': 9}
+    _, given = written(tmp_path, 'detector:\n  ros__parameters:\n    split: true\n', color)
+    assert given['colors'] == [name]
+    assert given[name] == ENTRY
+
+
+@pytest.mark.parametrize('text', ['tracker: {}', '- 1', 'a: [', 'detector: 3', 'detector: {x: 1}'])
+def test_what_is_no_params_file_is_left_alone(tmp_path, text):
+    path = tmp_path / 'my.yaml'
+    path.write_text(text)
+    with pytest.raises(ValueError, match='expected a params file with a detector'):
+        write_color(path, BALL, 70)
+    assert path.read_text() == text
