@@ -47,6 +47,11 @@ class Stage(Generic[In, Out]):
         self._lock = threading.RLock()
         self._order: Order[tuple[In, Any]] = Order(self._release, refuse, clock)
 
+    @property
+    def skipped(self) -> int:
+        """How many items have been skipped: none, where whoever puts them in waits."""
+        return 0
+
     def configure(self, config: OrderConfig) -> None:
         """Take other values into use."""
         self._order.configure(config)

@@ -1,27 +1,28 @@
-"""Tracks -> visualization_msgs/MarkerArray."""
+"""Tracks -> visualization_msgs/MarkerArray, serialized."""
 
-import math
-
-from geometry_msgs.msg import Point
-from geometry_msgs.msg import Quaternion
-from geometry_msgs.msg import Vector3
 import numpy as np
 from numpy.typing import NDArray
-from std_msgs.msg import ColorRGBA
-from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
-from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import COASTING
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
-from colortrack_ros.messages.header import header_of
+from colortrack_ros.messages.marker_cdr import array_of
+from colortrack_ros.messages.marker_cdr import MarkerKind
+from colortrack_ros.messages.marker_cdr import Rows
+from colortrack_ros.messages.marker_cdr import rows_of
 
-ELLIPSE, VELOCITY, LABEL, OUTLINE = 'ellipse', 'velocity', 'id', 'outline'
+Header = tuple[int, int, bytes]
+
+ELLIPSE, VELOCITY, LABEL, OUTLINE = b'ellipse', b'velocity', b'id', b'outline'
 """Namespaces of the markers, one for each kind."""
 
 ELLIPSE_SIGMAS = 2.0
 """Half axes of the ellipse, in standard deviations; 2 by the contract of the topic."""
+
+GREEN, AMBER = (0.1, 0.8, 0.2, 0.8), (0.9, 0.7, 0.1, 0.5)
+"""Of tracks that are measured, and of those that coast."""
 
 
 class MarkerWriter:
@@ -33,77 +34,118 @@ class MarkerWriter:
     def __init__(self) -> None:
         self._shown: set[int] = set()
         self._outlining = False  # of this tracker's tracks
+        self._afresh = False
 
-    def write(self, tracks: Tracks, scale: float) -> MarkerArray:
+    def skip(self) -> None:
+        """Nobody takes the markers of a frame: whoever takes the next ones begins with none."""
+        self._shown.clear()
+        self._afresh = True
+
+    def write(self, tracks: Tracks, scale: float) -> bytes:
         """One ellipse, one arrow and one text for each track, and its outline where it has one.
 
         :param tracks: after a frame; a track that was written before and is absent is deleted.
         :param scale: m/px.
+        :return: the message in CDR, as a publisher takes it and a bag holds it.
         """
-        header = header_of(tracks.stamp, tracks.frame_id)
-        markers = []
-        if tracks.restarted:
-            markers.append(Marker(header=header, action=Marker.DELETEALL))
+        sec, nanosec = divmod(tracks.stamp, NANOSECONDS)
+        header = sec, nanosec, tracks.frame_id.encode()
+        markers: Rows = []
+        if tracks.restarted or self._afresh:
+            markers += rows_of(MarkerKind(header, action=Marker.DELETEALL), 1)
             self._shown.clear()
+            self._afresh = False
         seen = tracks.rows['state'] != TENTATIVE
-        rows = tracks.rows[seen]
-        known = len(tracks.outlines) > 0
-        outlines = list(tracks.outlines[seen]) if known else [None] * len(rows)
-        self._outlining |= tracks.outlines.size > 0
+        rows, outlines = tracks.rows[seen], tracks.outlines
+        self._outlining |= outlines.size > 0
         shown = set(rows['track_id'].tolist())
-        for gone in sorted(self._shown - shown):
-            spaces = (ELLIPSE, VELOCITY, LABEL, OUTLINE)[: 3 + self._outlining]
-            markers += [
-                Marker(header=header, ns=ns, id=gone, action=Marker.DELETE) for ns in spaces
-            ]
+        markers += self._deleted(header, sorted(self._shown - shown))
         self._shown = shown
-        for row, outline in zip(rows, outlines, strict=True):
-            markers += _markers(header, row, outline, scale)
-        return MarkerArray(markers=markers)
+        if len(rows):
+            markers += _added(header, rows, outlines[seen] if len(outlines) else None, scale)
+        return array_of(markers)
+
+    def _deleted(self, header: Header, gone: list[int]) -> Rows:
+        """All markers of tracks that have gone, track by track."""
+        spaces = (ELLIPSE, VELOCITY, LABEL, OUTLINE)[: 3 + self._outlining]
+        kinds = [MarkerKind(header, ns, action=Marker.DELETE) for ns in spaces]
+        return _by_track([rows_of(kind, len(gone), id=gone) for kind in kinds])
 
 
-def _markers(
-    header: Header, row: np.void, outline: NDArray[np.float64] | None, scale: float
-) -> list[Marker]:
-    position = Point(x=float(row['u']) * scale, y=float(row['v']) * scale)
-    ahead = Point(x=position.x + float(row['du']) * scale, y=position.y + float(row['dv']) * scale)
-    angle, major, minor = _ellipse(row['covariance'][:2, :2])
-    color = ColorRGBA(r=0.1, g=0.8, b=0.2, a=0.8)
-    if row['state'] == COASTING:
-        color = ColorRGBA(r=0.9, g=0.7, b=0.1, a=0.5)
-    size = max(float(row['box_h']) * scale, 1e-6)
+def _by_track(kinds: list[Rows]) -> Rows:
+    """All kinds of the first, all of the second, and so on."""
+    return [marker for track in zip(*kinds, strict=True) for marker in track]
 
-    def marker(ns: str, kind: int, scale_of: Vector3) -> Marker:
-        return Marker(
-            header=header, ns=ns, id=int(row['track_id']), type=kind, scale=scale_of, color=color
-        )
 
-    ellipse = marker(
-        ELLIPSE,
-        Marker.CYLINDER,
-        Vector3(
-            x=2 * ELLIPSE_SIGMAS * major * scale,
-            y=2 * ELLIPSE_SIGMAS * minor * scale,
-            z=0.01 * size,
+def _added(
+    header: Header, rows: NDArray[np.void], outlines: NDArray[np.float64] | None, scale: float
+) -> Rows:
+    """The markers of N tracks, track by track.
+
+    :param outlines: (N, P, 2) [px]; None where there are none.
+    """
+    count = len(rows)
+    position, ahead = np.zeros((2, count, 3))
+    position[:, 0], position[:, 1] = rows['u'] * scale, rows['v'] * scale
+    ahead[:, 0], ahead[:, 1] = rows['du'] * scale, rows['dv'] * scale
+    angle, major, minor = _ellipses(rows['covariance'][:, :2, :2])
+    size = np.maximum(rows['box_h'].astype(float) * scale, 1e-6)
+    nothing = np.zeros(count)
+    common = {
+        'id': rows['track_id'],
+        'color': np.where((rows['state'] == COASTING)[:, None], AMBER, GREEN),
+    }
+    axes = 2 * ELLIPSE_SIGMAS * scale
+    turn = np.stack([nothing, nothing, np.sin(angle / 2), np.cos(angle / 2)], -1)
+    kinds = [
+        rows_of(
+            MarkerKind(header, ELLIPSE, Marker.CYLINDER), count,
+            position=position, orientation=turn,
+            scale=np.stack([axes * major, axes * minor, 0.01 * size], -1), **common,
         ),
-    )
-    ellipse.pose.position = position
-    ellipse.pose.orientation = Quaternion(z=math.sin(angle / 2), w=math.cos(angle / 2))
-    arrow = marker(VELOCITY, Marker.ARROW, Vector3(x=0.05 * size, y=0.1 * size, z=0.0))
-    arrow.points = [position, ahead]
-    label = marker(LABEL, Marker.TEXT_VIEW_FACING, Vector3(z=0.5 * size))
-    label.pose.position = Point(x=position.x, y=position.y - 0.75 * size)
-    label.text = str(int(row['track_id']))
-    if outline is None:
-        return [ellipse, arrow, label]
-    strip = marker(OUTLINE, Marker.LINE_STRIP, Vector3(x=0.02 * size))
-    closed = np.concatenate([outline, outline[:1]]) * scale
-    strip.points = [Point(x=x, y=y) for x, y in closed.tolist()]
-    return [ellipse, arrow, label, strip]
+        rows_of(
+            MarkerKind(header, VELOCITY, Marker.ARROW, points=2), count,
+            points=np.stack([position, position + ahead], axis=1),
+            scale=np.stack([0.05 * size, 0.1 * size, nothing], -1), **common,
+        ),
+        _labels(header, rows, position, size, common),
+    ]  # fmt: skip
+    if outlines is not None:
+        closed = np.zeros((count, outlines.shape[1] + 1, 3))
+        closed[:, :-1, :2], closed[:, -1, :2] = outlines * scale, outlines[:, 0] * scale
+        kind = MarkerKind(header, OUTLINE, Marker.LINE_STRIP, points=closed.shape[1])
+        width = np.stack([0.02 * size, nothing, nothing], -1)
+        kinds.append(rows_of(kind, count, points=closed, scale=width, **common))
+    return _by_track(kinds)
 
 
-def _ellipse(covariance: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Angle [rad] of the major axis, and the standard deviations along both axes [px]."""
+def _labels(
+    header: Header,
+    rows: NDArray[np.void],
+    position: NDArray[np.float64],
+    size: NDArray[np.float64],
+    common: dict[str, NDArray],
+) -> Rows:
+    """Texts of as many digits at a time; the IDs ascend."""
+    above = position - np.array([0.0, 0.75, 0.0]) * size[:, None]
+    scale = np.array([0.0, 0.0, 0.5]) * size[:, None]
+    texts = [str(i).encode() for i in rows['track_id'].tolist()]
+    lengths = np.array([len(text) for text in texts])
+    labels: Rows = []
+    for length in np.unique(lengths):
+        some = np.flatnonzero(lengths == length)
+        labels += rows_of(
+            MarkerKind(header, LABEL, Marker.TEXT_VIEW_FACING, text=int(length)), len(some),
+            position=above[some], scale=scale[some], text=[texts[i] for i in some],
+            **{name: values[some] for name, values in common.items()},
+        )  # fmt: skip
+    return labels
+
+
+def _ellipses(
+    covariance: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Angle [rad] of the major axis, and the standard deviations along both axes [px], (N,)."""
     values, vectors = np.linalg.eigh(covariance)
-    minor, major = np.sqrt(np.maximum(values, 0.0))
-    return math.atan2(vectors[1, 1], vectors[0, 1]), float(major), float(minor)
+    minor, major = np.sqrt(np.maximum(values, 0.0)).T
+    return np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1]), major, minor

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from dataclasses import replace
 from functools import partial
 from typing import Any
+from typing import Protocol
 from typing import TypeVar
 
 from rclpy.node import Node
@@ -45,18 +46,38 @@ def full_range() -> Any:
     )
 
 
-@dataclass(frozen=True)
-class IntakeConfig(Config):
-    """Where pictures come from, and which of them are worked on."""
+class BacklogConfig(Protocol):
+    """What a configuration says of the items that wait for a node."""
 
-    max_lag: float = parameter(
-        0.05,
-        'When working off the waiting images would take longer, the oldest are skipped.',
+    @property
+    def max_lag(self) -> float:
+        """Of :class:`Worker` [s]."""
+
+    @property
+    def order(self) -> OrderConfig:
+        """Of :class:`Order`."""
+
+
+def max_lag(default: float, items: str) -> Any:
+    """A field that says when a node that is too slow begins to skip.
+
+    :param items: what waits.
+    """
+    return parameter(
+        default,
+        f'When working off the waiting {items} would take longer, the oldest are skipped.',
         unit='s',
         minimum=0.0,
         maximum=60.0,
         audience=EXPERT,
     )
+
+
+@dataclass(frozen=True)
+class IntakeConfig(Config):
+    """Where pictures come from, and which of them are worked on."""
+
+    max_lag: float = max_lag(0.05, 'images')
     order: OrderConfig = part(OrderConfig)
     image_topic: str = topic_name('camera/image_raw', 'the images')
     image_transport: str = parameter(
@@ -91,7 +112,7 @@ def worker_of(
     node: Node,
     work: Callable[[In], Out],
     refuse: Callable[[str], object],
-    config: IntakeConfig,
+    config: BacklogConfig,
     name: str = '',
 ) -> Worker[In, Out]:
     """A stage of a node in a thread of its own, by the node's clock.
@@ -104,7 +125,7 @@ def worker_of(
     return worker
 
 
-def configure(worker: Worker[Any, Any], config: IntakeConfig) -> None:
+def configure(worker: Worker[Any, Any], config: BacklogConfig) -> None:
     """Take other values into use."""
     worker.configure(config.order)
     worker.max_lag = config.max_lag

@@ -37,6 +37,8 @@ class OutlinesOutputConfig(TracksOutputConfig):
 class TracksOutput:
     """Publishes one message of tracks, one of outlines, if any, and one of markers at a time.
 
+    Outlines and markers, which take longer than the tracks, are made for subscribers alone.
+
     :param node: whose tracks they are.
     :ivar alive: number of tracks in the last message.
     """
@@ -60,6 +62,9 @@ class TracksOutput:
                 f'The tracker started afresh: {tracks.restarted}', throttle_duration_sec=1.0
             )
         self._tracks.publish(cloud_of_tracks(tracks))
-        if self._outlines:
+        if self._outlines and self._outlines.get_subscription_count():
             self._outlines.publish(cloud_of_outlines(tracks))
-        self._markers.publish(self._writer.write(tracks, marker_scale))
+        if self._markers.get_subscription_count():
+            self._markers.publish(self._writer.write(tracks, marker_scale))
+        else:
+            self._writer.skip()

@@ -13,6 +13,7 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.flow.order import IDLE
 from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.flow.stage import Stage
+from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_size_of_serialized_camera_info
 from colortrack_ros.messages import MessageError
@@ -21,6 +22,10 @@ from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.diagnostics import HealthConfig
+from colortrack_ros.node_kit.diagnostics import TOLD_EVERY
+from colortrack_ros.node_kit.intake import configure
+from colortrack_ros.node_kit.intake import max_lag
+from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import QueueConfig
@@ -39,6 +44,7 @@ class TrackerSetup(Config):
     """The parameters of the tracker node."""
 
     config: TrackerConfig = part(TrackerConfig)
+    max_lag: float = max_lag(0.5, 'detections')
     order: OrderConfig = part(OrderConfig)
     detections_topic: str = topic_name('detections', 'the detections')
     camera_info_topic: str = topic_name(
@@ -60,28 +66,41 @@ class TrackerNode(ParameterNode[TrackerSetup]):
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
         super().__init__('tracker', TrackerSetup, **options)
         self._tracker = Tracker(self.setup.config)
-        self._dropped = 0
+        self._dropped = self._crowded = 0
         self._image_size = 0, 0
+        self._skipped = 0
         self.health = Health(
             self,
             tracks=lambda: self._output.alive,
             repeated_detections=lambda: self._tracker.repeated,
+            skipped=lambda: self.stage.skipped,
         )
-        self.stage = Stage(self._track, self.health.refuse, seconds_of(self))
-        self.stage.configure(self.setup.order)
+        self.stage: Stage[Detections, Tracks] = (
+            worker_of(self, self._track, self.health.refuse, self.setup)
+            if subscribe
+            else Stage(self._track, self.health.refuse, seconds_of(self))
+        )
+        self._configure(self.setup)
         self.stage.then(self._publish)
         self._output = TracksOutput(self, self.setup.output)
         self.create_service(Trigger, '~/reset', self._reset)
         if subscribe:
             subscribe_to(self, PointCloud2, self.setup.detections_topic, self._receive)
             subscribe_to(self, CameraInfo, self.setup.camera_info_topic, self._learn_size)
-        self.create_timer(IDLE, self._look, clock=STEADY)
+        else:
+            self.create_timer(IDLE, self._look, clock=STEADY)
 
     def _track(self, detections: Detections) -> Tracks:
         self.health.took_in()
         with self.lock:  # in a pipeline, detections come from the detector's thread
             tracks = self._tracker.update(detections)
-            dropped = self._tracker.dropped
+            dropped, crowded = self._tracker.dropped, self._tracker.crowded_out
+        if crowded > self._crowded:
+            self.health.refuse(
+                f'{crowded - self._crowded} of {len(detections.rows)} detections, the smallest: '
+                f'expected no more than max_detections, {self.setup.config.max_detections}'
+            )
+            self._crowded = crowded
         if dropped > self._dropped:
             self.health.refuse(
                 f'{dropped - self._dropped} of {len(detections.rows)} detections: expected '
@@ -95,11 +114,18 @@ class TrackerNode(ParameterNode[TrackerSetup]):
         self.health.gave_out(tracks.stamp)
 
     def _receive(self, cdr: bytes) -> None:
-        try:
-            detections = detections_of_serialized_cloud(cdr)
-        except MessageError as error:
-            return self.health.refuse(str(error))
-        return self.stage.put(replace(detections, image_size=self._image_size))
+        assert isinstance(self.stage, Worker)
+        size = self._image_size
+        self.stage.put_unread(
+            lambda: replace(detections_of_serialized_cloud(cdr), image_size=size), len(cdr)
+        )
+        skipped = self.stage.skipped
+        if skipped > self._skipped:
+            self.get_logger().warning(
+                f'Too slow for what comes in: {skipped} messages of detections skipped so far.',
+                throttle_duration_sec=TOLD_EVERY,
+            )
+            self._skipped = skipped
 
     def _learn_size(self, cdr: bytes) -> None:
         try:
@@ -121,7 +147,17 @@ class TrackerNode(ParameterNode[TrackerSetup]):
         """Take changed parameters into use."""
         if setup.config != self.setup.config:
             self._tracker.configure(setup.config)
-        self.stage.configure(setup.order)
+        self._configure(setup)
+
+    def _configure(self, setup: TrackerSetup) -> None:
+        if isinstance(self.stage, Worker):
+            configure(self.stage, setup)
+        else:
+            self.stage.configure(setup.order)
+
+    def close(self) -> None:
+        """End the thread that works."""
+        self.stage.close()
 
 
 def main() -> int:

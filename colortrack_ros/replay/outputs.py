@@ -13,7 +13,6 @@ import numpy as np
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import PointCloud2
-from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.bags import BagWriter
 from colortrack_ros.bags import canonical
@@ -109,13 +108,14 @@ class BagOutput(Output):
         self._add('tracks', item, cloud_of_tracks(tracks))
         if self._topics['outlines']:
             self._add('outlines', item, cloud_of_outlines(tracks))
-        self._add('markers', item, self._markers.write(tracks, self._scale))
+        self._put('markers', item, self._markers.write(tracks, self._scale))
 
-    def _add(
-        self, name: str, item: Item, message: CameraInfo | PointCloud2 | MarkerArray | None
-    ) -> None:
+    def _add(self, name: str, item: Item, message: CameraInfo | PointCloud2 | None) -> None:
         """A message, or where there is none, the recorded one."""
-        cdr = canonical(serialize_message(message), KINDS[name]) if message else item.cdr
+        recorded = message is None
+        self._put(name, item, item.cdr if recorded else _serialized(message, KINDS[name]))
+
+    def _put(self, name: str, item: Item, cdr: bytes) -> None:
         # What was put in its place before others was not recorded after them.
         self._last[name] = max(self._last[name], item.log_time)
         self._bag.write(self._topics[name], self._last[name], cdr)
@@ -123,6 +123,10 @@ class BagOutput(Output):
     def close(self) -> None:
         """Write the index and the metadata."""
         self._bag.close()
+
+
+def _serialized(message: object, kind: str) -> bytes:
+    return canonical(serialize_message(message), kind)
 
 
 class CsvOutput(Output):

@@ -69,6 +69,14 @@ class TrackerConfig(Config):
     use_boxes: bool = parameter(
         True, 'Whether the bounding boxes tell when an object is cut or merged with another.'
     )
+    max_detections: int = parameter(
+        12_000,
+        'Detections of a frame that are worked on; of more the largest, and the others are '
+        'counted. As many take a second on a slow machine.',
+        minimum=1,
+        maximum=1_000_000,
+        audience=EXPERT,
+    )
     motion_model: str = parameter(
         'constant_velocity',
         'How objects move between frames.',

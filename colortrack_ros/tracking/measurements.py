@@ -78,6 +78,13 @@ def _bytes_of(rows: NDArray[np.void]) -> list[bytes]:
     return [raw[i : i + USED_BYTES] for i in range(0, len(raw), size)]
 
 
+def largest(rows: NDArray[np.void], most: int) -> NDArray[np.void]:
+    """The rows, of dtype DETECTION, or of more than most the largest, in their order."""
+    if len(rows) <= most:
+        return rows
+    return rows[np.sort(np.argsort(-rows['area'], kind='stable')[:most])]
+
+
 def accept(rows: NDArray[np.void], config: TrackerConfig) -> Measurements:
     """Leave out rows that are not finite or absurdly large, or have no valid covariance.
 

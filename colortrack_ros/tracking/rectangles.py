@@ -2,6 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -10,7 +11,9 @@ DENSE = 10_000
 """Up to this many pairs all are compared with all, which has less overhead than sorting."""
 
 
-def points_inside(center: Floats, half: Floats, points: Floats) -> tuple[Indices, Indices]:
+def points_inside(
+    center: Floats, half: Floats, points: Floats, most: int = 0
+) -> tuple[Indices, Indices]:
     """All points inside each of N rectangles.
 
     Few are compared all with all. Else the points are sorted into horizontal strips, and by u
@@ -20,6 +23,8 @@ def points_inside(center: Floats, half: Floats, points: Floats) -> tuple[Indices
     :param center: (N, 2) [px].
     :param half: (N, 2) half width and half height [px].
     :param points: (M, 2) [px].
+    :param most: where there may be more than this for a rectangle on average, so many that are
+        nearest to its center; 0 for all.
     :return: indices (K,) of rectangles, ascending, and (K,) of points.
     """
     if len(center) * len(points) <= DENSE:
@@ -41,10 +46,25 @@ def points_inside(center: Floats, half: Floats, points: Floats) -> tuple[Indices
     start = row * length
     first = key.searchsorted(start + _within(x - w - u0, u1 - u0)[rectangle] + 0.999999)
     last = key.searchsorted(start + _within(x + w - u0, u1 - u0)[rectangle] + 1.000001)
+    if 0 < most * len(x) < int((last - first).sum()):
+        return _nearest_inside(center, half, points, most)
     run, place = _runs(first, last - first)
     rectangle, point = rectangle[run], order[place]
     inside = np.abs(v[point] - y[rectangle]) <= h[rectangle]
     inside &= np.abs(u[point] - x[rectangle]) <= w[rectangle]
+    return rectangle[inside], point[inside]
+
+
+def _nearest_inside(
+    center: Floats, half: Floats, points: Floats, most: int
+) -> tuple[Indices, Indices]:
+    """As points_inside, of each the nearest by the larger of the two distances."""
+    reach = float(half.max(initial=0.0)) * (1 + 1e-9) + 1e-9
+    tree = cKDTree(points)
+    _, found = tree.query(center, most, p=np.inf, distance_upper_bound=reach)
+    rectangle, place = (found < len(points)).nonzero()
+    point = found[rectangle, place]
+    inside = (np.abs(points[point] - center[rectangle]) <= half[rectangle]).all(axis=1)
     return rectangle[inside], point[inside]
 
 

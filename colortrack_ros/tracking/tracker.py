@@ -28,6 +28,7 @@ from colortrack_ros.tracking.hypotheses import hypothesize
 from colortrack_ros.tracking.hypotheses import score
 from colortrack_ros.tracking.initiation import initiate
 from colortrack_ros.tracking.measurements import accept
+from colortrack_ros.tracking.measurements import largest
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.measurements import unrepeated
 from colortrack_ros.tracking.merge_split import merge_split
@@ -54,6 +55,8 @@ class Tracker:
         """Detections refused so far: not finite, absurdly large, or with an invalid covariance."""
         self.repeated = 0
         """Detections refused so far: the same as before, with the same stamp."""
+        self.crowded_out = 0
+        """Detections left out so far: the smallest of a frame with more than max_detections."""
         self._clock = Clock()
         self._start(1)
 
@@ -134,8 +137,10 @@ class Tracker:
             self._known_rows = np.concatenate([self._known_rows, rows], dtype=DETECTION)
         else:
             self._known_rows = np.ascontiguousarray(rows)
-        blobs = accept(rows, self.config)
-        self.dropped += len(rows) - len(blobs.rows)
+        few = largest(rows, self.config.max_detections)
+        self.crowded_out += len(rows) - len(few)
+        blobs = accept(few, self.config)
+        self.dropped += len(few) - len(blobs.rows)
         return blobs
 
     def _associate(

@@ -1,8 +1,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
+from rclpy.serialization import deserialize_message
+from rclpy.serialization import serialize_message
 from visualization_msgs.msg import Marker
+from visualization_msgs.msg import MarkerArray
 
+from colortrack_ros.bags import canonical
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import TENTATIVE
@@ -19,8 +24,12 @@ def tracks(*ids, state=CONFIRMED, restarted=''):
     return Tracks(rows, 5, 'cam', restarted)
 
 
+def written(writer, some, scale):
+    return deserialize_message(writer.write(some, scale), MarkerArray).markers
+
+
 def test_three_markers_for_a_track_in_metres():
-    ellipse, arrow, text = MarkerWriter().write(tracks(7), 0.1).markers
+    ellipse, arrow, text = written(MarkerWriter(), tracks(7), 0.1)
     assert {m.id for m in (ellipse, arrow, text)} == {7}
     assert (ellipse.header.stamp.nanosec, ellipse.header.frame_id) == (5, 'cam')
     assert np.allclose((ellipse.pose.position.x, ellipse.pose.position.y), (3, 4))
@@ -34,33 +43,33 @@ def test_three_markers_for_a_track_in_metres():
 
 def test_markers_are_as_large_as_their_track_and_green_or_amber():
     """Sizes are shares of the height of the box, here 10 px of 0.1 m."""
-    ellipse, arrow, text = MarkerWriter().write(tracks(7), 0.1).markers
+    ellipse, arrow, text = written(MarkerWriter(), tracks(7), 0.1)
     assert np.isclose(ellipse.scale.z, 0.01)
     assert np.allclose([arrow.scale.x, arrow.scale.y, arrow.scale.z], [0.05, 0.1, 0])
     assert np.isclose(text.scale.z, 0.5)
     assert np.allclose([text.pose.position.x, text.pose.position.y], [3, 4 - 0.75])
     color = ellipse.color
     assert np.allclose([color.r, color.g, color.b, color.a], [0.1, 0.8, 0.2, 0.8])
-    color = MarkerWriter().write(tracks(7, state=COASTING), 0.1).markers[0].color
+    color = written(MarkerWriter(), tracks(7, state=COASTING), 0.1)[0].color
     assert np.allclose([color.r, color.g, color.b, color.a], [0.9, 0.7, 0.1, 0.5])
 
 
 def test_a_tentative_track_has_no_markers():
-    assert MarkerWriter().write(tracks(1, state=TENTATIVE), 1.0).markers == []
+    assert written(MarkerWriter(), tracks(1, state=TENTATIVE), 1.0) == []
 
 
 def test_a_track_that_has_gone_is_deleted_once():
     writer = MarkerWriter()
     writer.write(tracks(1, 2), 1.0)
-    gone = [m for m in writer.write(tracks(2), 1.0).markers if m.action == Marker.DELETE]
+    gone = [m for m in written(writer, tracks(2), 1.0) if m.action == Marker.DELETE]
     assert [(m.ns, m.id) for m in gone] == [('ellipse', 1), ('velocity', 1), ('id', 1)]
-    assert all(m.action == Marker.ADD for m in writer.write(tracks(2), 1.0).markers)
+    assert all(m.action == Marker.ADD for m in written(writer, tracks(2), 1.0))
 
 
 def test_all_markers_are_deleted_after_a_restart():
     writer = MarkerWriter()
     writer.write(tracks(1, 2), 1.0)
-    markers = writer.write(tracks(3, restarted='the stamp went back'), 1.0).markers
+    markers = written(writer, tracks(3, restarted='the stamp went back'), 1.0)
     assert [m.action for m in markers] == [Marker.DELETEALL] + 3 * [Marker.ADD]
 
 
@@ -73,13 +82,34 @@ def outlined(*ids, state=CONFIRMED):
 
 def test_an_outline_is_a_closed_strip_and_is_deleted_with_its_track():
     writer = MarkerWriter()
-    strip = writer.write(outlined(1, 2), 0.1).markers[7]
+    strip = written(writer, outlined(1, 2), 0.1)[7]
     assert (strip.ns, strip.id, strip.type) == ('outline', 2, Marker.LINE_STRIP)
     points = [(p.x, p.y) for p in strip.points]
     np.testing.assert_allclose(points, [(20, 3.5), (20.5, 4.5), (19.5, 4.5), (20, 3.5)])
     assert strip.scale.x > 0
-    gone = [m.ns for m in writer.write(outlined(2), 0.1).markers if m.action == Marker.DELETE]
+    gone = [m.ns for m in written(writer, outlined(2), 0.1) if m.action == Marker.DELETE]
     assert gone == ['ellipse', 'velocity', 'id', 'outline']
-    gone = [m.ns for m in writer.write(tracks(), 0.1).markers]
+    gone = [m.ns for m in written(writer, tracks(), 0.1)]
     assert gone == ['ellipse', 'velocity', 'id', 'outline']
-    assert writer.write(outlined(3, state=TENTATIVE), 0.1).markers == []
+    assert written(writer, outlined(3, state=TENTATIVE), 0.1) == []
+
+
+@pytest.mark.parametrize('frame_id', ['', 'c', 'cam', 'camera', 'k\u00e4mera'])
+def test_it_is_what_ros_serializes_at_any_length_of_names_and_ids(frame_id):
+    writer = MarkerWriter()
+    for ids in ([1], [9, 10, 99, 100, 12345], [7]):
+        cdr = writer.write(replace(outlined(*ids), frame_id=frame_id), 0.1)
+        message = deserialize_message(cdr, MarkerArray)
+        assert canonical(serialize_message(message), 'visualization_msgs/msg/MarkerArray') == cdr
+        assert {marker.header.frame_id for marker in message.markers} == {frame_id}
+        labels = [marker.text for marker in message.markers if marker.text]
+        assert labels == [str(i) for i in ids]
+
+
+def test_who_comes_after_markers_that_nobody_took_begins_with_none():
+    writer = MarkerWriter()
+    writer.write(tracks(1, 2), 1.0)
+    writer.skip()
+    actions = [m.action for m in written(writer, tracks(2), 1.0)]
+    assert actions == [Marker.DELETEALL] + 3 * [Marker.ADD]
+    assert [m.action for m in written(writer, tracks(2), 1.0)] == 3 * [Marker.ADD]

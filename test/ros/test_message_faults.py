@@ -96,8 +96,9 @@ def parameters(node: str) -> dict[str, object]:
     for depth in ('queue_depth', 'image_queue_depth'):
         if depth in parameter_pages.NODES[name].specs:
             values[depth] = 1000
-    if name in TAKERS:
+    if 'max_lag' in parameter_pages.NODES[name].specs:
         values['max_lag'] = 60.0
+    if name in TAKERS:
         values['image_transport'] = 'compressed' if namespace == 'jpeg' else 'raw'
     if name in TAKERS and name != 'detector':
         values['tracks_topic'] = f'{name}/tracks'  # not what the overlay hears
@@ -155,6 +156,7 @@ class Crowd:
         self.ros = ros
         self.taken = dict.fromkeys(HEARD, 0)
         self.refused = dict.fromkeys(HEARD, 0)
+        self.skipped = dict.fromkeys(HEARD, 0)
         self.seen: set[str] = set()
         ros.node.create_subscription(DiagnosticArray, '/diagnostics', self._note, 1000)
         self.publishers = {
@@ -179,6 +181,7 @@ class Crowd:
         self.seen.add(status.name)
         self.taken[status.name] += round(float(values['rate in [Hz]']))
         self.refused[status.name] = int(values['refused'])
+        self.skipped[status.name] = int(values.get('skipped', 0))
 
     def publish(self, messages: dict[str, list]) -> None:
         """Publish on each topic, and wait until all is worked on."""
@@ -189,12 +192,13 @@ class Crowd:
         assert self.ros.spin(self.all_heard, 30.0), f'{self.sent} {self.taken} {self.refused}'
 
     def all_heard(self) -> bool:
-        """Whether each node has taken or refused all that it has been sent.
+        """Whether each node has taken, refused or skipped all that it has been sent.
 
         Not of those that count something else: the pictures that they work on, or outlines alone.
         """
         return all(
-            self.taken[node] + self.refused[node] >= sum(self.sent[t] for t in HEARD[node])
+            self.taken[node] + self.refused[node] + self.skipped[node]
+            >= sum(self.sent[t] for t in HEARD[node])
             for node in set(HEARD) - {'/clouds/camera', '/clouds/window_tracker', '/lines/overlay'}
         )
 

@@ -42,7 +42,11 @@ PARAMS = """/**:
 """
     for node in ('detector', 'window_tracker', 'contour_tracker')
 )
-PARAMS += """/**/window_tracker:
+PARAMS += """/**/tracker:
+  ros__parameters:
+    max_lag: 60.0
+    image_size: [320, 240]
+/**/window_tracker:
   ros__parameters:
     detections_topic: detections
     tracks_topic: windows
