@@ -69,8 +69,14 @@ class TrackerConfig(Config):
     use_boxes: bool = parameter(
         True, 'Whether the bounding boxes tell when an object is cut or merged with another.'
     )
+    ego_motion: str = parameter(
+        'none',
+        "How the camera's own motion is known: none, it stands; detections, by what the motions of "
+        'most objects have in common.',
+        choices=('none', 'detections'),
+    )
     max_detections: int = parameter(
-        12_000,
+        10_000,
         'Detections of a frame that are worked on; of more the largest, and the others are '
         'counted. As many take a second on a slow machine.',
         minimum=1,

@@ -11,9 +11,14 @@ from colortrack_ros.estimation.existence import predict_existence
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.ego_motion import CARRIED
+from colortrack_ros.tracking.ego_motion import find_ego_motion
 from colortrack_ros.tracking.measurements import Measurements
 
 Floats = NDArray[np.float64]
+
+LAST_FRAME = 1.5
+"""What was measured within so many frames was measured in the last; halfway from one to two."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +78,8 @@ def predict(
         bank.set_speed(config.initial_speed or learned.speed)
     noise = config.process_noise or learned.noise
     bank.predict(dt, noise**2)
+    if config.ego_motion == 'detections' and dt > 0:
+        _follow_camera(tracks, measurements, now=now, dt=dt)
     records['visible'], records['hidden'] = predict_existence(
         records['visible'], records['hidden'], dt, config.max_time_since_update
     )
@@ -93,3 +100,19 @@ def predict(
         log_density=math.log(config.clutter_density or learned.density),
         sized=config.use_boxes and bool(measurements.size.any() or records['extent'].any()),
     )
+
+
+def _follow_camera(
+    tracks: TrackTable[Bank], measurements: Measurements, *, now: int, dt: float
+) -> None:
+    """Take all tracks along with what those measured in the last frame share."""
+    steady = (tracks.records['hits'] > 1) & (tracks.unmeasured(now) < LAST_FRAME * dt)
+    if not len(measurements) or not steady.any():
+        return
+    mean, cov = tracks.filters.estimate()
+    R = np.median(measurements.R[:, [0, 1], [0, 1]], axis=0)
+    expected, variance = mean[steady, :2], cov[steady][:, [0, 1], [0, 1]] + R
+    motion = find_ego_motion(expected, variance, measurements.z)
+    if motion is not None:
+        way = motion.A @ expected.mean(axis=0) + motion.shift - expected.mean(axis=0)
+        tracks.filters.move(motion.A, motion.shift, CARRIED * way / dt)

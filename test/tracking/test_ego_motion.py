@@ -1,0 +1,75 @@
+"""A camera that moves takes all tracks along."""
+
+import numpy as np
+import pytest
+from support.silhouettes import FRAME
+from support.silhouettes import points
+
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.ego_motion import find_ego_motion
+
+
+def crowd(rng, count):
+    return rng.uniform(0, (640, 480), (count, 2))
+
+
+def turned(x, degrees, zoom, shift):
+    a = np.radians(degrees)
+    A = zoom * np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+    return (x - (320, 240)) @ A.T + (320, 240) + shift
+
+
+@pytest.mark.parametrize('seed', range(5))
+@pytest.mark.parametrize('shift', [(0, 0), (3, 0), (-20, 8), (90, -90)])
+def test_the_shift_that_most_share_is_found_though_some_go_their_own_way(seed, shift):
+    rng = np.random.default_rng(seed)
+    x = crowd(rng, 20)
+    z = turned(x, 0, 1, shift) + rng.normal(0, 1, x.shape)
+    z[:4] = crowd(rng, 4)
+    motion = find_ego_motion(x, np.full_like(x, 2.0), rng.permutation(z[3:]))
+    found = np.zeros(2) if motion is None else motion.shift + motion.A @ x.mean(0) - x.mean(0)
+    np.testing.assert_allclose(found, shift, atol=2.0)
+
+
+@pytest.mark.parametrize(('degrees', 'zoom'), [(1.0, 1.0), (0.0, 1.02), (-0.7, 0.99)])
+def test_turn_and_zoom_are_found(degrees, zoom):
+    rng = np.random.default_rng(0)
+    x = crowd(rng, 20)
+    z = turned(x, degrees, zoom, (5, 0)) + rng.normal(0, 0.3, x.shape)
+    motion = find_ego_motion(x, np.full_like(x, 40.0), z)
+    np.testing.assert_allclose(x @ motion.A.T + motion.shift, z, atol=1.5)
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_a_camera_that_stands_has_no_motion(seed):
+    rng = np.random.default_rng(seed)
+    x = crowd(rng, 10)
+    z = x + rng.normal(0, 1, x.shape)
+    assert find_ego_motion(x, np.full_like(x, 2.0), z) is None
+
+
+@pytest.mark.parametrize('count', [0, 1, 2])
+def test_of_one_or_two_nobody_can_tell_whose_motion_it_is(count):
+    x = np.full((count, 2), 50.0) * np.arange(1, count + 1)[:, None]
+    assert find_ego_motion(x, np.full_like(x, 2.0), x + 20) is None
+
+
+def ids(moves, ego_motion):
+    """Which IDs six objects at rest are given while the picture jumps about, one of them hidden."""
+    tracker = Tracker(TrackerConfig(ego_motion=ego_motion))
+    place = np.array([(40 * k + 20, 60 + 17 * (k % 3)) for k in range(6)], float)
+    for k, move in enumerate(moves):
+        seen = place[:-1] if 20 <= k < 40 else place
+        rows = tracker.update(points([tuple(p) for p in seen + move], k * FRAME)).rows
+    return rows
+
+
+def test_tracks_keep_their_ids_and_hidden_ones_their_place_when_the_picture_jumps():
+    """By up to the distance of neighbors, in every frame."""
+    moves = np.random.default_rng(0).uniform(-20, 20, (60, 2))
+    rows = ids(moves, 'detections')
+    assert rows['track_id'].tolist() == [1, 2, 3, 4, 5, 6]
+    assert rows['hits'].tolist() == [60] * 5 + [40]
+    assert np.abs(rows['u'] - (40 * np.arange(6) + 20 + moves[-1][0])).max() < 3
+    assert ids(moves, 'none')['hits'].tolist() != [60] * 5 + [40]
