@@ -6,6 +6,7 @@ A message that contradicts itself or its contract raises MessageError.
 from colortrack_ros.messages.camera_info import camera_info_of_frame
 from colortrack_ros.messages.camera_info import image_size_of_serialized_camera_info
 from colortrack_ros.messages.camera_info import load_camera_info
+from colortrack_ros.messages.camera_info import save_camera_info
 from colortrack_ros.messages.clouds import cloud_of_detections
 from colortrack_ros.messages.clouds import cloud_of_outlines
 from colortrack_ros.messages.clouds import cloud_of_tracks
@@ -52,6 +53,7 @@ __all__ = [
     'locations_of_cloud',
     'locations_of_serialized_cloud',
     'outlines_of_serialized_cloud',
+    'save_camera_info',
     'stamp_of',
     'stamp_of_serialized',
     'tracks_of_cloud',

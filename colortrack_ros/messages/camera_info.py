@@ -8,6 +8,7 @@ from sensor_msgs.msg import CameraInfo
 import yaml
 
 from colortrack_ros.data import Frame
+from colortrack_ros.encodings import size_of
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.serialized import message_of_serialized
@@ -51,6 +52,32 @@ def load_camera_info(url: str) -> CameraInfo:
     return info
 
 
+def save_camera_info(url: str, info: CameraInfo) -> None:
+    """Write a calibration as camera_calibration does; :func:`load_camera_info` reads it.
+
+    :raises ValueError: there is no URL, or it cannot be written to.
+    """
+    if not url:
+        raise ValueError('expected the path of a file to store the calibration in, got none')
+    columns = {'k': 3, 'r': 3, 'p': 4}
+    content: dict[str, object] = {
+        'image_width': info.width,
+        'image_height': info.height,
+        'camera_name': 'camera',
+        'distortion_model': info.distortion_model,
+    }
+    for field, (key, _) in _MATRICES.items():
+        data = [float(value) for value in getattr(info, field)]
+        width = columns.get(field, len(data))
+        content[key] = {'rows': len(data) // max(width, 1), 'cols': width, 'data': data}
+    path = _path(url)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(yaml.safe_dump(content, sort_keys=False))
+    except OSError as error:
+        raise ValueError(f'{error.strerror}: {path}') from error
+
+
 def camera_info_of_frame(frame: Frame, info: CameraInfo) -> CameraInfo:
     """What goes with a frame: its header, and where the camera is not calibrated, its size.
 
@@ -58,7 +85,7 @@ def camera_info_of_frame(frame: Frame, info: CameraInfo) -> CameraInfo:
     """
     info.header = header_of(frame.stamp, frame.frame_id)
     if not info.k[0]:
-        info.height, info.width = frame.image.shape[:2]
+        info.height, info.width = size_of(frame)
     return info
 
 

@@ -19,12 +19,12 @@ from colortrack_ros.chain import ColorChain
 from colortrack_ros.data import Frame
 from colortrack_ros.flow.pacing import Pacer
 from colortrack_ros.flow.pacing import Window
-from colortrack_ros.messages import camera_info_of_frame
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import load_camera_info
 from colortrack_ros.messages import MessageError
+from colortrack_ros.node_kit.calibration import CalibrationServer
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.diagnostics import HealthConfig
 from colortrack_ros.node_kit.live_parameters import ParameterNode
@@ -42,6 +42,8 @@ from colortrack_ros.parameters import part
 from colortrack_ros.sources import Grabber
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
+from colortrack_ros.sources.device import AbsentSource
+from colortrack_ros.sources.device import DeviceSource
 from colortrack_ros.sources.stream import without_secrets
 
 IN_FLIGHT = 2
@@ -67,6 +69,7 @@ class CameraSetup(Config):
         'folder or glob of pictures, or scene:NAME.',
         read_only=True,
         shown=without_secrets,
+        int_is_text=True,
     )
     rate: float = parameter(
         0.0,
@@ -131,12 +134,13 @@ class CameraNode(ParameterNode[CameraSetup]):
         **options: Any,
     ) -> None:
         super().__init__('camera', CameraSetup, **options)
-        self._info = load_camera_info(self.setup.camera_info_url)
         self._chain, self._on_end = chain, on_end
         try:
             self._grabber = self._open()
         except SourceError as error:
-            raise StartError(str(error)) from error
+            if not DeviceSource.accepts(self.setup.source):
+                raise StartError(str(error)) from error
+            self._grabber = Grabber(AbsentSource(error))
         self._state = 'playing'
         self._trouble = ''
         self.health = Health(
@@ -148,6 +152,9 @@ class CameraNode(ParameterNode[CameraSetup]):
         )
         self._images = publish_on(self, Image, self.setup.image_topic)
         self._infos = publish_on(self, CameraInfo, self.setup.camera_info_topic)
+        self._calibration = CalibrationServer(
+            self, self.setup.camera_info_url, self.setup.camera_info_topic
+        )
         # Beside the images, wherever they have been remapped to.
         self._jpegs = publish_on(self, CompressedImage, f'{self._images.topic_name}/compressed')
         self._answers: Subscription | None = None
@@ -172,7 +179,7 @@ class CameraNode(ParameterNode[CameraSetup]):
 
     def apply(self, setup: CameraSetup) -> None:
         """Take changed parameters into use."""
-        self._info = load_camera_info(setup.camera_info_url)
+        self._calibration.load(setup.camera_info_url)
         self._listen(setup)
 
     def _listen(self, setup: CameraSetup) -> None:
@@ -222,6 +229,10 @@ class CameraNode(ParameterNode[CameraSetup]):
         """Wait while a recording is paused; whether this frame is not to be published."""
         if self._grabber.live:
             return not self._going.is_set()
+        if not self._going.is_set() and self._base is not None:
+            paused = self.get_clock().now().nanoseconds
+            self._going.wait()
+            self._base += self.get_clock().now().nanoseconds - paused
         self._going.wait()
         return self._closing.is_set()
 
@@ -261,7 +272,7 @@ class CameraNode(ParameterNode[CameraSetup]):
             self._chain.put(frame)  # before the pictures are sent, which takes longer
             if self.setup.as_consumed:
                 self._chain.settle()
-        self._infos.publish(camera_info_of_frame(frame, self._info))
+        self._infos.publish(self._calibration.beside(frame))
         # A picture is a megabyte and more: made into a message only for somebody who wants it.
         if self._images.get_subscription_count() > 0:
             self._images.publish(image_of_frame(frame))

@@ -46,6 +46,7 @@ def parameter(
     choices: Iterable[str] = (),
     audience: str = USER,
     read_only: bool = False,
+    int_is_text: bool = False,
     shown: Callable[[Any], Any] = lambda value: value,
     valid: Callable[[Any], object] = lambda value: value,
 ) -> Any:
@@ -67,6 +68,7 @@ def parameter(
         length=len(default) if listed else None,
         audience=audience,
         read_only=read_only,
+        int_is_text=int_is_text,
         shown=shown,
         valid=valid,
     )

@@ -27,6 +27,8 @@ class Spec:
     :param length: how many items a list must have, None for any number.
     :param audience: USER, EXPERT or DOCUMENT.
     :param read_only: whether only the start sets it.
+    :param int_is_text: a whole number is taken for its digits, as YAML has no quotes for a name of
+        digits.
     :param shown: what others see of the value, such as an address without its password.
     :param valid: raises ValueError with what was expected, where type and range do not say all.
     """
@@ -41,6 +43,7 @@ class Spec:
     length: int | None = None
     audience: str = USER
     read_only: bool = False
+    int_is_text: bool = False
     shown: Callable[[Any], Any] = lambda value: value
     valid: Callable[[Any], object] = lambda value: value
 
@@ -102,6 +105,8 @@ class Spec:
         kind: Any = self.kind
         if kind is float and type(value) is int:
             value = float(value)
+        if self.int_is_text and type(value) is int:
+            value = str(value)
         if type(value) is not kind:
             expected = f'{self.type_name}{self.allowed_text}'
             raise ValueError(f'{name}: expected {expected}, got {value!r}')

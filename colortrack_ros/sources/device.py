@@ -2,12 +2,42 @@
 
 import glob
 from pathlib import Path
+from typing import NoReturn
 
 import cv2
 
+from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Clock
 from colortrack_ros.sources.capture import LiveCapture
+
+
+class AbsentSource(Source):
+    """A device that is not there yet: reading it fails as opening it did.
+
+    :param error: what opening it raised.
+    """
+
+    live = True
+    period = 0
+
+    def __init__(self, error: SourceError) -> None:
+        self._error = error
+
+    @staticmethod
+    def accepts(spec: str) -> bool:
+        """Nothing: it stands in for a device."""
+        return False
+
+    def read(self) -> NoReturn:
+        """Raise the error."""
+        raise self._error
+
+    def rewind(self) -> None:
+        """There is nothing to go back to."""
+
+    def close(self) -> None:
+        """Nothing is held open."""
 
 
 class DeviceSource(LiveCapture):
