@@ -90,6 +90,23 @@ def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return np.ascontiguousarray(center.T), np.ascontiguousarray(radius.T) + _MARGIN
 
 
+def _bounds(
+    center: NDArray[np.float64],
+    radius: NDArray[np.float64],
+    samples: NDArray[np.float64],
+    stretch: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(65536,) each: between which D^2 to the nearest sample lies over each cell."""
+    nearest, farthest = np.full((2, center.shape[1]), np.inf)
+    for sample in samples:
+        offset = np.abs(center - sample[:, None])
+        near = ((np.maximum(offset - radius, 0) * stretch[:, None]) ** 2).sum(axis=0)
+        np.minimum(nearest, near, out=nearest)
+        far = (((offset + radius) * stretch[:, None]) ** 2).sum(axis=0)
+        np.minimum(farthest, far, out=farthest)
+    return nearest, farthest
+
+
 def cells_of(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.uint16]:
     """(H, W) the cell of each pixel."""
     code = _TO_CELL.get(encoding, cv2.COLOR_GRAY2BGR565)
@@ -102,7 +119,8 @@ class ColorTable:
     A pixel belongs to a color where D < tolerance (2.2), computed in double precision as D^2 <
     tolerance^2; within tolerance of several, to the one with the smallest D; at equal D, to the
     first. D is the distance (2.1) or, for an ellipsoid, the distance with each axis stretched so
-    that D = tolerance on its surface.
+    that D = tolerance on its surface. Of a color with samples it is that to the nearest of them,
+    and a pixel that is at least as near to one of its others does not belong to it.
 
     :param colors: 1 to 254 reference colors.
     :param threads: that work on a picture at the same time; the result is the same.
@@ -112,7 +130,8 @@ class ColorTable:
         # Without the 16-bit table NumPy looks up, which does not let go of the interpreter.
         self._threads = threads if HAS_16_BIT_LUT else 1
         self._map = ThreadPoolExecutor(threads).map if self._threads > 1 else map
-        self._lab = np.array([color.lab for color in colors])
+        self._samples = [np.array([color.lab, *color.samples]) for color in colors]
+        self._others = [np.array(color.others).reshape(-1, 3) for color in colors]
         self._tolerance = np.array([color.tolerance for color in colors])
         self._stretch = self._tolerance[:, None] / [color.axes for color in colors]
         self._cells, touched = self._label_cells()
@@ -127,14 +146,12 @@ class ColorTable:
         """
         center, radius = cell_bounds()
         cells = np.zeros(1 << 16, np.uint8)
-        may = np.zeros((len(self._lab), len(cells)), bool)
+        may = np.zeros((len(self._samples), len(cells)), bool)
         for k, tolerance in enumerate(self._tolerance):
-            stretch = self._stretch[k, :, None]
-            offset = np.abs(center - self._lab[k, :, None])
-            nearest = ((np.maximum(offset - radius, 0) * stretch) ** 2).sum(axis=0)
-            farthest = (((offset + radius) * stretch) ** 2).sum(axis=0)
-            may[k] = touched = nearest < tolerance**2
-            whole = (farthest < tolerance**2) & (cells == 0)
+            nearest, farthest = _bounds(center, radius, self._samples[k], self._stretch[k])
+            near_other, far_other = _bounds(center, radius, self._others[k], self._stretch[k])
+            may[k] = touched = (nearest < tolerance**2) & (nearest < far_other)
+            whole = (farthest < tolerance**2) & (farthest < near_other) & (cells == 0)
             cells[touched] = np.where(whole[touched], k + 1, CUT)
         return cells, may
 
@@ -148,8 +165,7 @@ class ColorTable:
         labels = np.zeros(len(rgb), np.uint8)
         smallest = np.full(len(rgb), np.inf)
         for k, tolerance in enumerate(self._tolerance):
-            lightness, a, b = ((lab - self._lab[k]) * self._stretch[k]).T
-            squared = lightness * lightness + a * a + b * b
+            squared = self._squared(k, lab)
             nearer = (squared < tolerance**2) & (squared < smallest)
             labels[nearer] = k + 1
             smallest[nearer] = squared[nearer]
@@ -161,10 +177,22 @@ class ColorTable:
         :param rgb: (N, 3) red, green, blue.
         :param labels: (N,) of colors, not 0.
         """
-        k = labels - 1
-        offset = (lab_from_rgb(rgb) - self._lab[k]) * self._stretch[k]
-        distance = np.sqrt((offset * offset).sum(axis=1))
-        return np.maximum(1 - distance / self._tolerance[k], 0)
+        lab = lab_from_rgb(rgb)
+        distance = np.zeros(len(labels))
+        for k in np.unique(labels).astype(int) - 1:
+            mine = labels == k + 1
+            distance[mine] = np.sqrt(self._squared(k, lab[mine])) / self._tolerance[k]
+        return np.maximum(1 - distance, 0)
+
+    def _squared(self, k: int, lab: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N,) D^2 to a color; infinite where something that is not it is as near."""
+        mine, other = np.full((2, len(lab)), np.inf)
+        for least, samples in ((mine, self._samples[k]), (other, self._others[k])):
+            for sample in samples:
+                lightness, a, b = ((lab - sample) * self._stretch[k]).T
+                np.minimum(least, lightness * lightness + a * a + b * b, out=least)
+        mine[other <= mine] = np.inf
+        return mine
 
     def label(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
         """The labels of a picture.

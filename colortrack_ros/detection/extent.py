@@ -5,9 +5,11 @@ run out; then comes a gap, and then everything else. The relative growth of the 
 d ln N / d ln t, has its valley there. It is 3 where colors fill CIELAB evenly, and 0 in a gap.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.color_table import cell_bounds
@@ -87,21 +89,32 @@ def middle_of(counts: NDArray[np.float64], extent: Extent) -> Triple | None:
     return L, a, b
 
 
-def find_extent(counts: NDArray[np.float64], lab: Triple) -> Extent | None:
+def find_extent(
+    counts: NDArray[np.float64],
+    lab: Triple,
+    samples: tuple[Triple, ...] = (),
+    others: tuple[Triple, ...] = (),
+) -> Extent | None:
     """The pixels that belong to a color, by the deepest valley around it.
 
     :param counts: (65536,) of :func:`count_colors`.
     :param lab: the color, or one within it.
+    :param samples, others: of the color; with them it stays where it is, and has the first shape.
     :returns: None when it is not in the picture, or no size of it stays below LARGEST_SHARE.
     """
-    if pixels_near(counts, lab) < FEWEST:
+    if max(pixels_near(counts, sample) for sample in (lab, *samples)) < FEWEST:
         return None
     (filled,) = (counts > 0).nonzero()
     number, color = counts[filled], cell_bounds()[0].T[filled]
     center, shape = np.array(lab), np.array([LIGHTNESS_AXIS, 1.0, 1.0])
+    if samples or others:
+        away = _nearest(color, (lab, *samples), shape)
+        mine = away < _nearest(color, others, shape)
+        return _valley(number[mine], away[mine], center, shape, counts.sum())
     best: Extent | None = None
     for _ in range(ROUNDS):
-        found = _valley(number, color, center, shape)
+        distance = _nearest(color, (center,), shape)
+        found = _valley(number, distance, center, shape, counts.sum())
         if found is None or (best is not None and found.growth > best.growth - DEEPER):
             break
         best = found
@@ -114,14 +127,25 @@ def find_extent(counts: NDArray[np.float64], lab: Triple) -> Extent | None:
     return best
 
 
+def _nearest(
+    color: NDArray[np.float64], samples: Iterable[ArrayLike], shape: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(N,) distance to the nearest sample, infinite where there is none."""
+    nearest = np.full(len(color), np.inf)
+    for sample in samples:
+        away = (color - np.asarray(sample, np.float64)) / shape
+        np.minimum(nearest, np.sqrt((away**2).sum(axis=1)), out=nearest)
+    return nearest
+
+
 def _valley(
     number: NDArray[np.float64],
-    color: NDArray[np.float64],
+    distance: NDArray[np.float64],
     center: NDArray[np.float64],
     shape: NDArray[np.float64],
+    total: float,
 ) -> Extent | None:
-    """The ellipsoid of this center and shape at whose surface the count grows least."""
-    distance = np.sqrt((((color - center) / shape) ** 2).sum(axis=1))
+    """The size at whose surface the count grows least, of ellipsoids of a shape around a center."""
     order = np.argsort(distance)
     behind = np.searchsorted(distance[order], SIZES)
     count = np.append(0.0, np.cumsum(number[order]))[behind]
@@ -131,7 +155,7 @@ def _valley(
         count[2 * SLOPE_STEPS :],
     )
     growth = (larger - smaller) / np.maximum(middle, 1) / (2 * SLOPE_STEPS * STEP)
-    growth[(middle < FEWEST) | (larger > LARGEST_SHARE * number.sum())] = np.inf
+    growth[(middle < FEWEST) | (larger > LARGEST_SHARE * total)] = np.inf
     k = int(growth.argmin())
     if not np.isfinite(growth[k]):
         return None

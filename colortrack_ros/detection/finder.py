@@ -79,15 +79,23 @@ class ColorFinder:
         for k in self._sought:
             if k in self._found:
                 self._renew(k, self._pool, stamp)
-            elif (extent := find_extent(now, self._colors[k].lab)) is not None:
+            elif (extent := self._find(k, now)) is not None:
                 self._found[k], self._since[k] = extent, stamp
         return before != self._found
+
+    def _find(self, k: int, counts: NDArray[np.float64]) -> Extent | None:
+        color = self._colors[k]
+        return find_extent(counts, color.lab, color.samples, color.others)
 
     def _renew(self, k: int, pool: NDArray[np.float64], stamp: int) -> None:
         """Take the extent that the color has now, unless it is another thing's."""
         known = self._found[k]
-        extent = find_extent(pool, self._colors[k].lab)
-        if extent is None and (middle := middle_of(pool, known)) is not None:
+        extent = self._find(k, pool)
+        if (
+            extent is None
+            and not self._colors[k].is_sampled
+            and (middle := middle_of(pool, known)) is not None
+        ):
             extent = find_extent(pool, middle)
         if extent is None:
             return
@@ -103,7 +111,7 @@ class ColorFinder:
         for k in self._sought:
             extent = self._found.get(k)
             if extent is None:
-                found[k] = replace(colors[k], lab=NOWHERE, tolerance=NOTHING)
+                found[k] = replace(colors[k], lab=NOWHERE, tolerance=NOTHING, samples=())
                 continue
             dL, da, db = (min(axis, MAX_TOLERANCE) for axis in extent.axes)
             found[k] = replace(

@@ -115,4 +115,10 @@ class ColorFollower:
 def _moved(color: ReferenceColor, lab: Triple, scale: float) -> ReferenceColor:
     """The same color in another light, with the tolerance scaled."""
     tolerance, dL, da, db = (min(scale * x, MAX_TOLERANCE) for x in (color.tolerance, *color.axes))
-    return replace(color, lab=lab, tolerance=tolerance, tolerance_lab=(dL, da, db))
+    moved = replace(color, lab=lab, tolerance=tolerance, tolerance_lab=(dL, da, db))
+    way = np.subtract(lab, color.lab)
+    samples, others = (
+        tuple((L, a, b) for L, a, b in (np.array(shades).reshape(-1, 3) + way).tolist())
+        for shades in (color.samples, color.others)
+    )
+    return replace(moved, samples=samples, others=others)

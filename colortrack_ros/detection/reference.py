@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import replace
 
+import numpy as np
+
 from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import linear_from_srgb
 from colortrack_ros.parameters import Config
@@ -37,12 +39,16 @@ class ReferenceColor:
     :param tolerance_lab: half axes [dL, da, db] of an ellipsoid around lab, in place of the
         sphere [CIELAB units], each above 0, at most 200: a wide dL and narrow da, db take in the
         light and the dark side of a thing.
+    :param samples: further colors, as lab, that are it: the nearest counts.
+    :param others: colors, as lab, that are not it: what is nearer to one of them is not it either.
     """
 
     name: str
     lab: Triple
     tolerance: float = 25.0
     tolerance_lab: Triple | None = None
+    samples: tuple[Triple, ...] = ()
+    others: tuple[Triple, ...] = ()
 
     def __post_init__(self) -> None:
         expect(self.name != '', 'colors', self.name, 'a name that is not empty')
@@ -66,6 +72,11 @@ class ReferenceColor:
     def is_sought(self) -> bool:
         """Whether how far it reaches is found in the pictures."""
         return self.tolerance == 0 and self.tolerance_lab is None
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether more than one color says what it is."""
+        return bool(self.samples or self.others)
 
     @property
     def axes(self) -> Triple:
@@ -123,7 +134,21 @@ DEFAULT_COLORS = (ReferenceColor.from_rgb('red', (205, 58, 34), 50.0),)
 
 @dataclass(frozen=True)
 class ReferenceColorConfig(Config):
-    """What each NAME in ``colors`` has: one of lab, rgb and preset, and a tolerance."""
+    """What each NAME in ``colors`` has: one of lab, rgb, preset and samples, and a tolerance."""
+
+    others: tuple[float, ...] = parameter(
+        float,
+        'Colors that are not it, [r1, g1, b1, r2, g2, b2, ...], sRGB, 0..255: what is nearer to '
+        'one of them than to it is not it.',
+        minimum=0.0,
+        maximum=255.0,
+    )
+    samples: tuple[float, ...] = parameter(
+        float,
+        'Colors that are it, as others; beside lab, rgb or preset, or in place of them.',
+        minimum=0.0,
+        maximum=255.0,
+    )
 
     lab: Triple = parameter(
         float, 'The reference color [L, a, b] in CIELAB (D65); or give rgb or preset.'
@@ -155,6 +180,23 @@ def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColo
 
     :raises ValueError: none or several of lab, rgb and preset are given, or one is out of range.
     """
+    samples = _labs_of(f'{name}.samples', config.samples)
+    others = _labs_of(f'{name}.others', config.others)
+    if samples and not (config.lab or config.rgb or config.preset):
+        color = ReferenceColor(name, samples[0], config.tolerance, config.tolerance_lab or None)
+        return replace(color, samples=samples[1:], others=others)
+    return replace(_shade_of(name, config), samples=samples, others=others)
+
+
+def _labs_of(name: str, rgb: tuple[float, ...]) -> tuple[Triple, ...]:
+    """CIELAB of colors that stand one after the other."""
+    expect(len(rgb) % 3 == 0, name, len(rgb), 'r, g, b of each color, three numbers each')
+    lab = lab_from_linear(linear_from_srgb(np.array(rgb).reshape(-1, 3)))
+    return tuple((L, a, b) for L, a, b in lab.tolist())
+
+
+def _shade_of(name: str, config: ReferenceColorConfig) -> ReferenceColor:
+    """The color but for its samples."""
     given = [key for key in ('lab', 'rgb', 'preset') if getattr(config, key)]
     one = f'one of {name}.lab, {name}.rgb and {name}.preset'
     if len(given) > 1:
