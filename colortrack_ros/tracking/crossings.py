@@ -37,6 +37,10 @@ sqrt(12 / (6 * 35)) = 0.24 standard deviations of a detection a frame. Assumed: 
 ESTABLISHED = 10
 """Hits from which a track has a direction to go by. Assumed."""
 
+UNSTEADY = 0.1
+"""Where objects may have maneuvered since with this probability, lines do not tell who is who,
+and the decisions of the frames stand. Assumed: of two, one then has in a fifth of the cases."""
+
 OWN = ('track_id', 'born', 'origin', 'color', 'hits')
 """What a track keeps when it goes on as another that it was taken for."""
 
@@ -138,8 +142,10 @@ def tell_apart(
     one, other = one[ready], other[ready]
     if not len(one):
         return
-    chance = config.maneuvers * learned.chance((stamp - records['met'][one]) / NANOSECONDS, period)
+    in_sight = learned.chance((stamp - records['met'][one]) / NANOSECONDS, math.inf)
+    chance = config.maneuvers * in_sight
     exchanged = _compare(records, one, other, chance, prediction, stamp) < 0
+    exchanged &= chance < UNSTEADY
     _exchange(tracks, one[exchanged], other[exchanged])
     records['rival'][one] = records['rival'][other] = 0
 
