@@ -6,6 +6,7 @@ from pathlib import Path
 from colortrack_ros.nodes.camera import CameraSetup
 from colortrack_ros.nodes.contour_tracker import ContourTrackerSetup
 from colortrack_ros.nodes.detector import DetectorSetup
+from colortrack_ros.nodes.locator import LocatorSetup
 from colortrack_ros.nodes.overlay import OverlaySetup
 from colortrack_ros.nodes.tracker import TrackerSetup
 from colortrack_ros.nodes.window_tracker import WindowTrackerSetup
@@ -22,6 +23,7 @@ SETUPS = {
     'detector': DetectorSetup,
     'tracker': TrackerSetup,
     'overlay': OverlaySetup,
+    'locator': LocatorSetup,
     'window_tracker': WindowTrackerSetup,
     'contour_tracker': ContourTrackerSetup,
 }

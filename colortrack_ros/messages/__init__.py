@@ -19,6 +19,7 @@ from colortrack_ros.messages.clouds import tracks_with_outlines
 from colortrack_ros.messages.compressed import compressed_of_frame
 from colortrack_ros.messages.compressed import frame_of_serialized_compressed_image
 from colortrack_ros.messages.compressed import MAX_PIXELS
+from colortrack_ros.messages.depth import depth_of_serialized_image
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.header import stamp_of
@@ -30,9 +31,13 @@ from colortrack_ros.messages.locations import locations_of_cloud
 from colortrack_ros.messages.locations import locations_of_serialized_cloud
 from colortrack_ros.messages.markers import MarkerWriter
 from colortrack_ros.messages.serialized import stamp_of_serialized
+from colortrack_ros.messages.targets import LocationMarkerWriter
+from colortrack_ros.messages.targets import poses_of_locations
+from colortrack_ros.messages.targets import target_of_locations
 
 __all__ = [
     'MAX_PIXELS',
+    'LocationMarkerWriter',
     'MarkerWriter',
     'MessageError',
     'camera_info_of_frame',
@@ -41,6 +46,7 @@ __all__ = [
     'cloud_of_outlines',
     'cloud_of_tracks',
     'compressed_of_frame',
+    'depth_of_serialized_image',
     'detections_of_cloud',
     'detections_of_serialized_cloud',
     'frame_of_image',
@@ -53,9 +59,11 @@ __all__ = [
     'locations_of_cloud',
     'locations_of_serialized_cloud',
     'outlines_of_serialized_cloud',
+    'poses_of_locations',
     'save_camera_info',
     'stamp_of',
     'stamp_of_serialized',
+    'target_of_locations',
     'tracks_of_cloud',
     'tracks_of_serialized_cloud',
     'tracks_with_outlines',

@@ -1,6 +1,7 @@
 """Tracks, detections and the place of the camera -> objects in a fixed frame."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,10 @@ ID went to another one. Assumed."""
 
 GAP = 10.0
 """After a pause of so long [s] nothing is known of where things are; as long as poses are kept."""
+
+JUMP, FASTEST = 0.3, 20.0
+"""A robot that moves or turns by more than this [m], [rad], and faster [m/s], [rad/s], has jumped:
+no wheel is as fast."""
 
 UNCERTAIN = 0.5
 """Share of the range that its standard deviation may have for an object to start: beyond, near the
@@ -95,6 +100,7 @@ class Locator:
         :param depth: (H, W) [m], aligned with it, for methods depth and fused.
         """
         self._advance(tracks.stamp, view)
+        detections = self._inside(detections, view)
         rows = self._known(tracks)
         taken = detections_of(rows, detections)
         self._follow(rows)
@@ -133,15 +139,36 @@ class Locator:
         if self._view is not None and not 0 <= dt < GAP:
             self._tell(f'time has gone from one picture to the next by {dt:.3f} s: objects restart')
             self.reset()
-        elif self._view is not None and len(self._objects):
+        elif self._view is not None:
             last, objects = self._view.base, self._objects
-            predict(objects.mean, objects.cov, objects.kinds, self._config.ground_height, dt)
             moved = float(np.linalg.norm(view.base.t - last.t))
             turned = last.inverse() @ view.base
             angle = float(np.arccos(np.clip((np.trace(turned.R) - 1) / 2, -1, 1)))
+            if moved > JUMP + FASTEST * dt or angle > JUMP + FASTEST * dt:
+                self._tell(
+                    f'the robot has jumped by {moved:.2f} m and {np.degrees(angle):.0f} degrees in '
+                    f'{dt:.3f} s: objects restart; odometry was reset, or fixed_frame jumps as map '
+                    'does'
+                )
+                self.reset()
+                objects = self._objects
+            predict(objects.mean, objects.cov, objects.kinds, self._config.ground_height, dt)
             arms = objects.mean[:, POSITION] - view.base.t
             drift(objects.cov, arms, moved, angle, np.array(self._config.odometry_sigma))
         self._stamp, self._view = stamp, view
+
+    def _inside(self, detections: Detections, view: View) -> Detections:
+        """The detections, none if they are of a picture of another size than the calibration."""
+        pixels = np.stack([detections.rows['u'], detections.rows['v']], axis=1)
+        outside = ~view.camera.contains(pixels)
+        if not outside.any():
+            return detections
+        u, v = pixels[outside][0]
+        self._tell(
+            f'a detection at u {u:.0f}, v {v:.0f} is outside of the {view.camera.width}x'
+            f'{view.camera.height} picture of CameraInfo: the calibration is of another picture'
+        )
+        return replace(detections, rows=detections.rows[:0])
 
     def _known(self, tracks: Tracks) -> NDArray[np.void]:
         """The tracks of the colors that are known."""

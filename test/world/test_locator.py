@@ -193,6 +193,23 @@ def test_a_clock_that_goes_back_starts_afresh_and_says_so():
     assert 'objects restart' in told[0]
 
 
+def test_a_robot_that_jumps_is_told_and_its_objects_start_anew():
+    one, told = locator()
+    one.update(*seen(view_at(), BALL, FRAME), view_at())
+    there = view_at(5.0)
+    out = one.update(*seen(there, (8, 0.4, RADIUS), 2 * FRAME), there)
+    assert out.rows['x'][0] == pytest.approx(8, abs=0.02)
+    assert 'jumped by 5.00 m' in told[0]
+
+
+def test_a_calibration_of_another_picture_size_is_told_and_locates_nothing():
+    one, told = locator()
+    tracks, detections = seen(view_at(), BALL, FRAME)
+    detections.rows['u'] = tracks.rows['u'] = 900
+    assert len(one.update(tracks, detections, view_at()).rows) == 0
+    assert 'outside of the 640x480 picture of CameraInfo' in told[0]
+
+
 def test_an_object_that_was_moved_is_found_again_and_told_of():
     one, told = locator(motion='still')
     for k in range(10):

@@ -1,0 +1,40 @@
+"""Depth pictures, 16UC1 in mm and 32FC1 in m (REP-118)."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.messages.cdr import CdrError
+from colortrack_ros.messages.cdr import Reader
+from colortrack_ros.messages.errors import MessageError
+
+ENCODED = {'16UC1': ('u2', 1e-3), '32FC1': ('f4', 1.0)}
+"""For each encoding the type of a pixel, and its unit in m."""
+
+
+def depth_of_serialized_image(cdr: bytes) -> tuple[int, NDArray[np.float32]]:
+    """The stamp [ns] of a serialized Image, and its depths, (H, W) [m]; 0 or NaN in holes.
+
+    :raises MessageError: it is no depth picture, or size, step and data do not agree.
+    """
+    try:
+        reader = Reader(cdr)
+        stamp, _ = reader.header()
+        height, width = reader.uint32(), reader.uint32()
+        encoding = reader.string()
+        order = '>' if reader.byte() else '<'
+        step = reader.uint32()
+        data = reader.bytes_()
+    except CdrError as error:
+        raise MessageError(f'not a serialized sensor_msgs/Image: {error}') from error
+    if encoding not in ENCODED:
+        raise MessageError(f'depth picture in {encoding!r}: expected {" or ".join(ENCODED)}')
+    kind, unit = ENCODED[encoding]
+    pixel = np.dtype(order + kind)
+    if step < width * pixel.itemsize or len(data) != step * height:
+        raise MessageError(
+            f'depth picture of {len(data)} bytes, step {step}: expected {height} rows of at least '
+            f'{width * pixel.itemsize} bytes ({width}x{height} {encoding})'
+        )
+    rows = np.frombuffer(data, np.uint8).reshape(height, step)[:, : width * pixel.itemsize]
+    depth = np.ascontiguousarray(rows).view(pixel).astype(np.float32)
+    return stamp, depth * np.float32(unit) if unit != 1 else depth

@@ -1,0 +1,99 @@
+"""Locations -> poses and markers, in meters and in the fixed frame (REP-103)."""
+
+import math
+
+from geometry_msgs.msg import Point
+from geometry_msgs.msg import Pose
+from geometry_msgs.msg import PoseArray
+from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import Quaternion
+from geometry_msgs.msg import Vector3
+import numpy as np
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker
+from visualization_msgs.msg import MarkerArray
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import Locations
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.messages.header import header_of
+
+SLOW = 0.1
+"""Below this speed [m/s] an object has no direction, and its pose that of the frame."""
+
+UNKNOWN = 0.1
+"""Diameter [m] of the marker of an object whose own is not known: it can be seen and hides none."""
+
+TURNED = math.pi**2
+"""Variance [rad^2] of an angle of which nothing is known, about that of any angle, pi^2 / 3."""
+
+
+def pose_of(row: np.void) -> Pose:
+    """Where an object is, x forward along its way."""
+    yaw = math.atan2(row['vy'], row['vx']) if np.hypot(row['vx'], row['vy']) > SLOW else 0.0
+    return Pose(
+        position=Point(x=float(row['x']), y=float(row['y']), z=float(row['z'])),
+        orientation=Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2)),
+    )
+
+
+def poses_of_locations(locations: Locations) -> PoseArray:
+    """One pose for each object."""
+    return PoseArray(
+        header=header_of(locations.stamp, locations.frame_id),
+        poses=[pose_of(row) for row in locations.rows],
+    )
+
+
+def target_of_locations(
+    locations: Locations, row: int
+) -> tuple[PoseStamped, PoseWithCovarianceStamped]:
+    """The pose of one of the objects, without and with its covariance."""
+    header, pose = header_of(locations.stamp, locations.frame_id), pose_of(locations.rows[row])
+    covariance = np.zeros((6, 6))
+    covariance[:3, :3] = locations.rows[row]['covariance'][:3, :3]
+    covariance[3:, 3:] = TURNED * np.eye(3)
+    certain = PoseWithCovarianceStamped(header=header)
+    certain.pose.pose, certain.pose.covariance = pose, covariance.ravel()
+    return PoseStamped(header=header, pose=pose), certain
+
+
+class LocationMarkerWriter:
+    """A sphere, an arrow to where it is in a second, and a text for each object."""
+
+    def __init__(self) -> None:
+        self._shown: set[int] = set()
+
+    def write(self, locations: Locations) -> MarkerArray:
+        """The markers, and the removal of those of objects that have gone."""
+        header = header_of(locations.stamp, locations.frame_id)
+        rows = locations.rows[locations.rows['state'] != TENTATIVE]
+        shown = set(rows['track_id'].tolist())
+        markers = [
+            Marker(header=header, ns=ns, id=gone, action=Marker.DELETE)
+            for gone in sorted(self._shown - shown)
+            for ns in ('object', 'speed', 'name')
+        ]
+        self._shown = shown
+        for row in rows:
+            size = float(row['diameter']) or UNKNOWN
+            color = ColorRGBA(r=0.1, g=0.8, b=0.2, a=0.8)
+            if row['state'] == COASTING:
+                color = ColorRGBA(r=0.9, g=0.7, b=0.1, a=0.5)
+            of = {'header': header, 'id': int(row['track_id']), 'color': color}
+            ball = Marker(
+                ns='object', type=Marker.SPHERE, scale=Vector3(x=size, y=size, z=size), **of
+            )
+            ball.pose = pose_of(row)
+            arrow = Marker(
+                ns='speed', type=Marker.ARROW, scale=Vector3(x=0.02, y=0.05, z=0.0), **of
+            )
+            start = ball.pose.position
+            ahead = {a: getattr(start, a) + float(row[f'v{a}']) for a in 'xyz'}
+            arrow.points = [start, Point(**ahead)]
+            label = Marker(ns='name', type=Marker.TEXT_VIEW_FACING, scale=Vector3(z=0.15), **of)
+            label.pose.position = Point(x=start.x, y=start.y, z=start.z + size)
+            label.text = str(int(row['track_id']))
+            markers += [ball, arrow, label]
+        return MarkerArray(markers=markers)

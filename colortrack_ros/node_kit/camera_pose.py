@@ -1,0 +1,152 @@
+"""Where the camera is: from odometry and its place on the robot, or from TF."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+from typing import Protocol
+
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rclpy.time import Time
+
+from colortrack_ros.messages import MessageError
+from colortrack_ros.messages.header import stamp_of
+from colortrack_ros.messages.serialized import message_of_serialized
+from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.node_kit.topics import subscribe_to
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import parameter
+from colortrack_ros.world.poses import OPTICAL
+from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.poses import PoseBuffer
+from colortrack_ros.world.poses import TransformError
+
+
+@dataclass(frozen=True)
+class CameraPoseConfig(Config):
+    """Where the pose of the camera comes from."""
+
+    pose_source: str = parameter(
+        'odometry',
+        'Where poses come from: odometry_topic and camera_pose, or TF, which needs tf2_ros.',
+        choices=('odometry', 'tf'),
+        read_only=True,
+    )
+    odometry_topic: str = topic_name('odom', 'the odometry')
+    fixed_frame: str = parameter('odom', 'The frame in which objects are located.', read_only=True)
+    base_frame: str = parameter('base_link', 'The frame of the robot.', read_only=True)
+    camera_frame: str = parameter(
+        '',
+        "The optical frame of the camera in TF; empty: that of the pictures' headers.",
+        read_only=True,
+    )
+    camera_pose: tuple[float, ...] = parameter(
+        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        'Where the camera is in base_frame, x forward and z up: x, y, z in m, roll, pitch, yaw in '
+        'rad. Positive pitch looks down.',
+        minimum=-100.0,
+        maximum=100.0,
+    )
+
+
+class CameraPoses(Protocol):
+    """Where the camera is over time."""
+
+    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
+        """Poses of the robot in the fixed frame and of the camera's body on it.
+
+        :param stamp: [ns].
+        :param frame_id: of the picture.
+        :raises TransformError: it is not known.
+        """
+
+
+class OdometryPoses:
+    """From nav_msgs/Odometry; see CameraPoses.
+
+    :param refuse: takes the reason why a message is of no use.
+    :param came: called after each message.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        config: CameraPoseConfig,
+        refuse: Callable[[str], object],
+        came: Callable[[], object],
+    ) -> None:
+        self._config, self._refuse, self._came = config, refuse, came
+        self._buffer = PoseBuffer(config.fixed_frame, config.base_frame)
+        subscribe_to(node, Odometry, config.odometry_topic, self._receive)
+
+    def configure(self, config: CameraPoseConfig) -> None:
+        """Take another camera_pose into use."""
+        self._config = config
+
+    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
+        """See CameraPoses."""
+        place = self._config.camera_pose
+        return self._buffer.at(stamp), Pose.of_rpy(place[:3], place[3:])
+
+    def _receive(self, cdr: bytes) -> None:
+        try:
+            self._take(message_of_serialized(cdr, Odometry))
+        except (MessageError, TransformError) as error:
+            self._refuse(f'odometry: {error}')
+        self._came()
+
+    def _take(self, message: Odometry) -> None:
+        given = message.header.frame_id, message.child_frame_id
+        wanted = self._config.fixed_frame, self._config.base_frame
+        if given != wanted:
+            raise MessageError(
+                f'it is of {given[1]!r} in {given[0]!r}: expected base_frame {wanted[1]!r} in '
+                f'fixed_frame {wanted[0]!r}'
+            )
+        stamp, pose = stamp_of(message.header), message.pose.pose
+        t, q = pose.position, pose.orientation
+        place = Pose.of_quaternion((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+        if not self._buffer.add(stamp, place):
+            self._buffer.clear()
+            self._buffer.add(stamp, place)
+            self._refuse('odometry: its time has gone back by more than 10 s: poses start anew')
+
+
+class TfPoses:
+    """From TF; see CameraPoses.
+
+    :raises StartError: there is no tf2_ros.
+    """
+
+    def __init__(self, node: Node, config: CameraPoseConfig) -> None:
+        try:
+            import tf2_ros
+        except ImportError as error:
+            raise StartError(
+                'pose_source tf needs tf2_ros, which cannot be imported: install '
+                'ros-jazzy-tf2-ros-py, or set pose_source: odometry'
+            ) from error
+        self._config, self._tf2 = config, tf2_ros
+        self._buffer = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._buffer, node)
+
+    def configure(self, config: CameraPoseConfig) -> None:
+        """Take nothing: camera_pose is of odometry, the rest is read on start."""
+
+    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
+        """See CameraPoses."""
+        config = self._config
+        optical = config.camera_frame or frame_id
+        base = self._lookup(config.fixed_frame, config.base_frame, stamp)
+        return base, self._lookup(config.base_frame, optical, stamp) @ OPTICAL.inverse()
+
+    def _lookup(self, parent: str, child: str, stamp: int) -> Pose:
+        try:
+            found: Any = self._buffer.lookup_transform(parent, child, Time(nanoseconds=stamp))
+        except self._tf2.TransformException as error:
+            # what does not exist yet may still come; the past does not come again
+            past = 'extrapolation into the past' in str(error)
+            raise TransformError(' '.join(str(error).split()), later=not past) from error
+        t, q = found.transform.translation, found.transform.rotation
+        return Pose.of_quaternion((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))

@@ -1,0 +1,72 @@
+"""Which of the objects is the target."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Locations
+from colortrack_ros.data import TENTATIVE
+
+Floats = NDArray[np.float64]
+
+RULES = ('nearest', 'largest', 'oldest', 'most_certain')
+
+BETTER = 0.8
+"""Another object becomes the target when it is better by so much: a fifth nearer, say. Two that
+are alike do not take turns then. Assumed."""
+
+
+def rule_of(text: str, colors: list[str]) -> str:
+    """The text itself, if it is a rule, a color, or an ID.
+
+    :raises ValueError: it is none.
+    """
+    if text not in RULES and text not in colors and not text.isdigit():
+        raise ValueError(
+            f'select: expected one of {", ".join((*RULES, *colors))}, or a track_id, got {text!r}'
+        )
+    return text
+
+
+class Selector:
+    """Chooses one object in each message, and stays with it unless another is clearly better.
+
+    :param rule: see :func:`rule_of`.
+    :param colors: names of the colors.
+    """
+
+    def __init__(self, rule: str, colors: list[str]) -> None:
+        self._rule, self._colors, self._last = rule_of(rule, colors), colors, 0
+
+    def choose(self, locations: Locations, robot: Floats) -> int | None:
+        """The row of the target, None where there is none.
+
+        :param robot: (3,) where the robot is, in the same frame [m].
+        """
+        rows = locations.rows
+        fits = rows['state'] != TENTATIVE
+        if self._rule.isdigit():
+            fits &= rows['track_id'] == int(self._rule)
+        elif self._rule in self._colors:
+            fits &= rows['color'] == self._colors.index(self._rule)
+        (candidates,) = fits.nonzero()
+        if not len(candidates):
+            return None
+        cost = self._costs()(rows[candidates], robot)
+        best = candidates[cost.argmin()]
+        (same,) = (rows['track_id'][candidates] == self._last).nonzero()
+        if len(same) and cost.min() > BETTER * cost[same[0]]:
+            best = candidates[same[0]]
+        self._last = int(rows['track_id'][best])
+        return int(best)
+
+    def _costs(self) -> Callable[[NDArray[np.void], Floats], Floats]:
+        """What is least for the best object."""
+        if self._rule == 'largest':
+            return lambda rows, _: 1 / np.maximum(rows['diameter'], 1e-3)
+        if self._rule == 'oldest':
+            return lambda rows, _: rows['track_id'].astype(float)
+        if self._rule == 'most_certain':
+            return lambda rows, _: np.trace(rows['covariance'][:, :3, :3], axis1=1, axis2=2)
+        return lambda rows, robot: np.hypot(rows['x'] - robot[0], rows['y'] - robot[1])

@@ -1,0 +1,111 @@
+"""Tracks that wait for what belongs to their picture: detections, depths, the camera's pose."""
+
+from collections import deque
+from collections.abc import Callable
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import Tracks
+from colortrack_ros.world.poses import TransformError
+from colortrack_ros.world.view import View
+
+PATIENCE = 0.5
+"""How long [s] to wait for odometry and the like: of robots it comes at 10 Hz at least."""
+
+KEPT = 30
+"""Detections and depths that wait for their tracks: a second at 30 Hz."""
+
+SAME = 0.02
+"""Stamps of a picture and of its depths that differ by no more than this [s] are of one moment:
+half a frame at 25 Hz, as cameras that are not synchronized are apart."""
+
+Release = Callable[[Tracks, Detections, View, NDArray[np.float32] | None], object]
+
+
+class Waiting:
+    """Hands pictures on once all that they need is there; in their order.
+
+    :param view_at: the camera at a time [ns]; raises TransformError.
+    :param release: takes what belongs together.
+    :param refuse: takes the reason why a picture is given up.
+    :param clock: the time [s] at which things arrive.
+    :ivar needs_depth: whether pictures wait for depths.
+    """
+
+    def __init__(
+        self,
+        view_at: Callable[[int], View],
+        release: Release,
+        refuse: Callable[[str], object],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.needs_depth = False
+        self._view_at, self._release, self._refuse, self._clock = view_at, release, refuse, clock
+        self._pictures: deque[tuple[Tracks, float]] = deque()
+        self._detections: dict[int, Detections] = {}
+        self._depths: dict[int, NDArray[np.float32]] = {}
+
+    def put_tracks(self, tracks: Tracks) -> None:
+        """Take the tracks of the next picture."""
+        self._pictures.append((tracks, self._clock()))
+        self.look()
+
+    def put_detections(self, detections: Detections) -> None:
+        """Take the detections of a picture."""
+        _keep(self._detections, detections.stamp, detections)
+        self.look()
+
+    def put_depth(self, stamp: int, depth: NDArray[np.float32]) -> None:
+        """Take depths, (H, W) [m]."""
+        _keep(self._depths, stamp, depth)
+        self.look()
+
+    def look(self) -> None:
+        """Hand on the pictures that have all, and give up those that have waited too long."""
+        while self._pictures:
+            tracks, arrived = self._pictures[0]
+            # a clock that has gone back is another one: nothing comes any more
+            over = not 0 <= self._clock() - arrived <= PATIENCE
+            reason, later = self._try(tracks, over)
+            if reason and later and not over:
+                return
+            self._pictures.popleft()
+            if reason:
+                self._refuse(reason)
+
+    def _try(self, tracks: Tracks, over: bool) -> tuple[str, bool]:
+        """Hand on a picture; or say what it lacks, and whether that may come."""
+        stamp = tracks.stamp
+        if stamp not in self._detections:
+            return f'no detections came for the tracks of {stamp / NANOSECONDS:.3f} s', True
+        depth = self._depth_at(stamp)
+        if self.needs_depth and depth is None and not over:
+            return 'no depths', True
+        try:
+            view = self._view_at(stamp)
+        except TransformError as error:
+            return str(error), error.later
+        if self.needs_depth and depth is None:
+            self._refuse(
+                f'no depth picture came within {SAME} s of the picture of '
+                f'{stamp / NANOSECONDS:.3f} s: depth_topic, or its stamps, are wrong'
+            )
+        self._release(tracks, self._detections.pop(stamp), view, depth)
+        return '', False
+
+    def _depth_at(self, stamp: int) -> NDArray[np.float32] | None:
+        near = min(self._depths, key=lambda other: abs(other - stamp), default=None)
+        if near is None or abs(near - stamp) > SAME * NANOSECONDS:
+            return None
+        return self._depths[near]
+
+
+def _keep(waiting: dict[int, Any], stamp: int, item: Any) -> None:
+    waiting[stamp] = item
+    if len(waiting) > KEPT:
+        waiting.pop(next(iter(waiting)))

@@ -1,0 +1,168 @@
+from geometry_msgs.msg import PoseArray
+from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
+import numpy as np
+import pytest
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import PointCloud2
+from support.ball_before_camera import BALL
+from support.ball_before_camera import info
+from support.ball_before_camera import K
+from support.ball_before_camera import odometry
+from support.ball_before_camera import picture
+from support.ball_before_camera import PLACE
+from support.ball_before_camera import START
+from visualization_msgs.msg import MarkerArray
+
+from colortrack_ros.messages import header_of
+from colortrack_ros.messages import locations_of_cloud
+from colortrack_ros.world import Pose
+from colortrack_ros.world.poses import OPTICAL
+
+FRAME = 40_000_000
+RED = {
+    'colors': '[red]',
+    'red.diameter': 0.2,
+    'camera_pose': str([float(number) for number in PLACE]),
+}
+
+
+class Robot:
+    """A robot that drives at 0.5 m/s towards a ball: what it publishes, what it hears."""
+
+    def __init__(self, ros, **parameters):
+        self.ros = ros
+        self.node = ros.start('locator', **(RED | parameters))
+        make = ros.node.create_publisher
+        self.info = make(CameraInfo, 'camera/camera_info', 10)
+        self.odometry = make(Odometry, 'odom', 10)
+        self.detections = make(PointCloud2, 'detections', 10)
+        self.tracks = make(PointCloud2, 'tracks', 10)
+        self.locations = ros.listen(PointCloud2, 'locations')
+        publishers = self.info, self.detections, self.tracks
+        assert ros.spin(lambda: all(p.get_subscription_count() for p in publishers)), ros.outputs()
+        assert ros.spin(lambda: ros.node.count_publishers('locations') == 1)
+        ros.settle()
+
+    def see(self, k, k_of_camera=K):
+        stamp = START + k * FRAME
+        self.info.publish(info(stamp, k_of_camera))
+        for publisher, cloud in zip(
+            (self.detections, self.tracks), picture(stamp, 0.02 * k), strict=True
+        ):
+            publisher.publish(cloud)
+
+    def drive(self, k, **names):
+        self.odometry.publish(odometry(START + k * FRAME, 0.02 * k, **names))
+
+
+def test_each_picture_of_a_driving_robot_gives_the_objects_in_odom(ros):
+    robot = Robot(ros)
+    poses, targets = ros.listen(PoseArray, 'poses'), ros.listen(PoseStamped, 'target_pose')
+    certain = ros.listen(PoseWithCovarianceStamped, 'target_pose_with_covariance')
+    markers = ros.listen(MarkerArray, 'locations/markers')
+    ros.settle()
+    for k in range(10):
+        robot.drive(k)
+        robot.see(k)
+        assert ros.spin(lambda k=k: len(robot.locations) == k + 1), ros.outputs()
+    assert [m.header for m in robot.locations] == [
+        header_of(START + k * FRAME, 'odom') for k in range(10)
+    ]
+    (row,) = locations_of_cloud(robot.locations[-1]).rows
+    assert row['track_id'] == 7
+    assert (row['x'], row['y'], row['z']) == pytest.approx(BALL, abs=0.01)
+    assert ros.spin(lambda: len(poses) == len(targets) == len(certain) == len(markers) == 10)
+    assert targets[-1].pose.position.x == pytest.approx(row['x'])
+    assert 'Refused' not in robot.node.output
+
+
+def test_late_odometry_is_waited_for(ros):
+    robot = Robot(ros)
+    robot.drive(0)
+    robot.see(1)
+    ros.spin(lambda: False, 0.3)
+    assert robot.locations == []
+    robot.drive(2)
+    assert ros.spin(lambda: len(robot.locations) == 1), ros.outputs()
+
+
+def test_odometry_that_stops_is_told_and_nothing_is_published(ros):
+    robot = Robot(ros)
+    robot.drive(0)
+    robot.see(5)
+    robot.node.wait_for('Lookup would require extrapolation into the future')
+    assert robot.locations == []
+
+
+def test_odometry_of_other_frames_is_told_with_both_names(ros):
+    robot = Robot(ros)
+    robot.drive(0, child='base_footprint')
+    robot.node.wait_for(
+        "it is of 'base_footprint' in 'odom': expected base_frame 'base_link' in fixed_frame 'odom'"
+    )
+
+
+def test_an_uncalibrated_camera_is_told_and_nothing_is_published(ros):
+    robot = Robot(ros)
+    robot.drive(0)
+    robot.see(0, (0.0,) * 9)
+    robot.node.wait_for('has not been calibrated')
+    ros.spin(lambda: False, 1.0)
+    assert robot.locations == []
+
+
+def test_without_tf2_ros_tf_as_the_source_says_what_to_install(ros):
+    try:
+        import tf2_ros  # noqa: F401
+    except ImportError:
+        pass
+    else:
+        pytest.skip('tf2_ros is here')
+    node = ros.start('locator', pose_source='tf', **RED)
+    node.wait_for('pose_source tf needs tf2_ros, which cannot be imported')
+    assert node.popen.wait(timeout=10.0) == 1
+
+
+def transform(parent, child, stamp, pose):
+    message = TransformStamped(header=header_of(stamp, parent), child_frame_id=child)
+    where, turn = message.transform.translation, message.transform.rotation
+    where.x, where.y, where.z = pose.t
+    turn.x, turn.y, turn.z, turn.w = pose.quaternion
+    return message
+
+
+def test_by_tf_the_same_ball_is_at_the_same_place_and_a_frame_of_its_own(ros):
+    tf2_ros = pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
+    robot = Robot(ros, pose_source='tf')
+    moving = tf2_ros.TransformBroadcaster(ros.node)
+    fixed = tf2_ros.StaticTransformBroadcaster(ros.node)
+    fixed.sendTransform(
+        transform('base_link', 'cam', 0, Pose.of_rpy(PLACE[:3], PLACE[3:]) @ OPTICAL)
+    )
+    buffer = tf2_ros.Buffer(node=ros.node)
+    listener = tf2_ros.TransformListener(buffer, ros.node)
+    ros.settle()
+    for k in range(10):
+        base = Pose.of_rpy((0.02 * k, 0, 0), (0, 0, 0))
+        moving.sendTransform(transform('odom', 'base_link', START + k * FRAME, base))
+        robot.see(k)
+        assert ros.spin(lambda k=k: len(robot.locations) == k + 1), ros.outputs()
+    (row,) = locations_of_cloud(robot.locations[-1]).rows
+    assert (row['x'], row['y'], row['z']) == pytest.approx(BALL, abs=0.01)
+    from rclpy.time import Time
+
+    assert ros.spin(lambda: buffer.can_transform('odom', 'target', Time()))
+    at = buffer.lookup_transform('odom', 'target', Time()).transform.translation
+    assert np.hypot(at.x - row['x'], at.y - row['y']) < 1e-6
+    del listener
+
+
+def test_wrong_frame_names_in_tf_are_told(ros):
+    pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
+    robot = Robot(ros, pose_source='tf', base_frame='base')
+    robot.see(0)
+    robot.node.wait_for('"base"')
+    assert robot.locations == []
