@@ -30,24 +30,25 @@ ALLOWED = {
     'data': set(),
     'encodings': {'data'},
     'parameters': set(),
+    'files': set(),
     'scenes': {'data'},
     'sources': {'data', 'scenes'},
     'estimation': {'data'},
-    'detection': {'data', 'encodings', 'parameters'},
+    'detection': {'data', 'encodings', 'files', 'parameters'},
     'tracking': {'data', 'estimation', 'parameters'},
     'windows': {'data', 'encodings', 'estimation', 'parameters'},
     # new targets are found as the detector's method `background` does
     'contours': {'data', 'detection', 'encodings', 'estimation', 'parameters'},
     'world': {'data', 'estimation', 'parameters'},
     'drawing': {'data'},
-    'messages': {'data', 'encodings'},
+    'messages': {'data', 'encodings', 'files'},
     'bags': {'data'},
     'flow': {'data', 'parameters'},
 }
 
 
 FLOORS = (
-    {'data', 'parameters'},
+    {'data', 'files', 'parameters'},
     {'encodings'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},

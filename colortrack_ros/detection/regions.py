@@ -1,6 +1,7 @@
 """The parts of the picture in which to look."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -8,8 +9,12 @@ from numpy.typing import NDArray
 
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.reference import expect
+from colortrack_ros.files import read_file
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
+
+MAX_MASK_BYTES = 1 << 26
+"""Size of the largest file of a mask: 8192x8192 without compression."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +70,7 @@ class Regions:
 
     def __init__(self, regions: tuple[Region, ...], mask: str) -> None:
         self._regions = regions
-        self._picture = cv2.imread(mask, cv2.IMREAD_GRAYSCALE) if mask else None
-        expect(not mask or self._picture is not None, 'mask', mask, 'the path of a picture')
+        self._picture = _read_mask(mask) if mask else None
         self._allowed: LabelImage | None = None
 
     def __bool__(self) -> bool:
@@ -91,3 +95,19 @@ class Regions:
             canvas[scaled < 128] = 0
         allowed.pixels[...] = canvas
         return allowed
+
+
+def _read_mask(path: str) -> NDArray[np.uint8]:
+    """The picture at a path in gray.
+
+    :raises ValueError: there is none, or none that can be decoded.
+    """
+    try:
+        content = np.frombuffer(read_file(path, MAX_MASK_BYTES), np.uint8)
+        picture: Any = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE)
+    except (cv2.error, MemoryError):  # a header may claim 40000x40000
+        picture = None
+    except ValueError as error:
+        raise ValueError(f'mask: expected the path of a picture, got {path!r}: {error}') from error
+    expect(picture is not None, 'mask', path, 'the path of a picture that can be decoded')
+    return np.asarray(picture, np.uint8)

@@ -1,6 +1,8 @@
 """The YAML of camera_calibration -> sensor_msgs/CameraInfo -> the size of its pictures."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 from ament_index_python.packages import PackageNotFoundError
@@ -9,9 +11,14 @@ import yaml
 
 from colortrack_ros.data import Frame
 from colortrack_ros.encodings import size_of
+from colortrack_ros.files import read_file
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.serialized import message_of_serialized
+
+MAX_BYTES = 1 << 16
+"""Size of the largest calibration that is read: thirty times what camera_calibration writes, and
+half a second of YAML."""
 
 _MATRICES = {
     'k': ('camera_matrix', 9),
@@ -25,16 +32,18 @@ def load_camera_info(url: str) -> CameraInfo:
     """The calibration in a file; all zeros, as is the rule for uncalibrated, for an empty URL.
 
     :param url: ``file:///path``, ``package://name/path`` or a plain path.
-    :raises ValueError: there is no such file, or it is no calibration; the reason says which.
+    :raises ValueError: there is no such file, or it is no calibration, whatever else it is; the
+        reason says which.
     """
     if not url:
         return CameraInfo()
     path = _path(url)
+    content = read_file(path, MAX_BYTES)
     try:
-        calibration = yaml.safe_load(path.read_text())
+        calibration = yaml.safe_load(content)
         info = CameraInfo(
-            width=int(calibration['image_width']),
-            height=int(calibration['image_height']),
+            width=_size(calibration, 'image_width'),
+            height=_size(calibration, 'image_height'),
             distortion_model=str(calibration['distortion_model']),
         )
         for field, (key, count) in _MATRICES.items():
@@ -42,12 +51,10 @@ def load_camera_info(url: str) -> CameraInfo:
             if count is not None and len(data) != count:
                 raise ValueError(f'{key} has {len(data)} numbers, expected {count}')
             setattr(info, field, data)
-    except OSError as error:
-        raise ValueError(f'{error.strerror}: {path}') from error
-    except (yaml.YAMLError, KeyError, TypeError, ValueError, AssertionError) as error:
+    except Exception as error:  # a file of 20,000 brackets raises RecursionError
         raise ValueError(
             f'{path} is not a calibration as camera_calibration writes it: '
-            f'{" ".join(str(error).split())}'
+            f'{" ".join(str(error).split()) or type(error).__name__}'
         ) from error
     return info
 
@@ -104,6 +111,13 @@ def image_size_of_serialized_camera_info(cdr: bytes) -> tuple[int, int]:
     return width // max(info.binning_x, 1), height // max(info.binning_y, 1)
 
 
+def _size(calibration: Mapping[str, Any], key: str) -> int:
+    size = int(calibration[key])
+    if not 0 <= size < 1 << 32:  # or publishing it would raise
+        raise ValueError(f'{key}: expected the width or height of a picture, got {size}')
+    return size
+
+
 def _path(url: str) -> Path:
     if url.startswith('package://'):
         package, _, inside = url.removeprefix('package://').partition('/')
@@ -111,4 +125,8 @@ def _path(url: str) -> Path:
             return Path(get_package_share_directory(package)) / inside
         except (PackageNotFoundError, OSError, ValueError) as error:
             raise ValueError(f'{url}: there is no package {package!r}') from error
-    return Path(url.removeprefix('file://')).expanduser()
+    path = Path(url.removeprefix('file://'))
+    try:
+        return path.expanduser()
+    except RuntimeError as error:
+        raise ValueError(f'{path}: there is no such user, whose folder this would be') from error

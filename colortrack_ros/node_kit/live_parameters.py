@@ -131,7 +131,11 @@ class ParameterNode(Node, Generic[Setup]):
 
     def _take_setup(self, setup: Setup) -> None:
         with self.lock:
-            self.apply(setup)
+            try:
+                self.apply(setup)
+            except Exception as error:  # such as of a file that was there when it was checked
+                self.get_logger().error(f'Parameters not taken into use: {error}')
+                return
             self.setup = setup
 
 
@@ -163,6 +167,8 @@ class LiveParameters:
                 self._build(self._table.defaults(after))
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
+        except Exception as error:  # whoever sets a parameter must not be able to end the node
+            return SetParametersResult(successful=False, reason=f'{type(error).__name__}: {error}')
         return SetParametersResult(successful=True)
 
     def take(self, parameters: list[Parameter]) -> None:

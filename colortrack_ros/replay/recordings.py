@@ -93,6 +93,9 @@ class Recording(ABC):
         :raises BagError: the bag is broken there; what could be read has been given out.
         """
 
+    def interrupt(self) -> None:  # noqa: B027
+        """End a wait for the next item, from another thread, where there is one."""
+
     @abstractmethod
     def close(self) -> None:
         """Let go of the files."""
@@ -140,6 +143,10 @@ class SourceRecording(Recording):
     def lost(self) -> int:
         """Pictures that the video or the folder should have."""
         return self._grabber.lost
+
+    def interrupt(self) -> None:
+        """A picture on a drive that does not answer is not waited for."""
+        self._grabber.close()
 
     def close(self) -> None:
         """End the thread that reads ahead."""

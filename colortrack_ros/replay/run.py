@@ -90,6 +90,7 @@ def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
     with contextlib.ExitStack() as stack:
         recording = _open(arguments, setup, from_bag=from_bag)
         stack.callback(recording.close)
+        threading.Thread(target=_interrupt, args=(recording, stop), daemon=True).start()
         _make_room(arguments, path, recording)
         outputs = []
         for output in _outputs(arguments, path, recording, setup):
@@ -111,6 +112,11 @@ def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
     if differences:
         print(f'the tracks are not those of {arguments.expect}:\n{differences}')
     return 0 if stop.is_set() or (tally.frames and not differences) else 1
+
+
+def _interrupt(recording: Recording, stop: threading.Event) -> None:
+    stop.wait()
+    recording.interrupt()
 
 
 def _run(

@@ -33,6 +33,7 @@ class Grabber:
         self._items: deque[Frame | SourceError | None] = deque()
         self._changed = threading.Condition()
         self._closed = False
+        self._failed = 0
         self._thread = threading.Thread(target=self._grab, name='grabber', daemon=True)
         self._thread.start()
 
@@ -40,7 +41,8 @@ class Grabber:
         """The next frame; None when the recording has ended or the grabber is closed.
 
         :raises SourceError: a live source has failed, for good; or a picture of a recording is
-            unreadable, and the next call gives the one after it.
+            unreadable, and the next call gives the one after it. Any other exception of the source
+            ends it, and comes as a SourceError.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._items or self._closed)
@@ -57,7 +59,7 @@ class Grabber:
     @property
     def lost(self) -> int:
         """Pictures of a recording that could not be read, so far."""
-        return self._source.lost
+        return self._source.lost + self._failed
 
     def close(self) -> None:
         """End the thread, which closes the source."""
@@ -71,6 +73,17 @@ class Grabber:
         return item is None or (self.live and isinstance(item, SourceError))
 
     def _grab(self) -> None:
+        try:
+            self._read_all()
+        except Exception as error:  # or whoever waits for a frame would wait for ever
+            self._failed = 1
+            self._put(SourceError(f'the source has failed: {type(error).__name__}: {error}'))
+            if not self.live:
+                self._put(None)
+        finally:
+            self._source.close()
+
+    def _read_all(self) -> None:
         rewound = True  # a recording without frames ends, also in a loop
         while not self._closed:
             item: Frame | SourceError | None
@@ -86,7 +99,6 @@ class Grabber:
             self._put(item)
             if self._is_last(item):
                 break
-        self._source.close()
 
     def _put(self, item: Frame | SourceError | None) -> None:
         with self._changed:

@@ -1,8 +1,10 @@
 """Folders of pictures."""
 
+import contextlib
 import glob
 from pathlib import Path
 import re
+from typing import Any
 
 import cv2
 
@@ -29,7 +31,8 @@ class PicturesSource(RecordedSource):
             found = [spec]
         else:
             found = glob.glob(f'{glob.escape(spec)}/*' if Path(spec).is_dir() else spec)
-        paths = [path for path in found if path.lower().endswith(PICTURE_SUFFIXES)]
+        # Reading a pipe of that name would wait for its other end.
+        paths = [p for p in found if p.lower().endswith(PICTURE_SUFFIXES) and Path(p).is_file()]
         if not paths:
             raise SourceError(
                 f'source {spec!r}: no pictures there; expected files that end in '
@@ -54,7 +57,9 @@ class PicturesSource(RecordedSource):
             return None
         path = self._paths[self._next]
         self._next += 1
-        image = cv2.imread(path, cv2.IMREAD_COLOR)
+        image: Any = None  # cv2 has None, or pixels of any kind, for its type
+        with contextlib.suppress(cv2.error, MemoryError):  # a header may claim 40000x40000
+            image = cv2.imread(path, cv2.IMREAD_COLOR)
         if image is None:
             self.lost += 1
             raise SourceError(f'picture {path!r} cannot be read; is it a whole picture file?')

@@ -58,6 +58,34 @@ def test_a_missing_file_or_package_is_refused_by_name():
 
 
 @pytest.mark.parametrize(
+    'url', ['~nosuchuser/cal.yaml', 'file://~nosuchuser/cal.yaml', 'a\0b', '/dev/zero', '/', '/tmp']
+)
+def test_what_is_no_file_is_refused(url: str):
+    with pytest.raises(ValueError, match=r'.'):
+        load_camera_info(url)
+
+
+@pytest.mark.parametrize(
+    'content',
+    [
+        b'[' * 20_000,
+        b'{a: ' * 15_000,
+        b'\xff\xfe\x00' * 99,
+        b'a' * 70_000,
+        YAML.replace('640', '9' * 5000).encode(),
+        YAML.replace('640', '1' + '0' * 30).encode(),
+        YAML.replace('640', '.inf').encode(),
+    ],
+    ids=['brackets', 'braces', 'binary', 'large', 'digits', 'width', 'infinite'],
+)
+def test_whatever_a_file_holds_the_answer_is_a_refusal(tmp_path: Path, content: bytes):
+    path = tmp_path / 'bad.yaml'
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=r'bad\.yaml'):
+        load_camera_info(str(path))
+
+
+@pytest.mark.parametrize(
     ('info', 'size'),
     [
         (CameraInfo(width=640, height=480), (640, 480)),

@@ -8,6 +8,7 @@ import re
 import shutil
 import signal
 import sys
+import threading
 import time
 
 import cv2
@@ -17,6 +18,7 @@ from rclpy.serialization import deserialize_message
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support.claims import write_huge_png
 from support.damaged import damaged_video
 from support.paths import DATA
 from support.recorded import frames
@@ -29,12 +31,15 @@ from visualization_msgs.msg import MarkerArray
 from colortrack_ros.bags import BagReader
 from colortrack_ros.bags import BagWriter
 from colortrack_ros.bags import canonical
+from colortrack_ros.data import Frame
 from colortrack_ros.data import TRACK
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import stamp_of
+from colortrack_ros.replay import run
 from colortrack_ros.replay.main import main
 from colortrack_ros.replay.run import default_output
+from colortrack_ros.sources import Source
 
 SCENE = 'scene:five?width=320&height=240&rate=6&duration=12'
 START = 1_700_000_000_123_456_789
@@ -377,6 +382,50 @@ def test_what_is_no_recording_is_an_error_in_one_line(replay, name, monkeypatch)
     assert (status, errors.count('\n')) == (1, 1)
     assert errors.startswith('replay: ')
     assert sorted(os.listdir('.')) == ['empty', 'notes.txt']
+
+
+def test_pictures_that_cannot_be_are_lost_and_the_others_tracked(replay, images):
+    Path('shots').mkdir()
+    for k, image in enumerate(images[:10]):
+        cv2.imwrite(f'shots/{k}.png', frame_of_image(image).image)
+    write_huge_png(Path('shots/5.png'))
+    os.mkfifo('shots/5b.png')
+    status, out, errors = replay('shots')
+    assert (status, 'frames      9\n' in out) == (1, True)
+    assert '1 pictures are lost' in errors
+
+
+class Silent(Source):
+    """Gives one picture, and then no answer."""
+
+    live, period = False, 10
+
+    def __init__(self):
+        self.frames = [Frame(np.zeros((8, 8, 3), np.uint8), 'bgr8', 0)]
+
+    @staticmethod
+    def accepts(spec):
+        return False
+
+    def read(self):
+        return self.frames.pop() if self.frames else threading.Event().wait()
+
+    def rewind(self):
+        pass
+
+    def close(self):
+        pass
+
+
+def test_a_signal_ends_a_replay_that_waits_for_a_picture(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr('colortrack_ros.replay.recordings.open_source', lambda *_: Silent())
+    stop = threading.Event()
+    timer = threading.Timer(1.0, stop.set)
+    timer.start()
+    assert run.replay(['shots'], stop) == 0
+    assert 'frames      1, interrupted' in capfd.readouterr().out
+    assert len(of_topic('shots_tracks', '/tracks')) == 1
 
 
 @pytest.mark.parametrize(

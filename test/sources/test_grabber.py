@@ -1,3 +1,4 @@
+from pathlib import Path
 import threading
 
 import numpy as np
@@ -98,3 +99,32 @@ def test_closing_ends_a_waiting_read_and_closes_the_source():
     grabber.close()
     thread.join(5.0)
     assert not thread.is_alive()
+
+
+FAULTS = (MemoryError(), OSError(5, 'Input/output error'), RecursionError(), ValueError('what'))
+
+
+@pytest.mark.parametrize('fault', FAULTS, ids=repr)
+@pytest.mark.parametrize('live', [False, True], ids=['recording', 'live'])
+def test_any_exception_of_a_source_ends_it_and_is_told(fault, live):
+    source = Scripted([fault, 2, 3], live)
+    grabber = Grabber(source)
+    with pytest.raises(SourceError, match=type(fault).__name__):
+        grabber.read()
+    if live:  # until it is opened again
+        with pytest.raises(SourceError):
+            grabber.read()
+    else:
+        assert grabber.read() is None
+        assert grabber.lost == 1
+    assert source.closed.wait(5.0)
+
+
+def test_a_source_that_cannot_start_over_ends():
+    source = Scripted([1])
+    source.rewind = lambda: Path('/nowhere').read_text()
+    grabber = Grabber(source, loop=lambda: True)
+    assert grabber.read().stamp == 1
+    with pytest.raises(SourceError, match='FileNotFoundError'):
+        grabber.read()
+    assert grabber.read() is None

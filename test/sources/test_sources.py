@@ -1,8 +1,10 @@
+import os
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from support.claims import write_huge_png
 from support.damaged import damaged_video
 from support.damaged import number_of
 from support.paths import DATA
@@ -116,6 +118,18 @@ def test_a_broken_picture_is_named_and_the_next_one_follows(recordings):
     with pytest.raises(SourceError, match=r'shot1\.png'):
         source.read()
     assert source.read().image[0, 0, 0] == 20
+
+
+def test_a_picture_that_claims_to_be_huge_is_lost_and_the_next_one_follows(recordings):
+    folder = Path(recordings['pictures'][0])
+    write_huge_png(folder / 'shot1.png')
+    os.mkfifo(folder / 'shot1b.png')
+    source = open_source(str(folder))
+    source.read()
+    with pytest.raises(SourceError, match=r'shot1\.png'):
+        source.read()
+    assert source.read().image[0, 0, 0] == 20
+    assert source.lost == 1
 
 
 def test_a_scene_is_the_rendered_scene():

@@ -1,0 +1,37 @@
+import os
+import threading
+import time
+
+import pytest
+
+from colortrack_ros import files
+from colortrack_ros.files import read_file
+
+
+def test_a_file_is_read_up_to_its_limit(tmp_path):
+    path = tmp_path / 'ten'
+    path.write_bytes(b'0123456789')
+    assert read_file(path, 10) == b'0123456789'
+    with pytest.raises(ValueError, match='at most 9 bytes'):
+        read_file(str(path), 9)
+
+
+def test_what_is_no_regular_file_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / 'pipe')
+    (tmp_path / 'loop').symlink_to('loop')
+    (tmp_path / 'dangling').symlink_to('nowhere')
+    there = [str(tmp_path / name) for name in ('pipe', 'loop', 'dangling', 'missing', '')]
+    for path in (*there, '/dev/zero', '/dev/null', '/dev/tty', 'x\0y', 'x' * 5000):
+        began = time.monotonic()
+        with pytest.raises(ValueError, match=r'.'):
+            read_file(path, 100)
+        assert time.monotonic() - began < 1.0, path
+
+
+def test_a_file_that_never_comes_is_not_waited_for(tmp_path, monkeypatch):
+    never = threading.Event()
+    monkeypatch.setattr(files, 'TIME_TO_READ', 0.1)
+    monkeypatch.setattr(files, '_read', lambda *_: never.wait())
+    with pytest.raises(ValueError, match=r'within 0\.1 s'):
+        read_file(tmp_path, 100)
+    never.set()
