@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from colortrack_ros.nodes.camera import CameraSetup
+from colortrack_ros.nodes.camera_setup import CameraSetup
 from colortrack_ros.nodes.contour_tracker import ContourTrackerSetup
 from colortrack_ros.nodes.detector import DetectorSetup
 from colortrack_ros.nodes.locator import LocatorSetup

@@ -32,7 +32,7 @@ ALLOWED = {
     'parameters': set(),
     'files': set(),
     'scenes': {'data'},
-    'sources': {'data', 'scenes'},
+    'sources': {'data', 'encodings', 'parameters', 'scenes'},
     'estimation': {'data'},
     'detection': {'data', 'encodings', 'files', 'parameters'},
     'tracking': {'data', 'estimation', 'parameters'},

@@ -8,6 +8,7 @@ import numpy as np
 from sensor_msgs.msg import CompressedImage
 
 from colortrack_ros.data import Frame
+from colortrack_ros.encodings import writable_bgr
 from colortrack_ros.messages.cdr import CdrError
 from colortrack_ros.messages.cdr import Reader
 from colortrack_ros.messages.errors import MessageError
@@ -32,10 +33,10 @@ _SCAN = 0xDA
 def compressed_of_frame(frame: Frame, quality: int) -> CompressedImage:
     """A CompressedImage with the frame as JPEG.
 
-    :param frame: in bgr8.
     :param quality: 1..100.
     """
-    _, jpeg = cv2.imencode('.jpg', frame.image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    bgr = frame.image if frame.encoding == 'bgr8' else writable_bgr(frame)
+    _, jpeg = cv2.imencode('.jpg', bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])
     data = array.array('B')
     data.frombytes(jpeg.reshape(-1).data)
     return CompressedImage(

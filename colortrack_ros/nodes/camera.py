@@ -3,7 +3,6 @@
 from collections.abc import Callable
 import contextlib
 import dataclasses
-from dataclasses import dataclass
 import threading
 from typing import Any
 
@@ -22,29 +21,20 @@ from colortrack_ros.flow.pacing import Window
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_of_frame
-from colortrack_ros.messages import load_camera_info
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.calibration import CalibrationServer
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.diagnostics import HealthConfig
 from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.runtime import StartError
-from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import publish_on
-from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
-from colortrack_ros.node_kit.topics import topic_name
-from colortrack_ros.parameters import Config
-from colortrack_ros.parameters import EXPERT
-from colortrack_ros.parameters import parameter
-from colortrack_ros.parameters import part
+from colortrack_ros.nodes.camera_setup import CameraSetup
 from colortrack_ros.sources import Grabber
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
 from colortrack_ros.sources.device import AbsentSource
 from colortrack_ros.sources.device import DeviceSource
-from colortrack_ros.sources.stream import without_secrets
 
 IN_FLIGHT = 2
 """Frames that may wait for their detections when a recording goes as fast as it is consumed: one
@@ -57,66 +47,6 @@ side first."""
 PAUSES = (0.5, 1.0, 2.0, 5.0)
 """Pauses [s] before a live source that failed is opened again, longer for one that stays away; the
 last one repeats: a person still waits for that."""
-
-
-@dataclass(frozen=True)
-class CameraSetup(Config):
-    """The parameters of the camera node."""
-
-    source: str = parameter(
-        '0',
-        'A device (its number or /dev/video*), a video file, an rtsp:// or http:// stream, a '
-        'folder or glob of pictures, or scene:NAME.',
-        read_only=True,
-        shown=without_secrets,
-        int_is_text=True,
-    )
-    rate: float = parameter(
-        0.0,
-        'Frames published per second; 0 is the rate of the source, -1 as fast as a recording is '
-        'consumed by the detector. The stamps of a recording keep its own frame period.',
-        unit='Hz',
-        minimum=-1.0,
-        maximum=1000.0,
-    )
-    loop: bool = parameter(False, 'Whether a recording starts again when it has ended.')
-    exit_at_end: bool = parameter(
-        False,
-        'Whether the node ends when a recording has ended; with status 1 if it was damaged.',
-    )
-    frame_id: str = parameter('camera_optical_frame', 'Coordinate frame of the camera.')
-    camera_info_url: str = parameter(
-        '',
-        'Calibration as camera_calibration writes it: file://, package:// or a path, or none.',
-        valid=load_camera_info,
-    )
-    jpeg_quality: int = parameter(
-        90, 'Quality of the compressed pictures.', minimum=1, maximum=100, audience=EXPERT
-    )
-    wait_for_subscribers: int = parameter(
-        0,
-        'A recording starts once this many nodes subscribe to image_topic.',
-        minimum=0,
-        maximum=100,
-        audience=EXPERT,
-        read_only=True,
-    )
-    image_topic: str = topic_name('camera/image_raw', 'the pictures that are published')
-    camera_info_topic: str = topic_name('camera/camera_info', 'the calibration that is published')
-    detections_topic: str = topic_name('detections', 'the detections that rate -1 waits for')
-    pictures: PictureQueueConfig = part(PictureQueueConfig)
-    queue: QueueConfig = part(QueueConfig)
-    health: HealthConfig = part(HealthConfig)
-
-    @property
-    def as_consumed(self) -> bool:
-        """Whether a recording goes as fast as it is consumed."""
-        return self.rate == -1.0
-
-    def check(self) -> None:
-        """No rate between -1 and 0."""
-        if -1.0 < self.rate < 0.0:
-            raise ValueError(f'rate: expected -1, 0, or a positive number, got {self.rate}')
 
 
 class CameraNode(ParameterNode[CameraSetup]):
@@ -175,6 +105,9 @@ class CameraNode(ParameterNode[CameraSetup]):
             max(self.setup.rate, 0.0),
             lambda: self.get_clock().now().nanoseconds,
         )
+        if isinstance(source, DeviceSource):
+            for refusal in source.configure(self.setup.device):
+                self.get_logger().warning(refusal)
         return Grabber(source, loop=lambda: self.setup.loop)
 
     def apply(self, setup: CameraSetup) -> None:

@@ -15,7 +15,7 @@ from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.live_parameters import FOREIGN
 from colortrack_ros.node_kit.runtime import StartError
-from colortrack_ros.nodes.camera import CameraSetup
+from colortrack_ros.nodes.camera_setup import CameraSetup
 from colortrack_ros.nodes.contour_tracker import ContourTrackerSetup
 from colortrack_ros.nodes.detector import DetectorSetup
 from colortrack_ros.nodes.overlay import OverlaySetup

@@ -5,6 +5,7 @@ import os
 from typing import Any
 
 import cv2
+from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.sources.base import Source
@@ -43,6 +44,9 @@ class LiveCapture(Source):
         image: Any = self._capture.retrieve()[1] if grabbed else None
         if image is None:
             raise SourceError(f'{self._label} has stopped giving pictures')
+        return self._frame(image, stamp)
+
+    def _frame(self, image: NDArray, stamp: int) -> Frame:
         return Frame(image, 'bgr8', stamp)
 
     def rewind(self) -> None:

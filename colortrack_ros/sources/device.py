@@ -1,15 +1,99 @@
 """Cameras of this machine."""
 
+from dataclasses import dataclass
 import glob
+import math
 from pathlib import Path
+from typing import Any
 from typing import NoReturn
 
 import cv2
+from numpy.typing import NDArray
 
+from colortrack_ros.data import Frame
+from colortrack_ros.encodings import LAYOUTS
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import parameter
 from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Clock
 from colortrack_ros.sources.capture import LiveCapture
+
+ENCODINGS_OF = {
+    'YUYV': 'yuyv',
+    'UYVY': 'uyvy',
+    'NV12': 'nv12',
+    'NV21': 'nv21',
+    'GREY': 'mono8',
+    'RGGB': 'bayer_rggb8',
+    'BA81': 'bayer_bggr8',
+    'GBRG': 'bayer_gbrg8',
+    'GRBG': 'bayer_grbg8',
+}
+"""Encodings of the pixel formats of Video4Linux (FourCC) that are published as they are."""
+
+AUTO_EXPOSURE, MANUAL_EXPOSURE = 3, 1
+"""Values of V4L2_CID_EXPOSURE_AUTO: with a fixed iris as all USB cameras have, and none."""
+
+EXPOSURE_UNIT = 0.1
+"""Of V4L2_CID_EXPOSURE_ABSOLUTE [ms]."""
+
+
+def _four_letters(name: str) -> None:
+    if len(name) not in (0, 4):
+        raise ValueError(f'expected four letters such as YUYV or MJPG, got {name!r}')
+
+
+def _control(text: str, unit: str = '', maximum: float = 1e6) -> Any:
+    """A field: something that a device sets itself, or is told."""
+    return parameter(
+        -1.0,
+        f'Of a device: {text} -1 leaves it as it is.',
+        unit=unit,
+        minimum=-1.0,
+        maximum=maximum,
+        read_only=True,
+    )
+
+
+@dataclass(frozen=True)
+class DeviceConfig(Config):
+    """What a device is asked for; what it does not take is told."""
+
+    width: int = parameter(
+        0,
+        'Of a device: width of the pictures; 0 leaves it as it is.',
+        unit='px',
+        minimum=0,
+        maximum=65535,
+        read_only=True,
+    )
+    height: int = parameter(
+        0,
+        'Of a device: height of the pictures; 0 leaves it as it is.',
+        unit='px',
+        minimum=0,
+        maximum=65535,
+        read_only=True,
+    )
+    pixel_format: str = parameter(
+        '',
+        'Of a device: the FourCC of its pixel format, such as YUYV or MJPG; empty leaves it as it '
+        'is.',
+        valid=_four_letters,
+        read_only=True,
+    )
+    encoding: str = parameter(
+        'bgr8',
+        "Encoding of the images: converted to bgr8, or the device's own (YUV, Bayer, gray), which "
+        'has fewer bytes.',
+        choices=('bgr8', 'device'),
+        read_only=True,
+    )
+    exposure: float = _control('exposure time; 0 is automatic,', 'ms')
+    gain: float = _control('gain, in its own units;')
+    white_balance: float = _control('color temperature of what is white; 0 is automatic,', 'K')
+    focus: float = _control('focus, in its own units; 0 is automatic,')
 
 
 class AbsentSource(Source):
@@ -58,11 +142,88 @@ class DeviceSource(LiveCapture):
                 f'source {spec!r}: {path} cannot be opened as a camera (in use by another program, '
                 f'or no permission?); there is {there}'
             )
-        if rate > 0:
-            capture.set(cv2.CAP_PROP_FPS, rate)
+        self._rate, self._encoding = rate, 'bgr8'
         super().__init__(capture, f'source {spec!r}: the device', clock)
+
+    def configure(self, config: DeviceConfig) -> list[str]:
+        """Ask the device for what is configured, the format first.
+
+        :return: what it has not taken, one line each.
+        """
+        self._refusals: list[str] = []
+        if config.pixel_format:
+            self._ask('pixel_format', cv2.CAP_PROP_FOURCC, _code_of(config.pixel_format))
+        if config.width:
+            self._ask('width', cv2.CAP_PROP_FRAME_WIDTH, config.width)
+        if config.height:
+            self._ask('height', cv2.CAP_PROP_FRAME_HEIGHT, config.height)
+        if self._rate > 0:
+            self._ask('rate', cv2.CAP_PROP_FPS, self._rate)
+        self._control(config)
+        if config.encoding == 'device':
+            self._give_own_encoding()
+        return self._refusals
+
+    def _control(self, config: DeviceConfig) -> None:
+        if config.exposure >= 0:
+            mode = MANUAL_EXPOSURE if config.exposure else AUTO_EXPOSURE
+            self._ask('exposure', cv2.CAP_PROP_AUTO_EXPOSURE, mode)
+        if config.exposure > 0:
+            self._ask('exposure', cv2.CAP_PROP_EXPOSURE, round(config.exposure / EXPOSURE_UNIT))
+        if config.gain >= 0:
+            self._ask('gain', cv2.CAP_PROP_GAIN, config.gain)
+        for name, automatic, value in (
+            ('white_balance', cv2.CAP_PROP_AUTO_WB, cv2.CAP_PROP_WB_TEMPERATURE),
+            ('focus', cv2.CAP_PROP_AUTOFOCUS, cv2.CAP_PROP_FOCUS),
+        ):
+            wanted = getattr(config, name)
+            if wanted >= 0:
+                self._ask(name, automatic, float(wanted == 0))
+            if wanted > 0:
+                self._ask(name, value, wanted)
+
+    def _ask(self, name: str, which: int, value: float) -> None:
+        taken = self._capture.set(which, value)
+        now = self._capture.get(which)
+        if not taken:
+            self._refusals.append(f'{name}: the device cannot be told')
+        elif now != value:
+            is_format = which == cv2.CAP_PROP_FOURCC
+            asked, got = (_letters_of(int(v)) if is_format else f'{v:g}' for v in (value, now))
+            self._refusals.append(f'{name}: the device does not take {asked}, it has {got}')
+
+    def _give_own_encoding(self) -> None:
+        letters = _letters_of(int(self._capture.get(cv2.CAP_PROP_FOURCC)))
+        if letters in ENCODINGS_OF and self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0):
+            self._encoding = ENCODINGS_OF[letters]
+        else:
+            self._refusals.append(
+                f'encoding: the device has {letters}, which is published as bgr8; '
+                f'pixel_format can be one of {", ".join(ENCODINGS_OF)}'
+            )
+
+    def _frame(self, image: NDArray, stamp: int) -> Frame:
+        if self._encoding != 'bgr8':
+            size = (cv2.CAP_PROP_FRAME_HEIGHT, cv2.CAP_PROP_FRAME_WIDTH)
+            height, width = (int(self._capture.get(which)) for which in size)
+            shape = LAYOUTS[self._encoding].shape(height, width)
+            if image.size != math.prod(shape):
+                raise SourceError(
+                    f'{self._label} gave {image.size} bytes, expected {math.prod(shape)}, '
+                    f'{width}x{height} {self._encoding}'
+                )
+            image = image.reshape(shape)
+        return Frame(image, self._encoding, stamp)
 
     @staticmethod
     def accepts(spec: str) -> bool:
         """A number or a path below /dev."""
         return spec.isdecimal() or spec.startswith('/dev/')
+
+
+def _code_of(letters: str) -> int:
+    return cv2.VideoWriter.fourcc(*letters)
+
+
+def _letters_of(code: int) -> str:
+    return code.to_bytes(4, 'little').decode('ascii', 'replace')
