@@ -62,6 +62,11 @@ class Detector:
         self._method.restart()
 
     @property
+    def trouble(self) -> str:
+        """What a person should know and do; empty when all is well."""
+        return self._method.trouble
+
+    @property
     def mask(self) -> NDArray[np.uint8]:
         """(H, W) of the last frame, 255 where a blob may be, 0 elsewhere."""
         return np.where(self._mask.pixels != 0, np.uint8(255), np.uint8(0))

@@ -9,10 +9,13 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.extent import count_colors
 from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.extent import FEWEST
 from colortrack_ros.detection.extent import find_extent
+from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import LIGHTNESS_AXIS
 from colortrack_ros.detection.extent import middle_of
 from colortrack_ros.detection.extent import NEAR
+from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 
@@ -42,6 +45,13 @@ FEWEST_LEFT = 1 / 4
 """Share of its pixels that a color must keep to follow the light: when a thing has
 left, what is a little like it must not lead the color away."""
 
+MANY_SPECKS = 20
+"""Blobs too small for a thing in one picture that somebody should hear of: a few come from noise at
+the outlines of things."""
+
+ABSENT_SECONDS = 2.0
+"""How long a color has to be missing from the start [s] before somebody should hear of it."""
+
 NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
 """The color that stands for one that is not in the picture, and its tolerance: outside of sRGB."""
 
@@ -59,6 +69,9 @@ class ColorFinder:
         self._since: dict[int, int] = {}
         self._pool: NDArray[np.float64] | None = None
         self._looked = self._measured = 0
+        self._first: int | None = None
+        self._fills: set[int] = set()
+        self._specks = 0
         self._largest = np.zeros(len(colors))
 
     def look(self, picture: NDArray[np.uint8], encoding: str, stamp: int) -> bool:
@@ -75,12 +88,15 @@ class ColorFinder:
             self._pool = now
         self._pool += (now - self._pool) * -np.expm1(-max(elapsed, 0) / POOL_SECONDS)
         self._looked = stamp
+        self._first = stamp if self._first is None else self._first
         before = dict(self._found)
         for k in self._sought:
             if k in self._found:
                 self._renew(k, self._pool, stamp)
             elif (extent := self._find(k, now)) is not None:
                 self._found[k], self._since[k] = extent, stamp
+            elif pixels_near(now, self._colors[k].lab) >= FEWEST:
+                self._fills.add(k)
         return before != self._found
 
     def _find(self, k: int, counts: NDArray[np.float64]) -> Extent | None:
@@ -119,6 +135,27 @@ class ColorFinder:
             )
         return tuple(found)
 
+    @property
+    def trouble(self) -> str:
+        """What keeps colors from being found, and what to do about it; empty when nothing does."""
+        absent = [k for k in self._sought if k not in self._found]
+        waited = self._looked - (self._first or 0) > ABSENT_SECONDS * NANOSECONDS
+        for k in absent:
+            name = self._colors[k].name
+            if k in self._fills:
+                return (
+                    f'{name} fills more than {LARGEST_SHARE:.0%} of the picture: set '
+                    f'{name}.tolerance, or {name}.others to colors that are not it'
+                )
+            if waited:
+                return f'{name} is not in the picture: pick its color there, with pick_color'
+        if self._specks > MANY_SPECKS:
+            return (
+                f'{self._specks} specks of the colors in one picture, which are dropped: set '
+                'NAME.others to colors that are not it, or moving_only if the things alone move'
+            )
+        return ''
+
     def keep(self, blobs: BlobTable, stamp: int) -> NDArray[np.bool_]:
         """(N,) whether a blob is large enough beside the largest of its color."""
         elapsed = max(stamp - self._measured, 0) / NANOSECONDS
@@ -129,6 +166,7 @@ class ColorFinder:
         np.maximum.at(self._largest, color[mine], blobs.area[mine])
         kept = ~mine | (blobs.area >= LEAST_SHARE * self._largest[color])
         kept[kept & mine] = ~_is_piece(blobs.take(kept & mine))
+        self._specks = int(np.count_nonzero(~kept))
         return kept
 
 

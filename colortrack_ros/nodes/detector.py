@@ -59,7 +59,8 @@ class DetectorNode(ParameterNode[DetectorSetup]):
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
         super().__init__('detector', DetectorSetup, **options)
         self._detector = Detector(self.setup.config)
-        self.health = Health(self, skipped=lambda: self.stage.skipped)
+        self._trouble = ''
+        self.health = Health(self, lambda: self._trouble, skipped=lambda: self.stage.skipped)
         self.stage = worker_of(self, self._detect, self.health.refuse, self.setup.intake)
         self.stage.then(self._publish)
         self._publisher = publish_on(self, PointCloud2, self.setup.detections_topic)
@@ -73,10 +74,17 @@ class DetectorNode(ParameterNode[DetectorSetup]):
         self.health.took_in()
         with self.lock:
             detections = self._detector.detect(frame)
+            self._tell(self._detector.trouble)
             if self._debug_publisher.get_subscription_count() > 0:
                 mask = dataclasses.replace(frame, image=self._detector.mask, encoding='mono8')
                 self._debug_publisher.publish(image_of_frame(mask))
         return detections
+
+    def _tell(self, trouble: str) -> None:
+        """Say what a person should know, once until it is over."""
+        if trouble and not self._trouble:
+            self.get_logger().warning(trouble)
+        self._trouble = trouble
 
     def _publish(self, detections: Detections, _: object) -> None:
         self._publisher.publish(cloud_of_detections(detections))

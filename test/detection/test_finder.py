@@ -108,6 +108,29 @@ def test_pictures_that_tell_nothing_and_stamps_that_jump_do_no_harm(image, stamp
         assert len(detector.detect(Frame(image, stamp=stamp)).rows) == 0
 
 
+def test_what_keeps_a_color_from_being_found_is_told():
+    nothing, full = sought(RED), sought(WALL)
+    assert nothing.trouble == ''
+    for k in range(4):
+        for detector in (nothing, full):
+            detector.detect(Frame(picture(seed=k), stamp=k * NANOSECONDS))
+    assert 'c0 is not in the picture: pick its color there' in nothing.trouble
+    assert 'c0 fills more than 25% of the picture: set c0.tolerance' in full.trouble
+    nothing.detect(Frame(picture((80, 80, 25, RED)), stamp=4 * NANOSECONDS))
+    assert nothing.trouble == ''
+
+
+def test_specks_are_told():
+    image = picture((80, 80, 30, RED))
+    for k in range(30):
+        ball(image, 10 + 10 * k, 200, 4, RED, 1.0)
+    detector = Detector(
+        DetectorConfig(colors=(ReferenceColor.from_rgb('red', RED, 0.0),), min_area=5)
+    )
+    assert len(detector.detect(Frame(image)).rows) == 1
+    assert 'specks of the colors in one picture' in detector.trouble
+
+
 REAL = {
     'cups': ((200, 20, 60), 30 * [3]),
     'caps': ((0, 19, 121), 20 * [2] + 10 * [3]),

@@ -55,6 +55,7 @@ class BackgroundSubtraction:
 
     labels = 1
     whole = None
+    trouble = ''
     connect = staticmethod(connect)
 
     def __init__(self, config: BackgroundSubtractionConfig, background: BackgroundModel) -> None:

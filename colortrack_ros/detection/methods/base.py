@@ -32,6 +32,10 @@ class Method(Protocol):
     def whole(self) -> LabelImage | None:
         """The labels of the last frame before some were dropped that may be parts of objects."""
 
+    @property
+    def trouble(self) -> str:
+        """What a person should know and do; empty when all is well."""
+
     def label(self, frame: Frame) -> LabelImage:
         """The label of each pixel: 0 for none, k + 1 for the color with the index k."""
 

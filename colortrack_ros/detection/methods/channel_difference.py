@@ -53,6 +53,7 @@ class ChannelDifference:
 
     labels = 1
     whole = None
+    trouble = ''
     connect = staticmethod(as_one)
 
     def __init__(self, config: ChannelDifferenceConfig, background: BackgroundModel) -> None:

@@ -126,6 +126,11 @@ class ColorDistance:
         if config.grow > 1:
             self._loose = ColorTable(tuple(_grown(c, config.grow) for c in colors), config.threads)
 
+    @property
+    def trouble(self) -> str:
+        """That of finding how far colors reach."""
+        return self._finder.trouble
+
     def label(self, frame: Frame) -> LabelImage:
         """The reference color that each pixel is within tolerance of."""
         picture = frame.image
