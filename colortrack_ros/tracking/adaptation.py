@@ -33,6 +33,9 @@ FIRST_FALSE, LEAST_NEW = 0.003, 0.003
 """False detections a frame to start from, and new objects a frame, at least. Assumed: one in 11 s
 at 30 frames/s."""
 
+FIRST_ALIKE = 0.1
+"""Share of the blobs of no track that have the size of one, to start from. Assumed."""
+
 FIRST_AREA = 3e5
 """Least area of the picture while its size is not known [px^2]: about 640 x 480."""
 
@@ -64,6 +67,8 @@ class Adaptation:
     def __init__(self) -> None:
         self._log_noise = math.log(FIRST_NOISE)
         self._speed2 = FIRST_SPEED**2
+        self.alike = FIRST_ALIKE
+        """Share of the blobs of no track that have the size of one."""
         self.has_met = False
         """Whether there have been objects."""
         self._nis, self._product, self._predicted = 2.0, 0.0, 0.5
@@ -132,6 +137,10 @@ class Adaptation:
             way = float(np.quantile(cKDTree(after).query(before)[0], QUANTILE))
             sigma = way / math.sqrt(-2 * math.log(1 - QUANTILE))
             self._speed2 = min(self._speed2, (sigma / dt) ** 2)
+
+    def learn_alike(self, alike: int, count: int) -> None:
+        """Take how many of the new blobs of a frame have the size of a track."""
+        self.alike += -math.expm1(-SLOW * count) * (alike / count - self.alike)
 
     def learn_new(self, false: int, true: int) -> None:
         """Take the numbers of tracks that in a frame ended unconfirmed, and were confirmed."""

@@ -205,8 +205,8 @@ def _compare(
     )
     if prediction.sized:
         before, size = records['before_size'][both], records['extent'][both].sum(axis=1)
-        own += SCANS * log_fit(before, size)
-        exchanged += SCANS * log_fit(before, np.roll(size, count, axis=0))
+        own += SCANS * log_fit(before, size, prediction.alike)
+        exchanged += SCANS * log_fit(before, np.roll(size, count, axis=0), prediction.alike)
     return np.asarray((own - exchanged).reshape(2, count).sum(axis=0))
 
 

@@ -57,15 +57,31 @@ def difference(size: Floats, blob: Floats) -> Floats:
     return np.where(np.abs(excess) > slack(size), excess, 0.0)
 
 
-def log_fit(size: Floats, blob: Floats) -> Floats:
-    """Log-likelihood of sizes, up to a constant: a normal distribution, or any with OTHER_SIZE.
+def log_fit(size: Floats, blob: Floats, alike: float) -> Floats:
+    """Log-likelihood ratio of blobs' sizes: of these objects, against of any other.
+
+    An object's own blob differs by a slack, one in 50 by anything. Others are alike, or up to twice
+    as large.
 
     :param size: (K, 2) of the object [px].
     :param blob: (K, 2) of the blob [px].
+    :param alike: share of the others that have the size of an object.
     :return: (K,).
     """
     d2 = (((blob - size) / slack(size)) ** 2).sum(axis=1)
-    return np.asarray(np.log(OTHER_SIZE + (1 - OTHER_SIZE) * np.exp(-d2 / 2)))
+    return np.asarray(np.log(OTHER_SIZE + np.exp(most_fitting(size, alike) - d2 / 2)))
+
+
+def most_fitting(size: Floats, alike: float) -> Floats:
+    """Log-likelihood ratio, at least 0, of a blob of just that size, (K, 2); see log_fit()."""
+    broad = np.pi / 2 * (slack(size) / np.maximum(size, 1.0)).prod(axis=1)
+    return np.asarray(np.log(np.maximum((1 - OTHER_SIZE) / (alike + broad), 1.0)))
+
+
+def count_alike(size: Floats, blob: Floats) -> int:
+    """Number of blobs, (K, 2) [px], that have the size of any of the objects, (N, 2) [px]."""
+    same = np.abs(blob[:, None] - size) <= slack(size)
+    return int(np.count_nonzero((same[..., 0] & same[..., 1]).any(axis=1)))
 
 
 def centers(z: Floats, box: Floats, extent: Floats) -> Floats:
@@ -164,14 +180,15 @@ def learn(
     center: Floats,
     expected: Floats,
     last: Floats,
+    way: Floats,
     dt: float,
 ) -> Floats:
     """The extent after one more blob that the object has for itself, of another size.
 
-    A blob that grows as an object coming into view does is followed at once. A sudden growth
-    may be that of a merged blob, and is followed more slowly. Towards a smaller blob it goes
-    slowest, and only if the centroid is nearer to the prediction than what either side says, or the
-    blob stays as it is: else the object is not smaller but cut.
+    A blob that grows as an object coming into view does, by no more than the way that it moves, is
+    followed at once. A sudden growth may be that of a merged blob, and is followed more slowly.
+    Towards a smaller blob it goes slowest, and only if the centroid is nearer to the prediction
+    than what either side says, or the blob stays as it is: else the object is not smaller but cut.
 
     :param extent: (K, 2, 2) of the object [px].
     :param reach: (K, 2, 2) of the blob, see Measurements.reach() [px].
@@ -179,12 +196,13 @@ def learn(
     :param center: (3, K, 2) see centers() [px].
     :param expected: (K, 2) predicted center [px].
     :param last: (K, 2) size of the last blob [px].
+    :param way: (K,) that the object may have moved in this frame, at most [px].
     :param dt: since the last frame [s].
     :return: (K, 2, 2) [px].
     """
-    size, blob = extent.sum(axis=1), reach.sum(axis=1)
-    step = 4 * TOLERANCE + 0.5 * size.max(axis=1)
-    growing = (excess > 0) & (excess < step[:, None]).all(axis=1)[:, None]
+    blob = reach.sum(axis=1)
+    small = excess < 4 * TOLERANCE + way[:, None]
+    growing = (excess > 0) & (small[:, :1] & small[:, 1:])
     cut = np.abs(center - expected).argmin(axis=0) != 1
     steady = (np.abs(blob - last) < TOLERANCE).all(axis=1)[:, None]
     time = np.where((excess > 0) | steady, GROWING, np.where(cut, np.inf, SHRINKING))

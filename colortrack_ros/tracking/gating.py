@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.extents import most_fitting
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
@@ -40,9 +41,12 @@ def gate(
     bound = 2 * (prediction.log_odds - prediction.log_density - math.log(np.pi)) - np.log(
         S[:, 0] * S[:, 1]
     )
+    if prediction.sized:
+        size = prediction.records['extent'].sum(axis=1)
+        bound += 2 * most_fitting(size, prediction.alike)
     half = np.sqrt(np.maximum(bound, 0.0)[:, None] * (turned + widest)) + np.abs(way)
     if prediction.sized:
-        half += prediction.records['extent'].sum(axis=1) / 2
+        half += size / 2
     if not config.gating:
         half[:] = UNBOUNDED
     track, blob = points_inside(prediction.center, half, blobs.z, CROWD * config.gating)

@@ -27,6 +27,10 @@ LOG_COLORS_MIXED_UP = math.log(50)
 wrong color. Not fitted."""
 
 
+UNDOUBTED = math.log(1000)
+"""A pair that is so much more likely than a new object needs no size to tell."""
+
+
 @dataclass(frozen=True)
 class Hypotheses(Columns):
     """K pairs of a track and a blob, ascending by track.
@@ -90,22 +94,23 @@ def hypothesize(
     return Hypotheses(track, blob, z, R, compared)
 
 
-def _log_size(prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices) -> Floats:
-    """Log-likelihood, (K,), of the size of each blob, against that of the track that fits it best.
+def _count_sizes(
+    ratio: Floats, prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices
+) -> None:
+    """Add to ratios, (K,), what sizes say, where it may decide: several want a blob, or none does.
 
-    A blob that fits none is merged, cut or broken, and may be anybody's.
+    A blob that fits nobody's size is merged, cut or broken, and may be anybody's.
     """
-    log = np.zeros(len(track))
-    contested = np.flatnonzero(np.bincount(blob)[blob] > 1)
-    if not len(contested):
-        return log
-    track, blob = track[contested], blob[contested]
-    size = prediction.records['extent'][track].sum(axis=1)
-    fit = log_fit(size, blobs.size[blob])
+    open_ = np.flatnonzero((ratio < UNDOUBTED) | (np.bincount(blob)[blob] > 1))
+    if not len(open_):
+        return
+    track, blob = track[open_], blob[open_]
+    fit = log_fit(
+        prediction.records['extent'][track].sum(axis=1), blobs.size[blob], prediction.alike
+    )
     best = np.full(len(blobs), -np.inf)
     np.maximum.at(best, blob, fit)
-    log[contested] = fit - best[blob]
-    return log
+    ratio[open_] += fit - np.minimum(best[blob], 0.0)
 
 
 def _by_sides(
@@ -145,7 +150,7 @@ def score(
         colors = prediction.records['color'][track], blobs.rows['color'][hypotheses.blob]
         ratio -= LOG_COLORS_MIXED_UP * (colors[0] != colors[1])
     if prediction.sized and len(track):
-        ratio += _log_size(prediction, blobs, track, hypotheses.blob)
+        _count_sizes(ratio, prediction, blobs, track, hypotheses.blob)
     if not config.gating:
         ratio -= ratio.min(initial=0.0) - 1.0
     return ratio

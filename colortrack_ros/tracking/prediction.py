@@ -37,6 +37,7 @@ class Prediction:
     :param speed: standard deviation of a new velocity on each axis [px/s].
     :param log_density: log of the density of detections that belong to no track [1/px^2].
     :param sized: there are tracks or blobs that have a size.
+    :param alike: share of the blobs of no track that have the size of one.
     """
 
     bank: Bank
@@ -51,6 +52,7 @@ class Prediction:
     speed: float
     log_density: float
     sized: bool
+    alike: float
 
 
 def predict(
@@ -99,6 +101,7 @@ def predict(
         speed=config.initial_speed or learned.speed,
         log_density=math.log(config.clutter_density or learned.density),
         sized=config.use_boxes and bool(measurements.size.any() or records['extent'].any()),
+        alike=learned.alike,
     )
 
 

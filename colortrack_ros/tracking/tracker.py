@@ -21,6 +21,7 @@ from colortrack_ros.tracking.crossings import remember
 from colortrack_ros.tracking.crossings import tell_apart
 from colortrack_ros.tracking.deletion import confirm
 from colortrack_ros.tracking.deletion import is_present
+from colortrack_ros.tracking.extents import count_alike
 from colortrack_ros.tracking.gating import gate
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
@@ -33,6 +34,7 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.measurements import unrepeated
 from colortrack_ros.tracking.merge_split import merge_split
 from colortrack_ros.tracking.prediction import predict
+from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.records import FIELDS
 from colortrack_ros.tracking.records import published
 from colortrack_ros.tracking.stitching import find_stitches
@@ -41,6 +43,9 @@ from colortrack_ros.tracking.update import update
 
 FIRST_PERIOD = 1 / 30
 """Of the frames, until there have been two [s]: a usual camera's."""
+
+MOST_NEW = 10
+"""Blobs of no track whose sizes are looked at in a frame, to bound its time."""
 
 
 class Tracker:
@@ -115,6 +120,7 @@ class Tracker:
         tell_apart(
             tracks, associated.pairs, prediction, learned, config, stamp=now, period=period
         )  # fmt: skip
+        self._learn_sizes(prediction, blobs, associated.free)
         initiate(tracks, prediction, blobs, np.flatnonzero(associated.free), now)
         self._manage(again=again)
 
@@ -153,6 +159,15 @@ class Tracker:
         free = np.ones(count, bool)
         free[pairs.blob[probability > 0.5]] = False
         return Association(pairs, probability, free)
+
+    def _learn_sizes(
+        self, prediction: Prediction, blobs: Measurements, free: NDArray[np.bool_]
+    ) -> None:
+        """Learn from a few blobs of no track whether sizes tell them from those of tracks."""
+        new = np.flatnonzero(free)[:MOST_NEW]
+        if prediction.sized and len(new) and len(prediction.records):
+            size = prediction.records['extent'].sum(axis=1)
+            self._adaptation.learn_alike(count_alike(size, blobs.size[new]), len(new))
 
     def _manage(self, *, again: bool) -> None:
         """Confirmation, deletion and stitching."""

@@ -137,8 +137,16 @@ def learn_extents(
         extent, last = extent[one], np.stack([records['box_w'], records['box_h']], axis=1)[track]
         center = centers(blobs.z[blob], blobs.box[blob], extent)
         expected = prediction.center[track]
-        now[one] = learn(extent, reach[one], excess[one], center, expected, last, period)
+        way = farthest(prediction, track) * period
+        now[one] = learn(extent, reach[one], excess[one], center, expected, last, way, period)
     return now
+
+
+def farthest(prediction: Prediction, track: Indices) -> Floats:
+    """Speed of tracks, (K,), and twice its standard deviation [px/s]."""
+    cov = prediction.bank.estimate()[1]
+    variance = cov[track, 2, 2] + cov[track, 3, 3]
+    return np.asarray(np.hypot(*prediction.velocity[track].T) + 2 * np.sqrt(variance))
 
 
 def _learn(

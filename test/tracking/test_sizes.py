@@ -1,0 +1,54 @@
+"""What the sizes of blobs say about whose they are, and what they do not say."""
+
+import numpy as np
+import pytest
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.tracking import Tracker
+
+RATE = 30
+
+
+def blobs(*boxes):
+    """Detections of boxes, each center and size (u, v, width, height) [px]."""
+    rows = np.zeros(len(boxes), DETECTION)
+    for row, (u, v, width, height) in zip(rows, boxes, strict=True):
+        row['u'], row['v'], row['box_w'], row['box_h'] = u, v, width, height
+        row['box_u'], row['box_v'] = u - width / 2 + 0.5, v - height / 2 + 0.5
+        row['cov_uu'] = row['cov_vv'] = 0.1
+        row['area'] = width * height
+    return rows
+
+
+def play(frames):
+    """The tracker after some frames, and the rows of the last."""
+    tracker = Tracker()
+    for k, rows in enumerate(frames):
+        tracks = tracker.update(Detections(rows, round(k * 1e9 / RATE)))
+    return tracker, tracks.rows
+
+
+def test_what_has_long_stood_still_and_jumps_is_known_by_its_size():
+    stood = [blobs((300, 200, 70, 110))] * 60
+    _, rows = play([*stood, blobs((333, 200, 70, 110))])
+    assert rows['track_id'].tolist() == [1]
+    assert rows['time_since_update'][0] == 0
+
+
+@pytest.mark.parametrize('speed', [0.0, 2.0])
+def test_an_object_that_was_whole_does_not_take_the_size_of_what_it_merges_with(speed):
+    alone = [blobs((300 + speed * k, 200, 70, 110)) for k in range(60)]
+    u = 300 + speed * 60
+    _, rows = play([*alone, blobs((u + 20, 220, 110, 150)), blobs((u + speed, 200, 70, 110))])
+    assert rows['u'][0] == pytest.approx(u + speed, abs=3)
+    tracker, _ = play([*alone, blobs((u + 20, 220, 110, 150))])
+    size = tracker._tracks.records['extent'][0].sum(axis=0)
+    assert size == pytest.approx([70, 110], abs=6)
+
+
+def test_an_object_that_comes_into_view_has_the_size_that_is_in_view():
+    frames = [blobs((4 * k / 2, 200, 4 * k, 60)) for k in range(1, 20)]
+    tracker, _ = play(frames)
+    size = tracker._tracks.records['extent'][0].sum(axis=0)
+    assert size == pytest.approx([76, 60], abs=6)
