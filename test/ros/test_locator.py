@@ -161,8 +161,13 @@ def test_by_tf_the_same_ball_is_at_the_same_place_and_a_frame_of_its_own(ros):
 
 
 def test_wrong_frame_names_in_tf_are_told(ros):
-    pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
+    tf2_ros = pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
     robot = Robot(ros, pose_source='tf', base_frame='base')
+    moving = tf2_ros.TransformBroadcaster(ros.node)
+    ros.settle()
+    for k in range(2):
+        base = Pose.of_rpy((0, 0, 0), (0, 0, 0))
+        moving.sendTransform(transform('odom', 'base_link', START + k * FRAME, base))
     robot.see(0)
-    robot.node.wait_for('"base"')
+    robot.node.wait_for('"base" passed to lookupTransform argument source_frame does not exist')
     assert robot.locations == []

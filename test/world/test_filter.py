@@ -46,7 +46,7 @@ def test_an_error_of_the_pitch_is_not_averaged_away_by_looking_longer():
         mean, cov, _ = world.update(mean, cov, measured, VIEW, kinds, 0.0)
     # 1 degree, at 3.9 m from a camera 0.4 m above the center: r^2 / h * sigma
     spread = np.sqrt(np.linalg.eigvalsh(cov[0, :2, :2])[1])
-    assert spread == pytest.approx((3.9**2 + 0.4**2) / 0.4 * world.PITCH, rel=0.15)
+    assert spread == pytest.approx((3.9**2 + 0.4**2) / 0.4 * np.radians(world.PITCH), rel=0.15)
     assert np.diag(cov[0])[BIASES] == pytest.approx(kinds.sigma[0] ** 2)
 
 
