@@ -108,7 +108,7 @@ class Mean:
 
 
 def mean_tracker(boxes):
-    tracker = WindowTracker(WindowConfig(), boxes)
+    tracker = WindowTracker(WindowConfig(method='WM+K+PSO'), boxes)
     tracker._swarm = Mean()
     return tracker
 
@@ -147,7 +147,7 @@ def swarm(seeds):
     ways = {
         'WM+K': lambda boxes: WindowTracker(WindowConfig(method='WM+K'), boxes),
         'WM+K and the mean of the velocities': mean_tracker,
-        'WM+K+PSO': lambda boxes: WindowTracker(WindowConfig(), boxes),
+        'WM+K+PSO': lambda boxes: WindowTracker(WindowConfig(method='WM+K+PSO'), boxes),
     }
     table(
         ways,
@@ -206,7 +206,7 @@ def quality():
     """RMSE [px] of the frames within NEAR px, and their share [%]."""
     ways = {f'{m}, every window a template': window_tracker(WindowConfig(method=m, **PLAIN))
             for m in METHODS}  # fmt: skip
-    ways['WM+K+PSO, rule of 4.3.1'] = window_tracker(WindowConfig(supervision='discrepancy'))
+    ways['WM+K, rule of 4.3.1'] = window_tracker(WindowConfig(supervision='discrepancy'))
     ways |= {m: window_tracker(WindowConfig(method=m)) for m in METHODS}
     ways |= dict(peers()) | {'matchTemplate, whole frame': full_frame}
     table: dict[str, list[str]] = {name: [] for name in ways}

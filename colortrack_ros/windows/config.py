@@ -17,9 +17,9 @@ class WindowConfig(Config):
     """How windows of a picture are followed."""
 
     method: str = parameter(
-        'WM+K+PSO',
+        'WM+K',
         'Window matching alone, with a Kalman filter as its supervisor (4.3.1), or with the swarm '
-        'as well (5.4.1).',
+        'as well (5.4.1), which finds little more than the mean of the last velocities.',
         choices=METHODS,
     )
     cost: str = parameter(
@@ -59,6 +59,12 @@ class WindowConfig(Config):
         'Whether matches are validated, rotation and scale are told from translation, and a '
         'template is kept as long as it serves (3.4.1); if not, every window found is the next '
         'template.',
+    )
+    appearance: bool = parameter(
+        True,
+        'Whether a target whose template is not found is looked for by a correlation filter and by '
+        'its colors, which learn what it and what is around it look like, and whether its box '
+        'changes its size with it; with drift_compensation.',
     )
     renewal: float = parameter(
         0.03,

@@ -45,3 +45,11 @@ class Crop:
         """
         u, v = (center - self.corner).tolist()
         return np.asarray(cv2.getRectSubPix(self.gray, shape[::-1], (u, v)))
+
+
+def cut_window(frame: Frame, center: Floats, shape: tuple[int, ...]) -> Gray:
+    """The window (height, width) of a frame around a center (u, v) [px]; see Crop.window."""
+    size, half = np.array(frame.image.shape[1::-1]), np.array(shape[::-1]) / 2 + 1
+    low = np.clip(np.floor(center - half).astype(int), 0, size - 1)
+    high = np.clip(np.ceil(center + half).astype(int), low, size - 1)
+    return Crop.of(frame, low, high).window(center, shape)

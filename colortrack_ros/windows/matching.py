@@ -68,12 +68,16 @@ class Matches(NamedTuple):
 
         :param last_similarity: (M,) of the last valid match.
         """
+        drop_by_noise = (1 - last_similarity) / 2
+        least = np.maximum(last_similarity - drop_by_noise - config.max_drop, config.min_similarity)
+        return self.are_sharp(config.max_deviation) & (self.similarity >= least)
+
+    def are_sharp(self, deviation: float) -> NDArray[np.bool_]:
+        """(M,) whose positions have at most that standard deviation [px] in every direction."""
         half_sum = (self.R[:, 0, 0] + self.R[:, 1, 1]) / 2
         half_difference = (self.R[:, 0, 0] - self.R[:, 1, 1]) / 2
         widest = half_sum + np.hypot(half_difference, self.R[:, 0, 1])  # the greater eigenvalue
-        drop_by_noise = (1 - last_similarity) / 2
-        least = np.maximum(last_similarity - drop_by_noise - config.max_drop, config.min_similarity)
-        return (widest <= config.max_deviation**2) & (self.similarity >= least)
+        return np.asarray(widest <= deviation**2)
 
 
 def match_templates(

@@ -11,18 +11,27 @@ from colortrack_ros.encodings import plain
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable
+from colortrack_ros.windows.appearance import Appearance
+from colortrack_ros.windows.appearance import Sighting
 from colortrack_ros.windows.config import WindowConfig
-from colortrack_ros.windows.crop import Crop
+from colortrack_ros.windows.crop import cut_window
 from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.motion import Bools
 from colortrack_ros.windows.motion import Floats
 from colortrack_ros.windows.motion import Motion
+from colortrack_ros.windows.sighting import learn
+from colortrack_ros.windows.sighting import sight
 from colortrack_ros.windows.swarm import Swarm
 from colortrack_ros.windows.template import Template
 
+STEPS = 4
+"""Velocities of matches that have to agree before a target coasts by theirs: the least number whose
+variance says more than that two are alike."""
+
 FIELDS = [
     ('template', 'O'),
+    ('appearance', 'O'),
     ('area', 'f4'),
     ('box_w', 'f4'),
     ('box_h', 'f4'),
@@ -30,13 +39,18 @@ FIELDS = [
     ('mean_innovation', 'f8'),
     ('last', 'f8', (2, 2)),
     ('drift', 'f8', (2, 2)),
+    ('steps', 'f8', (STEPS, 2)),
+    ('seen', 'f8', 2),
+    ('looks', 'i8'),
 ]
 """What is recorded of a target besides what is of every track.
 
-template: the Template; area, box_w, box_h: of the box that it began with [px]; similarity: of the
-last valid match, 0 before the first; mean_innovation: mean norm [px], infinite before the first;
+template: the Template; appearance: the Appearance, with config.appearance; area, box_w, box_h: of
+the box [px]; similarity: of the last valid match, 0 before the first; mean_innovation: mean norm
+[px], infinite before the first;
 last: (u, v) by matching and by the filter in the last frame [px]; drift: covariance of what the
-template has moved on the object [px^2].
+template has moved on the object [px^2]; steps: the last velocities by matching [px/s], NaN: none;
+seen: (u, v) of the last match [px]; looks: frames since then.
 """
 
 INNOVATION_MEMORY = 20
@@ -99,9 +113,15 @@ class WindowTracker:
         dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
         predicted = self._tracks.filters.predict(dt, self.config)
         matches = self._match(frame, predicted)
-        accepted = self._supervise(matches, predicted)
+        valid = self._validate(matches)
+        sightings: dict[int, Sighting] = {}
+        if self._is_learning:
+            sightings = sight(frame, self._tracks.records, matches, valid, predicted)
+        accepted = self._supervise(matches, valid, predicted)
         self._correct(matches, accepted, dt)
-        self._renew_templates(matches, accepted)
+        if self._is_learning:
+            learn(frame, self._tracks.records, accepted, matches.z, sightings)
+        self._renew_templates(frame, matches, accepted)
         self._delete(frame)
         self._initiate(frame, self._waiting)
         self._initiate(frame, self._unfollowed(self._offered))
@@ -113,7 +133,17 @@ class WindowTracker:
         templates, innovation = records['template'].tolist(), records['mean_innovation']
         return match_templates(frame, templates, predicted, regions, innovation, self.config)
 
-    def _supervise(self, matches: Matches, predicted: Floats) -> Bools:
+    @property
+    def _is_learning(self) -> bool:
+        return self.config.appearance and self.config.drift_compensation
+
+    def _validate(self, matches: Matches) -> Bools:
+        """Which matches of templates are to be trusted, (N,)."""
+        if self.config.drift_compensation:
+            return matches.are_valid(self._tracks.records['similarity'], self.config)
+        return np.asarray(~np.isnan(matches.similarity))
+
+    def _supervise(self, matches: Matches, valid: Bools, predicted: Floats) -> Bools:
         """Which targets are measured, (N,): True for the match, False for the prediction alone.
 
         The measure of confidence and tolerance of 4.3.1. They disagree when u and v differ by more
@@ -121,9 +151,7 @@ class WindowTracker:
         learn another velocity, or whichever has moved farther since the last frame is wrong.
         """
         config, z, last = self.config, matches.z, self._tracks.records['last']
-        accepted: Bools = ~np.isnan(matches.similarity)
-        if config.drift_compensation:
-            accepted = matches.are_valid(self._tracks.records['similarity'], config)
+        accepted = valid.copy()
         if config.method == 'WM':
             return accepted
         disagree = np.abs(z - predicted).mean(axis=1) > config.tolerance
@@ -140,6 +168,8 @@ class WindowTracker:
     def _correct(self, matches: Matches, accepted: Bools, dt: float) -> None:
         """Update filters and records with the matches that are accepted."""
         track, records = np.flatnonzero(accepted), self._tracks.records
+        if dt > 0:
+            self._note_steps(matches, accepted, dt)
         R = matches.R[track]
         R[np.isnan(R).any(axis=(1, 2))] = np.eye(2)
         self._tracks.filters.bank.correct(track, matches.z[track], R)
@@ -148,16 +178,41 @@ class WindowTracker:
             # After a gap matching tells no velocity: in the last frame it was a prediction.
             last_frame = self._clock.now - round(dt * NANOSECONDS)
             step[records['updated'][track] < last_frame] = np.nan
+            step[~matches.are_sharp(self.config.max_deviation)[track]] = np.nan
             self._tracks.filters.steer(self._swarm, track, step, dt)
         self._tracks.record_hits(track, self._clock.now)
-        records['similarity'][track] = matches.similarity[track]
+        records['seen'][track] = matches.z[track]
+        alike = track[matches.similarity[track] > 0]  # not of what was seen beside the template
+        records['similarity'][alike] = matches.similarity[alike]
         mean, norm = records['mean_innovation'], matches.innovation_norm
         step = norm - np.where(np.isinf(mean), 0.0, mean)
-        learn = accepted & (matches.alone | (norm <= mean))
+        usual = accepted & (matches.alone | (norm <= mean))
         share = 1 / np.clip(records['hits'] - 1, 1, INNOVATION_MEMORY)
-        mean[learn] = np.where(np.isinf(mean), norm, mean + share * step)[learn]
+        usual &= np.isfinite(norm)
+        mean[usual] = np.where(np.isinf(mean), norm, mean + share * step)[usual]
 
-    def _renew_templates(self, matches: Matches, accepted: Bools) -> None:
+    def _note_steps(self, matches: Matches, accepted: Bools, dt: float) -> None:
+        """Keep the last velocities by matching; who begins to coast goes on as far as they agree.
+
+        A velocity of mean m whose variance from frame to frame is s^2 is shrunk by
+        m^2 / (m^2 + s^2), which leaves the least squared error: nothing if matches jump about.
+        """
+        records, motion = self._tracks.records, self._tracks.filters
+        sure = matches.are_sharp(self.config.tolerance)
+        before = records['updated'] >= self._clock.now - round(dt * NANOSECONDS)
+        lost = np.flatnonzero(~accepted & before & (records['hits'] > 1))
+        if len(lost) and self.config.method != 'WM':
+            steps = records['steps'][lost]
+            known = ~np.isnan(steps).any(axis=(1, 2))
+            mean = np.square(steps.mean(axis=1)).sum(axis=1)
+            spread = steps.var(axis=1).sum(axis=1)
+            share = np.where(known, mean / np.maximum(mean + spread, 1e-9), 0.0)
+            motion.bank.set_velocity(lost, np.nan_to_num(steps.mean(axis=1)) * share[:, None])
+        going = np.flatnonzero(accepted & before & sure)
+        records['steps'][going, 1:] = records['steps'][going, :-1]
+        records['steps'][going, 0] = (matches.z[going] - records['seen'][going]) / dt
+
+    def _renew_templates(self, frame: Frame, matches: Matches, accepted: Bools) -> None:
         """Take new templates from this frame: all of them, or with drift compensation few.
 
         A template's error stays with the target as long as its successors are found by it, so each
@@ -167,15 +222,16 @@ class WindowTracker:
         position = self._tracks.filters.bank.estimate()[0][:, :2]
         place = np.where(accepted[:, None], matches.z, position)
         records['last'] = np.stack([place, position], axis=1)
+        sharp = accepted & matches.are_sharp(self.config.max_deviation)
         for i, (crop, template) in enumerate(zip(matches.crops, records['template'], strict=True)):
             if compensated:
                 alike = float(matches.similarity[i]), float(matches.correlation[i])
-                worn = accepted[i] and template.record_match(*alike, self.config.renewal)
+                worn = sharp[i] and template.record_match(*alike, self.config.renewal)
             else:
                 worn = crop is not None
-            if crop is not None and worn:
+            if worn:
                 records['drift'][i] += np.nan_to_num(matches.R[i])
-                window = crop.window(place[i], template.picture.shape)
+                window = cut_window(frame, place[i], template.picture.shape)
                 records['template'][i] = Template(window, template)
             elif compensated and not accepted[i] and template.former:
                 # It may have taken on what covers the target: try the one before, by turns.
@@ -215,9 +271,11 @@ class WindowTracker:
         new['area'] = new['box_w'] * new['box_h']
         wanted = self.config.window or np.maximum(box, LEAST_SIDE)
         odd = np.broadcast_to(np.minimum(wanted, size).astype(int) - 1 | 1, box.shape)
-        whole = Crop.of(frame, np.zeros(2, int), size - 1)
+        new['seen'], new['steps'] = center, np.nan
         for i, (w, h) in enumerate(odd.tolist()):
-            new['template'][i] = Template(whole.window(center[i], (h, w)))
+            new['template'][i] = Template(cut_window(frame, center[i], (h, w)))
+            if self._is_learning:
+                new['appearance'][i] = Appearance(frame, center[i], box[i])
 
     def _rows(self) -> NDArray[np.void]:
         """The tracks as they are published; all are confirmed from the first."""

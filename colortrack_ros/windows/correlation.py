@@ -1,0 +1,61 @@
+"""A correlation filter, learned from what is the target and what is beside it."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from colortrack_ros.windows.features import Features
+from colortrack_ros.windows.features import Floats
+
+Spectrum = NDArray[np.complex64]
+
+LABEL_SIGMA = 0.1
+"""Width of the wanted peak as a share of the target's size, and the rate of learning; of KCF with
+histograms of gradients (Henriques et al. 2015, table 2)."""
+RATE = 0.02
+
+REGULARIZATION = 1e-3
+"""Added to the energy of each frequency (lambda of Staple, Bertinetto et al. 2016, table 1)."""
+
+
+class CorrelationFilter:
+    """The filter that answers a target in the middle of its features with a peak there.
+
+    Of many channels, in the frequency domain, with one denominator: H = sum A_l / (B + lambda)
+    (Danelljan et al. 2014, (3)).
+
+    :param features: (channels, rows, columns) with the target in the middle.
+    :param target: its width and height [cells].
+    """
+
+    def __init__(self, features: Features, target: Floats) -> None:
+        rows, columns = features.shape[1:]
+        self._window = np.outer(_taper(rows), _taper(columns))
+        self.sigma = LABEL_SIGMA * float(np.sqrt(target.prod()))
+        v, u = (np.arange(n) - n // 2 for n in (rows, columns))
+        wanted = np.exp((u**2 + v[:, None] ** 2) / (-2 * self.sigma**2)).astype(np.float32)
+        self._wanted = np.conj(fft.rfft2(fft.ifftshift(wanted)))
+        self._numerator, self._energy = self._lesson(features)
+
+    def learn(self, features: Features) -> None:
+        """Learn what the target, in the middle of the features, looks like now."""
+        numerator, energy = self._lesson(features)
+        self._numerator += RATE * (numerator - self._numerator)
+        self._energy += RATE * (energy - self._energy)
+
+    def respond(self, features: Features) -> Features:
+        """How much each cell looks like the middle of the target, (rows, columns), about 0 to 1."""
+        spectrum = fft.rfft2(features * self._window)
+        answer = (np.conj(self._numerator) * spectrum).sum(axis=0)
+        answer /= self._energy + REGULARIZATION
+        return np.asarray(fft.fftshift(fft.irfft2(answer, s=features.shape[1:])))
+
+    def _lesson(self, features: Features) -> tuple[Spectrum, Features]:
+        spectrum = fft.rfft2(features * self._window)
+        energy = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
+        return self._wanted * spectrum, energy
+
+
+def _taper(count: int) -> Features:
+    """A Hann window without its zeros: a transform knows no borders."""
+    return np.hanning(count + 2)[1:-1].astype(np.float32)

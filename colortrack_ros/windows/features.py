@@ -1,0 +1,117 @@
+"""What a part of a picture looks like: oriented gradients and colors, on a grid of cells."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Pixels = NDArray[np.uint8]
+Features = NDArray[np.float32]
+
+CELL = 4
+"""Side of a cell [px of a patch], as of the histograms of Staple (Bertinetto et al. 2016, 4)."""
+
+ORIENTATIONS = 9
+"""Directions of gradients in half a turn (Dalal and Triggs 2005, 6.3)."""
+
+CLIP = 0.4
+"""Greatest component of a cell's histogram: twice the 0.2 of Felzenszwalb et al. (2010), whose four
+normalizations, which are added here as one, halve it."""
+
+FLAT = 4.0
+"""Sum of gradients in a cell that is told from none: a quarter of a gray level on each pixel, as
+rounding makes it."""
+
+COARSE = 2.0
+"""Pixels of the picture on one of the patch from which interpolation would miss some."""
+
+
+def sample(frame: Frame, center: Floats, size: Floats, out: tuple[int, int]) -> Pixels:
+    """The part of a picture around a center, resampled.
+
+    What would lie outside the picture repeats its border.
+
+    :param center: (u, v) [px].
+    :param size: width and height of the part [px].
+    :param out: columns and rows that are wanted.
+    :return: (rows, columns) gray, or (rows, columns, 3).
+    """
+    limit = np.array(frame.image.shape[1::-1])
+    step = size / out
+    if step.min() >= COARSE:  # no aliases: the mean of what falls on a pixel
+        low = np.rint(center - (size - 1) / 2).astype(int)
+        part, rim = _cut(frame.image, low, low + np.maximum(np.rint(size).astype(int), 1), limit)
+        if rim.any():
+            left, top, right, bottom = rim.tolist()
+            padded = cv2.copyMakeBorder(part, top, bottom, left, right, cv2.BORDER_REPLICATE)
+            part = np.asarray(padded, np.uint8)
+        return np.asarray(cv2.resize(part, out, interpolation=cv2.INTER_AREA), np.uint8)
+    low = np.floor(center - size / 2).astype(int) - 1
+    part, rim = _cut(frame.image, low, low + np.ceil(size).astype(int) + 3, limit)
+    corner = center - step * (np.array(out) - 1) / 2 - low - rim[:2]
+    matrix = np.array([[step[0], 0, corner[0]], [0, step[1], corner[1]]])
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    warped = cv2.warpAffine(part, matrix, out, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(warped, np.uint8)
+
+
+def _cut(image: Pixels, low: Indices, high: Indices, limit: Indices) -> tuple[Pixels, Indices]:
+    """What is inside the picture of the part from low to high (u, v), which is excluded.
+
+    :return: it, and how much is missing to the left, above, to the right and below.
+    """
+    first = np.clip(low, 0, limit - 1)
+    last = np.clip(high, first + 1, limit)
+    part = image[first[1] : last[1], first[0] : last[0]]
+    part = np.ascontiguousarray(part[..., :3] if image.ndim == 3 else part)
+    return part, np.concatenate([np.maximum(first - low, 0), np.maximum(high - last, 0)])
+
+
+def to_gray(patch: Pixels, encoding: str) -> Features:
+    """Gray levels (rows, columns) of a patch of that encoding."""
+    if patch.ndim == 3:
+        code = cv2.COLOR_BGR2GRAY if encoding.startswith('bgr') else cv2.COLOR_RGB2GRAY
+        return np.asarray(cv2.cvtColor(patch, code), np.float32)
+    return patch.astype(np.float32)
+
+
+def oriented_gradients(gray: Features) -> Features:
+    """Histograms of the directions of the gradients (Dalal and Triggs 2005), of each cell.
+
+    Each gradient is shared by the two directions next to its own, in a whole turn; those of half a
+    turn are their sums. A histogram is normalized by the gradients of the cells around it.
+
+    :param gray: (rows, columns), multiples of CELL.
+    :return: (rows / CELL, columns / CELL, 3 ORIENTATIONS).
+    """
+    rows, columns = gray.shape
+    shape, count = (rows // CELL, columns // CELL), 2 * ORIENTATIONS
+    du = cv2.Sobel(gray, cv2.CV_32F, 1, 0, ksize=1)
+    dv = cv2.Sobel(gray, cv2.CV_32F, 0, 1, ksize=1)
+    magnitude, angle = cv2.cartToPolar(du, dv)
+    angle *= count / (2 * np.pi)
+    lower = angle.astype(np.int32)
+    upper_share = magnitude * (angle - lower)
+    cell = np.arange(rows)[:, None] // CELL * shape[1] + np.arange(columns) // CELL
+    size = cell[-1, -1] * count + count
+    signed = np.bincount(
+        (cell * count + lower % count).ravel(), (magnitude - upper_share).ravel(), size
+    )
+    signed += np.bincount((cell * count + (lower + 1) % count).ravel(), upper_share.ravel(), size)
+    signed = signed.reshape(*shape, count)
+    half = signed[..., :ORIENTATIONS] + signed[..., ORIENTATIONS:]
+    energy = cv2.boxFilter((half**2).sum(axis=2), -1, (3, 3), normalize=False)
+    norm = np.sqrt(energy + FLAT**2)[..., None]
+    return np.minimum(np.concatenate([signed, half], axis=2) / norm, CLIP).astype(np.float32)
+
+
+def describe(patch: Pixels, encoding: str) -> Features:
+    """Oriented gradients and mean colors of each cell, (channels, rows / CELL, columns / CELL)."""
+    gradients = oriented_gradients(to_gray(patch, encoding))
+    size = gradients.shape[1::-1]
+    colors = cv2.resize(patch, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255 - 0.5
+    colors = colors.reshape(*gradients.shape[:2], -1)
+    return np.ascontiguousarray(np.concatenate([gradients, colors], axis=2).transpose(2, 0, 1))

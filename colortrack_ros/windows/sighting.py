@@ -1,0 +1,85 @@
+"""Targets whose templates are not found are looked for by their appearance."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+from colortrack_ros.windows.appearance import Appearance
+from colortrack_ros.windows.appearance import Sighting
+from colortrack_ros.windows.features import Floats
+from colortrack_ros.windows.matching import Matches
+
+RINGS = 20
+"""Of places around the last one that a lost target was seen at: with the least region of 12 px that
+is looked at, they fill the 300 px around it; a target of 40 px is looked for in 2000 px."""
+
+DISAGREEMENT = 9.0
+"""Square of the standard deviations of what is seen that a template may be found beside it: 3."""
+
+_GRID = np.stack(np.meshgrid(*2 * [np.arange(-RINGS, RINGS + 1)]), axis=-1).reshape(-1, 2)
+SPIRAL = _GRID[np.hypot(*_GRID.T).argsort(kind='stable')].astype(float)
+"""The places, the nearest first, (n, 2) by u and v, in units of Appearance.reach."""
+
+
+def sight(
+    frame: Frame, records: NDArray[np.void], matches: Matches, valid: NDArray[np.bool_],
+    predicted: Floats,
+) -> dict[int, Sighting]:  # fmt: skip
+    """Look for all targets by their appearance.
+
+    Where the template is not found, or is found at another place than the target is clearly seen
+    at, what is seen takes the place of the match. (A template that has taken on a part of what is
+    behind the target stays there with it.)
+
+    :param records: of the N tracks.
+    :param valid: (N,) whether the template is found; True from now on where the target is seen.
+    :param predicted: (N, 2) u, v [px].
+    :return: by track, those that are seen for sure.
+    """
+    sightings = {}
+    for i, record in enumerate(records):
+        appearance: Appearance = record['appearance']
+        seen = appearance.look(frame, matches.z[i] if valid[i] else predicted[i])
+        if not appearance.is_target(seen):
+            if valid[i]:
+                continue
+            seen = appearance.look(frame, _elsewhere(frame, record))
+            if not appearance.is_whole(seen):
+                continue
+        sightings[i] = seen
+        if not appearance.is_whole(seen):
+            seen = appearance.partly(seen)
+        error = matches.z[i] - seen.z
+        if not valid[i] or error @ np.linalg.solve(seen.R, error) > DISAGREEMENT:
+            matches.z[i], matches.R[i], matches.similarity[i], valid[i] = seen.z, seen.R, 0, True
+    return sightings
+
+
+def learn(
+    frame: Frame, records: NDArray[np.void], accepted: NDArray[np.bool_], z: Floats,
+    sightings: dict[int, Sighting],
+) -> None:  # fmt: skip
+    """Learn what the targets look like where they are, and how large they are.
+
+    :param accepted: (N,) which are measured.
+    :param z: (N, 2) where [px].
+    """
+    records['looks'] = np.where(accepted, 0, records['looks'] + 1)
+    for i in np.flatnonzero(accepted).tolist():
+        appearance: Appearance = records['appearance'][i]
+        seen = sightings.get(i)
+        if records['hits'][i] % 2:  # by turns: each is half of the time
+            appearance.resize(frame, z[i])
+        elif seen is None or appearance.is_whole(seen):
+            appearance.learn(frame, z[i], seen)
+        records['box_w'][i], records['box_h'][i] = appearance.size
+        records['area'][i] = appearance.size.prod()
+
+
+def _elsewhere(frame: Frame, record: np.void) -> Floats:
+    """Where to look for a lost target: around its last place, in cycles twice as long each time."""
+    size = np.array(frame.image.shape[1::-1])
+    place = record['seen'] + SPIRAL * record['appearance'].reach
+    place = place[((place >= 0) & (place < size)).all(axis=1)]
+    turn = int(record['looks']) + 1
+    return np.asarray(place[(turn - (1 << turn.bit_length() - 1)) % len(place)])

@@ -1,0 +1,101 @@
+"""Targets that change their look, their size, or their place all at once."""
+
+import cv2
+import numpy as np
+import pytest
+from support.window_pictures import frame
+from support.window_pictures import texture
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import Frame
+from colortrack_ros.windows import WindowConfig
+from colortrack_ros.windows import WindowTracker
+
+WALL = 0.4 * texture(30, 240, 320) + 70
+
+
+def shown(patch, center, wall=WALL):
+    """The wall with a patch of odd sides on it."""
+    picture = wall.astype(np.float32).copy()
+    (h, w), (u, v) = patch.shape, center
+    picture[v - h // 2 : v + h // 2 + 1, u - w // 2 : u + w // 2 + 1] = patch
+    return picture
+
+
+def around(center, size=31):
+    return [center[0] - size // 2, center[1] - size // 2, size, size]
+
+
+def test_a_target_that_turns_into_another_look_is_kept_with_its_id():
+    """Half a turn of its look in 40 frames: no window is like the first in the end."""
+    one, other = texture(31, 31, 31), texture(32, 31, 31)
+    tracker = WindowTracker(targets=around((60, 60)))
+    for k in range(50):
+        share = np.clip((k - 5) / 40, 0, 1)
+        center = (60 + 3 * k, 60 + k)
+        picture = shown((1 - share) * one + share * other, center)
+        (row,) = tracker.update(frame(picture, k)).rows
+    assert (row['track_id'], row['state']) == (1, CONFIRMED)
+    assert np.hypot(row['u'] - center[0], row['v'] - center[1]) < 3
+
+
+def test_the_box_grows_and_shrinks_with_the_target():
+    look = texture(33, 31, 31)
+    for last in (47, 21):
+        tracker = WindowTracker(targets=around((120, 120)))
+        for k in range(60):
+            side = round(np.interp(k, [5, 50], [31, last])) // 2 * 2 + 1
+            picture = shown(cv2.resize(look, (side, side)), (120, 120))
+            (row,) = tracker.update(frame(picture, k)).rows
+        assert row['box_w'] == pytest.approx(last, rel=0.2)
+        assert row['area'] == pytest.approx(row['box_w'] * row['box_h'], rel=1e-5)
+
+
+def test_a_target_that_is_beside_its_place_after_a_cut_is_found_again():
+    look = texture(34, 31, 31)
+    tracker = WindowTracker(targets=around((60, 60)))
+    states = []
+    for k in range(45):
+        place = (60, 60) if k < 15 else (110, 90)
+        picture = WALL if 15 <= k < 20 else shown(look, place)
+        (row,) = tracker.update(frame(picture, k)).rows
+        states.append(row['state'])
+    assert states[15:20] == [COASTING] * 5
+    assert (row['track_id'], row['state']) == (1, CONFIRMED)
+    assert np.hypot(row['u'] - 110, row['v'] - 90) < 2
+
+
+def test_nothing_is_no_target():
+    """Once it is gone, no part of the wall is taken for it."""
+    tracker = WindowTracker(targets=around((60, 60)))
+    look = texture(35, 31, 31)
+    for k in range(15):
+        tracker.update(frame(shown(look, (60 + 2 * k, 60)), k))
+    for k in range(15, 60):
+        rows = tracker.update(frame(WALL, k)).rows
+        assert not (rows['state'] == CONFIRMED).any()
+    assert not len(rows)
+
+
+def test_a_velocity_that_the_matches_do_not_agree_on_is_not_coasted_by():
+    look = texture(36, 31, 31)
+    tracker = WindowTracker(targets=around((120, 120)))
+    for k in range(15):
+        center = (120 + 8 * (k % 2), 120)
+        (row,) = tracker.update(frame(shown(look, center), k)).rows
+    for k in range(15, 25):
+        (row,) = tracker.update(frame(WALL, k)).rows
+    assert np.hypot(row['u'] - center[0], row['v'] - center[1]) < 20
+
+
+@pytest.mark.parametrize('encoding', ['bgr8', 'rgba8', 'mono8'])
+def test_every_encoding_is_learned(encoding):
+    tracker = WindowTracker(WindowConfig(min_similarity=1.0), around((60, 60)))
+    for k in range(10):
+        gray = np.clip(shown(texture(37, 31, 31), (60 + 3 * k, 60)), 0, 255).astype(np.uint8)
+        image = {'bgr8': 3, 'rgba8': 4, 'mono8': 0}[encoding]
+        image = np.repeat(gray[..., None], image, axis=2) if image else gray
+        (row,) = tracker.update(Frame(image, encoding, k * 33_333_333)).rows
+    assert row['state'] == CONFIRMED
+    assert abs(row['u'] - 87) < 2
