@@ -149,6 +149,10 @@ class ColorFinder:
                 )
             if waited:
                 return f'{name} is not in the picture: pick its color there, with pick_color'
+        for k, extent in self._found.items():
+            if extent.growth > MOST_GROWTH:
+                name = self._colors[k].name
+                return f'{name} runs into other colors: pick another side, or set {name}.others'
         if self._specks > MANY_SPECKS:
             return (
                 f'{self._specks} specks of the colors in one picture, which are dropped: set '

@@ -120,6 +120,14 @@ def test_what_keeps_a_color_from_being_found_is_told():
     assert nothing.trouble == ''
 
 
+def test_a_color_that_runs_into_others_is_told():
+    image = np.zeros((200, 256, 3), np.uint8)
+    image[..., 2], image[..., 1] = np.arange(256), np.arange(200)[:, None]
+    detector = sought((150, 100, 0))
+    detector.detect(Frame(image))
+    assert 'c0 runs into other colors' in detector.trouble
+
+
 def test_specks_are_told():
     image = picture((80, 80, 30, RED))
     for k in range(30):

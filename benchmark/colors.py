@@ -1,0 +1,78 @@
+"""What finding the tolerance of a color is worth, on real clips with their truth.
+
+python benchmark/colors.py [FOLDER]: clips CLIP.mp4 with CLIP.csv (frame, id, u, v, w, h, visible)
+and CLIP.frames, the frames that are judged. Each color is that of one pixel of its thing.
+"""
+
+import argparse
+import csv
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from scipy.optimize import linear_sum_assignment
+
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.sources import open_source
+
+CLIPS = {
+    'cups': ((200, 20, 60), 20.0, (1, 2, 3)),
+    'caps': ((0, 19, 121), 20.0, (1, 2, 3)),
+    'box': ((224, 162, 65), 40.0, (1,)),
+    'greenball': ((71, 85, 57), 20.0, (1,)),
+}
+"""The color, the radius of a match [px], and the things."""
+
+REAL = Path(__file__).parents[2] / 'shared' / 'data' / 'real'
+WAYS = {'tolerance 50': 50.0, 'tolerance 25': 25.0, 'found': 0.0}
+
+
+def judge(folder: Path, clip: str, tolerance: float) -> tuple[float, float]:
+    """Recall, and false detections in a frame."""
+    rgb, radius, things = CLIPS[clip]
+    with (folder / f'{clip}.csv').open(newline='') as file:
+        truth = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+    judged = np.loadtxt(folder / f'{clip}.frames', int, ndmin=1)
+    color = ReferenceColor.from_rgb(clip, rgb, tolerance)
+    detector = Detector(DetectorConfig(colors=(color,)))
+    source, hits, due, false = open_source(str(folder / f'{clip}.mp4')), 0, 0, 0
+    for number in range(judged.max() + 1):
+        rows = detector.detect(source.read()).rows
+        if number not in judged:
+            continue
+        now = [row for row in truth if row['frame'] == number and row['id'] in things]
+        away = np.array(
+            [np.hypot(rows['u'] - row['u'], rows['v'] - row['v']) for row in now]
+        ).reshape(len(now), len(rows))
+        pairs = [
+            (i, j) for i, j in zip(*linear_sum_assignment(away), strict=True) if away[i, j] < radius
+        ]
+        needed = [row['visible'] >= 0.3 for row in now]
+        hits += sum(needed[i] for i, _ in pairs)
+        due, false = due + sum(needed), false + len(rows) - len(pairs)
+    source.close()
+    return hits / max(due, 1), false / len(judged)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('folder', type=Path, nargs='?', default=REAL)
+    folder = parser.parse_args().folder
+    if not folder.is_dir():
+        print(f'No clips at {folder}.')
+        return
+    table = Table(title='recall / false detections in a frame')
+    for column in ('clip', *WAYS):
+        table.add_column(column)
+    for clip in CLIPS:
+        results = (judge(folder, clip, tolerance) for tolerance in WAYS.values())
+        table.add_row(clip, *(f'{recall:.1%} / {false:.2f}' for recall, false in results))
+    Console().print(table)
+
+
+if __name__ == '__main__':
+    main()
