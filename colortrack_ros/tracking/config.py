@@ -85,12 +85,17 @@ class TrackerConfig(Config):
     )
     motion_model: str = parameter(
         'constant_velocity',
-        'How objects move between frames.',
+        'How objects move between frames. For objects in flight and in hands by turns, '
+        'constant_velocity: there constant_acceleration and imm lose them at each turn.',
         choices=MOTION_MODELS,
         audience=EXPERT,
     )
     associator: str = parameter(
-        'gnn', 'How detections are given to tracks.', choices=ASSOCIATORS, audience=EXPERT
+        'gnn',
+        'How detections are given to tracks. jpda is for points in clutter; where objects bounce '
+        'or merge, gnn keeps more identities.',
+        choices=ASSOCIATORS,
+        audience=EXPERT,
     )
     initial_speed: float = parameter(
         0.0,
