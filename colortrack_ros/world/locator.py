@@ -235,18 +235,10 @@ class Locator:
         )
         spread = np.sqrt(np.trace(cov[:, POSITION, POSITION], axis1=1, axis2=2))
         sure = np.isfinite(spread) & (spread < UNCERTAIN * away[near])
-        self._objects.extend(
-            Objects(
-                tracks['track_id'].astype(np.int64),
-                tracks['color'].astype(np.int64),
-                tracks['state'].astype(np.uint8),
-                tracks['score'].astype(float),
-                np.full(len(kinds), self._stamp),
-                mean,
-                cov,
-                kinds,
-            ).take(sure)
-        )
+        ids, colors = (tracks[name].astype(np.int64) for name in ('track_id', 'color'))
+        score, stamps = tracks['score'].astype(float), np.full(len(kinds), self._stamp)
+        new = Objects(ids, colors, tracks['state'], score, stamps, mean, cov, kinds)
+        self._objects.extend(new.take(sure))
 
     def _guesses(self, measured: Measured, kinds: Kinds, view: View) -> Floats:
         """Where measured objects are, by the first of depth, ground and size; NaN for nowhere."""
