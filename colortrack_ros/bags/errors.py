@@ -3,3 +3,7 @@
 
 class BagError(Exception):
     """A bag cannot be read or written: one line, what was given and what would work."""
+
+
+class BagWriteError(Exception):
+    """A message, or the end of a bag, cannot be written, as on a full disk: why, in one line."""

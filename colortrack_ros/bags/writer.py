@@ -1,6 +1,8 @@
 """Writing a rosbag2."""
 
+from collections.abc import Iterator
 from collections.abc import Mapping
+import contextlib
 from pathlib import Path
 
 from rosbags.interfaces import Qos
@@ -13,12 +15,17 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer
 from rosbags.typesys import get_typestore
 from rosbags.typesys import Stores
+import yaml
 
 from colortrack_ros.bags.errors import BagError
+from colortrack_ros.bags.errors import BagWriteError
 from colortrack_ros.bags.reader import BAG_SUFFIXES
 
 STORAGES = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}
 """What a bag may be stored in; the first is what `ros2 bag record` takes."""
+
+MARK = 'written_by', 'colortrack_ros'
+"""Key and value in the metadata of what this package has written, and may therefore replace."""
 
 _INFINITE = QosTime(9223372036, 854775807)
 """RMW_DURATION_INFINITE: 2^63 - 1 ns."""
@@ -63,6 +70,7 @@ class BagWriter:
         if path.exists():
             raise BagError(f'{path}: is there already; it is not overwritten')
         self._writer = Writer(path, version=Writer.VERSION_LATEST, storage_plugin=STORAGES[storage])
+        self._writer.set_custom_data(*MARK)
         try:
             self._writer.open()
         except OSError as error:
@@ -80,17 +88,36 @@ class BagWriter:
         :param topic: one of those given at the start.
         :param log_time: when it would have been recorded [ns], not negative.
         :param cdr: the serialized message, see :func:`canonical`.
+        :raises BagWriteError: it cannot be written, as on a full disk.
         """
-        self._writer.write(self._connections[topic], log_time, cdr)
+        with _explained():
+            self._writer.write(self._connections[topic], log_time, cdr)
 
     def close(self) -> None:
-        """Write the index and the metadata."""
-        self._writer.close()
+        """Write the index and the metadata.
+
+        :raises BagWriteError: as :meth:`write`.
+        """
+        with _explained():
+            self._writer.close()
 
 
-def is_only_a_bag(path: Path) -> bool:
-    """Whether the path is a folder with the files of a bag and nothing else."""
-    return path.is_dir() and all(
-        p.name == 'metadata.yaml' or (p.is_file() and p.suffix in BAG_SUFFIXES)
-        for p in path.iterdir()
-    )
+@contextlib.contextmanager
+def _explained() -> Iterator[None]:
+    """Errors of the library, which are those of the storage below, in one line."""
+    try:
+        yield
+    except Exception as error:
+        text = ' '.join(str(error).split()) or type(error).__name__
+        raise BagWriteError(f'cannot be written: {text}') from error
+
+
+def is_own_bag(path: Path) -> bool:
+    """Whether a folder is a bag that :class:`BagWriter` has written, and holds nothing else."""
+    try:
+        metadata = yaml.safe_load((path / 'metadata.yaml').read_text())
+        mark = metadata['rosbag2_bagfile_information']['custom_data'][MARK[0]]
+        names = [p.name for p in path.iterdir() if p.is_file() and p.suffix in BAG_SUFFIXES]
+        return mark == MARK[1] and {p.name for p in path.iterdir()} == {'metadata.yaml', *names}
+    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
+        return False

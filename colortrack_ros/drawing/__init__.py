@@ -3,5 +3,6 @@
 from colortrack_ros.drawing.overlay import draw_tracks
 from colortrack_ros.drawing.overlay import track_color
 from colortrack_ros.drawing.trails import Trails
+from colortrack_ros.drawing.video import VideoFile
 
-__all__ = ['Trails', 'draw_tracks', 'track_color']
+__all__ = ['Trails', 'VideoFile', 'draw_tracks', 'track_color']

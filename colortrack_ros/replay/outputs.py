@@ -8,7 +8,6 @@ import itertools
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CameraInfo
@@ -22,13 +21,13 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.drawing import draw_tracks
 from colortrack_ros.drawing import Trails
+from colortrack_ros.drawing import VideoFile
 from colortrack_ros.encodings import writable_bgr
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import cloud_of_outlines
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import header_of
 from colortrack_ros.messages import MarkerWriter
-from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.replay.recordings import CAMERA_INFO
 from colortrack_ros.replay.recordings import CLOUD
 from colortrack_ros.replay.recordings import Item
@@ -190,8 +189,7 @@ class VideoOutput(Output):
     def __init__(self, path: Path, rate: float) -> None:
         self._path, self._rate = path, rate
         self._trails = Trails()
-        self._video: cv2.VideoWriter | None = None
-        self._size = 0, 0
+        self._video: VideoFile | None = None
 
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
         """The picture, in the size of the first one."""
@@ -200,16 +198,10 @@ class VideoOutput(Output):
         self._trails.update(tracks)
         draw_tracks(image, tracks, self._trails)
         if self._video is None:
-            self._size = image.shape[1], image.shape[0]
-            codec = cv2.VideoWriter.fourcc(*'mp4v')
-            self._video = cv2.VideoWriter(str(self._path), codec, self._rate, self._size)
-            if not self._video.isOpened():
-                raise StartError(f'{self._path}: no video can be written there; expected an .mp4')
-        if image.shape[1::-1] != self._size:
-            image = np.asarray(cv2.resize(image, self._size), np.uint8)
+            self._video = VideoFile(self._path, self._rate, (image.shape[1], image.shape[0]))
         self._video.write(image)
 
     def close(self) -> None:
         """Finish the file."""
         if self._video is not None:
-            self._video.release()
+            self._video.close()

@@ -8,7 +8,7 @@ import contextlib
 from dataclasses import dataclass
 from dataclasses import field
 from pathlib import Path
-import shutil
+import re
 import sys
 import threading
 import time
@@ -21,8 +21,8 @@ from rich.progress import TextColumn
 from rich.progress import TimeRemainingColumn
 
 from colortrack_ros.bags import BagError
+from colortrack_ros.bags import BagWriteError
 from colortrack_ros.bags import is_bag
-from colortrack_ros.bags import is_only_a_bag
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
@@ -42,6 +42,8 @@ from colortrack_ros.replay.recordings import SourceRecording
 from colortrack_ros.replay.setup import parse
 from colortrack_ros.replay.setup import read_setup
 from colortrack_ros.replay.setup import Setup
+from colortrack_ros.replay.targets import PREFIX
+from colortrack_ros.replay.targets import Targets
 
 
 @dataclass
@@ -76,8 +78,11 @@ def replay(args: Sequence[str], stop: threading.Event) -> int:
         return _replay(arguments, stop)
     except (StartError, BagError) as error:
         print(f'replay: {error}', file=sys.stderr)
+    except BagWriteError as error:
+        print(f'replay: the bag {error}', file=sys.stderr)
     except OSError as error:
-        print(f'replay: {error.filename or "output"}: {error.strerror}', file=sys.stderr)
+        name = re.sub(rf'{re.escape(PREFIX)}[^/]*/', '', str(error.filename or 'output'))
+        print(f'replay: {name}: {error.strerror}', file=sys.stderr)
     return 1
 
 
@@ -91,16 +96,19 @@ def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
         recording = _open(arguments, setup, from_bag=from_bag)
         stack.callback(recording.close)
         threading.Thread(target=_interrupt, args=(recording, stop), daemon=True).start()
-        _make_room(arguments, path, recording)
-        outputs = []
-        for output in _outputs(arguments, path, recording, setup):
-            stack.callback(output.close)
-            outputs.append(output)
+        targets = _targets(arguments, path, recording)
+        stack.callback(targets.discard)
         began = time.monotonic()
-        try:
-            _run(recording, setup, outputs, tally, stop)
-        except BagError as error:
-            broken = error
+        with contextlib.ExitStack() as writing:
+            outputs = []
+            for output in _outputs(arguments, targets, path, recording, setup):
+                writing.callback(output.close)
+                outputs.append(output)
+            try:
+                _run(recording, setup, outputs, tally, stop)
+            except BagError as error:
+                broken = error
+        targets.commit()
         seconds = time.monotonic() - began
     print(summary(recording, path, tally, seconds, interrupted=stop.is_set()))
     if broken:
@@ -187,42 +195,31 @@ def _open(arguments: argparse.Namespace, setup: Setup, *, from_bag: bool) -> Rec
     return SourceRecording(arguments.input, setup.camera)
 
 
-def _make_room(arguments: argparse.Namespace, path: Path, recording: Recording) -> None:
-    """Make sure that nothing is lost by what will be written, and remove an old bag.
-
-    :raises StartError: something is there and may not be overwritten.
-    """
+def _targets(arguments: argparse.Namespace, path: Path, recording: Recording) -> Targets:
     if arguments.video and not recording.has_pictures:
         raise StartError(f'--video: there are no pictures in {recording.label}')
-    source = Path(arguments.input).resolve()
     files = [file for file in (arguments.video, arguments.csv, arguments.mot) if file]
-    for file in (path, *files):
-        target = file.resolve()
-        if target == source or target in source.parents:
-            raise StartError(f'{file}: is the input; it is not overwritten')
-        if file.exists() and not arguments.force:
-            raise StartError(f'{file}: is there already; --force overwrites it')
-    for file in files:
-        if file.is_dir() or not file.parent.is_dir():
-            raise StartError(f'{file}: expected the name of a file in a folder that is there')
-    if path.exists():
-        if not is_only_a_bag(path):
-            raise StartError(f'{path}: is not a bag, or not only; it is not overwritten')
-        shutil.rmtree(path)
+    inputs = [arguments.input, *arguments.params_file]
+    inputs += [arguments.expect] if arguments.expect else []
+    return Targets(path, files, inputs, force=arguments.force)
 
 
 def _outputs(
-    arguments: argparse.Namespace, path: Path, recording: Recording, setup: Setup
+    arguments: argparse.Namespace,
+    targets: Targets,
+    path: Path,
+    recording: Recording,
+    setup: Setup,
 ) -> Iterator[Output]:
     if arguments.expect:
         yield ExpectedOutput(arguments.expect)
-    yield BagOutput(path, arguments.storage, setup)
+    yield BagOutput(targets.staged(path), arguments.storage, setup)
     if arguments.csv:
-        yield CsvOutput(arguments.csv)
+        yield CsvOutput(targets.staged(arguments.csv))
     if arguments.mot:
-        yield MotOutput(arguments.mot)
+        yield MotOutput(targets.staged(arguments.mot))
     if arguments.video:
-        yield VideoOutput(arguments.video, recording.rate)
+        yield VideoOutput(targets.staged(arguments.video), recording.rate)
 
 
 def summary(

@@ -5,13 +5,15 @@ import pytest
 from rclpy.serialization import serialize_message
 from rosbags.highlevel import AnyReader
 from std_msgs.msg import String
+from support.full_disk import file_size_limit
 import yaml
 
 from colortrack_ros.bags import BagError
 from colortrack_ros.bags import BagReader
+from colortrack_ros.bags import BagWriteError
 from colortrack_ros.bags import BagWriter
 from colortrack_ros.bags import is_bag
-from colortrack_ros.bags import is_only_a_bag
+from colortrack_ros.bags import is_own_bag
 from colortrack_ros.bags import STORAGES
 from colortrack_ros.bags import Topic
 
@@ -93,10 +95,31 @@ def test_a_bag_that_is_there_is_not_overwritten(tmp_path):
     path = write(tmp_path / 'bag')
     with pytest.raises(BagError, match='is there already'):
         BagWriter(path, TOPICS)
-    assert is_only_a_bag(path)
+    assert is_own_bag(path)
     (path / 'notes.txt').write_text('mine')
-    assert not is_only_a_bag(path)
-    assert not is_only_a_bag(path / 'notes.txt')
+    assert not is_own_bag(path)
+    assert not is_own_bag(path / 'notes.txt')
+    (path / 'notes.txt').unlink()
+    assert is_own_bag(path)
+    metadata = path / 'metadata.yaml'
+    metadata.write_text(metadata.read_text().replace('colortrack_ros', 'somebody'))
+    assert not is_own_bag(path)
+    metadata.unlink()
+    assert not is_own_bag(path)
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+def test_a_bag_that_cannot_be_written_is_an_error(tmp_path, storage):
+    bag = BagWriter(tmp_path / 'bag', TOPICS, storage)
+    message = serialize_message(String(data='much ' * 10_000))
+
+    def fill():
+        for k in range(50):
+            bag.write('/talk', START + k, message)
+        bag.close()
+
+    with file_size_limit(200_000), pytest.raises(BagWriteError, match='cannot be written'):
+        fill()
 
 
 def broken(path, how):

@@ -1,5 +1,6 @@
 """replay on bags, videos and scenes; what it writes is what the nodes publish."""
 
+import contextlib
 import copy
 import csv
 import os
@@ -20,6 +21,7 @@ from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from support.claims import write_huge_png
 from support.damaged import damaged_video
+from support.full_disk import file_size_limit
 from support.paths import DATA
 from support.recorded import frames
 from support.recorded import NAMES
@@ -384,6 +386,103 @@ def test_what_is_no_recording_is_an_error_in_one_line(replay, name, monkeypatch)
     assert sorted(os.listdir('.')) == ['empty', 'notes.txt']
 
 
+def snapshot(folder):
+    return {path: path.read_bytes() for path in Path(folder).rglob('*') if path.is_file()}
+
+
+@pytest.mark.parametrize(
+    'options',
+    [
+        '--csv in/run/run.mcap',
+        '--mot in/run/metadata.yaml',
+        '--video in/run/run.mcap',
+        '--csv linked',
+        '--csv hard',
+        '--output in/run/new/../../run',
+        '--output old --expect typo.csv',
+        '--output old --csv nowhere/x.csv',
+        '--output old --csv old/x.csv',
+        '--output old --csv same --mot same',
+        '--output old -p tracker:max_time_since_update:=-1',
+        '--output old --params-file robot.yaml --csv robot.yaml',
+        '--output old --csv pipe',
+        '--output mine',
+        '--output recorded',
+    ],
+)
+def test_force_never_destroys_what_is_read_or_is_not_of_replay(replay, bag, options):
+    shutil.copytree(bag, 'in/run')
+    Path('linked').symlink_to('in/run/run.mcap')
+    Path('hard').hardlink_to('in/run/run.mcap')
+    Path('robot.yaml').write_text('tracker:\n  ros__parameters:\n    min_score: 0.1\n')
+    os.mkfifo('pipe')
+    shutil.copytree(bag, 'old')
+    shutil.copytree(bag, 'mine')
+    Path('mine/metadata.yaml').unlink()
+    shutil.copytree(bag, 'recorded')
+    metadata = Path('recorded/metadata.yaml')
+    metadata.write_text(metadata.read_text().replace('written_by', 'recorded_by'))
+    before = snapshot('.')
+    status, _, errors = replay('in/run', '--force', *options.split())
+    assert (status, errors.count('\n')) == (1, 1), errors
+    assert snapshot('.') == before
+    assert not list(Path().glob('.replay-*'))
+
+
+@contextlib.contextmanager
+def full_disk(size, monkeypatch):
+    """A disk that is full once replay has its files open; ROS has its shared memory before."""
+    with contextlib.ExitStack() as stack:
+        work = run._run
+
+        def work_on_a_full_disk(*arguments):
+            stack.enter_context(file_size_limit(size))
+            work(*arguments)
+
+        monkeypatch.setattr(run, '_run', work_on_a_full_disk)
+        yield
+
+
+@pytest.mark.parametrize(
+    'options', ['', '--storage sqlite3', '--csv t.csv', '--mot t.mot', '--video t.mp4']
+)
+def test_what_cannot_be_written_is_an_error_and_leaves_what_was_there(replay, options, monkeypatch):
+    scene, options = 'scene:five?width=160&height=120&rate=6&duration=12', options.split()
+    assert replay(scene, '--output', 'new', *options)[0] == 0
+    before = snapshot('.')
+    limit = 3000 if options[:1] != ['--storage'] else 50_000
+    with full_disk(limit, monkeypatch):
+        status, out, errors = replay(scene, '--output', 'new', '--force', *options)
+    assert (status, out) == (1, '')
+    assert errors.startswith('replay: ')
+    assert snapshot('.') == before
+    assert not list(Path().glob('.replay-*'))
+
+
+@pytest.mark.parametrize('option', ['--csv', '--mot', '--video'])
+def test_each_file_that_is_written_is_checked(replay, option, monkeypatch):
+    monkeypatch.setattr('colortrack_ros.replay.outputs.BagWriter', NoBag)
+    scene = 'scene:five?width=160&height=120&rate=6&duration=12'
+    with full_disk(3000, monkeypatch):
+        status, out, errors = replay(scene, '--output', 'new', option, 'table.mp4')
+    assert (status, out) == (1, '')
+    assert errors.startswith('replay: ')
+    assert os.listdir('.') == []
+
+
+class NoBag:
+    """A bag that takes no place."""
+
+    def __init__(self, *_):
+        pass
+
+    def write(self, *_):
+        pass
+
+    def close(self):
+        pass
+
+
 def test_pictures_that_cannot_be_are_lost_and_the_others_tracked(replay, images):
     Path('shots').mkdir()
     for k, image in enumerate(images[:10]):
@@ -506,7 +605,7 @@ def test_a_signal_finishes_the_bag(ros, number, storage):
         'scene:occlusion?width=1280&height=960',
         *('--output', str(new), '--storage', storage),
     )
-    assert ros.spin(new.exists), process.output
+    assert ros.spin(lambda: list(ros.folder.glob('.replay-*/new'))), process.output
     time.sleep(0.5)
     assert process.stop(number) == 0, process.output
     frames = int(re.search(r'frames +(\d+), interrupted', process.output)[1])

@@ -1,0 +1,45 @@
+"""A video of drawn pictures on disk."""
+
+import errno
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+
+class VideoFile:
+    """MPEG-4, of which :meth:`close` makes sure that all of it is there: OpenCV does not tell.
+
+    :param path: ends in .mp4.
+    :param rate: frames a second [Hz].
+    :param size: width and height of all pictures [px].
+    :raises OSError: no video can be written there.
+    """
+
+    def __init__(self, path: Path, rate: float, size: tuple[int, int]) -> None:
+        self._path, self._size, self._count = path, size, 0
+        self._writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'mp4v'), rate, size)
+        if not self._writer.isOpened():
+            reason = 'no video can be written there; expected an .mp4'
+            raise OSError(errno.EINVAL, reason, str(path))
+
+    def write(self, image: NDArray[np.uint8]) -> None:
+        """Add a picture in bgr8, scaled to the size of the video where it has another."""
+        if image.shape[1::-1] != self._size:
+            image = np.asarray(cv2.resize(image, self._size), np.uint8)
+        self._writer.write(image)
+        self._count += 1
+
+    def close(self) -> None:
+        """Finish the file, and count the frames in it.
+
+        :raises OSError: some are missing.
+        """
+        self._writer.release()
+        written = cv2.VideoCapture(str(self._path), cv2.CAP_FFMPEG)
+        count = max(int(written.get(cv2.CAP_PROP_FRAME_COUNT)), 0) if written.isOpened() else 0
+        written.release()
+        if count < self._count:
+            reason = f'{count} of {self._count} frames have been written; is the disk full?'
+            raise OSError(errno.ENOSPC, reason, str(self._path))

@@ -1,0 +1,92 @@
+"""What ``replay`` writes to: nothing that is there goes before what replaces it is whole."""
+
+from collections.abc import Iterable
+from collections.abc import Sequence
+import glob
+from pathlib import Path
+import shutil
+import tempfile
+
+from colortrack_ros.bags import is_own_bag
+from colortrack_ros.node_kit.runtime import StartError
+
+PREFIX = '.replay-'
+"""What the folders begin with in which files are until they are whole."""
+
+
+class Targets:
+    """A folder for the bag, and files: written beside their place, and moved there at the end.
+
+    :param bag: the folder of the new bag.
+    :param files: the other outputs.
+    :param inputs: files, folders and patterns that are read.
+    :param force: whether what is there may be replaced.
+    :raises StartError: something is there and may not be replaced, or nothing can be written there.
+    """
+
+    def __init__(
+        self, bag: Path, files: Sequence[Path], inputs: Iterable[str | Path], *, force: bool
+    ) -> None:
+        read = [path for name in inputs for path in _paths(str(name))]
+        for path in (bag, *files):
+            _check(path, read, force=force)
+        for path in files:
+            if (path.exists() and not path.is_file()) or not path.parent.is_dir():
+                raise StartError(f'{path}: expected the name of a file in a folder that is there')
+            if bag.resolve() in path.resolve().parents:
+                raise StartError(f'{path}: is in {bag}, which is the folder of the new bag alone')
+        if len({path.resolve() for path in (bag, *files)}) <= len(files):
+            raise StartError('two outputs have one name; expected one for each')
+        if bag.exists() and not is_own_bag(bag):
+            raise StartError(
+                f'{bag}: is not a bag that replay has written, or not only; it is not overwritten'
+            )
+        self._staged: dict[Path, Path] = {}
+
+    def staged(self, path: Path) -> Path:
+        """Where to write what is to be at a path, in a folder of its own beside it."""
+        target = path.resolve()  # of a link, what it means is replaced
+        target.parent.mkdir(parents=True, exist_ok=True)
+        folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=target.parent))
+        self._staged[target] = folder / target.name
+        return self._staged[target]
+
+    def commit(self) -> None:
+        """Put everything that was written in its place."""
+        for target, staged in self._staged.items():
+            if not staged.exists():  # a video without a frame
+                continue
+            if target.is_dir():
+                target.rename(staged.parent / 'before')
+            staged.replace(target)
+        self.discard()
+
+    def discard(self) -> None:
+        """Remove what has not been put in its place."""
+        for staged in self._staged.values():
+            shutil.rmtree(staged.parent, ignore_errors=True)
+        self._staged.clear()
+
+
+def _paths(name: str) -> list[Path]:
+    """What a name means: one path, or those that fit a pattern."""
+    return [Path(path).resolve() for path in (glob.glob(name) or [name])]
+
+
+def _check(path: Path, read: Iterable[Path], *, force: bool) -> None:
+    """Raise StartError where a path is what is read, or holds it, or is a part of it."""
+    target, there = path.resolve(), path.exists()
+    for source in read:
+        is_part = there and source in target.parents
+        if target == source or target in source.parents or is_part or _is_same(path, source):
+            raise StartError(f'{path}: is the input; it is not overwritten')
+    if there and not force:
+        raise StartError(f'{path}: is there already; --force overwrites it')
+
+
+def _is_same(path: Path, source: Path) -> bool:
+    """Whether two names are hard links to one file, in a folder that is read as well."""
+    if not path.is_file():
+        return False
+    files = source.rglob('*') if source.is_dir() else (source,)
+    return any(file.is_file() and path.samefile(file) for file in files)
