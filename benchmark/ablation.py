@@ -3,7 +3,7 @@
 python benchmark/ablation.py prints the table for benchmark/README.md and writes
 out/ablation.json; parts of the names of rows, or --scenes and parts of those of scenes, run these
 alone. A mechanism is switched off by one value of the configuration, or by replacing one function.
---constants adaptation.GAIN ... shows half and twice the value of constants of tracking/ instead.
+--constants adaptation.SLOW ... shows half and twice the value of constants of tracking/ instead.
 """
 
 import argparse
@@ -27,6 +27,7 @@ from support.scoring import Tally
 from colortrack_ros.scenes import BLACKOUT
 from colortrack_ros.tracking import adaptation
 from colortrack_ros.tracking import prediction
+from colortrack_ros.tracking import process_noise
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import tracker
 from colortrack_ros.tracking import TrackerConfig
@@ -61,7 +62,7 @@ def replaced(owner, name, function):
 
 WITHOUT = {
     'nothing switched off': ({}, []),
-    'learned process noise': ({'process_noise': adaptation.FIRST_NOISE}, []),
+    'learned process noise': ({'process_noise': process_noise.FIRST_NOISE}, []),
     'learned speed': ({'initial_speed': adaptation.FIRST_SPEED}, []),
     'maneuvers': ({'maneuvers': False}, []),
     'learned clutter': ({'clutter_density': FIRST_DENSITY}, []),
@@ -135,7 +136,7 @@ def show(results):
 
 
 def halved_and_doubled(constants):
-    """Rows as those of WITHOUT, for names like adaptation.GAIN."""
+    """Rows as those of WITHOUT, for names like adaptation.SLOW."""
     rows = {'nothing switched off': ({}, [])}
     for constant in constants:
         file, name = constant.split('.')

@@ -9,9 +9,9 @@ from colortrack_ros.data import Columns
 from colortrack_ros.estimation.gaussian import invert
 from colortrack_ros.estimation.gaussian import joseph
 from colortrack_ros.estimation.gaussian import log_density
+from colortrack_ros.estimation.gaussian import maneuvering
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
-from colortrack_ros.estimation.gaussian import turned
 from colortrack_ros.estimation.motion import MotionModel
 
 Floats = NDArray[np.float64]
@@ -66,26 +66,28 @@ class Bank(Columns):
         self.weight = np.zeros((model.modes, 0))
         self.design = None if model.trust is None else self.cov.copy()
 
-    def predict(self, dt: float, variance: float) -> None:
+    def predict(self, dt: float, variance: float | Floats) -> None:
         """One step of all filters (Pegoretti 2021, (2.21)-(2.22)).
 
         F P F^T is linear in the entries of P: with F the same for all, one matrix product.
 
         :param dt: [s].
-        :param variance: sigma_s^2 [px^2/s^4].
+        :param variance: sigma_s^2 [px^2/s^4], of all tracks or (N, 2) of each on each axis.
         """
         if self.model.modes > 1 and not self.model.selected:
             self._interact(self.model.switching(dt))
-        F, Q = self.model.transition(dt), variance * self.model.noise(dt)
+        F, Q = self.model.transition(dt), self.model.noise(dt)[:, None]
+        each = np.broadcast_to(variance, (self.mean.shape[1], 2))
+        Q = Q * np.tile(each, self.model.size // 2)[..., None]
         modes, n, _ = F.shape
         FF = F[:, :, None, :, None] * F[:, None, :, None, :]
         FF = FF.reshape(modes, n * n, n * n).swapaxes(1, 2)
         self.mean = self.mean @ F.swapaxes(1, 2) + self.model.drift(dt)
-        self.cov = (self.cov.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape) + Q[:, None]
+        self.cov = (self.cov.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape) + Q
         if self.design is not None:
-            Q = np.square(self.model.trust or ())[:, None, None] * Q
+            Q = np.square(self.model.trust or ())[:, None, None, None] * Q
             self.design = (self.design.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape)
-            self.design += Q[:, None]
+            self.design += Q
 
     def _interact(self, switching: Floats) -> None:
         """Mix the modes (Blom and Bar-Shalom 1988; Vidal 2009, 2.3.1.2).
@@ -104,7 +106,7 @@ class Bank(Columns):
         return mixture(self.weight, self.mean, self.cov)
 
     def compare(
-        self, track: Indices, z: Floats, R: Floats, chance: Floats, T: Floats, speed: float
+        self, track: Indices, z: Floats, R: Floats, chance: Floats, T: Floats, speed: Floats
     ) -> Innovations:
         """Compare measurements with the predictions of tracks that go on or have maneuvered.
 
@@ -116,15 +118,15 @@ class Bank(Columns):
         :param R: (K, 2, 2) its covariance [px^2].
         :param chance: (K,) probability of a maneuver.
         :param T: (K,) time that there was for it [s], see maneuver().
-        :param speed: standard deviation of a new velocity on each axis [px/s].
+        :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
         """
         mean, cov = self.mean[:, track], self.cov[:, track]
         x, y = z[:, 0] - mean[..., 0], z[:, 1] - mean[..., 1]
         p, q = mean[..., 2] * (T / 2), mean[..., 3] * (T / 2)
         S = cov[..., 0, 0] + R[:, 0, 0], cov[..., 0, 1] + R[:, 0, 1], cov[..., 1, 1] + R[:, 1, 1]
         d2, det, going_on = log_density(x, y, *S)
-        s2 = (speed * T) ** 2 / 3
-        S = S[0] + p * p / 3 + s2, S[1] + p * q / 3, S[2] + q * q / 3 + s2
+        s2, t2 = speed[:, None] ** 2, T**2 / 3
+        S = S[0] + p * p / 3 + s2[0] * t2, S[1] + p * q / 3, S[2] + q * q / 3 + s2[1] * t2
         turning = log_density(x + p, y + q, *S)[2]
         going_on += np.log1p(-chance)
         turning += np.log(np.maximum(chance, TINY))
@@ -143,20 +145,16 @@ class Bank(Columns):
         maneuvered = np.exp(turning - total)
         return Innovations(total, maneuvered, d2[best], predicted, innovation.T)
 
-    def maneuver(self, track: Indices, weight: Floats, T: Floats, speed: float) -> None:
+    def maneuver(self, track: Indices, weight: Floats, T: Floats, speed: Floats) -> None:
         """Replace predictions by a mixture of going on and of having maneuvered.
 
         :param track: (K,) which tracks, each once.
         :param weight: (K,) probability of the maneuver.
         :param T: (K,) [s].
-        :param speed: standard deviation of the new velocity on each axis [px/s].
+        :param speed: (2,) standard deviation of the new velocity on each axis [px/s].
         """
         mean, cov = self.mean[:, track], self.cov[:, track]
-        new_mean, new_cov = turned(mean, cov, T, speed)
-        both = np.array([1 - weight, weight])[:, None]
-        self.mean[:, track], self.cov[:, track] = mixture(
-            both, np.array([mean, new_mean]), np.array([cov, new_cov])
-        )
+        self.mean[:, track], self.cov[:, track] = maneuvering(mean, cov, weight, T, speed)
 
     def correct(self, track: Indices, z: Floats, R: Floats, share: Floats | None = None) -> None:
         """Estimation, (2.26)-(2.28), with the covariance in Joseph form (Red object, (7)).
@@ -258,10 +256,10 @@ class Bank(Columns):
         if self.design is not None:
             self.design = G @ self.design @ G.T
 
-    def set_speed(self, speed: float) -> None:
+    def set_speed(self, speed: Floats) -> None:
         """Change what is assumed of the velocities of filters at rest.
 
-        :param speed: standard deviation on each axis [px/s].
+        :param speed: (2,) standard deviation on each axis [px/s].
         """
         for cov in (self.cov, self.design):
             if cov is not None:
@@ -279,6 +277,15 @@ class Bank(Columns):
     def set_velocity(self, track: Indices, velocity: Floats) -> None:
         """Replace the velocities of tracks, (K,), by (K, 2) [px/s]; covariances stay."""
         self.mean[:, track, 2:4] = velocity
+
+    def doubt(self, track: Indices, factor: Floats) -> None:
+        """Multiply the covariances of tracks, (K,): what they stand on was believed too much.
+
+        :param factor: (K,) of the covariance of their measurements, which theirs grow with.
+        """
+        for cov in (self.cov, self.design):
+            if cov is not None:
+                cov[:, track] *= factor[:, None, None]
 
     def doubt_velocity(self, track: Indices, variance: Floats) -> None:
         """Add to the variances of the velocities of tracks.

@@ -47,7 +47,7 @@ def mixture(weight: Floats, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:
     return center, (weight[..., None] * (cov + outer)).sum(axis=0)
 
 
-def turned(mean: Floats, cov: Floats, T: Floats, speed: float) -> tuple[Floats, Floats]:
+def turned(mean: Floats, cov: Floats, T: Floats, speed: Floats) -> tuple[Floats, Floats]:
     """Predictions after a maneuver.
 
     It draws the velocity anew from N(0, speed^2), at any time t of the last T alike. What was
@@ -57,7 +57,7 @@ def turned(mean: Floats, cov: Floats, T: Floats, speed: float) -> tuple[Floats, 
 
     :param mean, cov: (..., K, n) and (..., K, n, n) without it.
     :param T: (K,) [s].
-    :param speed: standard deviation of the new velocity on each axis [px/s].
+    :param speed: (2,) standard deviation of the new velocity on each axis [px/s].
     """
     mean, cov = mean.copy(), cov.copy()
     half = mean[..., 2:4] * (T / 2)[:, None]
@@ -66,10 +66,23 @@ def turned(mean: Floats, cov: Floats, T: Floats, speed: float) -> tuple[Floats, 
     cov[..., 2:4, :] = cov[..., :, 2:4] = 0.0
     cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3
     for axis in range(2):
-        cov[..., axis, axis] += (speed * T) ** 2 / 3
-        cov[..., axis, axis + 2] = cov[..., axis + 2, axis] = speed**2 * T / 2
-        cov[..., axis + 2, axis + 2] = speed**2
+        cov[..., axis, axis] += (speed[axis] * T) ** 2 / 3
+        cov[..., axis, axis + 2] = cov[..., axis + 2, axis] = speed[axis] ** 2 * T / 2
+        cov[..., axis + 2, axis + 2] = speed[axis] ** 2
     return mean, cov
+
+
+def maneuvering(
+    mean: Floats, cov: Floats, chance: Floats, T: Floats, speed: Floats
+) -> tuple[Floats, Floats]:
+    """Mean and covariance of predictions that go on or have maneuvered.
+
+    :param mean, cov: (..., K, n) and (..., K, n, n) of those that go on.
+    :param chance: (K,) probability of a maneuver; T, speed: see turned().
+    """
+    new_mean, new_cov = turned(mean, cov, T, speed)
+    both = np.array([1 - chance, chance]).reshape(2, *[1] * (mean.ndim - 2), -1)
+    return mixture(both, np.array([mean, new_mean]), np.array([cov, new_cov]))
 
 
 def invert(S: Floats) -> tuple[Floats, Floats]:

@@ -44,16 +44,17 @@ class TrackerConfig(Config):
     )
     measurement_noise: float = parameter(
         1.0,
-        'Standard deviation of a measured position, where a detection brings no covariance '
-        '(sigma_w).',
+        'Standard deviation of a measured position, to begin with, where a detection brings no '
+        'covariance (sigma_w).',
         unit='px',
         minimum=1e-3,
         maximum=1e3,
     )
     detection_covariance: bool = parameter(
         True,
-        'Whether the covariance that a detection brings is used; if not, measurement_noise holds '
-        'for all.',
+        'Whether the covariance that a detection brings is used, and a factor on it, or on '
+        'measurement_noise, is learned from how the detections scatter; if not, measurement_noise '
+        'holds for all.',
         audience=EXPERT,
     )
     centroid_bias: float = parameter(

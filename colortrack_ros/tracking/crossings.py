@@ -16,11 +16,11 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion.constant_velocity import ConstantVelocity
 from colortrack_ros.estimation.track_table import TrackTable
-from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.extents import log_fit
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
+from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.stitching import log_likelihood_ratio
 
@@ -116,17 +116,14 @@ def tell_apart(
     tracks: TrackTable[Bank],
     pairs: Hypotheses,
     prediction: Prediction,
-    learned: Adaptation,
     config: TrackerConfig,
     *,
     stamp: int,
-    period: float,
 ) -> None:
     """Take what rivals have measured, and exchange those that were taken for each other.
 
     :param pairs: measured in this frame.
     :param stamp: now [ns].
-    :param period: of the frames [s].
     """
     records = tracks.records
     if not records['rival'].any():
@@ -142,8 +139,8 @@ def tell_apart(
     one, other = one[ready], other[ready]
     if not len(one):
         return
-    in_sight = learned.chance((stamp - records['met'][one]) / NANOSECONDS, math.inf)
-    chance = config.maneuvers * in_sight
+    since = (stamp - records['met'][one]) / NANOSECONDS
+    chance = config.maneuvers * maneuver_chance(records['rate'][one], since)
     exchanged = _compare(records, one, other, chance, prediction, stamp) < 0
     exchanged &= chance < UNSTEADY
     _exchange(tracks, one[exchanged], other[exchanged])

@@ -5,6 +5,8 @@ narrower than that is cut (an occluder, the edge of the picture), a wider one is
 another. Either way one of its two sides is still a side of the object, and gives its center.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -170,7 +172,7 @@ def join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:
     R[whole] = EDGE_VARIANCE * np.eye(2)
     joined = blobs.joined.copy()
     joined[whole] = True
-    return Measurements(blobs.rows, z, R, box, joined, blobs.cut)
+    return replace(blobs, z=z, R=R, box=box, joined=joined)
 
 
 def learn(

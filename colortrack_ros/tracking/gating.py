@@ -34,6 +34,7 @@ def gate(
     :return: (K,) tracks, ascending, and (K,) blobs.
     """
     widest, narrowest = blobs.variance.max(initial=0.0), blobs.variance.min(initial=1e9) + 1e-9
+    widest *= 1 + prediction.records['own_factor'].max(initial=0.0)
     T = prediction.unmeasured[:, None] / 2
     way = prediction.velocity * T
     turned = prediction.variance + (way**2 + (2 * prediction.speed * T) ** 2) / 3

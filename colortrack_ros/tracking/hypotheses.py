@@ -88,6 +88,7 @@ def hypothesize(
             one = np.flatnonzero(unlike)
             ours = None if shared is None else shared[one]
             z[one], R[one] = _by_sides(prediction, blobs, track[one], blob[one], ours)
+    R = R * (1 + prediction.records['own_factor'][track])[:, None, None]
     compared = prediction.bank.compare(
         track, z, R, prediction.maneuvered[track], prediction.unmeasured[track], prediction.speed
     )

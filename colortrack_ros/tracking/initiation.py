@@ -28,7 +28,7 @@ def initiate(
     if not len(new):
         return
     bank, z, speed, noise = tracks.filters, blobs.z[new], prediction.speed, prediction.noise
-    spread = np.array([0.0, 0.0, speed, speed, noise, noise])
+    spread = np.array([0.0, 0.0, *speed, noise, noise])
     filters = bank.at_rest(z, blobs.R[new], spread[: bank.model.size])
     records = tracks.initiate(filters, stamp)
     records['origin'] = z

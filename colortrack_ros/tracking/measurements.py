@@ -1,6 +1,7 @@
 """Measurements: the detections of a frame as the tracker works with them."""
 
 from dataclasses import dataclass
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -39,6 +40,7 @@ class Measurements(Columns):
         detection without a box is a point.
     :param joined: (M,) put together of several.
     :param cut: (M, 2) by axis: its covariance says that part of the object is out of sight.
+    :param factor: (M,) of R over what was given, see noise.MeasurementNoise.
     """
 
     rows: NDArray[np.void]
@@ -47,6 +49,12 @@ class Measurements(Columns):
     box: Floats
     joined: NDArray[np.bool_]
     cut: NDArray[np.bool_]
+    factor: Floats
+
+    def scaled(self, factor: Floats) -> 'Measurements':
+        """The same with covariances by factors, (M,), but of those that are cut."""
+        factor = np.where(self.cut.any(axis=1), 1.0, factor)
+        return replace(self, R=factor[:, None, None] * self.R, factor=factor)
 
     def reach(self, which: NDArray[np.intp]) -> Floats:
         """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
@@ -123,5 +131,5 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Measurements:
     cut = np.zeros((len(rows), 2), bool)
     if config.use_boxes and config.detection_covariance:
         diagonal = doubles[:, [2, 4]]
-        cut = diagonal > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2
-    return Measurements(rows, z, R, box, np.zeros(len(rows), bool), cut)
+        cut = (diagonal > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2) & (size > 0)
+    return Measurements(rows, z, R, box, np.zeros(len(rows), bool), cut, np.ones(len(rows)))

@@ -13,6 +13,7 @@ from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.ego_motion import CARRIED
 from colortrack_ros.tracking.ego_motion import find_ego_motion
+from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
 
 Floats = NDArray[np.float64]
@@ -34,7 +35,7 @@ class Prediction:
     :param maneuvered: (N,) prior probability that it has maneuvered in that time.
     :param log_odds: (N,) log of the odds that it is detected in this frame.
     :param noise: standard deviation of the acceleration on each axis [px/s^2].
-    :param speed: standard deviation of a new velocity on each axis [px/s].
+    :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
     :param log_density: log of the density of detections that belong to no track [1/px^2].
     :param sized: there are tracks or blobs that have a size.
     :param alike: share of the blobs of no track that have the size of one.
@@ -49,7 +50,7 @@ class Prediction:
     maneuvered: Floats
     log_odds: Floats
     noise: float
-    speed: float
+    speed: Floats
     log_density: float
     sized: bool
     alike: float
@@ -77,9 +78,16 @@ def predict(
     bank, records = tracks.filters, tracks.records
     if dt > 0 and len(records) and not learned.has_met:
         learned.meet(bank.mean[0, :, :2], measurements.z, dt)
-        bank.set_speed(config.initial_speed or learned.speed)
+        bank.set_speed(assumed_speed(learned, config))
     noise = config.process_noise or learned.noise
-    bank.predict(dt, noise**2)
+    unmeasured = tracks.unmeasured(now)
+    variance = np.full((len(records), 2), noise**2)
+    if not config.process_noise:
+        variance *= np.exp(2 * records['log_noise'])[:, None]
+    learned.maneuvers.conclude(records, variance)
+    if config.process_noise:
+        records['astray'] = 0.0  # what is given holds, unseen as well
+    bank.predict(dt, variance)
     if config.ego_motion == 'detections' and dt > 0:
         _follow_camera(tracks, measurements, now=now, dt=dt)
     records['visible'], records['hidden'] = predict_existence(
@@ -87,7 +95,6 @@ def predict(
     )
     mean, cov = bank.estimate()
     seen = config.detection_probability * records['visible']
-    unmeasured = tracks.unmeasured(now)
     return Prediction(
         bank=bank,
         records=records,
@@ -95,14 +102,19 @@ def predict(
         velocity=mean[:, 2:4],
         variance=cov[:, [0, 1], [0, 1]],
         unmeasured=unmeasured,
-        maneuvered=learned.chance(unmeasured, period) * config.maneuvers,
+        maneuvered=maneuver_chance(records['rate'], unmeasured) * config.maneuvers,
         log_odds=np.log(seen / (1 - seen)),
         noise=noise,
-        speed=config.initial_speed or learned.speed,
+        speed=assumed_speed(learned, config),
         log_density=math.log(config.clutter_density or learned.density),
         sized=config.use_boxes and bool(measurements.size.any() or records['extent'].any()),
         alike=learned.alike,
     )
+
+
+def assumed_speed(learned: Adaptation, config: TrackerConfig) -> Floats:
+    """Standard deviation of a new velocity on each axis, (2,) [px/s]."""
+    return np.full(2, config.initial_speed) if config.initial_speed else learned.speed
 
 
 def _follow_camera(
@@ -119,3 +131,5 @@ def _follow_camera(
     if motion is not None:
         way = motion.A @ expected.mean(axis=0) + motion.shift - expected.mean(axis=0)
         tracks.filters.move(motion.A, motion.shift, CARRIED * way / dt)
+        for looked_back in ('in_a_row', 'probe_age', 'anchor_cov'):
+            tracks.records[looked_back] = 0

@@ -4,8 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.gaussian import maneuvering
 from colortrack_ros.estimation.track_table import TrackTable
+from colortrack_ros.tracking import maneuvers
+from colortrack_ros.tracking import noise
+from colortrack_ros.tracking import process_noise
 
+Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 FIELDS = [
@@ -29,6 +34,9 @@ FIELDS = [
     ('before_size', 'f8', 2),
     ('sums', 'f8', 7),
     ('scans', 'u4'),
+    *noise.FIELDS,
+    *maneuvers.FIELDS,
+    *process_noise.FIELDS,
 ]
 """What is recorded of a track besides the COMMON fields.
 
@@ -50,18 +58,47 @@ def record_size(records: NDArray[np.void], track: Indices | slice, rows: NDArray
         records[name][track] = rows[name]
 
 
-def published(tracks: TrackTable[Bank], stamp: int, bias: float) -> NDArray[np.void]:
+def published(tracks: TrackTable[Bank], stamp: int, bias: float, speed: Floats) -> NDArray[np.void]:
     """The tracks as they are published, none that is outside the picture.
 
     :param stamp: now [ns].
     :param bias: standard deviation to add to the position on each axis [px].
+    :param speed: (2,) standard deviation of a new velocity on each axis [px/s]; 0 for none.
     :return: of dtype TRACK.
     """
     if tracks.records['outside'].any():
         tracks = tracks.take(~tracks.records['outside'])
     mean, covariance = tracks.filters.estimate()
     rows = tracks.rows(stamp, mean[:, :4], covariance[:, :4, :4])
+    coasting = np.flatnonzero(rows['time_since_update'] > 0)
+    if len(coasting):
+        rows['covariance'][coasting] = _unseen(tracks.records[coasting], rows[coasting], speed)
     rows['covariance'][:, 0, 0] += bias**2
     rows['covariance'][:, 1, 1] += bias**2
     rows['score'] = tracks.records['visible'] + tracks.records['hidden']
     return rows
+
+
+def _unseen(records: NDArray[np.void], rows: NDArray[np.void], speed: Floats) -> Floats:
+    """Covariances of coasting tracks, (K, 4, 4), about where they are if they go on.
+
+    What has been learned of how they stray unseen adds to those of their filters, and the mean
+    square of what they are off by if they have maneuvered.
+
+    :param records: (K,), and rows, (K,) of dtype TRACK, of these tracks.
+    :param speed: see published().
+    """
+    T, P = rows['time_since_update'].astype(float), rows['covariance']
+    axis = np.arange(2)
+    astray = records['astray'] * T[:, None]
+    P[:, axis, axis] += astray * T[:, None] ** 2 / 3
+    P[:, axis, axis + 2] += astray * T[:, None] / 2
+    P[:, axis + 2, axis] += astray * T[:, None] / 2
+    P[:, axis + 2, axis + 2] += astray
+    if not speed.any():
+        return P
+    going_on = np.stack([rows[name] for name in ('u', 'v', 'du', 'dv')], axis=1)
+    chance = maneuvers.maneuver_chance(records['rate'], T)
+    mean, P = maneuvering(going_on, P, chance, T, speed)
+    aside = mean - going_on
+    return np.asarray(P + aside[:, :, None] * aside[:, None, :])

@@ -11,6 +11,8 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association.gnn import associate
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.maneuvers import maneuver_chance
+from colortrack_ros.tracking.prediction import assumed_speed
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -61,14 +63,14 @@ def find_stitches(
     fit &= records['color'][one] == records['color'][other]
     one, other = one[fit], other[fit]
     T = tracks.unmeasured(stamp)[one]
-    speed = config.initial_speed or learned.speed
+    speed = assumed_speed(learned, config)
     mean, cov = tracks.filters.estimate()
     reach = np.hypot(mean[one, 2], mean[one, 3]) * T
-    reach += REACH_SIGMAS * np.sqrt((cov[one, 0, 0] + cov[one, 1, 1]) / 2 + (speed * T) ** 2)
+    reach += REACH_SIGMAS * np.sqrt((cov[one, 0, 0] + cov[one, 1, 1]) / 2 + (speed.max() * T) ** 2)
     apart = mean[one, :2] - mean[other, :2]
     near = np.hypot(apart[:, 0], apart[:, 1]) <= reach
     one, other, T = one[near], other[near], T[near]
-    chance = learned.chance(T, period) * config.maneuvers
+    chance = maneuver_chance(records['rate'][one], T) * config.maneuvers
     gain = log_likelihood_ratio(mean, cov, one, other, chance, T, speed)
     gain += np.log(np.maximum(records['hidden'][one], 1e-9))
     gain -= np.log(learned.birth_density(records['origin'][other]))
@@ -83,7 +85,7 @@ def log_likelihood_ratio(
     found: Indices,
     chance: Floats,
     T: Floats,
-    speed: float,
+    speed: Floats,
 ) -> Floats:
     """How likely tracks, with their velocities, are what has become of others.
 
@@ -92,7 +94,7 @@ def log_likelihood_ratio(
     :param found: (K,) others that have begun since.
     :param chance: (K,) probability that the lost one has maneuvered.
     :param T: (K,) time that there was for it [s].
-    :param speed: standard deviation of a new velocity on each axis [px/s].
+    :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
     :return: (K,) log of the likelihood over that of any velocity, N(0, speed^2) [1/px^2].
     """
     one, P = mean[lost, :4], cov[lost, :4, :4]

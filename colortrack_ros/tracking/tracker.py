@@ -117,14 +117,12 @@ class Tracker:
             tracks, prediction, blobs, associated, learned, config,
             now=now, period=period, again=again,
         )  # fmt: skip
-        tell_apart(
-            tracks, associated.pairs, prediction, learned, config, stamp=now, period=period
-        )  # fmt: skip
+        tell_apart(tracks, associated.pairs, prediction, config, stamp=now)
         self._learn_sizes(prediction, blobs, associated.free)
         initiate(tracks, prediction, blobs, np.flatnonzero(associated.free), now)
         self._manage(again=again)
 
-        rows = published(tracks, now, config.centroid_bias)
+        rows = published(tracks, now, config.centroid_bias, prediction.speed * config.maneuvers)
         why = self._clock.tell_restart()
         return Tracks(rows, detections.stamp, detections.frame_id, why)
 
@@ -147,7 +145,10 @@ class Tracker:
         self.crowded_out += len(rows) - len(few)
         blobs = accept(few, self.config)
         self.dropped += len(few) - len(blobs.rows)
-        return blobs
+        if not self.config.detection_covariance:
+            return blobs
+        factors = self._adaptation.noisiness.factors
+        return blobs.scaled(factors(blobs.rows['color'], blobs.variance.mean(axis=1)))
 
     def _associate(
         self, hypotheses: Hypotheses, gain: NDArray[np.float64], count: int

@@ -58,13 +58,18 @@ def update(
     hard = bool((probability == 1).all())
     taken = pairs if hard else pairs.take(np.flatnonzero(probability > 0.5))
     whole = _update_sizes(tracks, prediction, blobs, taken, period)
-    _learn(learned, prediction, taken, whole, period)
+    if not again:
+        _learn(learned, prediction, blobs, taken, whole, config, period)
     turned = np.flatnonzero(taken.innovations.maneuvered > UNLIKELY)
     if len(turned):
         track, maneuvered = taken.track[turned], taken.innovations.maneuvered[turned]
         T = prediction.unmeasured[track]
         tracks.filters.maneuver(track, maneuvered, T, prediction.speed)
     tracks.filters.correct(pairs.track, pairs.z, pairs.R, None if hard else probability)
+    learned.maneuvers.learn(
+        tracks.records, taken.track[whole], taken.z[whole], np.einsum('kii->k', taken.R[whole]) / 2,
+        *tracks.filters.estimate(), now, prediction.speed,
+    )  # fmt: skip
     tracks.records['misses'] += not again
     tracks.records['misses'][taken.track] -= 1
     tracks.record_hits(taken.track, now)
@@ -150,15 +155,29 @@ def farthest(prediction: Prediction, track: Indices) -> Floats:
 
 
 def _learn(
-    learned: Adaptation, prediction: Prediction, taken: Hypotheses, whole: Bools, period: float
+    learned: Adaptation,
+    prediction: Prediction,
+    blobs: Measurements,
+    taken: Hypotheses,
+    whole: Bools,
+    config: TrackerConfig,
+    period: float,
 ) -> None:
-    """Learn from objects seen whole in this frame and in the last."""
-    records, track, now = prediction.records, taken.track, taken.innovations
-    before, unmeasured = records['innovation'][track], prediction.unmeasured[track]
-    records['innovation'][track] = whole[:, None] * now.innovation
+    """Learn from what was measured, noise and motion from objects seen whole."""
+    records, track, blob = prediction.records, taken.track, taken.blob
+    if not len(track):
+        return
+    unmeasured, maneuvered = prediction.unmeasured[track], taken.innovations.maneuvered
+    steady = whole & (unmeasured <= period) & ~blobs.cut[blob].any(axis=1)
     known = records['hits'][track] > FORMED
-    learned.learn_rates(known, now.maneuvered, unmeasured, period)
-    steady = known & (unmeasured <= period) & whole
-    product = np.einsum('ij,ij->i', before, now.innovation)
-    velocity = prediction.velocity[track]
-    learned.learn_motion(steady, now.nis, product, now.predicted_share, now.maneuvered, velocity)
+    learned.learn_speed(known & steady, prediction.velocity[track], period)
+    z, variance = blobs.z[blob], blobs.variance[blob].mean(axis=1)
+    if config.detection_covariance:
+        given = variance / blobs.factor[blob]
+        grown = learned.noisiness.learn(records, track, z, given, steady, period)
+        if grown is not None:
+            prediction.bank.doubt(track, grown)
+    if not config.process_noise:
+        learned.unsteadiness.learn(
+            records, track, z, variance, unmeasured, maneuvered, steady, period
+        )

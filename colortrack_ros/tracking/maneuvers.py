@@ -1,0 +1,185 @@
+"""How often each object maneuvers, and how far it strays unseen: learned from glances back.
+
+Every third of a second each track is asked where it would be had it coasted since the last. One
+frame hardly tells a maneuver from noise, a third of a second does; and an acceleration that lasts,
+as under gravity, disturbs a filter that is corrected in every frame little, one that coasts much.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.estimation.gaussian import log_density
+from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+WINDOW = 1 / 3
+"""Time from glance to glance [s]: about as long as what hides an object lasts. Assumed."""
+
+LONGEST = 1.0
+"""A glance back over a longer time is left out [s]."""
+
+FORMED = 12
+"""Hits after which a track can coast by its velocity, and the noise of its detections is
+known (noise.RING)."""
+
+FIRST_RATE, FIRST_TIME = 0.5, 1.0
+"""Maneuvers of an object [1/s] before any are learned, and how much time of watching that is
+worth [s]. Assumed: one maneuver in two seconds."""
+
+FORGETTING = 5.0
+"""Time of watching after which that counts 1/e [s]. Assumed."""
+
+CROWD_TIME = 2.0
+"""Time of its own watching that lets a track count as much as the crowd [s]. Assumed."""
+
+CROWD_GLANCES = 3.0
+"""Glances of its own that let a track count as much as the crowd. Assumed."""
+
+MEMORY = 10.0
+"""Time after which a glance counts 1/e [s]. Assumed."""
+
+RATE_RANGE = (0.003, 20.0)
+"""Where the rates stay [1/s]: bounds so wide that they only keep the learning finite."""
+
+FIELDS = [
+    ('anchor', 'f8', 4),
+    ('anchor_cov', 'f8', 3),
+    ('anchored', 'i8'),
+    ('turns', 'f8'),
+    ('watched', 'f8'),
+    ('strayed', 'f8', 2),
+    ('glances', 'f8'),
+    ('blur', 'f8'),
+    ('rate', 'f8'),
+    ('filtered', 'f8', 2),
+    ('astray', 'f8', 2),
+]
+"""What is recorded of a track: where it was at its last glance, position [px], velocity [px/s],
+and variances of position, of both, and of velocity on an axis; stamp of that [ns]; expected
+number of maneuvers and the time in which they were [s]; sum and number of estimates of the
+density of its acceleration over a glance [px^2/s^3] on each axis; sum of their variances if there
+is no acceleration; what follows from these: maneuvers [1/s], the density that its filter takes,
+and what a coasting track needs beyond that [px^2/s^3]."""
+
+
+def maneuver_chance(rate: Floats, T: Floats) -> Floats:
+    """Probability of a maneuver, (K,), within T [s] at a rate [1/s]: they are a Poisson process."""
+    return -np.expm1(-rate * T)
+
+
+class Maneuvers:
+    """Learns rates of maneuvers and process noise while coasting, of the crowd and of each track.
+
+    :ivar rate: of the crowd [1/s].
+    """
+
+    def __init__(self) -> None:
+        self.rate = FIRST_RATE
+        self._sums: dict[str, Floats] = {
+            'turns': np.zeros(()), 'watched': np.zeros(()), 'strayed': np.zeros(2),
+            'glances': np.zeros(()), 'blur': np.zeros(()),
+        }  # fmt: skip
+        self._last = 0
+        self._concluded = False
+
+    def learn(
+        self,
+        records: NDArray[np.void],
+        track: Indices,
+        z: Floats,
+        variance: Floats,
+        mean: Floats,
+        cov: Floats,
+        now: int,
+        speed: Floats,
+    ) -> None:
+        """Glance back, if it is time.
+
+        :param records: (N,) of all tracks, with FIELDS.
+        :param track: (K,) which were measured.
+        :param z: (K, 2) their measurements [px].
+        :param variance: (K,) of these on each axis [px^2].
+        :param mean, cov: (N, n) and (N, n, n) estimates of all tracks after these.
+        :param now: stamp of the frame [ns].
+        :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
+        """
+        passed = (now - self._last) / NANOSECONDS
+        if passed < WINDOW:
+            return
+        self._last, self._concluded = now, False
+        T = (now - records['anchored'][track]) / NANOSECONDS
+        old = np.flatnonzero((T <= LONGEST) & (records['anchor_cov'][track, 0] > 0))
+        if len(old):
+            self._glance(records, track[old], z[old], variance[old], T[old], speed, passed)
+        ready = track[records['hits'][track] >= FORMED]
+        records['anchor'][ready] = mean[ready, :4]
+        P = cov[ready]
+        records['anchor_cov'][ready] = (
+            np.stack(
+                [P[:, 0, 0] + P[:, 1, 1], P[:, 0, 2] + P[:, 1, 3], P[:, 2, 2] + P[:, 3, 3]], axis=1
+            )
+            / 2
+        )
+        records['anchored'][ready] = now
+
+    def _glance(
+        self,
+        records: NDArray[np.void],
+        track: Indices,
+        z: Floats,
+        variance: Floats,
+        T: Floats,
+        speed: Floats,
+        passed: float,
+    ) -> None:
+        """Compare measurements, (K, 2), with where their tracks would be after coasting for T."""
+        anchor, cov = records['anchor'][track], records['anchor_cov'][track]
+        e = (z - anchor[:, :2] - anchor[:, 2:] * T[:, None]).T
+        known = variance + cov[:, 0] + 2 * T * cov[:, 1] + T**2 * cov[:, 2]
+        cube = T**3 / 3
+        S = known + (records['filtered'][track] + records['astray'][track]).T * cube
+        going_on = log_density(e[0], e[1], S[0], 0 * cube, S[1])[2]
+        p, q = anchor[:, 2] * T / 2, anchor[:, 3] * T / 2
+        wide = known + np.outer(speed, T) ** 2 / 3
+        turning = log_density(
+            e[0] + p, e[1] + q, wide[0] + p * p / 3, p * q / 3, wide[1] + q * q / 3
+        )[2]
+        chance = maneuver_chance(records['rate'][track], T)
+        odds = np.exp((turning - going_on).clip(-50, 50)) * chance / (1 - chance)
+        turned = odds / (1 + odds)
+        kept = 1 - turned
+        remembered = math.exp(-passed / MEMORY)
+        for name, new in (
+            ('turns', turned), ('watched', T), ('strayed', (kept * (e * e - known) / cube).T),
+            ('glances', kept), ('blur', kept * (known / cube) ** 2),
+        ):  # fmt: skip
+            records[name][track] = remembered * records[name][track] + new
+            self._sums[name] = remembered * self._sums[name] + new.sum(axis=0)
+        turns, watched = float(self._sums['turns']), float(self._sums['watched'])
+        first = FIRST_TIME * math.exp(-watched / FORGETTING)
+        self.rate = (FIRST_RATE * first + turns) / (first + watched)
+
+    def conclude(self, records: NDArray[np.void], filtered: Floats) -> None:
+        """What follows for each track, if anything is new.
+
+        :param records: (N,) of all tracks, with FIELDS.
+        :param filtered: (N, 2) sigma_s^2 of their filters [px^2/s^4].
+        """
+        if self._concluded and records['rate'].all():
+            return
+        self._concluded = True
+        rate = (CROWD_TIME * self.rate + records['turns']) / (CROWD_TIME + records['watched'])
+        records['rate'] = rate.clip(*RATE_RANGE)
+        glances, strayed, blur = (self._sums[name] for name in ('glances', 'strayed', 'blur'))
+        worth = CROWD_GLANCES / max(float(glances), CROWD_GLANCES)
+        count = np.maximum(worth * glances + records['glances'], 1e-9)
+        density = (worth * strayed + records['strayed']) / count[:, None]
+        density -= (np.sqrt(worth**2 * blur + records['blur']) / count)[:, None]
+        records['astray'] = np.maximum(density - REFERENCE_PERIOD * filtered, 0.0)
+        records['filtered'] = REFERENCE_PERIOD * filtered

@@ -1,0 +1,80 @@
+"""What the tracker publishes holds the truth as often as it says, seen and unseen."""
+
+import numpy as np
+import pytest
+from support.silhouettes import points
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.tracking import Tracker
+
+RATE, FRAMES = 30, 240
+ELLIPSE = 5.991
+"""Squared Mahalanobis distance that holds 95 % (chi-square, 2)."""
+
+
+def straight(rng, t):
+    v = rng.uniform(40, 200, 8)
+    return v * t, 0 * t
+
+
+def weaving(rng, t):
+    return rng.uniform(40, 150, 8) * t, 25 * np.sin(2 * np.pi * t + rng.uniform(0, 6, 8))
+
+
+def bouncing(rng, t):
+    speed = rng.uniform(600, 1000, 8)
+    s = (t + rng.uniform(0, 1, 8)) % (2 * speed / 1500)
+    return 0 * s, 750 * s**2 - speed * s
+
+
+def stopping(rng, t):
+    way = np.zeros((len(t), 8))
+    for n in range(8):
+        goes = np.repeat([0, 150 / RATE] * 8, rng.integers(15, 45, 16))
+        way[1:, n] = np.cumsum(goes)[: len(t) - 1]
+    return way, 0 * t
+
+
+def watch(motion, seed, noise=1.0):
+    """Squared normalized errors of position, seen and coasting, and of velocity while seen.
+
+    Eight objects in lanes so far apart that who is who is no question; each is hidden for 16
+    frames, once in 60.
+    """
+    rng = np.random.default_rng(seed)
+    t = np.arange(FRAMES)[:, None] / RATE
+    u, v = motion(rng, t)
+    truth = np.stack([u + 3000.0 * np.arange(8), v + np.zeros((FRAMES, 8))], axis=-1)
+    velocity = np.gradient(truth, 1 / RATE, axis=0)
+    tracker, seen, coasting, speeds = Tracker(), [], [], []
+    unseen = np.zeros(8, int)
+    for k in range(FRAMES):
+        phase = k - 60 - np.arange(8) * 7
+        shown = (phase < 0) | (phase % 60 >= 16)
+        unseen = np.where(shown, 0, unseen + 1)
+        z = (truth[k] + rng.normal(0, noise, (8, 2)))[shown]
+        rows = tracker.update(points(z, k * NANOSECONDS // RATE, 1.0)).rows
+        if k < RATE or not len(rows):
+            continue
+        nearest = np.abs(rows['u'][:, None] - truth[k, :, 0]).argmin(axis=0)
+        state = np.stack([rows[name][nearest] for name in ('u', 'v', 'du', 'dv')], axis=1)
+        P, here = rows['covariance'][nearest], np.abs(state[:, 0] - truth[k, :, 0]) < 1000
+        d2 = squared(state[:, :2] - truth[k], P[:, :2, :2])
+        seen += list(d2[shown & here])
+        coasting += list(d2[(unseen >= 6) & (unseen <= 15) & here])
+        speeds += list(squared(state[:, 2:] - velocity[k], P[:, 2:, 2:])[shown & here])
+    return np.array(seen), np.array(coasting), np.array(speeds)
+
+
+def squared(e, P):
+    return (e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=-1)
+
+
+@pytest.mark.parametrize('motion', [straight, weaving, bouncing, stopping])
+def test_ellipses_hold_the_truth_seen_and_unseen(motion):
+    several = [watch(motion, seed) for seed in range(3)]
+    seen, coasting, speeds = (np.concatenate(part) < ELLIPSE for part in zip(*several, strict=True))
+    assert len(coasting) > 500
+    assert np.mean(seen) >= 0.9
+    assert np.mean(speeds) >= 0.88
+    assert np.mean(coasting) >= 0.88

@@ -1,0 +1,112 @@
+"""How noisy detections are is learned from them, whatever they say of it themselves."""
+
+import numpy as np
+import pytest
+from support.silhouettes import FRAME
+from support.silhouettes import points
+
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.noise import FIELDS
+from colortrack_ros.tracking.noise import MeasurementNoise
+
+LEARNED = 24
+"""Frames at the start that are not judged: a second."""
+
+
+def factor(noise, given, acceleration=0.0, count=8, frames=90, steps=None, seed=0):
+    """What is learned of detections with that noise that bring a variance given^2."""
+    rng = np.random.default_rng(seed)
+    records = np.zeros(count, [('color', 'u4'), *FIELDS])
+    learned, track = MeasurementNoise(), np.arange(count)
+    x, v = np.zeros((count, 2)), rng.normal(0, 200, (count, 2))
+    for k in range(frames):
+        dt = 1 / 30 if steps is None else steps[k]
+        a = rng.normal(0, acceleration, (count, 2))
+        x, v = x + v * dt + a * dt**2 / 2, v + a * dt
+        z = x + rng.normal(0, noise, x.shape)
+        learned.learn(records, track, z, np.full(count, given**2), np.full(count, k > 0), dt)
+    color, variance = np.zeros(1, np.uint32), np.full(1, given**2)
+    return learned.factors(color, variance)[0], 1 + records['own_factor']
+
+
+@pytest.mark.parametrize('given', [0.3, 1.0, 3.0])
+@pytest.mark.parametrize('noise', [0.5, 1.0, 5.0])
+def test_a_factor_makes_given_variances_the_true_ones(noise, given):
+    learned, own = factor(noise, given)
+    assert learned * given**2 == pytest.approx(noise**2, rel=0.25)
+    assert own * learned * given**2 == pytest.approx(np.full(8, noise**2), rel=0.6)
+
+
+def test_uneven_frames_make_no_noise():
+    """Divided differences: at 200 px/s a frame 10 ms late would be an error of 2 px."""
+    steps = np.random.default_rng(3).uniform(0.023, 0.043, 90)
+    assert factor(1.0, 1.0, steps=steps)[0] == pytest.approx(1.0, rel=0.25)
+
+
+def test_accelerations_are_no_noise():
+    assert factor(1.0, 1.0, acceleration=1000.0)[0] == pytest.approx(1.0, rel=0.3)
+
+
+def test_where_motion_hides_the_noise_what_was_given_holds():
+    assert 0.5 < factor(0.05, 0.05, acceleration=1000.0)[0] <= 1.0
+
+
+def test_colors_do_not_tell_of_each_other():
+    rng, tracker = np.random.default_rng(0), Tracker()
+    noise = np.array([0.3, 0.3, 3.0, 3.0])[:, None]
+    at = np.array([(100, 100), (400, 100), (100, 400), (400, 400)])
+    for k in range(120):
+        seen = points(at + noise * rng.normal(0, 1, (4, 2)), k * FRAME, 1.0)
+        seen.rows['color'] = [1, 1, 2, 2]
+        rows = tracker.update(seen).rows
+    sigma = np.sqrt(rows['covariance'][:, 0, 0])
+    assert sigma[2:].min() > 4 * sigma[:2].max()
+
+
+@pytest.mark.parametrize('given', [0.0, 0.3, 1.0, 3.0])
+@pytest.mark.parametrize('noise', [0.5, 2.0, 5.0])
+def test_ellipses_hold_what_they_say_whatever_is_given(noise, given):
+    """The 95 % ellipse of eight on straight lines, three seeds."""
+    inside, names = [], []
+    for seed in range(3):
+        rng, tracker = np.random.default_rng(seed), Tracker()
+        x, v = np.arange(8)[:, None] * [0.0, 150.0], rng.uniform(-150, 150, (8, 2)) * [1, 0.1]
+        for k in range(120):
+            z = x + v * k / 24 + rng.normal(0, noise, x.shape)
+            rows = tracker.update(points(z, k * FRAME, given**2)).rows
+            if k >= LEARNED:
+                inside += errors_squared(rows, x + v * k / 24)
+        names.append(len(set(rows['track_id'])))
+    assert 0.90 <= np.mean(np.array(inside) < 5.991) <= 0.995
+    assert names == [8, 8, 8]
+
+
+def errors_squared(rows, truth):
+    """Normalized by the covariance of the nearest track's position."""
+    at = np.stack([rows['u'], rows['v']], axis=1)
+    e = truth - at[((truth[:, None] - at) ** 2).sum(-1).argmin(axis=1)]
+    P = rows['covariance'][((truth[:, None] - at) ** 2).sum(-1).argmin(axis=1), :2, :2]
+    return list((e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=1))
+
+
+def test_what_is_said_to_be_known_is_not_learned():
+    """Without detection_covariance the variance of a track is that of measurement_noise."""
+    rng, sigmas = np.random.default_rng(0), []
+    for told in (True, False):
+        tracker = Tracker(TrackerConfig(detection_covariance=told, process_noise=100.0))
+        for k in range(60):
+            z = np.array([[100.0, 100.0]]) + rng.normal(0, 5, (1, 2))
+            tracks = tracker.update(points(z, k * FRAME, 1.0))
+        sigmas.append(np.sqrt(tracks.rows['covariance'][0, 0, 0]))
+    assert sigmas[0] > 2 * sigmas[1]
+
+
+def test_unusual_detections_leave_it_finite():
+    """Standing still to the bit, and jumps across the picture."""
+    tracker = Tracker()
+    for k in range(200):
+        z = [(100.0, 100.0), (500.0 + 200 * (k % 7 == 0), 300.0)]
+        tracks = tracker.update(points(z, k * FRAME, 1.0))
+        assert np.isfinite(tracks.rows['covariance']).all()
+        assert (np.linalg.eigvalsh(tracks.rows['covariance']) > 0).all()
