@@ -1,14 +1,18 @@
 """``make demo``: the nodes as processes of their own, their tracks as a live table, and a video."""
 
 import argparse
+from collections.abc import Collection
 from collections.abc import Iterable
+from collections.abc import Mapping
 from collections.abc import Sequence
+import errno
 import os
 from pathlib import Path
 import random
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import cv2
@@ -30,14 +34,21 @@ from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
+from colortrack_ros.drawing import VideoFile
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.node_kit.runtime import share_file
 from colortrack_ros.node_kit.runtime import use_transport_profile
 
 STATES = ('tentative', 'confirmed', 'coasting')
+TIME_TO_END = 8.0
+"""How long the nodes have to end after a signal [s]: they end on their own in 6.5 s at the most."""
 QUIET = 3.0
 """The demo is over when nothing has come for so long [s]."""
+
+
+class NodeEnded(Exception):
+    """One of the nodes has ended before the camera did."""
 
 
 class Recorder(Node):
@@ -52,7 +63,7 @@ class Recorder(Node):
         self.heard = time.monotonic()
         self._out = out
         self._first: tuple[int, NDArray[np.uint8]] | None = None
-        self._video: cv2.VideoWriter | None = None
+        self._video: VideoFile | None = None
         self._best = -1
         self.create_subscription(PointCloud2, 'tracks', self._take_tracks, 10)
         self.create_subscription(
@@ -83,15 +94,18 @@ class Recorder(Node):
         alive = int(np.count_nonzero(state == CONFIRMED) - np.count_nonzero(state == COASTING))
         if alive > self._best and self.frames > 24:
             self._best = alive
-            cv2.imwrite(str(self._out / 'demo.png'), frame.image)
+            self._write_picture(frame.image)
 
     def _open(self, period: int, shape: tuple[int, ...]) -> None:
         assert self._first is not None
         rate = NANOSECONDS / max(period, 1)
-        codec = cv2.VideoWriter.fourcc(*'mp4v')
-        size = shape[1], shape[0]
-        self._video = cv2.VideoWriter(str(self._out / 'demo.mp4'), codec, rate, size)
+        self._video = VideoFile(self._out / 'demo.mp4', rate, (shape[1], shape[0]))
         self._video.write(self._first[1])
+
+    def _write_picture(self, image: NDArray[np.uint8]) -> None:
+        path = self._out / 'demo.png'
+        if not cv2.imwrite(str(path), image):
+            raise OSError(errno.EIO, 'cannot be written; is the disk full?', str(path))
 
     def is_complete(self) -> bool:
         """Whether all nodes but the camera are there."""
@@ -102,9 +116,12 @@ class Recorder(Node):
         return listeners == 3 and all(self.count_publishers(topic) for topic in publishers)
 
     def close(self) -> None:
-        """Finish the video."""
+        """Finish the video.
+
+        :raises OSError: not all of it could be written.
+        """
         if self._video is not None:
-            self._video.release()
+            self._video.close()
 
 
 def table_of(rows: Iterable[np.void], title: str) -> Table:
@@ -156,6 +173,9 @@ def _start(name: str, params: str, *parameters: str) -> subprocess.Popen[bytes]:
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demo."""
     arguments = _arguments(args)
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda *_: stop.set())
     arguments.out.mkdir(parents=True, exist_ok=True)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
@@ -165,41 +185,65 @@ def main(args: Sequence[str] | None = None) -> int:
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     recorder = Recorder(arguments.out)
     params = arguments.params or str(share_file('params/colortrack.yaml'))
-    nodes = [
-        _start('tracker', params),
-        _start('detector', params, *color, *tolerance),
-        _start('overlay', params),
-    ]
+    nodes = {
+        'tracker': _start('tracker', params),
+        'detector': _start('detector', params, *color, *tolerance),
+        'overlay': _start('overlay', params),
+    }
     executor = SingleThreadedExecutor()
     executor.add_node(recorder)
     try:
-        while not recorder.is_complete():
+        while not recorder.is_complete() and not stop.is_set():
             executor.spin_once(timeout_sec=0.1)
+            _check(nodes)
         play = (f'source:={arguments.source}', 'wait_for_subscribers:=2', 'exit_at_end:=true')
-        nodes.append(_start('camera', params, *play))
-        status = _watch(recorder, executor, nodes[-1], arguments.seconds)
-    except KeyboardInterrupt:
-        status = 0
-    finally:
-        for node in nodes:
-            node.send_signal(signal.SIGINT)
-        for node in nodes:
-            node.wait()
+        nodes['camera'] = _start('camera', params, *play)
+        status = _watch(recorder, executor, nodes, arguments.seconds, stop)
         recorder.close()
+    except OSError as error:
+        print(f'demo: {error.filename or "output"}: {error.strerror}', file=sys.stderr)
+        return 1
+    except NodeEnded as error:
+        print(f'demo: {error}', file=sys.stderr)
+        return 1
+    finally:
+        _end(nodes.values())
     return status or _report(recorder, arguments.out)
+
+
+def _check(nodes: Mapping[str, subprocess.Popen[bytes]]) -> None:
+    """Raise NodeEnded for a node that is gone: what it does would be waited for in vain."""
+    for name, node in nodes.items():
+        if name != 'camera' and node.poll() is not None:
+            raise NodeEnded(f'the node {name} has ended with status {node.returncode}')
+
+
+def _end(nodes: Collection[subprocess.Popen[bytes]]) -> None:
+    """End the nodes in order, and those that do not end without."""
+    for node in nodes:
+        node.send_signal(signal.SIGINT)
+    for node in nodes:
+        try:
+            node.wait(TIME_TO_END)
+        except subprocess.TimeoutExpired:
+            node.kill()
+            node.wait()
 
 
 def _watch(
     recorder: Recorder,
     executor: SingleThreadedExecutor,
-    camera: subprocess.Popen[bytes],
+    nodes: Mapping[str, subprocess.Popen[bytes]],
     seconds: float,
+    stop: threading.Event,
 ) -> int:
-    """Show the table until the camera ends or the time is over."""
+    """Show the table until the camera ends, the time is over, or a signal comes."""
     end: float | None = None
+    camera = nodes['camera']
     with Live(refresh_per_second=10, transient=True) as live:
-        while True:
+        while not stop.is_set():
             executor.spin_once(timeout_sec=0.1)
+            _check(nodes)
             title = f'tracks of frame {recorder.messages}'
             live.update(table_of(recorder.tracks.rows, title))
             now = time.monotonic()
@@ -208,6 +252,7 @@ def _watch(
             ended = camera.poll() is not None and now - recorder.heard > QUIET
             if ended or (end is not None and now > end):
                 return camera.poll() or 0
+    return 0
 
 
 def _report(recorder: Recorder, out: Path) -> int:

@@ -1,0 +1,73 @@
+"""The demo, whose nodes are processes: nobody waits for the dead, none is left behind."""
+
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from support.ros_domain import free_domain
+from support.ros_domain import wait_until
+
+SOURCE = 'scene:single?width=160&height=120'
+
+
+def children(pid):
+    """The processes that one has started."""
+    found = Path(f'/proc/{pid}/task/{pid}/children').read_text().split()
+    return [int(child) for child in found]
+
+
+def command(pid):
+    return Path(f'/proc/{pid}/cmdline').read_text()
+
+
+@pytest.fixture
+def demo(tmp_path):
+    """Starts the demo; gives the process, with its errors in a file."""
+    domain, lock = free_domain()
+    started = []
+
+    def start(limit='', *options):
+        code = f'{limit}\nfrom colortrack_ros.tools.demo import main\nraise SystemExit(main())'
+        given = ['--source', SOURCE, '--out', str(tmp_path / 'out'), *options]
+        with (tmp_path / 'errors').open('w') as errors:
+            process = subprocess.Popen(
+                [sys.executable, '-c', code, *given],
+                env=dict(os.environ, ROS_DOMAIN_ID=str(domain)),
+                stdout=subprocess.DEVNULL,
+                stderr=errors,
+            )
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        process.kill()
+        process.wait()
+    lock.close()
+
+
+def test_a_signal_ends_the_demo_and_all_its_nodes(demo):
+    process = demo()
+    wait_until(lambda: len(children(process.pid)) == 4, 30.0)
+    nodes = children(process.pid)
+    process.send_signal(signal.SIGTERM)
+    process.wait(10.0)
+    assert not any(Path(f'/proc/{node}').exists() for node in nodes)
+
+
+@pytest.mark.parametrize('count', [3, 4], ids=['before the camera', 'while it plays'])
+def test_a_node_that_dies_ends_the_demo_with_its_name(demo, tmp_path, count):
+    process = demo()
+    wait_until(lambda: len(children(process.pid)) == count, 30.0)
+    nodes = children(process.pid)
+    (victim,) = (node for node in nodes if 'nodes.detector' in command(node))
+    os.kill(victim, signal.SIGKILL)
+    began = time.monotonic()
+    assert process.wait(15.0) == 1
+    assert time.monotonic() - began < 10.0
+    assert 'the node detector has ended with status -9' in (tmp_path / 'errors').read_text()
+    assert not any(Path(f'/proc/{node}').exists() for node in nodes)
