@@ -30,9 +30,10 @@ _domains = itertools.count(os.getpid())
 
 
 def _executable(name: str) -> str:
-    """The one of this environment, or the one on the path, where colcon's may be."""
-    beside = Path(sys.executable).parent / name
-    found = str(beside) if beside.exists() else shutil.which(name)
+    """The one of this environment, of the ament prefix, as for ``ros2 run``, or on the path."""
+    prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(':') if p]
+    places = [Path(sys.executable).parent, *(p / 'lib/colortrack_ros' for p in prefixes)]
+    found = shutil.which(name, path=os.pathsep.join(map(str, places))) or shutil.which(name)
     assert found, f'there is no executable {name}: install the package first'
     return found
 
