@@ -33,6 +33,12 @@ HUNG = 124
 """Exit status of a process that had to end without its nodes, that of timeout(1)."""
 
 
+TOLD = ('source', 'rate', 'colors', 'method')
+"""Parameters whose values a node tells at its start."""
+OF_EVERY_NODE = frozenset(('/rosout', '/parameter_events', '/diagnostics', '/clock'))
+"""Topics of every node, which say nothing about one."""
+
+
 class StartError(Exception):
     """A node cannot start: what was given, what was expected and what to do, in one line."""
 
@@ -107,6 +113,8 @@ def run(
     nodes: Sequence[Node] = ()
     try:
         nodes = make_nodes(finish)
+        for node in nodes:
+            node.get_logger().info(_plan_of(node))
         stage.name = 'a callback'
         _spin(nodes, stop)
         stage.name = 'sending the last messages'
@@ -124,6 +132,16 @@ def run(
             node.destroy_node()
         rclpy.try_shutdown()
     return status
+
+
+def _plan_of(node: Node) -> str:
+    """What a node will do, in a line: source, rate, colors, and topics, as far as it has them."""
+    names = [name for name in TOLD if node.has_parameter(name)]
+    plan = [f'{name} {node.get_parameter(name).value}' for name in names]
+    for verb, ends in (('takes', node.subscriptions), ('gives', node.publishers)):
+        topics = sorted({end.topic_name for end in ends} - OF_EVERY_NODE)
+        plan += [f'{verb} {", ".join(topics)}'] if topics else []
+    return '; '.join(plan)
 
 
 def _spin(nodes: Sequence[Node], stop: threading.Event) -> None:

@@ -91,3 +91,18 @@ def test_other_topic_names_a_params_file_and_a_namespace(ros):
     names = {topic for topic, _ in ros.node.get_topic_names_and_types()}
     assert {'/robot1/eye/picture', '/robot1/eye/blobs', '/robot1/eye/info'} <= names
     assert not {'/camera/image_raw', '/detections', '/tracks'} & names
+
+
+def test_a_node_says_at_its_start_what_it_will_do(ros):
+    source = 'scene:single'
+    told = {
+        'camera': [f'source {source}; rate 0.0; ', 'gives /camera/camera_info, /camera/image_raw'],
+        'detector': ["colors ['", 'takes /camera/image_raw; gives /detections'],
+        'tracker': ['takes /camera/camera_info, /detections; gives /tracks, /tracks/markers'],
+    }
+    for name, texts in told.items():
+        process = ros.start(name, source=source) if name == 'camera' else ros.start(name)
+        process.wait_for('gives ')
+        (line,) = (line for line in process.output.splitlines() if 'gives ' in line)
+        assert '[INFO]' in line
+        assert all(text in line for text in texts), line
