@@ -53,15 +53,13 @@ def find_ego_motion(expected: Floats, variance: Floats, z: Floats) -> EgoMotion 
         return None
     tree, sigma = cKDTree(z), np.sqrt(variance)
     shift = np.zeros(2)
-    near = _agreeing(tree, expected, sigma)
-    if 2 * near[0].sum() <= len(expected):
-        shift = _vote(tree, expected, sigma)
-        voted = _agreeing(tree, expected + shift, sigma)
-        if voted[0].sum() < max(FEWEST, len(expected) / 2, near[0].sum() + 2):
-            return None
-        near = voted
-    agrees, nearest = near
-    if agrees.sum() < FEWEST:
+    agrees, nearest = _agreeing(tree, expected, sigma)
+    if not agrees.all():  # in a crowd many have somebody else's detection beside them
+        voted = _vote(tree, expected, sigma)
+        others, their_nearest = _agreeing(tree, expected + voted, sigma)
+        if others.sum() >= max(FEWEST, len(expected) / 2, agrees.sum() + 2):
+            shift, agrees, nearest = voted, others, their_nearest
+    if agrees.sum() < max(FEWEST, len(expected) / 2):
         return None
     return _fit(expected[agrees], z[nearest[agrees]], sigma[agrees], shift)
 
