@@ -38,8 +38,8 @@ ESTABLISHED = 10
 """Hits from which a track has a direction to go by. Assumed."""
 
 UNSTEADY = 0.1
-"""Where objects may have maneuvered since with this probability, lines do not tell who is who,
-and the decisions of the frames stand. Assumed: of two, one then has in a fifth of the cases."""
+"""Where objects may have maneuvered since with this probability, lines do not tell who is who, and
+the decisions of the frames stand unless sizes speak against them. Assumed: of two, one then has in a fifth of the cases."""
 
 OWN = ('track_id', 'born', 'origin', 'color', 'hits')
 """What a track keeps when it goes on as another that it was taken for."""
@@ -141,8 +141,8 @@ def tell_apart(
         return
     since = (stamp - records['met'][one]) / NANOSECONDS
     chance = config.maneuvers * maneuver_chance(records['rate'][one], since)
-    exchanged = _compare(records, one, other, chance, prediction, stamp) < 0
-    exchanged &= chance < UNSTEADY
+    ratio = _compare(records, one, other, chance, prediction, stamp) * (chance < UNSTEADY)
+    exchanged = ratio + _compare_sizes(records, one, other, prediction) < 0
     _exchange(tracks, one[exchanged], other[exchanged])
     records['rival'][one] = records['rival'][other] = 0
 
@@ -183,7 +183,7 @@ def _compare(
     prediction: Prediction,
     stamp: int,
 ) -> Floats:
-    """Log-likelihood ratio, (P,), of pairs that went their own ways against exchanged ones."""
+    """Log-likelihood ratio of lines, (P,), of pairs that went their own ways against exchanged."""
     both, count = np.append(one, other), len(one)
     mean, cov = records['before'][both], records['before_cov'][both]
     T = (stamp - records['met'][both]) / NANOSECONDS
@@ -200,11 +200,22 @@ def _compare(
         log_likelihood_ratio(mean, cov, k, line, chance, T, prediction.speed)
         for line in (same, crossed)
     )
-    if prediction.sized:
-        before, size = records['before_size'][both], records['extent'][both].sum(axis=1)
-        own += SCANS * log_fit(before, size, prediction.alike)
-        exchanged += SCANS * log_fit(before, np.roll(size, count, axis=0), prediction.alike)
     return np.asarray((own - exchanged).reshape(2, count).sum(axis=0))
+
+
+def _compare_sizes(
+    records: NDArray[np.void], one: Indices, other: Indices, prediction: Prediction
+) -> Floats:
+    """Log-likelihood ratio of sizes, (P,), of pairs that went their own ways against exchanged."""
+    if not prediction.sized:
+        return np.zeros(len(one))
+    both = np.append(one, other)
+    # Of the last detections: what is learned of sizes has followed the decisions that are in doubt.
+    size = np.stack([records['box_w'][both], records['box_h'][both]], axis=1).astype(float)
+    before = records['before_size'][both]
+    own = log_fit(before, size, prediction.alike)
+    exchanged = log_fit(before, np.roll(size, len(one), axis=0), prediction.alike)
+    return np.asarray(SCANS * (own - exchanged).reshape(2, len(one)).sum(axis=0))
 
 
 def _exchange(tracks: TrackTable[Bank], one: Indices, other: Indices) -> None:
