@@ -15,6 +15,9 @@ COVERED_EVERY = 10.0
 GONE_EVERY = 100.0
 """Mean time until something covers a visible object, or until it vanishes in full view [s]."""
 
+HIDDEN_SHARE = GONE_EVERY / (GONE_EVERY + COVERED_EVERY)
+"""Of what disappears, as far as these say."""
+
 
 def predict_existence(
     visible: Floats, hidden: Floats, dt: float, longest: float
@@ -47,3 +50,16 @@ def update_existence(visible: Floats, hidden: Floats, ratio: Floats) -> tuple[Fl
     total = 1 + visible * (ratio - 1)
     visible = np.minimum(visible * ratio / total, 1.0)
     return visible, np.minimum(hidden / total, 1 - visible)
+
+
+def weigh_hidden(visible: Floats, hidden: Floats, share: Floats) -> tuple[Floats, Floats]:
+    """Probabilities of objects just lost, once it is known how many of those are hidden.
+
+    :param visible: (N,), hidden: (N,) as HIDDEN_SHARE has them.
+    :param share: (N,) of what is lost there that is hidden, in place of HIDDEN_SHARE.
+    :return: visible and hidden, (N,).
+    """
+    gone = np.maximum(1 - visible - hidden, 0.0) * (1 - share) / (1 - HIDDEN_SHARE)
+    hidden = hidden * share / HIDDEN_SHARE
+    total = np.maximum(visible + hidden + gone, 1e-300)
+    return visible / total, hidden / total

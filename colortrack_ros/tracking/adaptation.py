@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from colortrack_ros.tracking.disappearances import Disappearances
 from colortrack_ros.tracking.maneuvers import Maneuvers
 from colortrack_ros.tracking.noise import MeasurementNoise
 from colortrack_ros.tracking.process_noise import ProcessNoise
@@ -67,7 +68,10 @@ class Adaptation:
         """Whether there have been objects."""
         self._false, self._frames, self._births = FIRST_FALSE, 3, LEAST_NEW
         self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
-        self._area = FIRST_AREA
+        self.area = FIRST_AREA
+        """Of the picture [px^2], as far as it is known."""
+        self.disappearances = Disappearances()
+        """What has become of objects that were lost."""
         self.image_size = (0, 0)
         """Width and height of the picture [px]; 0 while they are not known."""
         self.noisiness = MeasurementNoise()
@@ -86,17 +90,17 @@ class Adaptation:
     @property
     def density(self) -> float:
         """Detections a frame that belong to no track yet, false or new [1/px^2]."""
-        return (self._false + self._births) / self._area
+        return (self._false + self._births) / self.area
 
     def birth_density(self, z: Floats) -> Floats:
         """New objects a frame at z, (K, 2), (K,) [1/px^2]; most come in at the picture's border."""
         if not all(self.image_size):
-            return np.full(len(z), self._births / self._area)
+            return np.full(len(z), self._births / self.area)
         from_border = np.minimum(z, np.array(self.image_size) - z) / self.image_size
         entering = from_border.min(axis=1) < BORDER
         inner = (1 - 2 * BORDER) ** 2
         share = np.where(entering, ENTERING / (1 - inner), (1 - ENTERING) / inner)
-        return np.asarray(self._births * share / self._area)
+        return np.asarray(self._births * share / self.area)
 
     def learn_size(self, z: Floats, image_size: tuple[int, int]) -> None:
         """Take the detections of a frame, (M, 2) [px]: the box around all so far is the picture.
@@ -106,11 +110,11 @@ class Adaptation:
         if all(image_size):
             self.image_size = image_size
         if all(self.image_size):
-            self._area = float(self.image_size[0] * self.image_size[1])
+            self.area = float(self.image_size[0] * self.image_size[1])
         elif len(z):
             self._low = np.minimum(self._low, z.min(axis=0))
             self._high = np.maximum(self._high, z.max(axis=0))
-            self._area = max(float(np.prod(self._high - self._low)), FIRST_AREA)
+            self.area = max(float(np.prod(self._high - self._low)), FIRST_AREA)
 
     def meet(self, before: Floats, after: Floats, dt: float) -> None:
         """Learn the speed from the first objects, (N, 2), and the next detections, (M, 2) [px].

@@ -21,6 +21,13 @@ class TrackerConfig(Config):
         minimum=0.0,
         maximum=3600.0,
     )
+    min_score: float = parameter(
+        0.5,
+        'Confirmed tracks less likely to exist than this are not published; they go on, and come '
+        'back with their object.',
+        minimum=0.0,
+        maximum=1.0,
+    )
     process_noise: float = parameter(
         0.0,
         'Standard deviation of the acceleration that the motion model does not know (sigma_s), of '

@@ -31,7 +31,7 @@ def initiate(
     spread = np.array([0.0, 0.0, *speed, noise, noise])
     filters = bank.at_rest(z, blobs.R[new], spread[: bank.model.size])
     records = tracks.initiate(filters, stamp)
-    records['origin'] = z
+    records['origin'] = records['seen'] = z
     records['color'] = blobs.rows['color'][new]
     records['extent'] = blobs.reach(new)
     records['partial'] = blobs.cut[new]

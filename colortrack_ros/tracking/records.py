@@ -3,12 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import maneuvering
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking import maneuvers
 from colortrack_ros.tracking import noise
 from colortrack_ros.tracking import process_noise
+from colortrack_ros.tracking.config import TrackerConfig
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -16,6 +18,7 @@ Indices = NDArray[np.intp]
 FIELDS = [
     ('color', 'u4'),
     ('origin', 'f8', 2),
+    ('seen', 'f8', 2),
     ('misses', 'u4'),
     ('area', 'f4'),
     ('box_w', 'f4'),
@@ -40,15 +43,15 @@ FIELDS = [
 ]
 """What is recorded of a track besides the COMMON fields.
 
-origin: where it began [px]; misses: frames without a detection; area, box_w, box_h: of the last
-detection [px]; extent: reach of the object to the low and high side, by axis [px], see extents;
-partial: it has never been in sight wholly, by axis; innovation: the last one, see Innovations;
-outside: predicted outside the picture; visible, hidden: probability that the object exists and can,
-or cannot, be seen; rival: ID of the track that it may have exchanged detections with, 0 for none;
-met, apart: stamp of the first frame and of the last in which they were near each other [ns];
-before, before_cov, before_size: its state as predicted for the first, the covariance, and its size
-[px]; sums: of the weighted
-line through its scans measurements since the last, see crossings.
+origin, seen: where it began and where it was last measured [px]; misses: frames without a
+detection; area, box_w, box_h: of the last detection [px]; extent: reach of the object to the low
+and high side, by axis [px], see extents; partial: it has never been in sight wholly, by axis;
+innovation: the last one, see Innovations; outside: predicted outside the picture; visible, hidden:
+probability that the object exists and can, or cannot, be seen; rival: ID of the track that it may
+have exchanged detections with, 0 for none; met, apart: stamp of the first frame and of the last in
+which they were near each other [ns]; before, before_cov, before_size: its state as predicted for
+the first, the covariance, and its size [px]; sums: of the weighted line through its scans
+measurements since the last, see crossings.
 """
 
 
@@ -58,16 +61,23 @@ def record_size(records: NDArray[np.void], track: Indices | slice, rows: NDArray
         records[name][track] = rows[name]
 
 
-def published(tracks: TrackTable[Bank], stamp: int, bias: float, speed: Floats) -> NDArray[np.void]:
-    """The tracks as they are published, none that is outside the picture.
+def published(
+    tracks: TrackTable[Bank], stamp: int, config: TrackerConfig, speed: Floats
+) -> NDArray[np.void]:
+    """The tracks as they are published.
+
+    None that is outside the picture, or that was confirmed and does probably not exist any more.
 
     :param stamp: now [ns].
-    :param bias: standard deviation to add to the position on each axis [px].
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s]; 0 for none.
     :return: of dtype TRACK.
     """
-    if tracks.records['outside'].any():
-        tracks = tracks.take(~tracks.records['outside'])
+    records, bias = tracks.records, config.centroid_bias
+    doubtful = records['visible'] + records['hidden'] < config.min_score
+    doubtful &= records['state'] != TENTATIVE
+    absent = records['outside'] | doubtful
+    if absent.any():
+        tracks = tracks.take(~absent)
     mean, covariance = tracks.filters.estimate()
     rows = tracks.rows(stamp, mean[:, :4], covariance[:, :4, :4])
     coasting = np.flatnonzero(rows['time_since_update'] > 0)

@@ -122,7 +122,7 @@ class Tracker:
         initiate(tracks, prediction, blobs, np.flatnonzero(associated.free), now)
         self._manage(again=again)
 
-        rows = published(tracks, now, config.centroid_bias, prediction.speed * config.maneuvers)
+        rows = published(tracks, now, config, prediction.speed * config.maneuvers)
         why = self._clock.tell_restart()
         return Tracks(rows, detections.stamp, detections.frame_id, why)
 
@@ -175,6 +175,8 @@ class Tracker:
         tracks, now, learned = self._tracks, self._clock.now, self._adaptation
         before = tracks.records['state'].copy()
         keep = confirm(tracks, now, self.config)
+        gone = ~keep & (tracks.records['state'] == COASTING) & ~tracks.records['outside']
+        learned.disappearances.learn(tracks.records['seen'][gone], returned=False)
         false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
         keep &= is_present(tracks, now, self._period, learned.image_size, self.config)
         state = tracks.records['state']
@@ -184,6 +186,7 @@ class Tracker:
             lost, found_again = find_stitches(
                 tracks, lost, found, now, self._period, learned, self.config
             )
+            learned.disappearances.learn(tracks.records['seen'][lost], returned=True)
             stitch(tracks, lost, found_again)
             keep[found_again] = False
         if not again:

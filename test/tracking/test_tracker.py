@@ -276,7 +276,7 @@ def test_another_color_is_another_object_if_color_gates(gating, ids):
 )
 def test_a_track_that_has_left_the_picture_is_not_coasted_back_in(typed, told, coasting):
     """At 4 px a frame, to the right; seen until u = 96. What is typed in holds."""
-    tracker = Tracker(TrackerConfig(image_size=typed))
+    tracker = Tracker(TrackerConfig(image_size=typed, min_score=0.0))
     for k in range(15, 25):
         tracker.update(replace(points([(4 * k, 20)], k * FRAME), image_size=told))
     lives = [len(tracker.update(points([], k * FRAME)).rows) for k in range(25, 65)]

@@ -1,0 +1,79 @@
+"""What hides is told from what is gone, by what has become of others."""
+
+import numpy as np
+import pytest
+from support.silhouettes import FRAME
+from support.silhouettes import points
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.estimation.existence import HIDDEN_SHARE
+from colortrack_ros.estimation.existence import predict_existence
+from colortrack_ros.estimation.existence import update_existence
+from colortrack_ros.estimation.existence import weigh_hidden
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.disappearances import Disappearances
+
+
+def test_nothing_is_known_before_anything_has_disappeared():
+    assert Disappearances().share(np.zeros((3, 2)), 9e5) == pytest.approx([HIDDEN_SHARE] * 3)
+
+
+def test_a_cover_hides_and_the_open_does_not():
+    learned, rng = Disappearances(), np.random.default_rng(0)
+    learned.learn(rng.normal((100, 100), 5, (10, 2)), returned=True)
+    learned.learn(rng.normal((500, 100), 5, (10, 2)), returned=False)
+    cover, open_air, elsewhere = learned.share(
+        np.array([[100, 100], [500, 100], [300, 400.0]]), 9e5
+    )
+    assert cover > 0.9
+    assert open_air < 0.1
+    assert 0.3 < elsewhere < 0.7
+
+
+def test_what_is_long_ago_is_forgotten():
+    learned, place = Disappearances(), np.full((200, 2), 50.0)
+    learned.learn(place, returned=False)
+    learned.learn(place, returned=True)
+    assert learned.share(place[:1], 9e5) > 0.98
+
+
+@pytest.mark.parametrize('share', [0.02, 0.5, HIDDEN_SHARE, 0.99])
+def test_weighed_by_the_share_existence_of_what_is_missed_goes_to_it(share):
+    """Missed at once often enough that it is not visible, before it could have come out again."""
+    one = np.ones(1)
+    visible, hidden = predict_existence(one, 0 * one, 1e-3, 1.5)
+    visible, hidden = update_existence(visible, hidden, 1e-9 * one)
+    visible, hidden = weigh_hidden(visible, hidden, share * one)
+    assert visible + hidden == pytest.approx([share], abs=1e-3)
+    assert (visible + hidden <= 1).all()
+
+
+def shown(config, come_back):
+    """In how many frames out of sight the sixth is shown, after five that did or did not return."""
+    tracker, count = Tracker(config), 0
+    for k in range(40 * 12):
+        turn, t = divmod(k, 80)
+        away = t >= 20 and (turn == 5 or not come_back or t < 35)
+        detections = points([] if away else [(300, 200)], k * FRAME)
+        rows = tracker.update(detections).rows
+        count += turn == 5 and bool((rows['state'] == COASTING).any())
+    return count
+
+
+def test_what_is_lost_where_others_came_back_is_shown_and_where_they_were_gone_is_not():
+    assert shown(TrackerConfig(), come_back=True) >= 15
+    assert shown(TrackerConfig(), come_back=False) <= 5
+
+
+def test_without_a_least_score_it_is_shown_for_its_whole_time():
+    assert shown(TrackerConfig(min_score=0.0), come_back=False) >= 30
+
+
+def test_a_track_that_is_not_published_any_more_comes_back_with_its_id():
+    tracker = Tracker(TrackerConfig(min_score=0.9))
+    for k in range(20):
+        tracker.update(points([(300, 200)], k * FRAME))
+    hidden = [len(tracker.update(points([], k * FRAME)).rows) for k in range(20, 40)]
+    assert sum(hidden) < 5
+    assert tracker.update(points([(300, 200)], 40 * FRAME)).rows['track_id'].tolist() == [1]
