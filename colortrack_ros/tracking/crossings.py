@@ -39,8 +39,8 @@ ESTABLISHED = 10
 
 UNSTEADY = 0.1
 """Where objects may have maneuvered since with this probability, lines do not tell who is who, and
-the decisions of the frames stand unless sizes speak against them. Assumed: of two, one then has in a
-fifth of the cases."""
+the decisions of the frames stand unless sizes speak against them. Assumed: of two, one then has in
+a fifth of the cases."""
 
 OWN = ('track_id', 'born', 'origin', 'color', 'hits')
 """What a track keeps when it goes on as another that it was taken for."""
