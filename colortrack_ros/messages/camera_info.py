@@ -1,6 +1,7 @@
 """The YAML of camera_calibration -> sensor_msgs/CameraInfo -> the size of its pictures."""
 
 from collections.abc import Mapping
+import os
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,8 @@ from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.serialized import message_of_serialized
 
 MAX_BYTES = 1 << 16
-"""Size of the largest calibration that is read: thirty times what camera_calibration writes, and
-half a second of YAML."""
+"""Size of the largest calibration that is read or stored: thirty times what camera_calibration
+writes, and half a second of YAML."""
 
 _MATRICES = {
     'k': ('camera_matrix', 9),
@@ -62,7 +63,9 @@ def load_camera_info(url: str) -> CameraInfo:
 def save_camera_info(url: str, info: CameraInfo) -> None:
     """Write a calibration as camera_calibration does; :func:`load_camera_info` reads it.
 
-    :raises ValueError: there is no URL, or it cannot be written to.
+    What was there before stays as it is where this fails.
+
+    :raises ValueError: there is no URL, it cannot be written to, or the calibration is too large.
     """
     if not url:
         raise ValueError('expected the path of a file to store the calibration in, got none')
@@ -77,12 +80,21 @@ def save_camera_info(url: str, info: CameraInfo) -> None:
         data = [float(value) for value in getattr(info, field)]
         width = columns.get(field, len(data))
         content[key] = {'rows': len(data) // max(width, 1), 'cols': width, 'data': data}
-    path = _path(url)
+    path, text = _path(url), yaml.safe_dump(content, sort_keys=False).encode()
+    if len(text) > MAX_BYTES:
+        raise ValueError(f'expected a calibration of at most {MAX_BYTES} bytes, got {len(text)}')
+    if path.exists() and not path.is_file():
+        raise ValueError(f'expected a file, got a folder, a pipe or a device: {path}')
+    # Beside, then renamed: on a full disk the old calibration stays.
+    beside = path.with_name(f'.{path.name}.{os.getpid()}')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(yaml.safe_dump(content, sort_keys=False))
+        beside.write_bytes(text)
+        beside.replace(path)
     except OSError as error:
         raise ValueError(f'{error.strerror}: {path}') from error
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def camera_info_of_frame(frame: Frame, info: CameraInfo) -> CameraInfo:

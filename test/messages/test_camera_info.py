@@ -1,4 +1,7 @@
+import os
 from pathlib import Path
+import resource
+import signal
 
 import numpy as np
 import pytest
@@ -9,6 +12,7 @@ from sensor_msgs.msg import RegionOfInterest
 from colortrack_ros.messages import image_size_of_serialized_camera_info
 from colortrack_ros.messages import load_camera_info
 from colortrack_ros.messages import MessageError
+from colortrack_ros.messages import save_camera_info
 
 YAML = """
 image_width: 640
@@ -103,3 +107,43 @@ def test_half_a_size_or_another_message_is_refused(info):
     cdr = b'nonsense' if info is None else serialize_message(info)
     with pytest.raises(MessageError):
         image_size_of_serialized_camera_info(cdr)
+
+
+def test_what_is_stored_is_read_back_and_leaves_nothing_beside_it(tmp_path: Path):
+    path = tmp_path / 'new' / 'narrow.yaml'
+    (tmp_path / 'old.yaml').write_text(YAML)
+    info = load_camera_info(str(tmp_path / 'old.yaml'))
+    save_camera_info(str(path), info)
+    assert load_camera_info(str(path)) == info
+    assert os.listdir(path.parent) == ['narrow.yaml']
+
+
+def test_a_calibration_that_cannot_be_stored_leaves_the_old_one(tmp_path: Path):
+    path = tmp_path / 'narrow.yaml'
+    path.write_text(YAML)
+    info = load_camera_info(str(path))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))  # as a full disk
+    try:
+        with pytest.raises(ValueError, match=r'^File too large: .*narrow\.yaml$'):
+            save_camera_info(str(path), info)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert path.read_text() == YAML
+    assert os.listdir(tmp_path) == ['narrow.yaml']
+
+
+@pytest.mark.parametrize('kind', ['folder', 'pipe'])
+def test_a_calibration_is_stored_in_a_file_alone(tmp_path: Path, kind: str):
+    path = tmp_path / 'there'
+    path.mkdir() if kind == 'folder' else os.mkfifo(path)
+    with pytest.raises(ValueError, match='expected a file'):
+        save_camera_info(str(path), CameraInfo())
+
+
+def test_a_calibration_larger_than_is_read_is_not_stored(tmp_path: Path):
+    with pytest.raises(ValueError, match='at most 65536 bytes'):
+        save_camera_info(str(tmp_path / 'new.yaml'), CameraInfo(d=[0.1] * 100_000))
+    assert os.listdir(tmp_path) == []
