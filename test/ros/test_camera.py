@@ -163,8 +163,9 @@ def test_a_signal_while_a_subscriber_blocks_the_publisher_ends_a_camera_in_order
 
 def test_a_camera_ends_with_a_status_when_its_video_was_damaged(ros, tmp_path):
     video = damaged_video(tmp_path / 'a.mp4', 'mp4v')
-    camera = ros.start('camera', source=video, exit_at_end=True)
+    ros.listen(Image, 'camera/image_raw')
     infos = ros.listen(CameraInfo, 'camera/camera_info')
+    camera = ros.start('camera', source=video, exit_at_end=True, wait_for_subscribers=1)
     assert ros.spin(lambda: camera.popen.poll() is not None, 40.0), ros.outputs()
     assert camera.popen.returncode == 1
     assert 'pictures were lost, the file is damaged' in camera.output
