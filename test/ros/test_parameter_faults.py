@@ -36,7 +36,7 @@ def bad(spec: Spec, fault: str) -> object:
     kind = spec.type_name.removeprefix('list of ')
     value: object = None
     if fault == 'type':
-        value = 7 if kind in ('str', 'bool') else TEXT
+        value = 7.5 if spec.int_is_text else 7 if kind in ('str', 'bool') else TEXT
     elif fault == 'nan' and kind == 'float':
         value = math.nan
     elif fault == 'low' and spec.choices:
@@ -53,11 +53,12 @@ def bad(spec: Spec, fault: str) -> object:
 
 
 def rows(node: str) -> dict[str, Spec]:
-    """The parameters of a node; those of a NAME for one name."""
+    """The parameters of a node; those of a NAME for the one that its list has by default."""
     table = parameter_pages.NODES[node]
-    return table.specs | {
-        f'red.{name}': spec for name, spec in table.groups.get('colors', {}).items()
-    }
+    each = table.groups.get('colors', {})
+    if each and table.specs['colors'].optional:
+        each = {}  # of a list without names there is none until somebody sets it
+    return table.specs | {f'red.{name}': spec for name, spec in each.items()}
 
 
 def faults(node: str, fault: str) -> dict[str, object]:

@@ -97,7 +97,7 @@ from colortrack_ros.nodes import camera, pipeline
 from colortrack_ros.sources import open_source
 
 class Disordered:
-    live, period = False, 33_333_333
+    live, period, lost = False, 33_333_333, 0
 
     def __init__(self, *_):
         frames = list(open_source({FIVE!r}))
