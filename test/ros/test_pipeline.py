@@ -125,6 +125,7 @@ def test_late_frames_give_the_same_tracks_in_pipeline_nodes_and_replay(
 ):
     options = ['-p', f'reorder_window:={window}', '-p', 'max_lag:=60.0', '-p', 'queue_depth:=200']
     options += ['-p', 'image_queue_depth:=200']
+    options += ['-p', 'image_size:=[320, 240]']  # there is no CameraInfo here that tells it
     images = frames(FIVE, 100 * 10**9)
     bag = write_bag(tmp_path / 'run', {'/camera/image_raw': [images[k] for k in ARRIVING]})
     new = tmp_path / 'new'
