@@ -24,6 +24,11 @@ REACH_SIGMAS = 7.0
 """Pairs farther apart than this many standard deviations are not compared, to save time: beyond 7
 the probability is 1e-11."""
 
+LOAD = 1e-9
+"""Share by which variances are raised before a covariance is inverted. A track torn between
+detections 1e6 px apart is 1e12 times less certain along one way than across, and rounding leaves it
+singular. Chosen: far above rounding, 1e-16, far below what any variance is known to."""
+
 
 def stitch(tracks: TrackTable[Bank], lost: Indices, found: Indices) -> None:
     """Let lost tracks, (K,), go on as found ones, (K,); their IDs and sizes stay."""
@@ -101,11 +106,13 @@ def log_likelihood_ratio(
     other, other_P = mean[found, :4], cov[found, :4, :4]
     log = [np.log1p(-chance), np.log(np.maximum(chance, TINY))]
     for i, (center, spread) in enumerate([(one, P), turned(one, P, T, speed)]):
-        S, e = spread + other_P, other - center
-        d2 = (e * np.linalg.solve(S, e[..., None])[..., 0]).sum(axis=1)
-        log[i] = log[i] - 0.5 * (d2 + np.linalg.slogdet(S)[1]) - 2 * LOG_2PI
+        log[i] = log[i] + _log_density(other - center, spread + other_P)
     any_S = speed**2 * np.eye(2) + other_P[:, 2:, 2:]
-    v = other[:, 2:]
-    d2 = (v * np.linalg.solve(any_S, v[..., None])[..., 0]).sum(axis=1)
-    any_velocity = -0.5 * (d2 + np.linalg.slogdet(any_S)[1]) - LOG_2PI
-    return np.asarray(np.logaddexp(*log) - any_velocity)
+    return np.asarray(np.logaddexp(*log) - _log_density(other[:, 2:], any_S))
+
+
+def _log_density(e: Floats, S: Floats) -> Floats:
+    """Log of N(e; 0, S), (K,), for (K, n) and (K, n, n)."""
+    S = S * (1 + LOAD * np.eye(e.shape[1]))
+    d2 = (e * np.linalg.solve(S, e[..., None])[..., 0]).sum(axis=1)
+    return np.asarray(-0.5 * (d2 + np.linalg.slogdet(S)[1] + e.shape[1] * LOG_2PI))

@@ -48,3 +48,22 @@ def test_an_absurd_row_is_dropped_and_counted(name, value):
     tracker = Tracker()
     assert len(tracker.update(Detections(rows)).rows) == 1
     assert tracker.dropped == 1
+
+
+@pytest.mark.parametrize('model', sorted(MOTION_MODELS))
+def test_tracks_torn_between_detections_a_million_pixels_apart_are_stitched_without_an_error(model):
+    config = TrackerConfig(
+        associator='jpda', gating=False, motion_model=model, measurement_noise=1e-3,
+        initial_speed=1e-3, max_position_sigma=1e9, max_time_since_update=3600.0,
+        confirm_hits=1, confirm_window=1,
+    )  # fmt: skip
+    for seed in range(3):
+        random, tracker, stamp = np.random.default_rng(seed), Tracker(config), 0
+        for _ in range(40):
+            rows = np.zeros(random.integers(6), DETECTION)
+            for name in ('u', 'v'):
+                rows[name] = random.choice([0.0, 100.0, 1e6, -1e6], len(rows))
+            rows['color'] = random.integers(0, 2, len(rows))
+            stamp += int(random.choice([1, 33_333_333, 10**9]))
+            tracks = tracker.update(Detections(rows, stamp))
+            assert np.isfinite(tracks.rows['covariance']).all()
