@@ -91,8 +91,9 @@ def oriented_gradients(gray: Features) -> Features:
     shape, count = (rows // CELL, columns // CELL), 2 * ORIENTATIONS
     du = cv2.Sobel(gray, cv2.CV_32F, 1, 0, ksize=1)
     dv = cv2.Sobel(gray, cv2.CV_32F, 0, 1, ksize=1)
-    magnitude, angle = cv2.cartToPolar(du, dv)
-    angle *= count / (2 * np.pi)
+    # cartToPolar's magnitude differs in its last bit by where its arrays lie (OpenCV 4.6).
+    magnitude = np.sqrt(du * du + dv * dv)
+    angle = np.asarray(cv2.phase(du, dv)) * np.float32(count / (2 * np.pi))
     lower = angle.astype(np.int32)
     upper_share = magnitude * (angle - lower)
     cell = np.arange(rows)[:, None] // CELL * shape[1] + np.arange(columns) // CELL

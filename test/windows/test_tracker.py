@@ -208,7 +208,10 @@ def test_the_same_frames_give_the_same_tracks_to_the_bit():
         tracker = WindowTracker(targets=boxes(truth[0]))
         return b''.join(tracker.update(f).rows.tobytes() for f in frames[:80])
 
-    assert run() == run()
+    first = run()
+    arrays = [np.empty(7 * n, np.uint8) for n in range(500)]  # what follows lies elsewhere
+    del arrays[::2]
+    assert run() == first
 
 
 def test_targets_live_through_another_configuration():
