@@ -32,17 +32,21 @@ def make_chain(
     detected: Callable[[Detections, Item], object],
     tracked: Callable[[Tracks, Item], object],
     drop: Callable[[str], object],
+    warn: Callable[[str], object],
 ) -> ColorChain | ImageChain:
     """The chain that the nodes of this setup form; the context of what is put in is its item.
 
     :param detected: takes what was detected in an item.
     :param tracked: takes the tracks after an item.
     :param drop: takes the reason why something came too late.
+    :param warn: takes what the detector says a person should know, after each picture.
     """
     detection: Stage[Frame, Detections] | None = None
     if setup.detector:
-        detection = Stage(Detector(setup.detector.config).detect, drop)
+        detector = Detector(setup.detector.config)
+        detection = Stage(detector.detect, drop)
         detection.configure(setup.detector.intake.order)
+        detection.then(lambda *_: warn(detector.trouble))
         detection.then(detected)
     if isinstance(setup.tracker, TrackerSetup):
         assert detection

@@ -53,6 +53,7 @@ class Tally:
     frames: int = 0
     detections: int = 0
     restarts: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     tracks: set[int] = field(default_factory=set)
     first: int = 0
     last: int = 0
@@ -65,6 +66,11 @@ class Tally:
         self.tracks.update(tracks.rows['track_id'][tracks.rows['state'] != TENTATIVE].tolist())
         if tracks.restarted:
             self.restarts.append(tracks.restarted)
+
+    def warn(self, trouble: str) -> None:
+        """Count a picture that the detector has something to say about; empty when it has not."""
+        if trouble:
+            self.warnings.append(trouble)
 
 
 def replay(args: Sequence[str], stop: threading.Event) -> int:
@@ -147,7 +153,7 @@ def _run(
         for output in outputs:
             output.write(number, item, tracks)
 
-    chain = make_chain(setup, detected, tracked, recording.drop)
+    chain = make_chain(setup, detected, tracked, recording.drop, tally.warn)
     with _progress(recording) as advance, contextlib.ExitStack() as at_end:
         at_end.callback(chain.flush)
         for number, item in enumerate(recording.items(), 1):
@@ -239,5 +245,7 @@ def summary(
         f'  dropped     {recording.late} late',
         f'  restarts    {len(tally.restarts)}'
         + (f', the last: {tally.restarts[-1]}' if tally.restarts else ''),
+        f'  warnings    {len(tally.warnings)} pictures'
+        + (f', the last: {tally.warnings[-1]}' if tally.warnings else ''),
     ]
     return '\n'.join(lines)

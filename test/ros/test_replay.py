@@ -223,6 +223,23 @@ def test_of_what_the_detector_lets_through_the_tracker_drops_what_is_late_for_it
     assert len(of_topic('new', '/tracks')) == 31
 
 
+@pytest.mark.parametrize(
+    ('rgb', 'warned'),
+    [
+        ('[90, 110, 130]', 'red runs into other colors'),
+        ('[205, 58, 34]', ''),
+    ],
+)
+def test_what_the_detector_says_about_the_pictures_is_shown(replay, rgb, warned):
+    scene = 'scene:single?width=160&height=120&duration=0.4'
+    status, out, _ = replay(scene, '-p', f'detector:red.rgb:={rgb}', '-p', 'red.tolerance:=0.0')
+    assert status == 0
+    expected = (
+        f'warnings    10 pictures, the last: {warned}' if warned else 'warnings    0 pictures'
+    )
+    assert expected in out
+
+
 def test_a_loop_in_the_recording_restarts_the_tracker_once(replay, images):
     later = copy.deepcopy(images)
     for image in images:
