@@ -48,6 +48,11 @@ def detections_of(z, k, rate=RATE, noise=1.0):
     return Detections(rows, k * NANOSECONDS // rate, 'camera')
 
 
+def _velocities(rng, count, speed):
+    angle, length = rng.uniform(0, 2 * np.pi, count), rng.uniform(*speed, count)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1) * length[:, None]
+
+
 def cruise(
     count, frames=300, speed=(1.0, 5.0), detected=0.95, clutter=0.05, noise=1.0, turns=0.0,
     blackout=0.0, picture=(WIDTH, HEIGHT), seed=0,
@@ -66,18 +71,13 @@ def cruise(
     rng = np.random.default_rng(seed)
     grown = np.sqrt(max(count / 1000, 1.0))
     size = np.array(picture) * grown
-
-    def velocities(n):
-        angle, length = rng.uniform(0, 2 * np.pi, n), rng.uniform(*speed, n)
-        return np.stack([np.cos(angle), np.sin(angle)], axis=1) * length[:, None]
-
-    position, velocity = rng.uniform(0, size, (count, 2)), velocities(count)
+    position, velocity = rng.uniform(0, size, (count, 2)), _velocities(rng, count, speed)
     names, next_name = np.arange(count), count
     dark = np.zeros(count, int)
     truth, detections = [], []
     for k in range(frames):
         turn = rng.random(count) < turns
-        velocity[turn] = velocities(turn.sum())
+        velocity[turn] = _velocities(rng, turn.sum(), speed)
         position += velocity
         out = ((position < 0) | (position >= size)).any(axis=1)
         position %= size

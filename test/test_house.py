@@ -62,6 +62,10 @@ FLOORS = (
 FILES = sorted(PACKAGE.rglob('*.py'))
 
 
+MAX_FILE, MAX_FUNCTION = 299, 39
+"""Lines of a file and of a function that two screens and one screen hold."""
+
+
 def file_of(module):
     """The file of a module of the package, None where there is no such module."""
     path = PACKAGE.parent.joinpath(*module.split('.'))
@@ -113,6 +117,25 @@ def test_imports_point_to_lower_floors():
 def test_every_room_has_one_floor():
     rooms = sorted(room for rooms in FLOORS for room in rooms)
     assert rooms == sorted({room_of(file) for file in FILES} - {'__init__'})
+
+
+TO_BE_MENDED = ('contours', 'detection/covariance.py', 'tracking', 'windows')
+"""Where longer functions and files are still left."""
+
+
+def test_files_and_functions_fit_on_the_screen():
+    long = []
+    for file in FILES:
+        text = file.read_text()
+        name = str(file.relative_to(PACKAGE))
+        long += [name] if len(text.splitlines()) > MAX_FILE else []
+        long += [
+            f'{name}: {node.name}'
+            for node in ast.walk(ast.parse(text))
+            if isinstance(node, ast.FunctionDef)
+            if node.end_lineno - node.lineno + 1 > MAX_FUNCTION
+        ]
+    assert [name for name in long if not name.startswith(TO_BE_MENDED)] == []
 
 
 def test_no_two_classes_have_one_name():

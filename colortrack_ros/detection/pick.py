@@ -92,21 +92,27 @@ def pick_color(
     valid = width >= 1 and height >= 1 and 0 <= u <= columns - width and 0 <= v <= rows - height
     given = (u, v, width, height)
     expect(valid, 'box', given, f'u, v, width, height in the picture of {columns} x {rows} px')
-    rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
-    if width == height == 1:
-        region = _stable_region(rgb, u, v)
-        extent = find_extent(count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v))
-        color = _of_extent(extent, name) if extent else _color_of(rgb, region, name)
-    else:
-        region = np.zeros((rows, columns), bool)
-        region[v : v + height, u : u + width] = True
-        color = _color_of(rgb, region, name)
-    config = replace(config or DetectorConfig(), colors=(color,))
-    detector = Detector(config)
+    color, region = _read(frame, (slice(v, v + height), slice(u, u + width)), name)
+    detector = Detector(replace(config or DetectorConfig(), colors=(color,)))
     found = detector.detect(frame).rows
     away = np.hypot(found['u'] - u - (width - 1) / 2, found['v'] - v - (height - 1) / 2)
     area = int(found['area'][away.argmin()]) if len(found) else int(region.sum())
     return PickedColor(color, area, float(np.mean(detector.mask > 0)))
+
+
+def _read(
+    frame: Frame, box: tuple[slice, slice], name: str
+) -> tuple[ReferenceColor, NDArray[np.bool_]]:
+    """The color of a box or of what is at a pixel, and the pixels it was read from, (H, W)."""
+    rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
+    region = np.zeros(rgb.shape[:2], bool)
+    region[box] = True
+    if region.sum() > 1:
+        return _color_of(rgb, region, name), region
+    v, u = (side.start for side in box)
+    region = _stable_region(rgb, u, v)
+    extent = find_extent(count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v))
+    return (_of_extent(extent, name) if extent else _color_of(rgb, region, name)), region
 
 
 def _of_extent(extent: Extent, name: str) -> ReferenceColor:

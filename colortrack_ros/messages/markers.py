@@ -111,12 +111,23 @@ def _added(
         _labels(header, rows, position, size, common),
     ]  # fmt: skip
     if outlines is not None:
-        closed = np.zeros((count, outlines.shape[1] + 1, 3))
-        closed[:, :-1, :2], closed[:, -1, :2] = outlines * scale, outlines[:, 0] * scale
-        kind = MarkerKind(header, OUTLINE, Marker.LINE_STRIP, points=closed.shape[1])
-        width = np.stack([0.02 * size, nothing, nothing], -1)
-        kinds.append(rows_of(kind, count, points=closed, scale=width, **common))
+        kinds.append(_outlines(header, outlines * scale, size, common))
     return _by_track(kinds)
+
+
+def _outlines(
+    header: Header,
+    points: NDArray[np.float64],
+    size: NDArray[np.float64],
+    common: dict[str, NDArray],
+) -> Rows:
+    """Closed lines through points, (N, P, 2) [m]."""
+    count, corners, _ = points.shape
+    closed = np.zeros((count, corners + 1, 3))
+    closed[..., :2] = np.concatenate([points, points[:, :1]], axis=1)
+    kind = MarkerKind(header, OUTLINE, Marker.LINE_STRIP, points=corners + 1)
+    width = np.array([0.02, 0.0, 0.0]) * size[:, None]
+    return rows_of(kind, count, points=closed, scale=width, **common)
 
 
 def _labels(

@@ -46,13 +46,23 @@ class StartError(Exception):
 END_OF_ROS = 'taking down ROS'
 
 
-class _Stage:
-    """What the process is at, for the message when it does not end.
+class _Life:
+    """Of the process: whether it shall end, and what it is at.
 
-    :ivar name: of it.
+    :ivar stop: set when it shall end.
+    :ivar status: the exit status that a node has ended it with; None if none has.
+    :ivar stage: what it is at, for the message when it does not end.
     """
 
-    name = 'the start of the nodes'
+    def __init__(self) -> None:
+        self.stop = threading.Event()
+        self.status: int | None = None
+        self.stage = 'the start of the nodes'
+
+    def finish(self, status: int) -> None:
+        """End it because a node's work is done."""
+        self.status = status
+        self.stop.set()
 
 
 def share_file(path: str) -> Path:
@@ -94,17 +104,8 @@ def run(
         HUNG.
     """
     use_transport_profile()
-    stop, done, stage = threading.Event(), threading.Event(), _Stage()
-    _on_signal(stop, stage)
-
-    status = 0
-
-    def finish(with_status: int) -> None:
-        nonlocal status
-        status = with_status
-        done.set()
-        stop.set()
-
+    life = _Life()
+    _on_signal(life)
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # rclpy has no common class for its errors
@@ -112,26 +113,30 @@ def run(
         return 1
     nodes: Sequence[Node] = ()
     try:
-        nodes = make_nodes(finish)
+        nodes = make_nodes(life.finish)
         for node in nodes:
             node.get_logger().info(_plan_of(node))
-        stage.name = 'a callback'
-        _spin(nodes, stop)
-        stage.name = 'sending the last messages'
-        if done.is_set():
+        life.stage = 'a callback'
+        _spin(nodes, life.stop)
+        life.stage = 'sending the last messages'
+        if life.status is not None:
             _send_the_last(nodes)
     except (StartError, RuntimeError) as error:  # of rclpy, where a node cannot be made
         rclpy.logging.get_logger('colortrack_ros').fatal(_one_line(error))
         return 1
     finally:
-        for node in nodes:
-            stage.name = f'close() of {node.get_fully_qualified_name()}'
-            getattr(node, 'close', lambda: None)()
-        stage.name = END_OF_ROS
-        for node in nodes:
-            node.destroy_node()
-        rclpy.try_shutdown()
-    return status
+        _take_down(nodes, life)
+    return life.status or 0
+
+
+def _take_down(nodes: Sequence[Node], life: _Life) -> None:
+    for node in nodes:
+        life.stage = f'close() of {node.get_fully_qualified_name()}'
+        getattr(node, 'close', lambda: None)()
+    life.stage = END_OF_ROS
+    for node in nodes:
+        node.destroy_node()
+    rclpy.try_shutdown()
 
 
 def _plan_of(node: Node) -> str:
@@ -169,8 +174,8 @@ def _send_the_last(nodes: Sequence[Node]) -> None:
             publisher.wait_for_all_acked(Duration(seconds=left))
 
 
-def _on_signal(stop: threading.Event, stage: _Stage) -> None:
-    """Have a signal set ``stop``, from a thread, so that it never hits a callback half way."""
+def _on_signal(life: _Life) -> None:
+    """Have a signal set ``life.stop``, from a thread, so that it never hits a callback half way."""
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     signal.set_wakeup_fd(writing)
@@ -179,13 +184,13 @@ def _on_signal(stop: threading.Event, stage: _Stage) -> None:
 
     def wait() -> None:
         os.read(reading, 1)
-        stop.set()
+        life.stop.set()
         seconds = TIME_TO_END
         time.sleep(TIME_TO_END)
-        if stage.name == END_OF_ROS:
+        if life.stage == END_OF_ROS:
             seconds += TIME_OF_ROS
             time.sleep(TIME_OF_ROS)
-        text = f'{stage.name} has not ended {seconds} s after a signal: the process ends now'
+        text = f'{life.stage} has not ended {seconds} s after a signal: the process ends now'
         print(f'colortrack_ros: {text}', file=sys.stderr, flush=True)
         os._exit(HUNG)
 

@@ -65,12 +65,7 @@ class CameraNode(ParameterNode[CameraSetup]):
     ) -> None:
         super().__init__('camera', CameraSetup, **options)
         self._chain, self._on_end = chain, on_end
-        try:
-            self._grabber = self._open()
-        except SourceError as error:
-            if not DeviceSource.accepts(self.setup.source):
-                raise StartError(str(error)) from error
-            self._grabber = Grabber(AbsentSource(error))
+        self._grabber = self._open_first()
         self._state = 'playing'
         self._trouble = ''
         self.health = Health(
@@ -98,6 +93,14 @@ class CameraNode(ParameterNode[CameraSetup]):
         self._base: int | None = None
         self._thread = threading.Thread(target=self._play, name='camera')
         self._thread.start()
+
+    def _open_first(self) -> Grabber:
+        try:
+            return self._open()
+        except SourceError as error:
+            if not DeviceSource.accepts(self.setup.source):
+                raise StartError(str(error)) from error
+            return Grabber(AbsentSource(error))
 
     def _open(self) -> Grabber:
         source = open_source(

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Columns
-from colortrack_ros.estimation.bank import Innovations
+from colortrack_ros.estimation.innovations import compare
+from colortrack_ros.estimation.innovations import Innovations
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.extents import centers
 from colortrack_ros.tracking.extents import centroid_variance
@@ -89,9 +90,8 @@ def hypothesize(
             ours = None if shared is None else shared[one]
             z[one], R[one] = _by_sides(prediction, blobs, track[one], blob[one], ours)
     R = R * (1 + prediction.records['own_factor'][track])[:, None, None]
-    compared = prediction.bank.compare(
-        track, z, R, prediction.maneuvered[track], prediction.unmeasured[track], prediction.speed
-    )
+    chance, T = prediction.maneuvered[track], prediction.unmeasured[track]
+    compared = compare(prediction.bank, track, z, R, chance, T, prediction.speed)
     return Hypotheses(track, blob, z, R, compared)
 
 

@@ -28,10 +28,7 @@ def points_inside(
     :return: indices (K,) of rectangles, ascending, and (K,) of points.
     """
     if len(center) * len(points) <= DENSE:
-        inside = np.abs(points[:, 0] - center[:, :1]) <= half[:, :1]
-        inside &= np.abs(points[:, 1] - center[:, 1:]) <= half[:, 1:]
-        rectangle, point = inside.nonzero()
-        return rectangle, point
+        return _compare_all(center, half, points)
     (u, v), (x, y), (w, h) = (np.ascontiguousarray(pairs.T) for pairs in (points, center, half))
     u0, u1, v0, v1 = u.min(), u.max(), v.min(), v.max()
     tall = float(np.minimum(h, v1 - v0).mean())
@@ -53,6 +50,13 @@ def points_inside(
     inside = np.abs(v[point] - y[rectangle]) <= h[rectangle]
     inside &= np.abs(u[point] - x[rectangle]) <= w[rectangle]
     return rectangle[inside], point[inside]
+
+
+def _compare_all(center: Floats, half: Floats, points: Floats) -> tuple[Indices, Indices]:
+    inside = np.abs(points[:, 0] - center[:, :1]) <= half[:, :1]
+    inside &= np.abs(points[:, 1] - center[:, 1:]) <= half[:, 1:]
+    rectangle, point = inside.nonzero()
+    return rectangle, point
 
 
 def _nearest_inside(

@@ -87,12 +87,10 @@ def measured_of(
     by_size = (config.method in ('size', 'fused')) | ((config.method == 'ground') & kinds.falls)
     used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & round_blobs(rows)
     if depth is not None and config.method in ('depth', 'fused'):
-        z[:, DEPTH] = depths_of(rows, z[:, BLOB], camera, depth)
-        used[:, DEPTH] = whole & np.isfinite(z[:, DEPTH])
-        z[~used[:, DEPTH], DEPTH] = 0.0
-        R[:, DEPTH, DEPTH] = np.where(
-            used[:, DEPTH], np.square(config.depth_noise * z[:, DEPTH]), 1.0
-        )
+        measured = depths_of(rows, z[:, BLOB], camera, depth)
+        used[:, DEPTH] = whole & np.isfinite(measured)
+        z[:, DEPTH] = np.where(used[:, DEPTH], measured, 0.0)
+        R[:, DEPTH, DEPTH] = np.square(config.depth_noise * z[:, DEPTH])
     R[~used[:, U]] = np.eye(5)
     for row in (PLANE, BLOB, DEPTH):
         R[~used[:, row], row, row] = 1.0
