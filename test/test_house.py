@@ -33,7 +33,7 @@ ALLOWED = {
     'files': set(),
     'scenes': {'data'},
     'sources': {'data', 'encodings', 'parameters', 'scenes'},
-    'estimation': {'data'},
+    'estimation': {'data', 'parameters'},
     'detection': {'data', 'encodings', 'files', 'parameters'},
     'tracking': {'data', 'estimation', 'parameters'},
     'windows': {'data', 'encodings', 'estimation', 'parameters'},

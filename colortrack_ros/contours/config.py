@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from colortrack_ros.parameters import Config
+from colortrack_ros.estimation.time_limits import TimeLimits
 from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
@@ -13,7 +13,7 @@ FILTERS = ('joint', 'two')
 
 
 @dataclass(frozen=True)
-class ContourConfig(Config):
+class ContourConfig(TimeLimits):
     """How what moves becomes contours. Noises are variances that grow in a frame of 1 / rate."""
 
     start: str = parameter(
@@ -201,23 +201,8 @@ class ContourConfig(Config):
     start_interval: float = parameter(
         0.5, 'Time between two searches for new targets.', unit='s', minimum=0.0, maximum=3600.0
     )
-    max_time_since_update: float = parameter(
-        1.5,
-        'A target that has not been measured for longer is deleted.',
-        unit='s',
-        minimum=0.0,
-        maximum=3600.0,
-    )
     max_targets: int = parameter(
         100, 'Targets that are followed at a time.', minimum=1, maximum=500
-    )
-    max_dt: float = parameter(
-        2.0,
-        'A longer jump of the stamps starts the tracker afresh.',
-        unit='s',
-        minimum=1e-3,
-        maximum=3600.0,
-        audience=EXPERT,
     )
 
     def check(self) -> None:

@@ -6,6 +6,7 @@ one pass that finds them is cheap.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,18 +67,10 @@ class BlobTable:
 
     def take(self, kept: NDArray[np.bool_]) -> 'BlobTable':
         """Some of the blobs, in the same order; their runs are rows of a table of its own."""
-        size = np.diff(np.append(self.first_run, len(self.runs.start)))
-        runs = self.runs.take(np.repeat(kept, size))
-        first_run = np.cumsum(size[kept]) - size[kept]
-        return BlobTable(
-            self.label[kept],
-            self.area[kept],
-            self.mean[kept],
-            self.spread[kept],
-            self.box[kept],
-            runs,
-            first_run,
-        )
+        size = np.diff(self.first_run, append=len(self.runs))
+        columns = {k: v[kept] for k, v in vars(self).items() if isinstance(v, np.ndarray)}
+        columns['first_run'] = np.cumsum(size[kept]) - size[kept]
+        return replace(self, runs=self.runs.take(np.repeat(kept, size)), **columns)
 
 
 Connect = Callable[[Runs], tuple[int, NDArray[np.intp]]]

@@ -53,6 +53,9 @@ class CameraPoseConfig(Config):
 class CameraPoses(Protocol):
     """Where the camera is over time."""
 
+    def configure(self, config: CameraPoseConfig) -> None:
+        """Take another camera_pose into use."""
+
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
         """Poses of the robot in the fixed frame and of the camera's body on it.
 
@@ -63,7 +66,7 @@ class CameraPoses(Protocol):
 
 
 class OdometryPoses:
-    """From nav_msgs/Odometry; see CameraPoses.
+    """From nav_msgs/Odometry, and camera_pose.
 
     :param refuse: takes the reason why a message is of no use.
     :param came: called after each message.
@@ -81,7 +84,7 @@ class OdometryPoses:
         subscribe_to(node, Odometry, config.odometry_topic, self._receive)
 
     def configure(self, config: CameraPoseConfig) -> None:
-        """Take another camera_pose into use."""
+        """See CameraPoses."""
         self._config = config
 
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
@@ -114,7 +117,7 @@ class OdometryPoses:
 
 
 class TfPoses:
-    """From TF; see CameraPoses.
+    """From TF.
 
     :raises StartError: there is no tf2_ros.
     """
@@ -132,7 +135,7 @@ class TfPoses:
         self._listener = tf2_ros.TransformListener(self._buffer, node)
 
     def configure(self, config: CameraPoseConfig) -> None:
-        """Take nothing: camera_pose is of odometry, the rest is read on start."""
+        """See CameraPoses; TF tells where the camera is on the robot."""
 
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
         """See CameraPoses."""

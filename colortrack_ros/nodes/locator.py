@@ -22,6 +22,7 @@ from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.messages.serialized import message_of_serialized
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
+from colortrack_ros.node_kit.camera_pose import CameraPoses
 from colortrack_ros.node_kit.camera_pose import OdometryPoses
 from colortrack_ros.node_kit.camera_pose import TfPoses
 from colortrack_ros.node_kit.clocks import lacks_clock
@@ -96,7 +97,7 @@ class LocatorNode(ParameterNode[LocatorSetup]):
         self._stage.configure(setup.order)
         self._stage.then(lambda tracks, _: self._waiting.put_tracks(tracks))
         tf = setup.pose.pose_source == 'tf'
-        self._poses = (
+        self._poses: CameraPoses = (
             TfPoses(self, setup.pose)
             if tf
             else OdometryPoses(self, setup.pose, self.health.refuse, self._waiting.look)

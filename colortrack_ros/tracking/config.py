@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from colortrack_ros.estimation.motion import MOTION_MODELS
-from colortrack_ros.parameters import Config
+from colortrack_ros.estimation.time_limits import TimeLimits
 from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
@@ -11,16 +11,9 @@ from colortrack_ros.tracking.association import ASSOCIATORS
 
 
 @dataclass(frozen=True)
-class TrackerConfig(Config):
+class TrackerConfig(TimeLimits):
     """How detections become tracks."""
 
-    max_time_since_update: float = parameter(
-        1.5,
-        'A track that has not been measured for longer is deleted.',
-        unit='s',
-        minimum=0.0,
-        maximum=3600.0,
-    )
     min_score: float = parameter(
         0.5,
         'Confirmed tracks less likely to exist than this are not published; they go on, and come '
@@ -164,14 +157,6 @@ class TrackerConfig(Config):
         unit='px',
         minimum=0,
         maximum=100_000,
-    )
-    max_dt: float = parameter(
-        2.0,
-        'A longer jump of the stamps starts the tracker afresh.',
-        unit='s',
-        minimum=1e-3,
-        maximum=3600.0,
-        audience=EXPERT,
     )
 
     def check(self) -> None:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from colortrack_ros.parameters import Config
+from colortrack_ros.estimation.time_limits import TimeLimits
 from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
@@ -13,7 +13,7 @@ SUPERVISIONS = ('confidence', 'discrepancy')
 
 
 @dataclass(frozen=True)
-class WindowConfig(Config):
+class WindowConfig(TimeLimits):
     """How windows of a picture are followed."""
 
     method: str = parameter(
@@ -190,23 +190,8 @@ class WindowConfig(Config):
         maximum=2**31 - 1,
         audience=DOCUMENT,
     )
-    max_time_since_update: float = parameter(
-        1.5,
-        'A target without a valid match for longer is deleted.',
-        unit='s',
-        minimum=0.0,
-        maximum=3600.0,
-    )
     max_targets: int = parameter(
         100, 'Targets that are followed at a time; more are refused.', minimum=1, maximum=10_000
-    )
-    max_dt: float = parameter(
-        2.0,
-        'A longer jump of the stamps starts the tracker afresh, with the first targets.',
-        unit='s',
-        minimum=1e-3,
-        maximum=3600.0,
-        audience=EXPERT,
     )
 
     def check(self) -> None:

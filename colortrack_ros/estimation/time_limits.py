@@ -1,0 +1,28 @@
+"""What can be set on every tracker."""
+
+from dataclasses import dataclass
+
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
+
+
+@dataclass(frozen=True)
+class TimeLimits(Config):
+    """How long tracks last without a measurement, and a tracker without a frame."""
+
+    max_time_since_update: float = parameter(
+        1.5,
+        'A track that has not been measured for longer is deleted.',
+        unit='s',
+        minimum=0.0,
+        maximum=3600.0,
+    )
+    max_dt: float = parameter(
+        2.0,
+        'A longer jump of the stamps starts the tracker afresh.',
+        unit='s',
+        minimum=1e-3,
+        maximum=3600.0,
+        audience=EXPERT,
+    )
