@@ -16,6 +16,7 @@ EXECUTABLES = {
     'pick_color': 'tools.pick_color',
     'pipeline': 'nodes.pipeline',
     'replay': 'replay.main',
+    'simulator': 'nodes.simulator',
     'tracker': 'nodes.tracker',
     'window_tracker': 'nodes.window_tracker',
 }

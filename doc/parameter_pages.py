@@ -8,6 +8,7 @@ from colortrack_ros.nodes.contour_tracker import ContourTrackerSetup
 from colortrack_ros.nodes.detector import DetectorSetup
 from colortrack_ros.nodes.locator import LocatorSetup
 from colortrack_ros.nodes.overlay import OverlaySetup
+from colortrack_ros.nodes.simulator import SimulatorSetup
 from colortrack_ros.nodes.tracker import TrackerSetup
 from colortrack_ros.nodes.window_tracker import WindowTrackerSetup
 from colortrack_ros.parameters import DOCUMENT
@@ -24,6 +25,7 @@ SETUPS = {
     'tracker': TrackerSetup,
     'overlay': OverlaySetup,
     'locator': LocatorSetup,
+    'simulator': SimulatorSetup,
     'window_tracker': WindowTrackerSetup,
     'contour_tracker': ContourTrackerSetup,
 }

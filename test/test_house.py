@@ -25,6 +25,7 @@ ROOMS_WITHOUT_ROS = (
     'chain',
     'parameters',
     'world',
+    'simulation',
 )
 ALLOWED = {
     'data': set(),
@@ -40,6 +41,7 @@ ALLOWED = {
     # new targets are found as the detector's method `background` does
     'contours': {'data', 'detection', 'encodings', 'estimation', 'parameters'},
     'world': {'data', 'estimation', 'parameters'},
+    'simulation': {'data', 'parameters', 'world'},
     'drawing': {'data'},
     'messages': {'data', 'encodings', 'files'},
     'bags': {'data'},
@@ -52,7 +54,7 @@ FLOORS = (
     {'encodings'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},
-    {'contours', 'chain'},
+    {'contours', 'chain', 'simulation'},
     {'node_kit'},
     {'nodes'},
     {'replay'},

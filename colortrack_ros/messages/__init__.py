@@ -20,6 +20,7 @@ from colortrack_ros.messages.compressed import compressed_of_frame
 from colortrack_ros.messages.compressed import frame_of_serialized_compressed_image
 from colortrack_ros.messages.compressed import MAX_PIXELS
 from colortrack_ros.messages.depth import depth_of_serialized_image
+from colortrack_ros.messages.depth import image_of_depth
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.header import stamp_of
@@ -30,6 +31,9 @@ from colortrack_ros.messages.locations import cloud_of_locations
 from colortrack_ros.messages.locations import locations_of_cloud
 from colortrack_ros.messages.locations import locations_of_serialized_cloud
 from colortrack_ros.messages.markers import MarkerWriter
+from colortrack_ros.messages.motion import odometry_on_ground
+from colortrack_ros.messages.motion import speeds_of_serialized_twist
+from colortrack_ros.messages.motion import twist_of
 from colortrack_ros.messages.serialized import stamp_of_serialized
 from colortrack_ros.messages.targets import LocationMarkerWriter
 from colortrack_ros.messages.targets import poses_of_locations
@@ -53,18 +57,22 @@ __all__ = [
     'frame_of_serialized_compressed_image',
     'frame_of_serialized_image',
     'header_of',
+    'image_of_depth',
     'image_of_frame',
     'image_size_of_serialized_camera_info',
     'load_camera_info',
     'locations_of_cloud',
     'locations_of_serialized_cloud',
+    'odometry_on_ground',
     'outlines_of_serialized_cloud',
     'poses_of_locations',
     'save_camera_info',
+    'speeds_of_serialized_twist',
     'stamp_of',
     'stamp_of_serialized',
     'target_of_locations',
     'tracks_of_cloud',
     'tracks_of_serialized_cloud',
     'tracks_with_outlines',
+    'twist_of',
 ]

@@ -1,11 +1,15 @@
 """Depth pictures, 16UC1 in mm and 32FC1 in m (REP-118)."""
 
+import array
+
 import numpy as np
 from numpy.typing import NDArray
+from sensor_msgs.msg import Image
 
 from colortrack_ros.messages.cdr import CdrError
 from colortrack_ros.messages.cdr import Reader
 from colortrack_ros.messages.errors import MessageError
+from colortrack_ros.messages.header import header_of
 
 ENCODED = {'16UC1': ('u2', 1e-3), '32FC1': ('f4', 1.0)}
 """For each encoding the type of a pixel, and its unit in m."""
@@ -38,3 +42,16 @@ def depth_of_serialized_image(cdr: bytes) -> tuple[int, NDArray[np.float32]]:
     rows = np.frombuffer(data, np.uint8).reshape(height, step)[:, : width * pixel.itemsize]
     depth = np.ascontiguousarray(rows).view(pixel).astype(np.float32)
     return stamp, depth * np.float32(unit) if unit != 1 else depth
+
+
+def image_of_depth(depth: NDArray[np.float32], stamp: int, frame_id: str) -> Image:
+    """A depth picture, 32FC1.
+
+    :param depth: (H, W) [m], NaN in holes.
+    """
+    data = array.array('B')
+    data.frombytes(np.ascontiguousarray(depth, '<f4').data.cast('B'))
+    height, width = depth.shape
+    image = Image(header=header_of(stamp, frame_id), height=height, width=width)
+    image.encoding, image.step, image.data = '32FC1', 4 * width, data
+    return image

@@ -1,0 +1,214 @@
+"""The node that is a robot with a camera in a room of colored things."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from dataclasses import replace
+import threading
+from typing import Any
+
+from geometry_msgs.msg import Twist
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+import numpy as np
+from rclpy.publisher import Publisher
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import Image
+from sensor_msgs.msg import PointCloud2
+
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.flow.pacing import Pacer
+from colortrack_ros.flow.pacing import Window
+from colortrack_ros.messages import cloud_of_locations
+from colortrack_ros.messages import header_of
+from colortrack_ros.messages import image_of_depth
+from colortrack_ros.messages import image_of_frame
+from colortrack_ros.messages import MessageError
+from colortrack_ros.messages import odometry_on_ground
+from colortrack_ros.messages import speeds_of_serialized_twist
+from colortrack_ros.messages import stamp_of_serialized
+from colortrack_ros.node_kit.diagnostics import Health
+from colortrack_ros.node_kit.diagnostics import HealthConfig
+from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.topics import PictureQueueConfig
+from colortrack_ros.node_kit.topics import publish_on
+from colortrack_ros.node_kit.topics import QueueConfig
+from colortrack_ros.node_kit.topics import subscribe_to
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import parameter
+from colortrack_ros.parameters import part
+from colortrack_ros.simulation import Simulation
+from colortrack_ros.simulation import SimulationConfig
+
+TICKS = 2
+"""Messages of odometry for each picture, the last at its stamp: of robots it comes more often than
+pictures."""
+PATIENCE = 0.5
+"""The robot stands when no cmd_vel has come for so long [s]: that of diff_drive_controller."""
+ANSWER_TIMEOUT = 1.0
+"""How long a picture waits for the answer to the last one [s], where that is the pace."""
+
+
+@dataclass(frozen=True)
+class SimulatorSetup(Config):
+    """The parameters of the simulator node."""
+
+    config: SimulationConfig = part(SimulationConfig)
+    real_time: bool = parameter(
+        True,
+        'Whether time goes by as it does; otherwise each picture waits for the answer to the last.',
+        read_only=True,
+    )
+    publish_clock: bool = parameter(
+        False, 'Whether the simulated time is published on /clock.', read_only=True
+    )
+    stamped: bool = parameter(
+        False, 'Whether cmd_vel is TwistStamped instead of Twist.', read_only=True
+    )
+    fixed_frame: str = parameter('odom', 'The frame of the odometry.', read_only=True)
+    base_frame: str = parameter('base_link', 'The frame of the robot.', read_only=True)
+    frame_id: str = parameter(
+        'camera_optical_frame', 'The optical frame of the camera.', read_only=True
+    )
+    cmd_vel_topic: str = topic_name('cmd_vel', 'the speeds that the robot drives with')
+    image_topic: str = topic_name('camera/image_raw', 'the pictures')
+    camera_info_topic: str = topic_name('camera/camera_info', 'the calibration of the camera')
+    depth_topic: str = topic_name('camera/depth/image_raw', 'the depth pictures')
+    odometry_topic: str = topic_name('odom', 'the odometry')
+    truth_topic: str = topic_name('truth', 'where things are')
+    answer_topic: str = topic_name('locations', 'the answers to pictures, unless real_time')
+    pictures: PictureQueueConfig = part(PictureQueueConfig)
+    queue: QueueConfig = part(QueueConfig)
+    health: HealthConfig = part(HealthConfig)
+
+
+class SimulatorNode(ParameterNode[SimulatorSetup]):
+    """Speeds in; pictures, depths, calibration, odometry, and where everything is, out."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__('simulator', SimulatorSetup, **options)
+        setup = self.setup
+        self.health = Health(self)
+        self._simulation = Simulation(setup.config)
+        self._images = publish_on(self, Image, setup.image_topic)
+        self._infos = publish_on(self, CameraInfo, setup.camera_info_topic)
+        self._depths = publish_on(self, Image, setup.depth_topic)
+        self._odometry = publish_on(self, Odometry, setup.odometry_topic)
+        self._truth = publish_on(self, PointCloud2, setup.truth_topic)
+        self._clocks: Publisher | None = None
+        if setup.publish_clock:
+            self._clocks = publish_on(self, Clock, '/clock')
+        kind = TwistStamped if setup.stamped else Twist
+        subscribe_to(self, kind, setup.cmd_vel_topic, self._drive)
+        self._window = Window(1, ANSWER_TIMEOUT)
+        if not setup.real_time:
+            subscribe_to(self, PointCloud2, setup.answer_topic, self._take_answer)
+        self._start = self.get_clock().now().nanoseconds
+        self._told = 0
+        self._closing = threading.Event()
+        self._pacer = Pacer(self._closing.wait)
+        self._thread = threading.Thread(target=self._play, name='simulator')
+        self._thread.start()
+
+    @property
+    def _stamp(self) -> int:
+        """The simulated time [ns]."""
+        return self._start + self._simulation.time
+
+    def _drive(self, cdr: bytes) -> None:
+        try:
+            speeds = speeds_of_serialized_twist(cdr, stamped=self.setup.stamped)
+        except MessageError as error:
+            self.health.refuse(str(error))
+            return
+        self.health.took_in()
+        with self.lock:
+            self._told = self._simulation.time
+            self._simulation.robot.command(*speeds)
+
+    def _take_answer(self, cdr: bytes) -> None:
+        try:
+            self._window.answer(stamp_of_serialized(cdr))
+        except MessageError as error:
+            self.health.refuse(str(error))
+
+    def _play(self) -> None:
+        tick = round(NANOSECONDS / (TICKS * self.setup.config.rate))
+        while not self._closing.is_set():
+            if not self.setup.real_time:
+                self._window.send(self._stamp + TICKS * tick)
+            for _ in range(TICKS):
+                self._advance(tick)
+            self._look()
+
+    def _advance(self, step: int) -> None:
+        """Let time go by, and tell the time and the odometry.
+
+        :param step: [ns].
+        """
+        if self.setup.real_time:
+            self._pacer.pace(step / NANOSECONDS)
+            # a machine that is too slow for all pictures shows fewer, not a slower robot
+            step = max(self.get_clock().now().nanoseconds - self._stamp, 0)
+        simulation, setup = self._simulation, self.setup
+        with self.lock:
+            if simulation.time - self._told > PATIENCE * NANOSECONDS:
+                simulation.robot.command(0.0, 0.0)
+            simulation.advance(step)
+        robot, stamp = simulation.robot, self._stamp
+        if self._clocks:
+            self._clocks.publish(Clock(clock=header_of(stamp, '').stamp))
+        place = robot.odometry
+        self._odometry.publish(
+            odometry_on_ground(
+                (place.x, place.y, place.yaw), (robot.speed, robot.turn),
+                stamp, setup.fixed_frame, setup.base_frame,
+            )
+        )  # fmt: skip
+
+    def _look(self) -> None:
+        """Take and publish a picture, with what is true then."""
+        frame_id, stamp = self.setup.frame_id, self._stamp
+        self._infos.publish(self._info(stamp))
+        if not any(p.get_subscription_count() for p in (self._images, self._depths, self._truth)):
+            return
+        with self.lock:
+            sight = self._simulation.look()
+            truth = self._simulation.truth(sight.visible)
+        truth = replace(truth, stamp=stamp, frame_id=self.setup.fixed_frame)
+        self._truth.publish(cloud_of_locations(truth))
+        # megabytes: made into messages only for somebody who wants them
+        _publish(self._depths, lambda: image_of_depth(sight.depth, stamp, frame_id))
+        _publish(self._images, lambda: image_of_frame(Frame(sight.image, 'bgr8', stamp, frame_id)))
+        self.health.gave_out(stamp)
+
+    def _info(self, stamp: int) -> CameraInfo:
+        camera = self._simulation.camera
+        info = CameraInfo(header=header_of(stamp, self.setup.frame_id))
+        info.width, info.height = camera.width, camera.height
+        info.distortion_model, info.d = 'plumb_bob', list(self.setup.config.distortion)
+        info.k, info.r = camera.K.ravel(), np.eye(3).ravel()
+        info.p = np.column_stack([camera.K, np.zeros(3)]).ravel()
+        return info
+
+    def apply(self, setup: SimulatorSetup) -> None:
+        """Take changed objects into use."""
+        self._simulation.place(setup.config.objects)
+
+    def close(self) -> None:
+        """End the thread."""
+        self._closing.set()
+        self._thread.join()
+
+
+def _publish(publisher: Publisher, make: Callable[[], Image]) -> None:
+    if publisher.get_subscription_count() > 0:
+        publisher.publish(make())
+
+
+def main() -> int:
+    """Run the node."""
+    return run(lambda _: [SimulatorNode()])

@@ -1,0 +1,205 @@
+"""What the camera sees of the room: one ray for each pixel, and the nearest thing on it."""
+
+from dataclasses import dataclass
+from itertools import product
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.simulation.config import Thing
+from colortrack_ros.simulation.rooms import Room
+from colortrack_ros.world.camera import CameraModel
+from colortrack_ros.world.poses import Pose
+
+Floats = NDArray[np.float64]
+Rays = NDArray[np.float32]
+
+TILE = 0.5
+"""Side of the tiles of the floor [m]."""
+
+PALETTE = np.array(
+    [
+        (96, 92, 88), (116, 112, 106), (196, 200, 204), (184, 188, 192), (206, 208, 210),
+        (176, 180, 184), (226, 226, 224),
+    ],
+    np.uint8,
+)  # fmt: skip
+"""blue, green, red of the tiles, dark and light; of the walls in x, -x, y, -y; of the ceiling."""
+
+TILES, WALLS_X, WALLS_Y, CEILING = 0, 2, 4, 6
+
+LIGHT = np.array([0.3, -0.2, 0.93], np.float32)
+"""Where the light comes from."""
+
+SHADE = 0.65
+"""Brightness of what the light does not reach: lamps and walls light a room from all sides."""
+
+NEAREST = 0.02
+"""What is nearer to the camera [m] is behind its lens."""
+
+CORNERS = np.array(list(product((-1, 1), repeat=3)))
+"""Of a cube around 0."""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """A picture.
+
+    :ivar image: (H, W, 3) bgr8.
+    :ivar depth: (H, W) along the optical axis [m], NaN where the lens shows nothing.
+    :ivar visible: (N,) share of each thing that is in the picture and not hidden.
+    """
+
+    image: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    visible: Floats
+
+
+class Renderer:
+    """A camera in a room.
+
+    :param noise: standard deviation of the noise of each pixel, of 255.
+    """
+
+    def __init__(
+        self, camera: CameraModel, room: Room, noise: float, rng: np.random.Generator
+    ) -> None:
+        self._camera, self._room, self._rng = camera, room, rng
+        shape = camera.height, camera.width
+        v, u = np.mgrid[: shape[0], : shape[1]]
+        rays = camera.rays(np.stack([u.ravel(), v.ravel()], axis=1).astype(float))
+        # a ray of depth 1, so that its parameter is the depth of what it hits
+        flat = rays[:, :2] / np.where(rays[:, 2:] > 0, rays[:, 2:], np.nan)
+        self._rays = np.concatenate([flat.T, np.ones((1, len(flat)))]).astype(np.float32)
+        # what the columns and the rows of the picture show, from X/Z or Y/Z to
+        planes = flat.T.reshape(2, *shape)
+        self._first = [np.nanmin(plane, axis=axis) for axis, plane in enumerate(planes)]
+        self._last = [np.nanmax(plane, axis=axis) for axis, plane in enumerate(planes)]
+        # each picture takes its noise from another place of this one
+        large = rng.normal(0.0, noise, (2 * shape[0], 2 * shape[1], 3))
+        self._noise = large.round().astype(np.int16) if noise > 0 else None
+
+    def render(self, optical: Pose, things: list[Thing], centers: Floats) -> Sight:
+        """The picture.
+
+        :param optical: the optical frame in the room.
+        :param things: N things; the pillars of the room are there as well.
+        :param centers: (N, 3) of the things [m].
+        """
+        shape = self._camera.height, self._camera.width
+        rays = (optical.R.astype(np.float32) @ self._rays).reshape(3, *shape)
+        depth, surface = self._walls(rays, optical.t.astype(np.float32))
+        image = np.take(PALETTE, surface, axis=0)
+        pillars = self._room.pillars
+        stands = [[*p.config.path, p.config.height / 2] for p in pillars]
+        centers = np.concatenate([centers, np.reshape(stands, (-1, 3))])
+        nearest = np.full(shape, -1, np.int16)
+        for k, (thing, center) in enumerate(zip((*things, *pillars), centers, strict=True)):
+            part = self._part(optical, thing, center)
+            if part is None:
+                continue
+            t, light = _body(rays[(slice(None), *part)], optical.t - center, thing)
+            seen = t < depth[part]
+            bright = SHADE + (1 - SHADE) * light[seen]
+            image[part][seen] = np.multiply.outer(bright, thing.config.rgb[::-1]).round()
+            depth[part][seen], nearest[part][seen] = t[seen], k
+        counts = np.bincount(nearest[nearest >= 0], minlength=len(centers))[: len(things)]
+        visible = np.minimum(counts / np.maximum(self._sizes(optical, things, centers), 1.0), 1.0)
+        return Sight(self._noisy(image), depth, visible)
+
+    def _walls(self, rays: Rays, eye: NDArray[np.float32]) -> tuple[Rays, NDArray[np.uint8]]:
+        """Depth and surface, (H, W) each, of the floor, the walls and the ceiling."""
+        x, y, z = rays
+        half_x, half_y = (np.float32(half) for half in self._room.half_size)
+        with np.errstate(divide='ignore', invalid='ignore'):
+            to_x = (np.copysign(half_x, x) - eye[0]) / x
+            to_y = (np.copysign(half_y, y) - eye[1]) / y
+            to_z = np.where(z > 0, np.float32(self._room.height) - eye[2], -eye[2]) / z
+            aside = np.fmin(to_x, to_y)
+            depth = np.fmin(aside, to_z)
+        surface = np.where(to_x <= to_y, WALLS_X + (x < 0), WALLS_Y + (y < 0)).astype(np.uint8)
+        level = to_z <= aside
+        surface[level & (z > 0)] = CEILING
+        v, u = (level & (z < 0)).nonzero()
+        t = depth[v, u]
+        tiles = [np.floor((eye[axis] + t * rays[axis, v, u]) / TILE) for axis in range(2)]
+        surface[v, u] = TILES + ((tiles[0] + tiles[1]).astype(np.int32) & 1)
+        return depth, surface
+
+    def _part(self, optical: Pose, thing: Thing, center: Floats) -> tuple[slice, slice] | None:
+        """The part of the picture in which a thing is, None for one that is not in it."""
+        corners = center + CORNERS * _half_box(thing)
+        points = optical.inverse().apply(corners)
+        low, high = points.min(axis=0), points.max(axis=0)
+        if high[2] < NEAREST:
+            return None
+        if low[2] > NEAREST:
+            flat = points[:, :2] / points[:, 2:]
+            first, last = flat.min(axis=0), flat.max(axis=0)
+        else:  # it reaches behind the camera, and so, to its side, beyond all pictures
+            first = np.where(low[:2] > 0, low[:2] / high[2], -np.inf)
+            last = np.where(high[:2] < 0, high[:2] / high[2], np.inf)
+        columns, rows = (
+            ((self._last[axis] >= first[axis]) & (self._first[axis] <= last[axis])).nonzero()[0]
+            for axis in range(2)
+        )
+        if not len(columns) or not len(rows):
+            return None
+        return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+
+    def _sizes(self, optical: Pose, things: list[Thing], centers: Floats) -> Floats:
+        """How many pixels each thing would have if nothing hid it, (N,)."""
+        sizes = np.zeros(len(things))
+        for k, thing in enumerate(things):
+            away = float(np.linalg.norm(centers[k] - optical.t))
+            half = _half_box(thing)
+            area = np.pi * half[0] ** 2 if thing.config.shape == 'ball' else 4 * half[0] * half[2]
+            sizes[k] = area * (self._camera.K[0, 0] / max(away, NEAREST)) ** 2
+        return sizes
+
+    def _noisy(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        if self._noise is None:
+            return image
+        height, width = image.shape[:2]
+        top, left = self._rng.integers(0, (height, width))
+        noise = self._noise[top : top + height, left : left + width]
+        return np.asarray(cv2.add(image, noise, dtype=cv2.CV_8U), np.uint8)
+
+
+def _half_box(thing: Thing) -> Floats:
+    """Half of the size of a thing, (3,) [m]."""
+    config = thing.config
+    radius = config.diameter / 2
+    return np.array([radius, radius, radius if config.shape == 'ball' else config.height / 2])
+
+
+def _body(rays: Rays, eye: Floats, thing: Thing) -> tuple[Rays, Rays]:
+    """Where rays hit a thing, (h, w), inf for nowhere, and the light on it there, 0..1.
+
+    :param rays: (3, h, w) in the room.
+    :param eye: (3,) the camera, seen from the thing's center [m].
+    """
+    x, y, z = rays
+    o = eye.astype(np.float32)
+    radius = np.float32(thing.config.diameter / 2)
+    is_ball = thing.config.shape == 'ball'
+    # |o + t d| = radius, over x and y, and z of a ball
+    a, b = x * x + y * y, x * o[0] + y * o[1]
+    c = o[0] * o[0] + o[1] * o[1] - radius * radius
+    if is_ball:
+        a, b, c = a + z * z, b + z * o[2], c + o[2] * o[2]
+    with np.errstate(invalid='ignore', divide='ignore'):
+        t = (-b - np.sqrt(b * b - a * c)) / a
+        up = (o[2] + t * z) / radius if is_ball else np.float32(0)
+        light = (LIGHT[0] * (o[0] + t * x) + LIGHT[1] * (o[1] + t * y)) / radius + LIGHT[2] * up
+        if not is_ball:
+            half = np.float32(thing.config.height / 2)
+            side = np.abs(o[2] + t * z) < half
+            # from above, a ray may come in through the lid
+            top = (half - o[2]) / z
+            lid = np.square(o[0] + top * x) + np.square(o[1] + top * y) < radius * radius
+            lid &= (o[2] > half) & ~side
+            t = np.where(side, t, np.where(lid, top, np.nan))
+            light[lid] = LIGHT[2]
+        return np.where(t > NEAREST, t, np.inf), np.clip(light, 0, 1)

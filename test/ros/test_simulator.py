@@ -1,0 +1,82 @@
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+import numpy as np
+import pytest
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import Image
+from sensor_msgs.msg import PointCloud2
+
+from colortrack_ros.data import Locations
+from colortrack_ros.messages import cloud_of_locations
+from colortrack_ros.messages import frame_of_image
+from colortrack_ros.messages import locations_of_cloud
+from colortrack_ros.messages import stamp_of
+from colortrack_ros.messages import twist_of
+from colortrack_ros.world import CameraModel
+
+SMALL = {'picture_size': '[64, 48]', 'focal_length': 52.0}
+
+
+class Steps:
+    """A simulator whose pictures wait for the answers of this test."""
+
+    def __init__(self, ros, **parameters):
+        self.ros = ros
+        self.node = ros.start(
+            'simulator', real_time='false', publish_clock='true', **SMALL, **parameters
+        )
+        self.commands = ros.node.create_publisher(Twist, 'cmd_vel', 10)
+        self.answers = ros.node.create_publisher(PointCloud2, 'locations', 10)
+        self.odometry = ros.listen(Odometry, 'odom')
+        self.pictures = ros.listen(Image, 'camera/image_raw')
+        assert ros.spin(lambda: self.commands.get_subscription_count() == 1), ros.outputs()
+        assert ros.spin(lambda: self.answers.get_subscription_count() == 1)
+        assert ros.spin(lambda: len(self.pictures) > 0)
+
+    def go(self, pictures, speed=None):
+        """Let so many pictures be taken, driving all the time if there is a speed."""
+        for _ in range(pictures):
+            if speed is not None:
+                self.commands.publish(twist_of(speed, 0.0))
+            count = len(self.pictures)
+            answer = Locations(stamp=stamp_of(self.pictures[-1].header))
+            self.answers.publish(cloud_of_locations(answer))
+            assert self.ros.spin(lambda count=count: len(self.pictures) > count)
+
+
+def test_a_picture_comes_with_all_that_belongs_to_it_and_a_robot_without_commands_stops(ros):
+    others = {
+        'camera/camera_info': CameraInfo, 'camera/depth/image_raw': Image,
+        'truth': PointCloud2, '/clock': Clock,
+    }  # fmt: skip
+    heard = {topic: ros.listen(kind, topic) for topic, kind in others.items()}
+    steps = Steps(ros)
+    steps.go(45, speed=0.5)
+    driven = steps.odometry[-1]
+    assert driven.twist.twist.linear.x == pytest.approx(0.5)
+    assert driven.pose.pose.position.x == pytest.approx(0.75, abs=0.15)
+    steps.go(40)
+    assert steps.odometry[-1].twist.twist.linear.x == 0.0
+    assert (driven.header.frame_id, driven.child_frame_id) == ('odom', 'base_link')
+
+    last = stamp_of(steps.pictures[-1].header)
+    stamps = {t: lambda t=t: [stamp_of(m.header) for m in heard[t]] for t in others}
+    stamps['/clock'] = lambda: [c.clock.sec * 10**9 + c.clock.nanosec for c in heard['/clock']]
+    assert ros.spin(lambda: all(last in of() for of in stamps.values()))
+    assert (np.diff(stamps['/clock']()) > 0).all()
+    assert frame_of_image(steps.pictures[-1]).image.shape == (48, 64, 3)
+    camera = CameraModel.of_info(heard['camera/camera_info'][-1])
+    assert (camera.width, camera.K[0, 0]) == (64, 52.0)
+    truth = locations_of_cloud(heard['truth'][-1])
+    assert truth.frame_id == 'odom'
+    assert truth.rows['track_id'].tolist() == [1, 2, 3, 4]
+    assert heard['camera/depth/image_raw'][-1].encoding == '32FC1'
+
+
+def test_speeds_that_are_none_are_refused_with_the_reason(ros):
+    steps = Steps(ros)
+    steps.go(2, speed=float('nan'))
+    steps.node.wait_for('cmd_vel of nan m/s, 0.0 rad/s: expected finite numbers')
+    steps.go(2)
+    assert steps.odometry[-1].twist.twist.linear.x == 0.0
