@@ -54,8 +54,11 @@ class Bank(Columns):
         if self.model.modes > 1 and not self.model.selected:
             self._interact(self.model.switching(dt))
         F, Q = self.model.transition(dt), self.model.noise(dt)[:, None]
-        each = np.broadcast_to(variance, (self.mean.shape[1], 2))
-        Q = Q * np.tile(each, self.model.size // 2)[..., None]
+        if isinstance(variance, np.ndarray):
+            axes = np.arange(self.model.size) % 2
+            Q = Q * variance.take(axes, axis=1)[..., None]
+        else:
+            Q = Q * variance
         modes, n, _ = F.shape
         FF = F[:, :, None, :, None] * F[:, None, :, None, :]
         FF = FF.reshape(modes, n * n, n * n).swapaxes(1, 2)
@@ -90,7 +93,7 @@ class Bank(Columns):
         :param T: (K,) [s].
         :param speed: (2,) standard deviation of the new velocity on each axis [px/s].
         """
-        mean, cov = self.mean[:, track], self.cov[:, track]
+        mean, cov = self.mean.take(track, axis=1), self.cov.take(track, axis=1)
         self.mean[:, track], self.cov[:, track] = maneuvering(mean, cov, weight, T, speed)
 
     def correct(self, track: Indices, z: Floats, R: Floats, share: Floats | None = None) -> None:
@@ -104,17 +107,19 @@ class Bank(Columns):
         :param R: (K, 2, 2) its covariance [px^2].
         :param share: (K,) probability that it is the track's; what is left is that none is.
         """
-        x, cov = self.mean[:, track], self.cov[:, track]
-        design = cov if self.design is None else self.design[:, track]
+        every = share is None and len(track) == self.mean.shape[1]
+        rows: Indices | slice = slice(None) if every else track
+        x, cov = self.mean[:, rows], self.cov[:, rows]
+        design = cov if self.design is None else self.design[:, rows]
         inverse, det = invert(design[..., :2, :2] + R)
         K = design[..., :2] @ inverse
         e = (z - x[..., :2])[..., None]
         step = (K @ e)[..., 0]
         P = joseph(cov, K, R)
         if self.design is not None:
-            self.design[:, track] = joseph(design, K, R)
+            self.design[:, rows] = joseph(design, K, R)
         if share is None and (self.model.modes == 1 or self.model.selected):
-            self.mean[:, track], self.cov[:, track] = x + step, P
+            self.mean[:, rows], self.cov[:, rows] = x + step, P
         else:
             d2 = (e.swapaxes(-1, -2) @ inverse @ e)[..., 0, 0]
             log = np.log(np.maximum(self.weight[:, track], TINY)) - 0.5 * (d2 + np.log(det))

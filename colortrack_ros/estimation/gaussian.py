@@ -11,16 +11,11 @@ TINY = 1e-300
 """Keeps logarithms and quotients of probabilities finite; near the least positive double."""
 
 
-def log_density(
-    x: Floats, y: Floats, a: Floats, b: Floats, c: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Of N((x, y); 0, S) with S = [[a, b], [b, c]], all of the same shape.
-
-    :return: the square of (x, y) normalized by S, the determinant of S, the log of the density.
-    """
+def log_density(x: Floats, y: Floats, a: Floats, b: Floats, c: Floats) -> Floats:
+    """Log of N((x, y); 0, S) with S = [[a, b], [b, c]], all of the same shape."""
     det = a * c - b * b
     d2 = (c * x * x - 2 * b * x * y + a * y * y) / det
-    return d2, det, -0.5 * (d2 + np.log(det)) - LOG_2PI
+    return np.asarray(-0.5 * (d2 + np.log(det)) - LOG_2PI)
 
 
 def joseph(P: Floats, K: Floats, R: Floats) -> Floats:
@@ -81,8 +76,11 @@ def maneuvering(
     :param chance: (K,) probability of a maneuver; T, speed: see turned().
     """
     new_mean, new_cov = turned(mean, cov, T, speed)
-    both = np.array([1 - chance, chance]).reshape(2, *[1] * (mean.ndim - 2), -1)
-    return mixture(both, np.array([mean, new_mean]), np.array([cov, new_cov]))
+    aside = new_mean - mean
+    between = (chance * (1 - chance))[:, None, None] * aside[..., :, None] * aside[..., None, :]
+    new_cov -= cov
+    new_cov *= chance[:, None, None]
+    return mean + chance[:, None] * aside, cov + new_cov + between
 
 
 def invert(S: Floats) -> tuple[Floats, Floats]:

@@ -144,12 +144,12 @@ class Maneuvers:
         known = variance + cov[:, 0] + 2 * T * cov[:, 1] + T**2 * cov[:, 2]
         cube = T**3 / 3
         S = known + (records['filtered'][track] + records['astray'][track]).T * cube
-        going_on = log_density(e[0], e[1], S[0], 0 * cube, S[1])[2]
+        going_on = log_density(e[0], e[1], S[0], 0 * cube, S[1])
         p, q = anchor[:, 2] * T / 2, anchor[:, 3] * T / 2
         wide = known + np.outer(speed, T) ** 2 / 3
         turning = log_density(
             e[0] + p, e[1] + q, wide[0] + p * p / 3, p * q / 3, wide[1] + q * q / 3
-        )[2]
+        )
         chance = maneuver_chance(records['rate'][track], T)
         odds = np.exp((turning - going_on).clip(-50, 50)) * chance / (1 - chance)
         turned = odds / (1 + odds)

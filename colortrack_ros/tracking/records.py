@@ -25,7 +25,6 @@ FIELDS = [
     ('box_h', 'f4'),
     ('extent', 'f8', (2, 2)),
     ('partial', '?', 2),
-    ('innovation', 'f8', 2),
     ('outside', '?'),
     ('visible', 'f8'),
     ('hidden', 'f8'),
@@ -46,12 +45,11 @@ FIELDS = [
 origin, seen: where it began and where it was last measured [px]; misses: frames without a
 detection; area, box_w, box_h: of the last detection [px]; extent: reach of the object to the low
 and high side, by axis [px], see extents; partial: it has never been in sight wholly, by axis;
-innovation: the last one, see Innovations; outside: predicted outside the picture; visible, hidden:
-probability that the object exists and can, or cannot, be seen; rival: ID of the track that it may
-have exchanged detections with, 0 for none; met, apart: stamp of the first frame and of the last in
-which they were near each other [ns]; before, before_cov, before_size: its state as predicted for
-the first, the covariance, and its size [px]; sums: of the weighted line through its scans
-measurements since the last, see crossings.
+outside: predicted outside the picture; visible, hidden: probability that the object exists and can,
+or cannot, be seen; rival: ID of the track that it may have exchanged detections with, 0 for none;
+met, apart: stamp of the first frame and of the last in which they were near each other [ns];
+before, before_cov, before_size: its state as predicted for the first, the covariance, and its size
+[px]; sums: of the weighted line through its scans measurements since the last, see crossings.
 """
 
 

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+BOTH = np.eye(2)[:, None]
+"""Of axes that have nothing to do with each other, to multiply matrices of one axis with."""
+
 
 class MotionModel(ABC):
     """x_k = F x_{k-1} + B u + s_k, z_k = H x_k + w_k (Pegoretti 2021, (2.17)-(2.18)).
@@ -58,6 +61,5 @@ def planar(axis: Sequence[Sequence[float]]) -> Floats:
     :return: (n, n).
     """
     k = len(axis)
-    both = np.zeros((k, 2, k, 2))
-    both[:, 0, :, 0] = both[:, 1, :, 1] = axis
+    both = np.array(axis, float)[:, None, :, None] * BOTH
     return both.reshape(2 * k, 2 * k)
