@@ -53,7 +53,7 @@ setup(
         'standalone': STANDALONE,
         'demo': ['rich'],
         'docs': ['myst-parser==4.0.1', 'sphinx==8.1.3', 'sphinx-rtd-theme==3.0.2'],
-        'replay': ['rich', 'rosbags>=0.11'],
+        'replay': ['apsw', 'rich', 'rosbags>=0.11'],
         'test': [
             'hypothesis',
             'motmetrics',

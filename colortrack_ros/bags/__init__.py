@@ -4,7 +4,7 @@ from colortrack_ros.bags.errors import BagError
 from colortrack_ros.bags.errors import BagWriteError
 from colortrack_ros.bags.reader import BagReader
 from colortrack_ros.bags.reader import is_bag
-from colortrack_ros.bags.reader import Topic
+from colortrack_ros.bags.salvage import Topic
 from colortrack_ros.bags.writer import BagWriter
 from colortrack_ros.bags.writer import canonical
 from colortrack_ros.bags.writer import is_own_bag

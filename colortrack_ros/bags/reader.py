@@ -1,29 +1,20 @@
 """Reading a rosbag2."""
 
+from collections import Counter
 from collections.abc import Iterator
 import contextlib
 from pathlib import Path
-from typing import NamedTuple
 
-from rosbags.rosbag2 import Reader
+import yaml
 
 from colortrack_ros.bags.errors import BagError
+from colortrack_ros.bags.salvage import BagFile
+from colortrack_ros.bags.salvage import IndexedFile
+from colortrack_ros.bags.salvage import salvage
+from colortrack_ros.bags.salvage import Topic
 
 BAG_SUFFIXES = ('.mcap', '.db3')
 """What the files of a rosbag2 end in, by storage plugin: mcap, sqlite3."""
-
-
-class Topic(NamedTuple):
-    """What a bag holds of one topic.
-
-    :param name: of the topic, with its namespace.
-    :param kind: type of its messages, such as ``sensor_msgs/msg/Image``.
-    :param size: number of its messages.
-    """
-
-    name: str
-    kind: str
-    size: int
 
 
 def is_bag(path: Path) -> bool:
@@ -35,6 +26,8 @@ def is_bag(path: Path) -> bool:
 
 class BagReader:
     """A rosbag2: a folder with its metadata.yaml, or a single .mcap or .db3 file.
+
+    Of one that was cut short it reads what is there.
 
     :ivar topics: with at least one message, by name.
     :ivar duration: from the first message to the last [ns].
@@ -48,31 +41,41 @@ class BagReader:
                 f'{path}: a bag without its metadata.yaml; give one of its files, or run '
                 '`ros2 bag reindex` on it'
             )
+        self._expected: Counter[tuple[str, str]] | None = None
         with self._explained():
-            self._reader = Reader(path)
-            self._reader.open()
-            self.duration = self._reader.duration
-            self.topics = [
-                Topic(c.topic, c.msgtype, c.msgcount)
-                for c in sorted(self._reader.connections, key=lambda c: c.topic)
-                if c.msgcount
-            ]
+            try:
+                self._files: list[BagFile] = [IndexedFile(path)]
+            except Exception:
+                self._expected = _recorded(path)
+                self._files = _salvaged(path)
+                if not any(file.topics for file in self._files):
+                    raise
+        sizes: Counter[tuple[str, str]] = Counter()
+        for topic in [topic for file in self._files for topic in file.topics]:
+            sizes[topic[:2]] += topic.size
+        self.topics = [Topic(*names, size) for names, size in sorted(sizes.items())]
+        self.duration = sum(file.duration for file in self._files)
 
     def messages(self, topic: Topic) -> Iterator[tuple[int, bytes]]:
         """Log time [ns] and serialized content of each message of a topic, in order of log times.
 
-        :raises BagError: the file is broken there.
+        :raises BagError: the file is broken or ends there, after what could be read.
         """
-        connections = [
-            c for c in self._reader.connections if (c.topic, c.msgtype) == (topic.name, topic.kind)
-        ]
         with self._explained():
-            for _, log_time, cdr in self._reader.messages(connections):
-                yield log_time, bytes(cdr)
+            for file in self._files:
+                yield from file.messages(topic)
+        if self._expected is not None:
+            expected = self._expected[topic[:2]]
+            lost = f'{expected - topic.size} of {expected}' if expected else 'an unknown number of'
+            raise BagError(
+                f'{self._path}: the recording was cut short: {lost} messages on {topic.name} are '
+                f'lost, {topic.size} were read'
+            )
 
     def close(self) -> None:
         """Let go of the files."""
-        self._reader.close()
+        for file in self._files:
+            file.close()
 
     @contextlib.contextmanager
     def _explained(self) -> Iterator[None]:
@@ -81,6 +84,27 @@ class BagReader:
             yield
         except Exception as error:
             raise BagError(f'{self._path}: this bag cannot be read: {_one_line(error)}') from error
+
+
+def _salvaged(path: Path) -> list[BagFile]:
+    """What is left of each file of a bag, by number."""
+    paths = [p for p in path.iterdir() if p.suffix in BAG_SUFFIXES] if path.is_dir() else [path]
+    files: list[BagFile] = []
+    for part in sorted(paths, key=lambda p: (len(p.name), p.name)):
+        with contextlib.suppress(Exception):  # of which nothing is left
+            files.append(salvage(part))
+    return files
+
+
+def _recorded(path: Path) -> Counter[tuple[str, str]]:
+    """How many messages a bag had of each topic and type, as far as its metadata.yaml tells."""
+    counts: Counter[tuple[str, str]] = Counter()
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
+        metadata = yaml.safe_load((path / 'metadata.yaml').read_text())
+        for entry in metadata['rosbag2_bagfile_information']['topics_with_message_count']:
+            topic = entry['topic_metadata']
+            counts[topic['name'], topic['type']] += entry['message_count']
+    return counts
 
 
 def _one_line(error: Exception) -> str:

@@ -7,6 +7,10 @@ import csv
 import math
 from pathlib import Path
 
+import cv2
+import numpy as np
+import scipy
+
 from colortrack_ros.data import Tracks
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.replay.outputs import COLUMNS
@@ -62,10 +66,19 @@ class ExpectedOutput(Output):
             ]
 
     def report(self) -> str:
-        """The first differences, in lines."""
+        """The first differences, in lines, and what may make them; empty where there are none."""
+        if not self.differences:
+            return ''
         more = len(self.differences) - SHOWN
         shown = self.differences[:SHOWN] + ([f'and {more} more'] if more > 0 else [])
-        return '\n'.join(shown)
+        return '\n'.join(
+            [*shown, f'these tracks are of {_versions()}; others may round in another way']
+        )
+
+
+def _versions() -> str:
+    """Of the libraries that pictures and tracks go through."""
+    return f'OpenCV {cv2.__version__}, NumPy {np.__version__}, SciPy {scipy.__version__}'
 
 
 def _differences(where: str, found: Line, expected: Line) -> Iterator[str]:

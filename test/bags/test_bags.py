@@ -1,9 +1,15 @@
 import re
 import sqlite3
 
+import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import CompressionFormat
+from rosbags.rosbag2 import CompressionMode
+from rosbags.rosbag2 import Writer
+from rosbags.typesys import get_typestore
+from rosbags.typesys import Stores
 from std_msgs.msg import String
 from support.full_disk import file_size_limit
 import yaml
@@ -156,3 +162,69 @@ def test_a_folder_without_its_metadata_says_what_to_do(tmp_path):
     assert is_bag(path)
     with pytest.raises(BagError, match='ros2 bag reindex'):
         BagReader(path)
+
+
+def recorded(folder, storage, compressed=False):
+    """A bag of 200 messages of up to 20 kB on two topics, by another recorder."""
+    types = get_typestore(Stores.ROS2_JAZZY)
+    bag = Writer(folder, version=9, storage_plugin=STORAGES[storage])
+    if compressed:
+        bag.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    random = np.random.default_rng(1)
+    with bag:
+        made = [bag.add_connection(name, kind, typestore=types) for name, kind in TOPICS.items()]
+        for k in range(200):
+            text = random.bytes(int(random.integers(10_000))).hex()
+            bag.write(made[k % 2], START + k, serialize_message(String(data=text)))
+    return folder
+
+
+@pytest.mark.parametrize(
+    ('storage', 'compressed'), [('mcap', False), ('mcap', True), ('sqlite3', False)]
+)
+def test_a_bag_cut_anywhere_gives_what_is_there_and_tells_what_is_lost(
+    tmp_path, storage, compressed
+):
+    bag = recorded(tmp_path / 'bag', storage, compressed)
+    reader = BagReader(bag)
+    whole = {topic.name: list(reader.messages(topic)) for topic in reader.topics}
+    reader.close()
+    file = only_file(bag)
+    content = file.read_bytes()
+    lost = []
+    for percent in range(1, 100):
+        file.write_bytes(content[: len(content) * percent // 100])
+        lost.append(200)
+        for path in (bag, file) if percent % 10 == 9 else (bag,):
+            try:
+                reader = BagReader(path)
+            except BagError as error:
+                assert 'this bag cannot be read: ' in str(error)  # noqa: PT017
+                continue
+            read = 0
+            for topic in reader.topics:
+                found = []
+                with pytest.raises(BagError) as told:
+                    found.extend(reader.messages(topic))
+                assert found == whole[topic.name][: len(found)]
+                assert len(found) == topic.size
+                missing = f'{100 - len(found)} of 100' if path == bag else 'an unknown number of'
+                assert f'{missing} messages on {topic.name} are lost' in str(told.value)
+                read += len(found)
+            reader.close()
+            lost[-1] = 200 - read
+    assert sorted(lost, reverse=True) == lost
+    # At most a chunk of 1 MiB, or the pages of a leaf, is missing beside what was cut.
+    share = {('mcap', False): 0.02, ('mcap', True): 0.75, ('sqlite3', False): 0.12}
+    excess = np.array(lost) / 200 - (1 - np.arange(1, 100) / 100)
+    assert excess.max() < share[storage, compressed]
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+def test_a_file_of_which_only_the_beginning_was_written_is_an_error(tmp_path, storage):
+    file = only_file(recorded(tmp_path / 'bag', storage))
+    content = file.read_bytes()
+    for size in (0, 1, 8, 9, 17, 60, 100):
+        file.write_bytes(content[:size])
+        with pytest.raises(BagError, match='cannot be read'):
+            BagReader(file)

@@ -4,6 +4,7 @@ import csv
 from pathlib import Path
 import signal
 
+import cv2
 import pytest
 
 from colortrack_ros.replay.main import main
@@ -63,6 +64,7 @@ def test_a_difference_names_the_frame_the_track_and_the_amount(
     status, printed = replay('--expect', str(path))
     assert status == 1
     assert difference.format(**true) in printed
+    assert f'OpenCV {cv2.__version__}' in printed
 
 
 def test_other_settings_of_the_tracker_are_noticed(replay):

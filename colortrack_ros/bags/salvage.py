@@ -1,0 +1,233 @@
+"""What is left of a recording that was cut short: by a crash, a full disk, or a copy that ended."""
+
+from collections.abc import Iterator
+import contextlib
+import io
+from pathlib import Path
+import struct
+from typing import Any
+from typing import BinaryIO
+from typing import NamedTuple
+from typing import Protocol
+
+import apsw
+from rosbags.rosbag2 import Reader
+
+MAGIC = b'\x89MCAP0\r\n'
+RECORD = struct.Struct('<BQ')
+"""Opcode and length of each record of MCAP (https://mcap.dev/spec)."""
+CLOSING = frozenset((0x02, 0x0F))
+"""Opcodes after which there are no messages: footer, data end."""
+FOOTER = RECORD.pack(0x02, 20) + bytes(20) + MAGIC
+"""Of a file without an index: its readers scan it."""
+CHUNK = 0x06
+"""Opcode of a record that holds others."""
+UNCOMPRESSED = 37, bytes(4), 49
+"""Where in a chunk its compression stands, what stands there for none, and where its records begin:
+after opcode, length, two times, size, checksum, compression, and size."""
+SKIPPED = RECORD.pack(0x80, UNCOMPRESSED[2] - RECORD.size)
+"""Beginning of a private record, which readers skip, as long as that of such a chunk."""
+
+
+class Topic(NamedTuple):
+    """What a bag holds of one topic.
+
+    :param name: of the topic, with its namespace.
+    :param kind: type of its messages, such as ``sensor_msgs/msg/Image``.
+    :param size: number of its messages.
+    """
+
+    name: str
+    kind: str
+    size: int
+
+
+class BagFile(Protocol):
+    """A recording, or a part of one, that is open."""
+
+    topics: list[Topic]
+    duration: int
+
+    def messages(self, topic: Topic) -> Iterator[tuple[int, bytes]]:
+        """Log time [ns] and serialized content of each message of a topic."""
+
+    def close(self) -> None:
+        """Let go of the file."""
+
+
+class IndexedFile:
+    """A bag, or one of its files, as rosbags reads it.
+
+    :ivar topics: with at least one message.
+    :ivar duration: from the first message to the last [ns].
+    """
+
+    def __init__(self, path: Any) -> None:
+        self._reader = Reader(path)
+        self._reader.open()
+        self.duration = self._reader.duration
+        self.topics = [
+            Topic(c.topic, c.msgtype, c.msgcount) for c in self._reader.connections if c.msgcount
+        ]
+
+    def messages(self, topic: Topic) -> Iterator[tuple[int, bytes]]:
+        """Log time [ns] and serialized content of each message of a topic, by log time."""
+        connections = [
+            c for c in self._reader.connections if (c.topic, c.msgtype) == (topic.name, topic.kind)
+        ]
+        for _, log_time, cdr in self._reader.messages(connections) if connections else ():
+            yield log_time, bytes(cdr)
+
+    def close(self) -> None:
+        """Let go of the files."""
+        self._reader.close()
+
+
+def salvage(path: Path) -> BagFile:
+    """The part of an .mcap or .db3 file that can still be read.
+
+    :raises Exception: nothing of it can be read; of whatever kind the libraries have.
+    """
+    return CutDatabase(path) if path.suffix == '.db3' else IndexedFile(CutMcap(path))
+
+
+class CutMcap:
+    """The whole records of an .mcap file, ended by a footer: what rosbags takes for a path."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.suffix, self.exists, self.is_dir = path.suffix, path.exists, path.is_dir
+
+    def __str__(self) -> str:
+        return str(self._path)
+
+    def open(self, *_: Any) -> BinaryIO:
+        """The file."""
+        return io.BufferedReader(_Mended(self._path.open('rb')))
+
+
+class _Mended(io.RawIOBase):
+    """A file whose last records are missing, ended as one that never had an index."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file, self._at = file, 0
+        end = _end_of_records(file, len(MAGIC))
+        parts = [(end, FOOTER)]
+        file.seek(end)
+        head = file.read(UNCOMPRESSED[2])
+        where, none, inner = UNCOMPRESSED
+        if len(head) == inner and head[0] == CHUNK and head[where:][:4] == none:
+            parts = [(end, SKIPPED), (_end_of_records(file, end + inner), FOOTER)]
+        self._replaced = parts
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        last, footer = self._replaced[-1]
+        self._at = offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._at}.get(whence, last + len(footer))
+        return self._at
+
+    def readinto(self, buffer: Any) -> int:
+        content = self._next(len(buffer))
+        buffer[: len(content)] = content
+        self._at += len(content)
+        return len(content)
+
+    def _next(self, size: int) -> bytes:
+        """What stands from here on, up to the next part that is replaced."""
+        for start, content in self._replaced:
+            if self._at < start:
+                self._file.seek(self._at)
+                return self._file.read(min(size, start - self._at))
+            if self._at < start + len(content):
+                return content[self._at - start :][:size]
+        return b''
+
+    def close(self) -> None:
+        self._file.close()
+        super().close()
+
+
+def _end_of_records(file: BinaryIO, at: int) -> int:
+    """Offset after the last record from an offset on that is there as a whole.
+
+    Records after which there are no messages do not count.
+    """
+    size = file.seek(0, io.SEEK_END)
+    while True:
+        file.seek(at)
+        head = file.read(RECORD.size)
+        if len(head) < RECORD.size:
+            return at
+        code, length = RECORD.unpack(head)
+        if code in CLOSING or at + RECORD.size + length > size:
+            return at
+        at += RECORD.size + length
+
+
+class _WholePages(apsw.VFS):
+    """Files without the page at their end that is there in part, which SQLite fills with zeros."""
+
+    NAME = 'colortrack_ros_whole_pages'
+
+    def __init__(self) -> None:
+        super().__init__(self.NAME, '')
+
+    def xOpen(self, name: Any, flags: list[int]) -> apsw.VFSFile:
+        return _WholePagesFile('', name, flags)
+
+
+class _WholePagesFile(apsw.VFSFile):
+    def xFileSize(self) -> int:
+        written = int.from_bytes(self.xRead(2, 16), 'big')
+        page = 1 << 16 if written == 1 else max(written, 1)  # https://sqlite.org/fileformat.html
+        size: int = super().xFileSize()
+        return size // page * page
+
+
+PAGES = _WholePages()
+"""Registered with SQLite for as long as it lives."""
+
+
+class CutDatabase:
+    """The rows of a .db3 file up to the first page that is missing."""
+
+    def __init__(self, path: Path) -> None:
+        self._database = apsw.Connection(
+            f'{path.absolute().as_uri()}?immutable=1',
+            flags=apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI,
+            vfs=PAGES.NAME,
+        )
+        # Without it, SQLite reads nothing of a file that is shorter than its header says.
+        self._database.execute('PRAGMA writable_schema=ON')
+        kinds = self._database.execute('SELECT id, name, type FROM topics').fetchall()
+        self._numbers = {(name, kind): number for number, name, kind in kinds}
+        times: dict[int, list[int]] = {number: [] for number, *_ in kinds}
+        for number, time, _ in self._rows():
+            times[number].append(time)
+        known = [time for some in times.values() for time in some]
+        self.duration = max(known, default=0) - min(known, default=0)
+        self.topics = [
+            Topic(name, kind, len(times[number])) for number, name, kind in kinds if times[number]
+        ]
+
+    def _rows(self) -> Iterator[tuple[int, int, bytes]]:
+        """Topic, log time and content of each message, up to the first page that is missing."""
+        with contextlib.suppress(apsw.Error):
+            # Not in the order of the index, whose pages may be missing.
+            yield from self._database.execute(
+                'SELECT topic_id, timestamp, data FROM messages NOT INDEXED'
+            )
+
+    def messages(self, topic: Topic) -> Iterator[tuple[int, bytes]]:
+        """Log time [ns] and serialized content of each message of a topic, as recorded."""
+        wanted = self._numbers.get((topic.name, topic.kind))
+        return ((time, cdr) for number, time, cdr in self._rows() if number == wanted)
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._database.close()
