@@ -1,6 +1,7 @@
 """The parameters of a running node, checked whenever somebody sets them."""
 
 from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
 from functools import partial
@@ -72,13 +73,16 @@ class ParameterNode(Node, Generic[Setup]):
 
     :param name: of the node.
     :param config: declares the parameters.
+    :param beside: those of the other nodes of the process: what only they know of is not refused.
     :ivar setup: the values in force.
     :ivar lock: held while parameters change; for work that must not see half of a change.
     """
 
     _given: dict[str, Any] | None = None
 
-    def __init__(self, name: str, config: type[Setup], **options: Any) -> None:
+    def __init__(
+        self, name: str, config: type[Setup], beside: Iterable[type[Config]] = (), **options: Any
+    ) -> None:
         super().__init__(
             name,
             allow_undeclared_parameters=True,  # so that those of a new NAME can be set
@@ -87,6 +91,7 @@ class ParameterNode(Node, Generic[Setup]):
         )
         self.lock = threading.Lock()
         table, make = ParameterTable.of(config), partial(build, config)
+        self._leave_to_others(table, [ParameterTable.of(other) for other in beside])
         values = self._declare_checked(table, make)
         self.setup: Setup = make(values)
         live = LiveParameters(table, make, self._take_setup, values)
@@ -109,6 +114,14 @@ class ParameterNode(Node, Generic[Setup]):
             self._given = {name: value for name, value, _ in parameters}
             return []
         return super().declare_parameters(namespace, parameters, ignore_override)
+
+    def _leave_to_others(self, table: ParameterTable, others: list[ParameterTable]) -> None:
+        """Drop what is given to all nodes, by ``-p NAME:=VALUE`` or ``/**``, for others of them."""
+        given = self._given or {}
+        theirs = [n for n in given if n not in table and any(n in other for other in others)]
+        if theirs:
+            self.get_logger().info(f'Parameters of other nodes: {", ".join(sorted(theirs))}.')
+        self._given = {name: value for name, value in given.items() if name not in theirs}
 
     def _declare_checked(self, table: ParameterTable, make: Build) -> dict[str, Any]:
         """Declare the table's parameters; return their values."""

@@ -8,8 +8,11 @@ from rclpy.node import Node
 from colortrack_ros.chain import ColorChain
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.nodes.camera import CameraNode
+from colortrack_ros.nodes.camera_setup import CameraSetup
 from colortrack_ros.nodes.detector import DetectorNode
+from colortrack_ros.nodes.detector import DetectorSetup
 from colortrack_ros.nodes.tracker import TrackerNode
+from colortrack_ros.nodes.tracker import TrackerSetup
 
 UNUSED = (
     'image_transport is compressed, which has no effect in the pipeline: frames pass in memory. '
@@ -18,11 +21,12 @@ UNUSED = (
 
 
 def _nodes(stop: Callable[[int], None]) -> Sequence[Node]:
-    tracker = TrackerNode(subscribe=False)
-    detector = DetectorNode(subscribe=False)
+    tracker = TrackerNode(subscribe=False, beside=(CameraSetup, DetectorSetup))
+    detector = DetectorNode(subscribe=False, beside=(CameraSetup, TrackerSetup))
     if detector.get_parameter('image_transport').value != 'raw':
         detector.get_logger().warning(UNUSED)
-    return CameraNode(ColorChain(detector.stage, tracker.stage), stop), detector, tracker
+    chain = ColorChain(detector.stage, tracker.stage)
+    return CameraNode(chain, stop, beside=(DetectorSetup, TrackerSetup)), detector, tracker
 
 
 def main() -> int:

@@ -38,20 +38,22 @@ class ParameterTable:
             specs_of(config), {name: specs_of(group.each) for name, group in groups_of(config)}
         )
 
+    def __contains__(self, name: str) -> bool:
+        """Whether there is a parameter of this full name."""
+        owner, _, suffix = name.rpartition('.')
+        return name in self.specs or (owner != '' and suffix in self.each)
+
     def find(self, name: str) -> Spec:
         """The row of a full parameter name.
 
         :raises ValueError: there is none; the nearest known name is given.
         """
-        spec = self.specs.get(name)
         owner, _, suffix = name.rpartition('.')
-        if spec is None and owner:
-            spec = self.each.get(suffix)
-        if spec is None:
+        if name not in self:
             known = [*self.specs, *(f'{owner or "NAME"}.{suffix}' for suffix in self.each)]
             near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)[0]
             raise ValueError(f'{name}: no such parameter; the nearest is {near}')
-        return spec
+        return self.specs.get(name) or self.each[suffix]
 
     def defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """The given values, completed by the defaults of what is not given."""

@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Callable
 from collections.abc import Mapping
 from collections.abc import Sequence
-import contextlib
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -205,11 +204,4 @@ def _values(
 
 def _is_of_others(name: str, table: ParameterTable) -> bool:
     """Whether only other kinds of nodes have such a parameter."""
-    return not _knows(table, name) and any(_knows(other, name) for other, _ in TABLES.values())
-
-
-def _knows(table: ParameterTable, name: str) -> bool:
-    with contextlib.suppress(ValueError):
-        table.find(name)
-        return True
-    return False
+    return name not in table and any(name in other for other, _ in TABLES.values())

@@ -176,7 +176,13 @@ def test_a_recording_that_ends_within_the_window_loses_no_frame(ros):
     assert pipeline.popen.wait(timeout=10.0) == 0, pipeline.output
 
 
-def test_a_pipeline_tells_what_has_no_effect_in_it(ros):
-    ros.start('pipeline', '-p', 'image_transport:=compressed').wait_for(
-        'image_transport is compressed, which has no effect in the pipeline'
+def test_a_pipeline_tells_what_has_no_effect_in_it_and_nothing_of_what_other_nodes_take(ros):
+    given = ('image_transport:=compressed', 'red.tolerance:=20.0', 'process_noise:=9.0', 'typo:=1')
+    pipeline = ros.start('pipeline', *(word for text in given for word in ('-p', text)))
+    pipeline.wait_for('image_transport is compressed, which has no effect in the pipeline')
+    pipeline.wait_for('gives /camera')
+    refused = [line for line in pipeline.output.splitlines() if 'refused' in line]
+    assert [': typo: no such' in line for line in refused] == [True] * 3, pipeline.output
+    assert 'camera]: Parameters of other nodes: image_transport, process_noise, red.tolerance.' in (
+        pipeline.output
     )
