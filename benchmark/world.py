@@ -20,7 +20,7 @@ from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.config import Kind
 from colortrack_ros.world.config import KindConfig
 from colortrack_ros.world.config import LocatorConfig
-from colortrack_ros.world.config import METHODS
+from colortrack_ros.world.config import RANGE_METHODS
 from colortrack_ros.world.filter import predict
 from colortrack_ros.world.filter import started
 from colortrack_ros.world.filter import update
@@ -29,7 +29,7 @@ from colortrack_ros.world.measurement import DEPTH
 from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
-from colortrack_ros.world.measurement import ROUGH
+from colortrack_ros.world.measurement import PLANE_SIGMA
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.state import BIASES
 from colortrack_ros.world.state import GRAVITY
@@ -127,7 +127,7 @@ def measure(view, truth, kinds, method, motion, rng):
     used[:, BLOB] = method in ('size', 'fused') or (method == 'ground' and thrown)
     used[:, DEPTH] = method in ('depth', 'fused')
     used &= seen[:, None]
-    sigma = np.tile([0.5, 0.5, ROUGH, 0.5, 0.0], (len(truth), 1))
+    sigma = np.tile([0.5, 0.5, PLANE_SIGMA, 0.5, 0.0], (len(truth), 1))
     sigma[:, DEPTH] = 0.01 * z[:, DEPTH]
     sigma = np.where(used, sigma, 1.0)
     noise = rng.normal(size=z.shape) * sigma
@@ -198,7 +198,7 @@ def main():
         table.add_column(column, justify='right')
     for drives in (False, True):
         for motion in MOTIONS:
-            for method in METHODS:
+            for method in RANGE_METHODS:
                 out = run(method, motion, drives, runs, pitch=arguments.pitch)
                 table.add_row(
                     'drives' if drives else 'stands',

@@ -25,10 +25,10 @@ LIGHTNESS_AXIS = 2.5
 """Half axis of L over those of a and b at first: light and shade move L most. CIE 1994 weighs
 lightness less for such things, too (textiles: k_L = 2)."""
 
-STEP, SLOPE_STEPS = 0.04, 5
+SIZE_STEP, SLOPE_STEPS = 0.04, 5
 """Steps of the size in ln t, and how many the growth is taken over to each side, +-20 %."""
 
-SIZES = np.exp(np.arange(np.log(4.0), np.log(80.0), STEP))
+SIZES = np.exp(np.arange(np.log(4.0), np.log(80.0), SIZE_STEP))
 """Half axes of a and b that are tried [CIELAB units]: from the size of a cell of the table to the
 distance of different colors."""
 
@@ -36,7 +36,7 @@ NEAR = 8.0
 """Where pixels of the color itself are looked for [CIELAB units]: a few times what is just seen as
 different, 2.3 (Mahy 1994), for noise and compression."""
 
-FEWEST = 20
+FEWEST_PIXELS = 20
 """Pixels that a color must have near it to be in the picture: the default of min_area."""
 
 LARGEST_SHARE = 0.25
@@ -45,7 +45,7 @@ LARGEST_SHARE = 0.25
 LEAST_SPREAD = 2.0
 """Least standard deviation of a thing along an axis [CIELAB units]: that of a cell of the table."""
 
-ROUNDS, DEEPER = 4, 0.02
+SHAPE_ROUNDS, DEEPER = 4, 0.02
 """How often center and shape follow what is inside, as long as the valley gets deeper by this."""
 
 
@@ -83,7 +83,7 @@ def middle_of(counts: NDArray[np.float64], extent: Extent) -> Triple | None:
     """The mean of the pixels within an extent; None when there are too few."""
     color = cell_bounds()[0].T
     inside = (((color - extent.lab) / extent.axes) ** 2).sum(axis=1) < 1
-    if counts[inside].sum() < FEWEST:
+    if counts[inside].sum() < FEWEST_PIXELS:
         return None
     L, a, b = np.average(color[inside], axis=0, weights=counts[inside]).tolist()
     return L, a, b
@@ -102,7 +102,7 @@ def find_extent(
     :param samples, others: of the color; with them it stays where it is, and has the first shape.
     :returns: None when it is not in the picture, or no size of it stays below LARGEST_SHARE.
     """
-    if max(pixels_near(counts, sample) for sample in (lab, *samples)) < FEWEST:
+    if max(pixels_near(counts, sample) for sample in (lab, *samples)) < FEWEST_PIXELS:
         return None
     (filled,) = (counts > 0).nonzero()
     number, color = counts[filled], cell_bounds()[0].T[filled]
@@ -112,7 +112,7 @@ def find_extent(
         mine = away < _nearest(color, others, shape)
         return _valley(number[mine], away[mine], center, shape, counts.sum())
     best: Extent | None = None
-    for _ in range(ROUNDS):
+    for _ in range(SHAPE_ROUNDS):
         distance = _nearest(color, (center,), shape)
         found = _valley(number, distance, center, shape, counts.sum())
         if found is None or (best is not None and found.growth > best.growth - DEEPER):
@@ -154,8 +154,8 @@ def _valley(
         count[SLOPE_STEPS:-SLOPE_STEPS],
         count[2 * SLOPE_STEPS :],
     )
-    growth = (larger - smaller) / np.maximum(middle, 1) / (2 * SLOPE_STEPS * STEP)
-    growth[(middle < FEWEST) | (larger > LARGEST_SHARE * total)] = np.inf
+    growth = (larger - smaller) / np.maximum(middle, 1) / (2 * SLOPE_STEPS * SIZE_STEP)
+    growth[(middle < FEWEST_PIXELS) | (larger > LARGEST_SHARE * total)] = np.inf
     k = int(growth.argmin())
     if not np.isfinite(growth[k]):
         return None

@@ -9,7 +9,7 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.extent import count_colors
 from colortrack_ros.detection.extent import Extent
-from colortrack_ros.detection.extent import FEWEST
+from colortrack_ros.detection.extent import FEWEST_PIXELS
 from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import LIGHTNESS_AXIS
@@ -95,7 +95,7 @@ class ColorFinder:
                 self._renew(k, self._pool, stamp)
             elif (extent := self._find(k, now)) is not None:
                 self._found[k], self._since[k] = extent, stamp
-            elif pixels_near(now, self._colors[k].lab) >= FEWEST:
+            elif pixels_near(now, self._colors[k].lab) >= FEWEST_PIXELS:
                 self._fills.add(k)
         return before != self._found
 

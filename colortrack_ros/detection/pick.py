@@ -13,6 +13,7 @@ from colortrack_ros.detection.detector import Detector
 from colortrack_ros.detection.extent import count_colors
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import find_extent
+from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import LEAST_SPREAD
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.pixels import split_rgb
@@ -34,9 +35,6 @@ camera's noise leaves to the distance of different colors."""
 STABLE_GROWTH = 0.05
 """Growth of a region that is stable, over a step of the tolerance up and one down, a share of its
 area; as the other constants of this file, test/detection/test_pick.py tells when it is wrong."""
-
-LARGEST_SHARE = 0.25
-"""Share of the picture that a region may cover; what is larger is its background."""
 
 TOLERANCE_MARGIN = 1.5
 """Ratio of the tolerance to the distance that nearly all pixels of the region keep: room for

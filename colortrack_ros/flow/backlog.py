@@ -12,10 +12,10 @@ from colortrack_ros.flow.order import MAX_ITEMS
 Arrival = TypeVar('Arrival')
 Item = TypeVar('Item')
 
-COSTS = 20
+LAST_COSTS = 20
 """How many of the last costs tell what the next item will cost: at 30 Hz two thirds of a second, in
 which a change of the load shows."""
-FEWEST = 5
+FEWEST_COSTS = 5
 """With fewer nobody can tell: the first items cost more, since tables are computed for them."""
 OUTLIERS = 4
 """One cost in so many, the greatest, is not counted: a hiccup of the machine is no overload."""
@@ -25,7 +25,7 @@ class Costs:
     """What one step of the work has cost lately, in seconds."""
 
     def __init__(self) -> None:
-        self._last: deque[float] = deque(maxlen=COSTS)
+        self._last: deque[float] = deque(maxlen=LAST_COSTS)
 
     def add(self, seconds: float) -> None:
         """Take the cost of one more item."""
@@ -34,7 +34,7 @@ class Costs:
     @property
     def expected(self) -> float:
         """The mean without outliers [s]; 0 while nobody can tell."""
-        if len(self._last) < FEWEST:
+        if len(self._last) < FEWEST_COSTS:
             return 0.0
         usual = sorted(self._last)[: -(len(self._last) // OUTLIERS)]
         return sum(usual) / len(usual)

@@ -5,8 +5,11 @@ from collections.abc import Callable
 import threading
 import time
 
-TOLERANCE = 1.0
+MAX_BEHIND = 1.0
 """A delay [s] beyond which the schedule is given up and starts again from now."""
+
+ANSWER_TIMEOUT = 1.0
+"""How long [s] a frame waits for its answer: whoever has skipped it never answers."""
 
 
 class Pacer:
@@ -27,7 +30,7 @@ class Pacer:
         """Wait until a period [s] after the time that the last call waited for."""
         now = self._clock()
         self._due += period
-        if self._due < now - TOLERANCE:
+        if self._due < now - MAX_BEHIND:
             self._due = now
         elif self._due > now:
             self._sleep(self._due - now)
@@ -40,7 +43,7 @@ class Window:
     :param patience: an answer that has not come after so long [s] does not come any more.
     """
 
-    def __init__(self, size: int, patience: float) -> None:
+    def __init__(self, size: int, patience: float = ANSWER_TIMEOUT) -> None:
         self._size, self._patience = size, patience
         self._waiting: deque[int] = deque()
         self._changed = threading.Condition()

@@ -17,7 +17,7 @@ from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.serialized import message_of_serialized
 
-MAX_BYTES = 1 << 16
+MAX_CALIBRATION = 1 << 16
 """Size of the largest calibration that is read or stored: thirty times what camera_calibration
 writes, and half a second of YAML."""
 
@@ -39,7 +39,7 @@ def load_camera_info(url: str) -> CameraInfo:
     if not url:
         return CameraInfo()
     path = _path(url)
-    content = read_file(path, MAX_BYTES)
+    content = read_file(path, MAX_CALIBRATION)
     try:
         calibration = yaml.safe_load(content)
         info = CameraInfo(
@@ -81,8 +81,10 @@ def save_camera_info(url: str, info: CameraInfo) -> None:
         width = columns.get(field, len(data))
         content[key] = {'rows': len(data) // max(width, 1), 'cols': width, 'data': data}
     path, text = _path(url), yaml.safe_dump(content, sort_keys=False).encode()
-    if len(text) > MAX_BYTES:
-        raise ValueError(f'expected a calibration of at most {MAX_BYTES} bytes, got {len(text)}')
+    if len(text) > MAX_CALIBRATION:
+        raise ValueError(
+            f'expected a calibration of at most {MAX_CALIBRATION} bytes, got {len(text)}'
+        )
     if path.exists() and not path.is_file():
         raise ValueError(f'expected a file, got a folder, a pipe or a device: {path}')
     # Beside, then renamed: on a full disk the old calibration stays.

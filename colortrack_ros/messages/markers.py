@@ -15,13 +15,13 @@ from colortrack_ros.messages.marker_cdr import rows_of
 
 Header = tuple[int, int, bytes]
 
-ELLIPSE, VELOCITY, LABEL, OUTLINE = b'ellipse', b'velocity', b'id', b'outline'
+ELLIPSE, ARROW, LABEL, OUTLINE = b'ellipse', b'velocity', b'id', b'outline'
 """Namespaces of the markers, one for each kind."""
 
 ELLIPSE_SIGMAS = 2.0
 """Half axes of the ellipse, in standard deviations; 2 by the contract of the topic."""
 
-GREEN, AMBER = (0.1, 0.8, 0.2, 0.8), (0.9, 0.7, 0.1, 0.5)
+MEASURED_COLOR, COASTING_COLOR = (0.1, 0.8, 0.2, 0.8), (0.9, 0.7, 0.1, 0.5)
 """Of tracks that are measured, and of those that coast."""
 
 
@@ -67,7 +67,7 @@ class MarkerWriter:
 
     def _deleted(self, header: Header, gone: list[int]) -> Rows:
         """All markers of tracks that have gone, track by track."""
-        spaces = (ELLIPSE, VELOCITY, LABEL, OUTLINE)[: 3 + self._outlining]
+        spaces = (ELLIPSE, ARROW, LABEL, OUTLINE)[: 3 + self._outlining]
         kinds = [MarkerKind(header, ns, action=Marker.DELETE) for ns in spaces]
         return _by_track([rows_of(kind, len(gone), id=gone) for kind in kinds])
 
@@ -93,7 +93,7 @@ def _added(
     nothing = np.zeros(count)
     common = {
         'id': rows['track_id'],
-        'color': np.where((rows['state'] == COASTING)[:, None], AMBER, GREEN),
+        'color': np.where((rows['state'] == COASTING)[:, None], COASTING_COLOR, MEASURED_COLOR),
     }
     axes = 2 * ELLIPSE_SIGMAS * scale
     turn = np.stack([nothing, nothing, np.sin(angle / 2), np.cos(angle / 2)], -1)
@@ -104,7 +104,7 @@ def _added(
             scale=np.stack([axes * major, axes * minor, 0.01 * size], -1), **common,
         ),
         rows_of(
-            MarkerKind(header, VELOCITY, Marker.ARROW, points=2), count,
+            MarkerKind(header, ARROW, Marker.ARROW, points=2), count,
             points=np.stack([position, position + ahead], axis=1),
             scale=np.stack([0.05 * size, 0.1 * size, nothing], -1), **common,
         ),

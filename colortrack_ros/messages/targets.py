@@ -19,19 +19,19 @@ from colortrack_ros.data import Locations
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.messages.header import header_of
 
-SLOW = 0.1
+STANDING = 0.1
 """Below this speed [m/s] an object has no direction, and its pose that of the frame."""
 
-UNKNOWN = 0.1
+UNKNOWN_DIAMETER = 0.1
 """Diameter [m] of the marker of an object whose own is not known: it can be seen and hides none."""
 
-TURNED = math.pi**2
+ANY_TURN = math.pi**2
 """Variance [rad^2] of an angle of which nothing is known, about that of any angle, pi^2 / 3."""
 
 
 def pose_of(row: np.void) -> Pose:
     """Where an object is, x forward along its way."""
-    yaw = math.atan2(row['vy'], row['vx']) if np.hypot(row['vx'], row['vy']) > SLOW else 0.0
+    yaw = math.atan2(row['vy'], row['vx']) if np.hypot(row['vx'], row['vy']) > STANDING else 0.0
     return Pose(
         position=Point(x=float(row['x']), y=float(row['y']), z=float(row['z'])),
         orientation=Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2)),
@@ -53,7 +53,7 @@ def target_of_locations(
     header, pose = header_of(locations.stamp, locations.frame_id), pose_of(locations.rows[row])
     covariance = np.zeros((6, 6))
     covariance[:3, :3] = locations.rows[row]['covariance'][:3, :3]
-    covariance[3:, 3:] = TURNED * np.eye(3)
+    covariance[3:, 3:] = ANY_TURN * np.eye(3)
     certain = PoseWithCovarianceStamped(header=header)
     certain.pose.pose, certain.pose.covariance = pose, covariance.ravel()
     return PoseStamped(header=header, pose=pose), certain
@@ -77,7 +77,7 @@ class LocationMarkerWriter:
         ]
         self._shown = shown
         for row in rows:
-            size = float(row['diameter']) or UNKNOWN
+            size = float(row['diameter']) or UNKNOWN_DIAMETER
             color = ColorRGBA(r=0.1, g=0.8, b=0.2, a=0.8)
             if row['state'] == COASTING:
                 color = ColorRGBA(r=0.9, g=0.7, b=0.1, a=0.5)

@@ -31,7 +31,7 @@ from colortrack_ros.parameters import part
 In = TypeVar('In', bound=Stamped)
 Out = TypeVar('Out')
 
-KINDS = {'raw': (Image, '{}'), 'compressed': (CompressedImage, '{}/compressed')}
+TRANSPORTS = {'raw': (Image, '{}'), 'compressed': (CompressedImage, '{}/compressed')}
 """For each value of image_transport the message and its topic."""
 
 
@@ -83,7 +83,7 @@ class IntakeConfig(Config):
     image_transport: str = parameter(
         'raw',
         'Whether images come raw, or as JPEG or PNG on <image_topic>/compressed.',
-        choices=KINDS,
+        choices=TRANSPORTS,
         read_only=True,
     )
     max_pixels: int = parameter(
@@ -133,7 +133,7 @@ def configure(worker: Worker[Any, Any], config: BacklogConfig) -> None:
 
 def receive_images(node: Node, worker: Worker[Frame, Any], config: IntakeConfig) -> None:
     """Put the images of a topic into a worker from now on, which reads them."""
-    kind, name = KINDS[config.image_transport]
+    kind, name = TRANSPORTS[config.image_transport]
 
     def receive(cdr: bytes) -> None:
         worker.put_unread(lambda: config.frame_of(cdr, kind), len(cdr))

@@ -39,8 +39,6 @@ from colortrack_ros.sources.device import DeviceSource
 IN_FLIGHT = 2
 """Frames that may wait for their detections when a recording goes as fast as it is consumed: one
 that is worked on, and the next, so that the detector never waits."""
-ANSWER_TIMEOUT = 1.0
-"""How long [s] such a frame waits for them: a detector that has skipped it never answers."""
 ACQUAINTANCE = 0.5
 """How long [s] subscribers that the camera knows may not know the camera yet: discovery tells one
 side first."""
@@ -83,7 +81,7 @@ class CameraNode(ParameterNode[CameraSetup]):
         # Beside the images, wherever they have been remapped to.
         self._jpegs = publish_on(self, CompressedImage, f'{self._images.topic_name}/compressed')
         self._answers: Subscription | None = None
-        self._window = Window(IN_FLIGHT, ANSWER_TIMEOUT)
+        self._window = Window(IN_FLIGHT)
         self._listen(self.setup)
         self._closing = threading.Event()
         self._going = threading.Event()

@@ -48,8 +48,6 @@ TICKS = 2
 pictures."""
 PATIENCE = 0.5
 """The robot stands when no cmd_vel has come for so long [s]: that of diff_drive_controller."""
-ANSWER_TIMEOUT = 1.0
-"""How long a picture waits for the answer to the last one [s], where that is the pace."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +101,7 @@ class SimulatorNode(ParameterNode[SimulatorSetup]):
             self._clocks = publish_on(self, Clock, '/clock')
         kind = TwistStamped if setup.stamped else Twist
         subscribe_to(self, kind, setup.cmd_vel_topic, self._drive)
-        self._window = Window(1, ANSWER_TIMEOUT)
+        self._window = Window(1)
         if not setup.real_time:
             subscribe_to(self, PointCloud2, setup.answer_topic, self._take_answer)
         self._start = self.get_clock().now().nanoseconds

@@ -30,7 +30,7 @@ from typing import TypeVar
 from colortrack_ros.parameters.spec import Spec
 from colortrack_ros.parameters.spec import USER
 
-Kind = TypeVar('Kind', bound='Config')
+Built = TypeVar('Built', bound='Config')
 
 _SPEC, _NAMED, _PART = 'spec', 'named', 'part'
 """Keys of a field's metadata: what the field is."""
@@ -153,7 +153,7 @@ def groups_of(config: type[Config]) -> Iterator[tuple[str, Named]]:
             yield item.name, item.metadata[_NAMED]
 
 
-def build(config: type[Kind], values: Mapping[str, Any], prefix: str = '') -> Kind:
+def build(config: type[Built], values: Mapping[str, Any], prefix: str = '') -> Built:
     """The configuration of the values of its parameters; what is not given has its default.
 
     :param prefix: of the names in ``values``, such as ``NAME.``.

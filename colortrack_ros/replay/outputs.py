@@ -33,7 +33,7 @@ from colortrack_ros.replay.recordings import CLOUD
 from colortrack_ros.replay.recordings import Item
 from colortrack_ros.replay.setup import Setup
 
-KINDS = {
+MESSAGE_TYPES = {
     'camera_info': CAMERA_INFO,
     'detections': CLOUD,
     'tracks': CLOUD,
@@ -87,9 +87,11 @@ class BagOutput(Output):
     def __init__(self, path: Path, storage: str, setup: Setup) -> None:
         self._topics = setup.topics
         self._scale = setup.tracker.output.marker_scale
-        topics = {self._topics[name]: kind for name, kind in KINDS.items() if self._topics[name]}
+        topics = {
+            self._topics[name]: kind for name, kind in MESSAGE_TYPES.items() if self._topics[name]
+        }
         self._bag = BagWriter(path, topics, storage)
-        self._last = dict.fromkeys(KINDS, 0)
+        self._last = dict.fromkeys(MESSAGE_TYPES, 0)
         self._markers = MarkerWriter()
         self._image_size = 0, 0
 
@@ -112,7 +114,7 @@ class BagOutput(Output):
     def _add(self, name: str, item: Item, message: CameraInfo | PointCloud2 | None) -> None:
         """A message, or where there is none, the recorded one."""
         recorded = message is None
-        self._put(name, item, item.cdr if recorded else _serialized(message, KINDS[name]))
+        self._put(name, item, item.cdr if recorded else _serialized(message, MESSAGE_TYPES[name]))
 
     def _put(self, name: str, item: Item, cdr: bytes) -> None:
         # What was put in its place before others was not recorded after them.

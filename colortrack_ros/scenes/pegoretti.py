@@ -21,7 +21,7 @@ from colortrack_ros.scenes.texture import plaster
 
 COLORS: dict[str, Color] = {'red': (205, 58, 34)}
 WALL: Color = (128, 134, 142)
-GREEN: Color = (52, 124, 66)
+BAR_COLOR: Color = (52, 124, 66)
 RADIUS = 0.045
 """Of a ball, in heights of the picture. Size and colors are chosen; the document shows its videos
 and gives neither."""
@@ -98,7 +98,7 @@ def crossing(options: Options) -> Scene:
 def occlusion(options: Options) -> Scene:
     """Return example 5 (4.5): like five, behind a green bar that hides each for about 0.7 s."""
     left, right = (round(x * options.width) for x in (0.44, 0.57))
-    bar = plaster((options.seed, 3), options.height, right - left, GREEN, 0.4)
+    bar = plaster((options.seed, 3), options.height, right - left, BAR_COLOR, 0.4)
     return scene_of('occlusion', options, _five_paths(options), [Cover(0, left, bar)])
 
 

@@ -18,7 +18,7 @@ from colortrack_ros.scenes.options import Options
 from colortrack_ros.scenes.patches import Patch
 from colortrack_ros.scenes.patches import relief
 from colortrack_ros.scenes.patches import texture
-from colortrack_ros.scenes.pegoretti import GREEN
+from colortrack_ros.scenes.pegoretti import BAR_COLOR
 from colortrack_ros.scenes.pegoretti import in_pixels
 from colortrack_ros.scenes.pegoretti import wall
 from colortrack_ros.scenes.scene import Scene
@@ -117,7 +117,7 @@ def _lanes(name: str, options: Options, bars: Sequence[tuple[float, float]]) -> 
         left = max(round(options.width / 2 - half), 0)
         right = min(round(options.width / 2 + half), options.width)
         rows = round(top * options.height), round(bottom * options.height)
-        picture = plaster((options.seed, 25, i), rows[1] - rows[0], right - left, GREEN)
+        picture = plaster((options.seed, 25, i), rows[1] - rows[0], right - left, BAR_COLOR)
         covers.append(Cover(rows[0], left, picture))
     return _scene(name, options, patches, covers)
 

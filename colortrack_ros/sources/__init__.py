@@ -4,7 +4,7 @@ import time
 
 from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
-from colortrack_ros.sources.capture import Clock
+from colortrack_ros.sources.capture import Now
 from colortrack_ros.sources.device import DeviceSource
 from colortrack_ros.sources.grabber import Grabber
 from colortrack_ros.sources.pictures import PicturesSource
@@ -18,7 +18,7 @@ SOURCES = (SceneSource, StreamSource, DeviceSource, PicturesSource, VideoSource)
 """Every kind of source; the first that accepts a spec opens it. VideoSource accepts any."""
 
 
-def open_source(spec: str, rate: float = 0.0, clock: Clock = time.time_ns) -> Source:
+def open_source(spec: str, rate: float = 0.0, clock: Now = time.time_ns) -> Source:
     """Open a device, a video file, a stream, a folder or pattern of pictures, or a scene.
 
     :param spec: `0`, `/dev/video0`, `ball.mp4`, `rtsp://host/path`, `http://host/stream.mjpg`,

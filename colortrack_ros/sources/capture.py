@@ -17,7 +17,7 @@ os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')
 _set_log_level = getattr(cv2, 'setLogLevel', None) or cv2.utils.logging.setLogLevel
 _set_log_level(0)  # OpenCV 5 has moved it
 
-Clock = Callable[[], int]
+Now = Callable[[], int]
 """Returns the time [ns]."""
 
 
@@ -32,7 +32,7 @@ class LiveCapture(Source):
     live = True
     period = 0
 
-    def __init__(self, capture: cv2.VideoCapture, label: str, clock: Clock) -> None:
+    def __init__(self, capture: cv2.VideoCapture, label: str, clock: Now) -> None:
         self._capture = capture
         self._label = label
         self._clock = clock

@@ -16,8 +16,8 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
 from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
-from colortrack_ros.sources.capture import Clock
 from colortrack_ros.sources.capture import LiveCapture
+from colortrack_ros.sources.capture import Now
 
 ENCODINGS_OF = {
     'YUYV': 'yuyv',
@@ -131,7 +131,7 @@ class DeviceSource(LiveCapture):
     :raises SourceError: when there is no such device, or it gives no pictures.
     """
 
-    def __init__(self, spec: str, rate: float, clock: Clock) -> None:
+    def __init__(self, spec: str, rate: float, clock: Now) -> None:
         path = f'/dev/video{spec}' if spec.isdecimal() else spec
         there = ', '.join(sorted(glob.glob('/dev/video*'))) or 'no /dev/video*'
         if not Path(path).exists():

@@ -12,7 +12,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.sources.base import DEFAULT_RATE
 from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
-from colortrack_ros.sources.capture import Clock
+from colortrack_ros.sources.capture import Now
 
 PICTURE_SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.webp', '.pgm', '.ppm')
 """What picture files end in, of the formats that cv2.imread reads in Debian's build and wheels."""
@@ -25,7 +25,7 @@ class PicturesSource(RecordedSource):
     :raises SourceError: when there is no picture, or the first one is unreadable.
     """
 
-    def __init__(self, spec: str, rate: float, clock: Clock) -> None:
+    def __init__(self, spec: str, rate: float, clock: Now) -> None:
         super().__init__(rate if rate > 0 else DEFAULT_RATE)
         if Path(spec).is_file():
             found = [spec]

@@ -5,7 +5,7 @@ from colortrack_ros.scenes import open_scene
 from colortrack_ros.scenes import Scene
 from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
-from colortrack_ros.sources.capture import Clock
+from colortrack_ros.sources.capture import Now
 
 SCENE_PREFIX = 'scene:'
 
@@ -16,7 +16,7 @@ class SceneSource(RecordedSource):
     :raises SourceError: for an unknown scene or option.
     """
 
-    def __init__(self, spec: str, rate: float, clock: Clock) -> None:
+    def __init__(self, spec: str, rate: float, clock: Now) -> None:
         try:
             self._scene: Scene = open_scene(spec[len(SCENE_PREFIX) :])
         except ValueError as error:

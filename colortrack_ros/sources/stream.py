@@ -5,8 +5,8 @@ import re
 import cv2
 
 from colortrack_ros.sources.base import SourceError
-from colortrack_ros.sources.capture import Clock
 from colortrack_ros.sources.capture import LiveCapture
+from colortrack_ros.sources.capture import Now
 
 TIMEOUT_MS = 5000
 """How long to wait for a connection, and for the next picture [ms]: more than the seconds between
@@ -22,7 +22,7 @@ class StreamSource(LiveCapture):
     :raises SourceError: when no stream answers there in time; the password is not in the message.
     """
 
-    def __init__(self, spec: str, rate: float, clock: Clock) -> None:
+    def __init__(self, spec: str, rate: float, clock: Now) -> None:
         timeouts = [
             cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, TIMEOUT_MS,
         ]  # fmt: skip

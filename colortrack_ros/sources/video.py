@@ -10,7 +10,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.sources.base import DEFAULT_RATE
 from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
-from colortrack_ros.sources.capture import Clock
+from colortrack_ros.sources.capture import Now
 
 ROUNDING = 0.0005
 """How far a time is off by the container's rounding [s]: Matroska has whole milliseconds, others
@@ -41,7 +41,7 @@ class VideoSource(RecordedSource):
     _missing: int
     _ended: bool
 
-    def __init__(self, spec: str, rate: float, clock: Clock) -> None:
+    def __init__(self, spec: str, rate: float, clock: Now) -> None:
         if not Path(spec).is_file():
             raise SourceError(
                 f'source {spec!r}: there is no such file; a source is a device (0 or /dev/video0), '

@@ -41,7 +41,7 @@ from colortrack_ros.node_kit.runtime import share_file
 from colortrack_ros.node_kit.runtime import use_transport_profile
 
 STATES = ('tentative', 'confirmed', 'coasting')
-TIME_TO_END = 8.0
+NODES_END = 8.0
 """How long the nodes have to end after a signal [s]: they end on their own in 6.5 s at the most."""
 QUIET = 3.0
 """The demo is over when nothing has come for so long [s]."""
@@ -224,7 +224,7 @@ def _end(nodes: Collection[subprocess.Popen[bytes]]) -> None:
         node.send_signal(signal.SIGINT)
     for node in nodes:
         try:
-            node.wait(TIME_TO_END)
+            node.wait(NODES_END)
         except subprocess.TimeoutExpired:
             node.kill()
             node.wait()

@@ -7,7 +7,7 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import named
 from colortrack_ros.parameters import parameter
 
-METHODS = ('ground', 'size', 'depth', 'fused')
+RANGE_METHODS = ('ground', 'size', 'depth', 'fused')
 MOTIONS = ('plane', 'free_fall', 'still')
 
 
@@ -83,7 +83,7 @@ class LocatorConfig(Config):
     method: str = parameter(
         'ground',
         'Where the range comes from: the ground, the known diameter, a depth picture, or all.',
-        choices=METHODS,
+        choices=RANGE_METHODS,
     )
     colors: tuple[Kind, ...] = named(
         (), "Names of the detector's colors, in its order.", KindConfig, Kind

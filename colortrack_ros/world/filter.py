@@ -27,13 +27,13 @@ from colortrack_ros.world.view import View
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-STEPS = 2
+LATER_STEPS = 2
 """Linearizations of an update: at the prediction, and where that leads."""
 
 FIRST_STEPS = 4
 """Linearizations of the first update, which begins at a guess."""
 
-MEMORY = 60.0
+BIAS_MEMORY = 60.0
 """Time constant of the biases [s], first-order Gauss-Markov: a mount gives, a load shifts, light
 moves the edges of blobs. Assumed; at 1e9 `python benchmark/world.py` gives a NEES of 4.3 in place
 of 3.6, of 3, for what stands on the ground while the robot drives."""
@@ -42,7 +42,7 @@ RESTITUTION = 0.15
 """Standard deviation of the share of speed that is left after a bounce; a measured one of 0.7 with
 balls on floors is between 0.5 and 0.9. Assumed."""
 
-LEAST_WEIGHT = 1e-3
+LEAST_BOUNCE = 1e-3
 """Probability of a bounce below which it has not been: 3 standard deviations above the ground."""
 
 FARTHER = 4.0
@@ -70,8 +70,8 @@ def predict(mean: Floats, cov: Floats, kinds: Kinds, ground: float, dt: float) -
     cov[:, POSITION] += dt * cov[:, VELOCITY]
     cov[:, :, POSITION] += dt * cov[:, :, VELOCITY]
     # the biases themselves keep their variance; what correlates with them forgets
-    cov[:, :6, BIASES] *= np.exp(-dt / MEMORY)
-    cov[:, BIASES, :6] *= np.exp(-dt / MEMORY)
+    cov[:, :6, BIASES] *= np.exp(-dt / BIAS_MEMORY)
+    cov[:, BIASES, :6] *= np.exp(-dt / BIAS_MEMORY)
     axis = np.arange(3)
     w2 = np.square(kinds.wander)
     cov[:, axis, axis] += w2 * dt**3 / 3
@@ -89,7 +89,7 @@ def _bounce(mean: Floats, cov: Floats, kinds: Kinds, ground: float) -> None:
     """
     below = (ground + kinds.diameter / 2 - mean[:, 2]) / np.sqrt(np.maximum(cov[:, 2, 2], TINY))
     weight = np.where(kinds.falls & (mean[:, 5] < 0), ndtr(below), 0.0)
-    (rows,) = (weight > LEAST_WEIGHT).nonzero()
+    (rows,) = (weight > LEAST_BOUNCE).nonzero()
     if not len(rows):
         return
     weight = weight[rows]
@@ -126,7 +126,7 @@ def update(
     view: View,
     kinds: Kinds,
     ground: float,
-    steps: int = STEPS,
+    steps: int = LATER_STEPS,
 ) -> tuple[Floats, Floats, Floats]:
     """The states after measurements, and how far these were from what was expected.
 

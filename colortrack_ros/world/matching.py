@@ -10,7 +10,7 @@ from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import DEPTH
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
-from colortrack_ros.world.measurement import ROUGH
+from colortrack_ros.world.measurement import PLANE_SIGMA
 from colortrack_ros.world.measurement import U
 from colortrack_ros.world.measurement import V
 from colortrack_ros.world.state import Kinds
@@ -33,7 +33,7 @@ BULGE = np.sqrt(1 - HALF**2 / 2)
 """How far the middle depth of a sphere there lies before its center, in radii: half of the disc of
 radius HALF is within HALF / sqrt(2)."""
 
-FEWEST = 0.3
+LEAST_VALID = 0.3
 """Share of the depths that must be there: more holes than that are at edges and on mirrors."""
 
 
@@ -81,7 +81,7 @@ def measured_of(
     R[:, U, V] = R[:, V, U] = rows['cov_uv']
     used[:, [U, V]] = whole[:, None]
     used[:, PLANE] = whole & kinds.bound & (config.method in ('ground', 'fused'))
-    R[:, PLANE, PLANE] = ROUGH**2
+    R[:, PLANE, PLANE] = PLANE_SIGMA**2
     z[:, BLOB] = np.sqrt(4 * rows['area'] / np.pi)
     R[:, BLOB, BLOB] = config.size_noise**2
     by_size = (config.method in ('size', 'fused')) | ((config.method == 'ground') & kinds.falls)
@@ -120,7 +120,7 @@ def depths_of(
         top, bottom = round(row['v'] - half_h), round(row['v'] + half_h) + 1
         part = depth[max(top, 0) : max(bottom, 0), max(left, 0) : max(right, 0)]
         valid = part[np.isfinite(part) & (part > 0)]
-        if valid.size and valid.size >= FEWEST * part.size:
+        if valid.size and valid.size >= LEAST_VALID * part.size:
             found[i] = np.median(valid)
     # the radius is size / 2 pixels at the center's depth
     angle = size / (2 * np.sqrt(camera.K[0, 0] * camera.K[1, 1]))

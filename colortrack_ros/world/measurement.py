@@ -29,7 +29,7 @@ U, V, PLANE, BLOB, DEPTH = range(5)
 """The rows of a measurement: the ray's pixel u and v [px], the height above the plane that the
 center is on [m], 0; the diameter of the blob [px]; the depth of the center [m]."""
 
-ROUGH = 1e-3
+PLANE_SIGMA = 1e-3
 """Standard deviation [m] of the height on the plane, from picture to picture: what is off for good
 is a bias. Small against the height's own standard deviation of 5 mm."""
 

@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 CACHE = 10.0
 """How long poses are kept [s]: tf2's default cache time."""
 
-UNIT = 1e-3
+UNIT_TOLERANCE = 1e-3
 """How far the length of a quaternion may be from 1: tf2 allows 1e-3."""
 
 
@@ -61,7 +61,7 @@ class Pose:
         """
         t, q = np.asarray(xyz, float), np.asarray(xyzw, float)
         length = math.sqrt(float(q @ q))
-        if not (abs(length - 1) < UNIT and np.isfinite(t).all()):
+        if not (abs(length - 1) < UNIT_TOLERANCE and np.isfinite(t).all()):
             raise TransformError(
                 f'pose with position {t.tolist()} and quaternion {q.tolist()}: expected finite '
                 'numbers and a quaternion of length 1'

@@ -18,7 +18,7 @@ from colortrack_ros.world.config import LocatorConfig
 Floats = NDArray[np.float64]
 
 POSITION, VELOCITY = slice(0, 3), slice(3, 6)
-BIASES, MOUNT = slice(6, 16), slice(6, 12)
+BIASES = slice(6, 16)
 SHIFT, TILT = slice(6, 9), slice(9, 12)
 HEIGHT, DIAMETER, EDGE, SCALE = 12, 13, 14, 15
 SIZE = 16

@@ -14,10 +14,10 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.world.poses import TransformError
 from colortrack_ros.world.view import View
 
-PATIENCE = 0.5
+LONGEST_WAIT = 0.5
 """How long [s] to wait for odometry and the like: of robots it comes at 10 Hz at least."""
 
-KEPT = 30
+MAX_WAITING = 30
 """Detections and depths that wait for their tracks: a second at 30 Hz."""
 
 SAME = 0.02
@@ -70,7 +70,7 @@ class Waiting:
         while self._pictures:
             tracks, arrived = self._pictures[0]
             # a clock that has gone back is another one: nothing comes any more
-            over = not 0 <= self._clock() - arrived <= PATIENCE
+            over = not 0 <= self._clock() - arrived <= LONGEST_WAIT
             reason, later = self._try(tracks, over)
             if reason and later and not over:
                 return
@@ -107,5 +107,5 @@ class Waiting:
 
 def _keep(waiting: dict[int, Any], stamp: int, item: Any) -> None:
     waiting[stamp] = item
-    if len(waiting) > KEPT:
+    if len(waiting) > MAX_WAITING:
         waiting.pop(next(iter(waiting)))

@@ -8,7 +8,7 @@ sys.path.append(str(ROOT / 'benchmark'))
 
 import world
 
-from colortrack_ros.world.config import METHODS
+from colortrack_ros.world.config import RANGE_METHODS
 from colortrack_ros.world.filter import predict
 from colortrack_ros.world.inverse_depth import from_points
 from colortrack_ros.world.inverse_depth import to_points
@@ -25,7 +25,7 @@ VIEW = View(world.CAMERA, Pose.of_rpy((1, 2, 0), (0, 0, 0.5)), world.MOUNT)
 
 @pytest.mark.parametrize('drives', [False, True], ids=['stands', 'drives'])
 @pytest.mark.parametrize('motion', world.MOTIONS)
-@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize('method', RANGE_METHODS)
 def test_the_covariance_says_how_far_off_the_object_is(method, motion, drives):
     """50 runs; the interval is of one moment, the mean is that of 6 s, in which errors last."""
     outcome = world.run(method, motion, drives, runs=50, seed=7)

@@ -3,7 +3,7 @@ import numpy as np
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Tracks
 from colortrack_ros.world import TransformError
-from colortrack_ros.world.waiting import PATIENCE
+from colortrack_ros.world.waiting import LONGEST_WAIT
 from colortrack_ros.world.waiting import Waiting
 
 MS = 1_000_000
@@ -66,7 +66,7 @@ def test_late_odometry_is_waited_for_and_the_order_kept():
 def test_odometry_that_stops_is_told_and_nothing_goes_out():
     scene = Scene()
     scene.put(10)
-    scene.now = PATIENCE + 0.1
+    scene.now = LONGEST_WAIT + 0.1
     scene.waiting.look()
     assert scene.out == []
     assert scene.refused == ['extrapolation into the future']
@@ -95,7 +95,7 @@ def test_without_depth_a_picture_goes_on_late_and_it_is_told():
     scene = Scene()
     scene.until, scene.waiting.needs_depth = 100 * MS, True
     scene.put(50)
-    scene.now = PATIENCE + 0.1
+    scene.now = LONGEST_WAIT + 0.1
     scene.waiting.look()
     assert scene.out == [(50, 'view at 50', False)]
     assert 'depth_topic' in scene.refused[0]
@@ -105,6 +105,6 @@ def test_tracks_whose_detections_never_come_are_told():
     scene = Scene()
     scene.until = 100 * MS
     scene.waiting.put_tracks(Tracks(stamp=10 * MS))
-    scene.now = PATIENCE + 0.1
+    scene.now = LONGEST_WAIT + 0.1
     scene.waiting.look()
     assert 'no detections came' in scene.refused[0]
