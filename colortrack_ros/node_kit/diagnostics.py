@@ -31,6 +31,10 @@ long as the longest threshold."""
 
 NO_CLOCK = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play --clock` does'
 
+TASK = 'messages'
+"""What the status is about. Its name is that of the node without the slash, and this, as
+diagnostic_updater makes it: diagnostic_aggregator sorts by it (see params/diagnostics.yaml)."""
+
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
@@ -77,6 +81,8 @@ class Health:
     ) -> None:
         self.refused = 0
         self._node, self._trouble, self._facts = node, trouble, facts
+        source = node.get_parameter_or('source')
+        self._hardware = str(source.value or 'none')  # as shown, without a password
         self._lock = threading.Lock()
         self._counts = _Counts()
         self._reason = ''
@@ -133,8 +139,9 @@ class Health:
         }
         status = DiagnosticStatus(
             level=level,
-            name=self._node.get_fully_qualified_name(),
+            name=f'{self._node.get_fully_qualified_name()[1:]}: {TASK}',
             message=message,
+            hardware_id=self._hardware,
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
         array = DiagnosticArray(status=[status])

@@ -18,35 +18,31 @@ from colortrack_ros.flow.pairing import Pair
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.flow.stage import Worker
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.diagnostics import HealthConfig
 from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.intake import receive_images
 from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.topics import PictureQueueConfig
-from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.tracks_output import TracksOutput
 from colortrack_ros.node_kit.tracks_output import TracksOutputConfig
-from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import part
 
 Setup = TypeVar('Setup', bound='ImageTrackerSetup')
 
 
 @dataclass(frozen=True)
-class ImageTrackerSetup(Config):
+class ImageTrackerSetup(NodeSetup):
     """The parameters of such a node; its own come after those of its room.
 
     :param config: what the tracker of the room is configured with, a part.
     """
 
-    config: Any
+    config: Any = None
     intake: IntakeConfig = part(IntakeConfig)
     output: TracksOutputConfig = part(TracksOutputConfig)
     pictures: PictureQueueConfig = part(PictureQueueConfig)
-    queue: QueueConfig = part(QueueConfig)
-    health: HealthConfig = part(HealthConfig)
 
 
 class ImageTracker(Protocol):

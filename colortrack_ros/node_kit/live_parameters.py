@@ -17,6 +17,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.parameters import build
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import DOCUMENT
@@ -69,13 +70,15 @@ class ParameterNode(Node, Generic[Setup]):
     """A node whose parameters are the fields of a configuration.
 
     A bad value is refused with its reason in the log (on start) or in the answer (at run time), and
-    the old one, on start the default, stays in force.
+    the old one, on start the default, stays in force; with the parameter ``strict`` the node does
+    not start.
 
     :param name: of the node.
     :param config: declares the parameters.
     :param beside: those of the other nodes of the process: what only they know of is not refused.
     :ivar setup: the values in force.
     :ivar lock: held while parameters change; for work that must not see half of a change.
+    :raises StartError: a value is refused, and ``strict`` is set.
     """
 
     _given: dict[str, Any] | None = None
@@ -133,6 +136,10 @@ class ParameterNode(Node, Generic[Setup]):
         values, refused = table.consistent(given, make)
         for reason in refused.values():
             self.get_logger().error(f'Parameter refused: {reason}. The default stays in force.')
+        if refused and values.get('strict'):
+            raise StartError(
+                f'strict: {len(refused)} refused on start, as said above; correct that'
+            )
         for name, value in values.items():
             spec = table.find(name)
             self.declare_parameter(

@@ -8,6 +8,7 @@ from rclpy.exceptions import NameValidationException
 from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.qos import QoSPolicyKind
 from rclpy.qos import QoSProfile
 from rclpy.qos import ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -22,6 +23,14 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
 PICTURES = (Image, CompressedImage)
+
+OVERRIDABLE = (
+    QoSPolicyKind.HISTORY,
+    QoSPolicyKind.DEPTH,
+    QoSPolicyKind.RELIABILITY,
+    QoSPolicyKind.DURABILITY,
+)
+"""What parameters ``qos_overrides.TOPIC.publisher.*`` and ``.subscription.*`` may change."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +85,7 @@ def publish_on(node: Node, kind: type, name: str) -> Publisher:
         kind,
         name,
         QoSProfile(depth=_depth(node, kind), reliability=ReliabilityPolicy.RELIABLE),
-        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        qos_overriding_options=QoSOverridingOptions(OVERRIDABLE),
     )
 
 
@@ -95,7 +104,7 @@ def subscribe_to(
         name,
         callback,
         QoSProfile(depth=_depth(node, kind), reliability=reliability),
-        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        qos_overriding_options=QoSOverridingOptions(OVERRIDABLE),
         raw=True,
     )
 

@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 from colortrack_ros.messages import load_camera_info
-from colortrack_ros.node_kit.diagnostics import HealthConfig
+from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.topics import PictureQueueConfig
-from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import topic_name
-from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import part
@@ -16,7 +14,7 @@ from colortrack_ros.sources.stream import without_secrets
 
 
 @dataclass(frozen=True)
-class CameraSetup(Config):
+class CameraSetup(NodeSetup):
     """The parameters of the camera node."""
 
     source: str = parameter(
@@ -62,8 +60,6 @@ class CameraSetup(Config):
     camera_info_topic: str = topic_name('camera/camera_info', 'the calibration that is published')
     detections_topic: str = topic_name('detections', 'the detections that rate -1 waits for')
     pictures: PictureQueueConfig = part(PictureQueueConfig)
-    queue: QueueConfig = part(QueueConfig)
-    health: HealthConfig = part(HealthConfig)
 
     @property
     def as_consumed(self) -> bool:

@@ -17,23 +17,21 @@ from colortrack_ros.detection.regions import Regions
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.diagnostics import HealthConfig
 from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.intake import receive_images
 from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import publish_on
-from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import topic_name
-from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import part
 
 
 @dataclass(frozen=True)
-class DetectorSetup(Config):
+class DetectorSetup(NodeSetup):
     """The parameters of the detector node."""
 
     config: DetectorConfig = part(DetectorConfig)
@@ -41,8 +39,6 @@ class DetectorSetup(Config):
     detections_topic: str = topic_name('detections', 'the detections that are published')
     debug_topic: str = topic_name('detector/mask', 'the mask, published while somebody subscribes')
     pictures: PictureQueueConfig = part(PictureQueueConfig)
-    queue: QueueConfig = part(QueueConfig)
-    health: HealthConfig = part(HealthConfig)
 
     def check(self) -> None:
         """The picture of the mask can be read, and the regions are polygons."""

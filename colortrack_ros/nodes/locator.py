@@ -29,16 +29,14 @@ from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.diagnostics import HealthConfig
 from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.locations_output import LocationsOutput
 from colortrack_ros.node_kit.locations_output import LocationsOutputConfig
+from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import PictureQueueConfig
-from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
-from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import part
 from colortrack_ros.world import CalibrationError
 from colortrack_ros.world import CameraModel
@@ -52,7 +50,7 @@ from colortrack_ros.world.waiting import Waiting
 
 
 @dataclass(frozen=True)
-class LocatorSetup(Config):
+class LocatorSetup(NodeSetup):
     """The parameters of the locator node."""
 
     config: LocatorConfig = part(LocatorConfig)
@@ -66,8 +64,6 @@ class LocatorSetup(Config):
     )
     order: OrderConfig = part(OrderConfig)
     pictures: PictureQueueConfig = part(PictureQueueConfig)
-    queue: QueueConfig = part(QueueConfig)
-    health: HealthConfig = part(HealthConfig)
 
     def check(self) -> None:
         """The target is one that there can be."""

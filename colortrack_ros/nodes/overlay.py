@@ -21,16 +21,14 @@ from colortrack_ros.messages import outlines_of_serialized_cloud
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.messages import tracks_with_outlines
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.diagnostics import HealthConfig
 from colortrack_ros.node_kit.intake import full_range
 from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import publish_on
-from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
-from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import part
 
 MOST_UNPAIRED = 30
@@ -39,7 +37,7 @@ as many as the queue of images holds."""
 
 
 @dataclass(frozen=True)
-class OverlaySetup(Config):
+class OverlaySetup(NodeSetup):
     """The parameters of the overlay node."""
 
     image_topic: str = topic_name('camera/image_raw', 'the pictures')
@@ -50,8 +48,6 @@ class OverlaySetup(Config):
     )
     yuv_full_range: bool = full_range()
     pictures: PictureQueueConfig = part(PictureQueueConfig)
-    queue: QueueConfig = part(QueueConfig)
-    health: HealthConfig = part(HealthConfig)
 
 
 class OverlayNode(ParameterNode[OverlaySetup]):

@@ -29,15 +29,13 @@ from colortrack_ros.messages import odometry_on_ground
 from colortrack_ros.messages import speeds_of_serialized_twist
 from colortrack_ros.messages import stamp_of_serialized
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.diagnostics import HealthConfig
 from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import publish_on
-from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
-from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import part
 from colortrack_ros.simulation import Simulation
@@ -51,7 +49,7 @@ PATIENCE = 0.5
 
 
 @dataclass(frozen=True)
-class SimulatorSetup(Config):
+class SimulatorSetup(NodeSetup):
     """The parameters of the simulator node."""
 
     config: SimulationConfig = part(SimulationConfig)
@@ -79,8 +77,6 @@ class SimulatorSetup(Config):
     truth_topic: str = topic_name('truth', 'where things are')
     answer_topic: str = topic_name('locations', 'the answers to pictures, unless real_time')
     pictures: PictureQueueConfig = part(PictureQueueConfig)
-    queue: QueueConfig = part(QueueConfig)
-    health: HealthConfig = part(HealthConfig)
 
 
 class SimulatorNode(ParameterNode[SimulatorSetup]):

@@ -21,26 +21,24 @@ from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.diagnostics import HealthConfig
 from colortrack_ros.node_kit.diagnostics import TOLD_EVERY
 from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import max_lag
 from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
-from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.node_kit.tracks_output import TracksOutput
 from colortrack_ros.node_kit.tracks_output import TracksOutputConfig
-from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import part
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
 
 @dataclass(frozen=True)
-class TrackerSetup(Config):
+class TrackerSetup(NodeSetup):
     """The parameters of the tracker node."""
 
     config: TrackerConfig = part(TrackerConfig)
@@ -51,8 +49,6 @@ class TrackerSetup(Config):
         'camera/camera_info', 'the CameraInfo that tells how large the pictures are'
     )
     output: TracksOutputConfig = part(TracksOutputConfig)
-    queue: QueueConfig = part(QueueConfig)
-    health: HealthConfig = part(HealthConfig)
 
 
 class TrackerNode(ParameterNode[TrackerSetup]):

@@ -24,6 +24,7 @@ from colortrack_ros.data import OUTLINE_POINT
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.messages import cloud_of_tracks
+from colortrack_ros.node_kit.diagnostics import TASK
 from colortrack_ros.parameters import build
 from colortrack_ros.replay.outputs import COLUMNS
 from colortrack_ros.scenes import open_scene
@@ -61,6 +62,8 @@ def by_page(*pages):
 def test_every_value_in_a_params_file_is_accepted(path):
     for node, content in yaml.safe_load(path.read_text()).items():
         name = node.removeprefix('/**/')
+        if name == 'analyzers':  # of diagnostic_aggregator
+            continue
         table = NODES[name]
         given = flat(content['ros__parameters'])
         values, refused = table.consistent(given, BUILD[name])
@@ -300,3 +303,11 @@ def test_the_security_policy_gives_each_node_its_own_topics_and_no_others(node):
     if node == 'camera' or 'image_transport' in NODES[node].specs:
         topics.add('camera/image_raw/compressed')
     assert allowed == topics
+
+
+def test_the_analyzers_find_the_status_of_every_node():
+    content = yaml.safe_load((ROOT / 'params' / 'diagnostics.yaml').read_text())
+    groups = content['analyzers']['ros__parameters']['color_tracking']['analyzers']
+    texts = [text for group in groups.values() for text in group['contains']]
+    for node in NODES:
+        assert any(text in f'robot1/{node}: {TASK}' for text in texts), node

@@ -178,10 +178,11 @@ class Crowd:
     def _note(self, message: DiagnosticArray) -> None:
         (status,) = message.status
         values = {v.key: v.value for v in status.values}
-        self.seen.add(status.name)
-        self.taken[status.name] += round(float(values['rate in [Hz]']))
-        self.refused[status.name] = int(values['refused'])
-        self.skipped[status.name] = int(values.get('skipped', 0))
+        node = '/' + status.name.partition(':')[0]
+        self.seen.add(node)
+        self.taken[node] += round(float(values['rate in [Hz]']))
+        self.refused[node] = int(values['refused'])
+        self.skipped[node] = int(values.get('skipped', 0))
 
     def publish(self, messages: dict[str, list]) -> None:
         """Publish on each topic, and wait until all is worked on."""

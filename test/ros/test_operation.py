@@ -43,7 +43,8 @@ def status_of(ros, messages: list, node: str, level: bytes, text: str) -> Diagno
             status
             for array in messages
             for status in array.status
-            if (status.name, status.level) == (node, level) and text in status.message
+            if (status.name, status.level) == (f'{node[1:]}: messages', level)
+            and text in status.message
         ]
 
     assert ros.spin(lambda: len(found()) > 0, 30.0), f'{text}: {messages[-3:]} {ros.outputs()}'
@@ -181,7 +182,8 @@ def test_diagnostics_tell_what_is_wrong(ros):
     ros.start('camera', **LOOP)
     ros.start('detector', warn_latency=0.0)
     ros.start('tracker', detections_topic='nobody', warn_silence=0.5, error_silence=8.0)
-    status_of(ros, diagnostics, '/camera', DiagnosticStatus.OK, 'working')
+    camera = status_of(ros, diagnostics, '/camera', DiagnosticStatus.OK, 'working')
+    assert camera.hardware_id.startswith('scene:single')
     status_of(ros, diagnostics, '/detector', DiagnosticStatus.WARN, 'from stamp to output')
     status_of(ros, diagnostics, '/tracker', DiagnosticStatus.WARN, 'nothing has come in')
     status_of(ros, diagnostics, '/tracker', DiagnosticStatus.ERROR, 'nothing has come in')
@@ -210,8 +212,15 @@ def test_qos_and_depth_are_parameters(ros):
     ros.start(
         'camera', '-p', 'qos_overrides./camera/image_raw.publisher.reliability:=best_effort', **LOOP
     )
-    ros.start('detector', queue_depth=3)
+    ros.start(
+        'detector',
+        '-p',
+        'qos_overrides./detections.publisher.durability:=transient_local',
+        queue_depth=3,
+    )
     assert ros.spin(lambda: ros.node.count_publishers('detections') == 1), ros.outputs()
     assert ros.spin(lambda: ros.node.count_publishers('camera/image_raw') == 1), ros.outputs()
     (camera,) = ros.node.get_publishers_info_by_topic('camera/image_raw')
     assert camera.qos_profile.reliability.name == 'BEST_EFFORT'
+    (detector,) = ros.node.get_publishers_info_by_topic('detections')
+    assert detector.qos_profile.durability.name == 'TRANSIENT_LOCAL'

@@ -70,7 +70,11 @@ def looped(bag: Path, path: Path) -> Path:
 
 
 def levels(messages: list) -> set:
-    return {(s.name, s.level, s.message) for array in messages for s in array.status}
+    return {
+        (f'/{s.name.partition(":")[0]}', s.level, s.message)
+        for array in messages
+        for s in array.status
+    }
 
 
 @pytest.fixture
