@@ -21,6 +21,7 @@ from colortrack_ros.replay.recordings import Item
 ABSOLUTE, RELATIVE = 1e-3, 1e-4
 """Differences that count for none: another version of a library rounds in another way."""
 SHOWN = 20
+"""Differences that are printed: a screen of them."""
 
 Line = Mapping[str, float]
 

@@ -13,6 +13,7 @@ from colortrack_ros.scenes.curves import Curve
 from colortrack_ros.scenes.curves import polyline
 from colortrack_ros.scenes.curves import spline
 from colortrack_ros.scenes.options import Options
+from colortrack_ros.scenes.pegoretti import BAR_COLOR
 from colortrack_ros.scenes.pegoretti import COLORS
 from colortrack_ros.scenes.pegoretti import in_pixels
 from colortrack_ros.scenes.pegoretti import RADIUS
@@ -30,8 +31,8 @@ from colortrack_ros.scenes.texture import uniform
 
 SKIN: Color = (205, 160, 132)
 SHIRT: Color = (62, 74, 96)
-PANEL: Color = (52, 124, 66)
 POLE: Color = (70, 72, 78)
+"""Of a hand, a sleeve and a post; chosen."""
 
 TOUCH = 10 / 24
 """How long two objects of `collision` touch [s]."""
@@ -152,7 +153,7 @@ def turns(options: Options) -> Scene:
         through(options, [11.5 + 1.15 * i for i in range(8)], zigzag, r),
     ]
     covers = [
-        _cover(options, x - 0.075, 0.5 - 0.15, x + 0.075, 0.5 + 0.15, PANEL) for x in (0.3, 0.7)
+        _cover(options, x - 0.075, 0.5 - 0.15, x + 0.075, 0.5 + 0.15, BAR_COLOR) for x in (0.3, 0.7)
     ]
     return scene_of('turns', options, paths, covers)
 

@@ -5,6 +5,7 @@ radius is that of the disc of the same area.
 """
 
 from collections.abc import Sequence
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,8 +31,9 @@ ROBOTS: dict[str, Color] = {
     'robot_c': (46, 60, 46),
     'robot_d': (56, 56, 60),
 }
+"""Dark on light, as in De Bem 2007, 6.1; chosen."""
 
-DIAGONAL = 0.7071067811865476
+DIAGONAL = math.sqrt(0.5)
 PERSON = np.concatenate(
     [
         arc((0.0, -0.62), 0.42, (0.0, -1.0), 2.5),  # the head, open at the neck
@@ -43,6 +45,7 @@ PERSON = np.concatenate(
     ]
 )
 QUADRILATERAL = [(-1.0, -0.8), (0.9, -1.0), (1.1, 0.9), (-0.9, 1.0)]
+"""Head and shoulders, and a quadrilateral, as in De Bem 2007, 6.1; drawn by hand."""
 
 
 def silhouette(options: Options) -> Scene:

@@ -30,6 +30,7 @@ WOOD, CARPET, PAINT, CLOTH = (200, 160, 56), (192, 62, 42), (46, 88, 164), (42, 
 
 ROOM_FLOOR, FRAME, CREAM = (104, 96, 90), (58, 52, 48), (196, 186, 170)
 TROUSERS, HAIR = (56, 56, 62), (52, 42, 38)
+"""Colors of the rest, chosen: 54 CIELAB units and more from those of the balls."""
 
 FURNITURE: list[tuple[float, float, float, float, Color]] = [
     (0.00, 0.72, 1.00, 1.00, ROOM_FLOOR),

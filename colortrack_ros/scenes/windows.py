@@ -28,6 +28,7 @@ from colortrack_ros.scenes.texture import plaster
 from colortrack_ros.scenes.texture import uniform
 
 PATCH_COLORS: dict[str, Color] = {'patch': (152, 128, 104)}
+"""Chosen."""
 PATCH_RADIUS = 0.05
 """Half the side of a patch, in heights of the picture: 36 px at 1280x720."""
 
