@@ -51,9 +51,9 @@ def no_stitches(*_):
     return none, none
 
 
-def same_everywhere(learned, z, _, density=adaptation.Adaptation.birth_density):
+def same_everywhere(learned, z):
     """New objects are as likely inside the picture as at its border."""
-    return density(learned, z, (0, 0))
+    return np.full(len(z), 1 / learned.area)
 
 
 def replaced(owner, name, function):
@@ -75,11 +75,12 @@ WITHOUT = {
     ),
     'merge and split': ({}, [replaced(tracker, 'merge_split', lambda _, *given: given)]),
     'stitching': ({}, [replaced(tracker, 'find_stitches', no_stitches)]),
+    'memory': ({'max_hidden': 0.0}, []),
     'learned sizes': ({}, [replaced(update, 'learn_extents', lambda *given: given[3].copy())]),
     'boxes': ({'use_boxes': False}, []),
     'births at the border': (
         {},
-        [replaced(adaptation.Adaptation, 'birth_density', same_everywhere)],
+        [replaced(adaptation.Adaptation, 'birth_places', same_everywhere)],
     ),
     'centroid bias': ({'centroid_bias': 0.0}, []),
     'gating': ({'gating': False}, []),

@@ -46,7 +46,7 @@ RECIPES = {
     'An object has a new ID when it comes back from behind something': (
         f'occlusion?{SMALL}&duration=10',
         {},
-        {'max_time_since_update': 0.2},
+        {'max_time_since_update': 0.2, 'max_hidden': 0.0},
     ),
     'A box stays, or flies on, after its object has left': (f'turns?{SMALL}&duration=9', {}, {}),
     'A box flies straight on where its object turns or falls': (

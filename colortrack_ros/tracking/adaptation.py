@@ -44,9 +44,13 @@ FIRST_ALIKE = 0.1
 FIRST_AREA = 3e5
 """Least area of the picture while its size is not known [px^2]: about 640 x 480."""
 
-BORDER, ENTERING = 0.05, 0.9
-"""Width of the border, a share of the picture, and share of the new objects that begin there.
-Assumed."""
+BORDER, ENTERING, FEW_PLACES = 0.05, 0.9, 10.0
+"""Width of the border, a share of the picture, share of the new objects that begin there, and how
+many that have begun this is worth. Assumed."""
+
+AT_START, LONG, WORTH = 15, 600, 90
+"""Frames of the start, whose objects are not new, a memory for the others, and what the first rate
+is worth in it [frames]. Assumed: half a second, 20 s, 3 s."""
 
 SLOW = 0.03
 """Share of a frame in the rate of false detections: a memory of 33 frames. Assumed."""
@@ -66,6 +70,8 @@ class Adaptation:
         """Share of the blobs of no track that have the size of one."""
         self.has_met = False
         """Whether there have been objects."""
+        self._places = FEW_PLACES * np.array([ENTERING, 1 - ENTERING])
+        self._begun = WORTH * np.array([LEAST_NEW, 1.0])
         self._false, self._frames, self._births = FIRST_FALSE, 3, LEAST_NEW
         self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
         self.area = FIRST_AREA
@@ -92,15 +98,30 @@ class Adaptation:
         """Detections a frame that belong to no track yet, false or new [1/px^2]."""
         return (self._false + self._births) / self.area
 
-    def birth_density(self, z: Floats) -> Floats:
-        """New objects a frame at z, (K, 2), (K,) [1/px^2]; most come in at the picture's border."""
+    @property
+    def births(self) -> float:
+        """New objects a frame, of the last second."""
+        return self._births
+
+    @property
+    def lasting_births(self) -> float:
+        """New objects a frame, of the last LONG frames; not those that were there at the start."""
+        begun, frames = self._begun.tolist()
+        return float(begun / frames)
+
+    def birth_places(self, z: Floats) -> Floats:
+        """Density at z, (K, 2), (K,), of where objects begin [1/px^2]: most at the border."""
         if not all(self.image_size):
-            return np.full(len(z), self._births / self.area)
-        from_border = np.minimum(z, np.array(self.image_size) - z) / self.image_size
-        entering = from_border.min(axis=1) < BORDER
+            return np.full(len(z), 1 / self.area)
         inner = (1 - 2 * BORDER) ** 2
-        share = np.where(entering, ENTERING / (1 - inner), (1 - ENTERING) / inner)
-        return np.asarray(self._births * share / self.area)
+        entered, appeared = self._places / self._places.sum()
+        share = np.where(self._is_at_border(z), entered / (1 - inner), appeared / inner)
+        return np.asarray(share / self.area)
+
+    def _is_at_border(self, z: Floats) -> Bools:
+        """Which positions, (K, 2) [px], are at the border of the picture, (K,)."""
+        from_border = np.minimum(z, np.array(self.image_size) - z) / self.image_size
+        return np.asarray(from_border.min(axis=1) < BORDER)
 
     def learn_size(self, z: Floats, image_size: tuple[int, int]) -> None:
         """Take the detections of a frame, (M, 2) [px]: the box around all so far is the picture.
@@ -134,11 +155,21 @@ class Adaptation:
         """Take how many of the new blobs of a frame have the size of a track."""
         self.alike += -math.expm1(-SLOW * count) * (alike / count - self.alike)
 
-    def learn_new(self, false: int, true: int) -> None:
-        """Take the numbers of tracks that in a frame ended unconfirmed, and were confirmed."""
+    def learn_new(self, false: int, origin: Floats) -> None:
+        """Take the tracks that in a frame ended unconfirmed, and those that were confirmed.
+
+        :param false: how many ended.
+        :param origin: (K, 2) where those confirmed began [px].
+        """
+        true = len(origin)
+        if true and all(self.image_size):
+            entered = np.count_nonzero(self._is_at_border(origin))
+            self._places += entered, true - entered
         self._frames += 1
         self._false += max(SLOW, 1 / self._frames) * (false - self._false)
         self._births += SLOW * (max(true, LEAST_NEW) - self._births)
+        if self._frames > AT_START:
+            self._begun += np.array([true, 1]) - self._begun / LONG
 
     def learn_speed(self, steady: Bools, velocity: Floats, dt: float) -> None:
         """Take the velocities of tracks measured in a frame, (K, 2) [px/s].

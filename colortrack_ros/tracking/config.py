@@ -14,6 +14,15 @@ from colortrack_ros.tracking.association import ASSOCIATORS
 class TrackerConfig(TimeLimits):
     """How detections become tracks."""
 
+    max_hidden: float = parameter(
+        6.0,
+        'A deleted track is remembered until it has not been measured for longer: if its object '
+        'comes back, by color, size, place and motion, its ID does. Not those that left the '
+        'picture. max_time_since_update or less: none is remembered.',
+        unit='s',
+        minimum=0.0,
+        maximum=3600.0,
+    )
     min_score: float = parameter(
         0.5,
         'Confirmed tracks less likely to exist than this are not published; they go on, and come '

@@ -79,11 +79,8 @@ def predict(
     if dt > 0 and len(records) and not learned.has_met:
         learned.meet(bank.mean[0, :, :2], measurements.z, dt)
         bank.set_speed(assumed_speed(learned, config))
-    noise = config.process_noise or learned.noise
     unmeasured = tracks.unmeasured(now)
-    variance = np.full((len(records), 2), noise**2)
-    if not config.process_noise:
-        variance *= np.exp(2 * records['log_noise'])[:, None]
+    variance = process_variance(records, learned, config)
     learned.maneuvers.conclude(records, variance)
     if config.process_noise:
         records['astray'] = 0.0  # what is given holds, unseen as well
@@ -104,12 +101,22 @@ def predict(
         unmeasured=unmeasured,
         maneuvered=maneuver_chance(records['rate'], unmeasured) * config.maneuvers,
         log_odds=np.log(seen / (1 - seen)),
-        noise=noise,
+        noise=config.process_noise or learned.noise,
         speed=assumed_speed(learned, config),
         log_density=math.log(config.clutter_density or learned.density),
         sized=config.use_boxes and bool(measurements.size.any() or records['extent'].any()),
         alike=learned.alike,
     )
+
+
+def process_variance(
+    records: NDArray[np.void], learned: Adaptation, config: TrackerConfig
+) -> Floats:
+    """sigma_s^2 of tracks, by axis, (N, 2) [px^2/s^4]."""
+    if config.process_noise:
+        return np.full((len(records), 2), config.process_noise**2)
+    own = learned.noise**2 * np.exp(2 * records['log_noise'])
+    return np.repeat(own[:, None], 2, axis=1)
 
 
 def assumed_speed(learned: Adaptation, config: TrackerConfig) -> Floats:

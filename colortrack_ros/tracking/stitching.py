@@ -1,5 +1,7 @@
 """Stitching: a lost track goes on as one that has just been confirmed."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +13,8 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association.gnn import associate
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.extents import log_fit
+from colortrack_ros.tracking.extents import slack
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.prediction import assumed_speed
 
@@ -29,22 +33,23 @@ LOAD = 1e-9
 detections 1e6 px apart is 1e12 times less certain along one way than across, and rounding leaves it
 singular. Chosen: far above rounding, 1e-16, far below what any variance is known to."""
 
+ANYWHERE = 0.1
+"""Of the objects that come back after long so many may come out anywhere, carried or on ways of
+their own. Assumed."""
 
-def stitch(tracks: TrackTable[Bank], lost: Indices, found: Indices) -> None:
-    """Let lost tracks, (K,), go on as found ones, (K,); their IDs and sizes stay."""
-    tracks.filters.put(lost, tracks.filters.take(found))
+
+def stitch(tracks: TrackTable[Bank], found: Indices, lost: NDArray[np.void]) -> None:
+    """Let tracks just found, (K,), go on with the IDs and sizes of lost ones, (K,) records."""
     records = tracks.records
-    hits = records['hits'][found]
-    for name in records.dtype.names or ():
-        if name not in KEPT:
-            records[name][lost] = records[name][found]
-    records['hits'][lost] += hits
+    hits = records['hits'][found] + lost['hits']
+    for name in KEPT:
+        records[name][found] = lost[name]
+    records['hits'][found] = hits
 
 
 def find_stitches(
-    tracks: TrackTable[Bank],
-    lost: Indices,
-    found: Indices,
+    lost: TrackTable[Bank],
+    found: TrackTable[Bank],
     stamp: int,
     period: float,
     learned: Adaptation,
@@ -53,34 +58,65 @@ def find_stitches(
     """Choose pairs by the likelihood of states against that of new objects.
 
     What a single detection could not decide, the first few do: they are no clutter, and have a
-    velocity.
+    velocity. Objects remembered for long may have been carried anywhere, and come back in no frame
+    rather than in another.
 
-    :param tracks: all.
-    :param lost: coasting ones.
-    :param found: others, just confirmed.
+    :param lost: N tracks that are not measured, predicted to the stamp.
+    :param found: M others, just confirmed.
     :param stamp: now [ns].
     :param period: of the frames [s].
     :return: (K,) of the lost, and (K,) of the found that go on from them.
     """
-    records = tracks.records
-    one, other = (part.ravel() for part in np.meshgrid(lost, found, indexing='ij'))
-    fit = records['born'][other] > records['updated'][one]
-    fit &= records['color'][one] == records['color'][other]
-    one, other = one[fit], other[fit]
-    T = tracks.unmeasured(stamp)[one]
+    fit = found.records['born'] > lost.records['updated'][:, None]
+    fit &= found.records['color'] == lost.records['color'][:, None]
+    one, other = fit.nonzero()
+    unmeasured = lost.unmeasured(stamp)
+    remembered = unmeasured > config.max_time_since_update
+    gain = np.where(remembered, math.log(ANYWHERE / learned.area), -np.inf)[one]
     speed = assumed_speed(learned, config)
-    mean, cov = tracks.filters.estimate()
+    (before, before_cov), (after, after_cov) = lost.filters.estimate(), found.filters.estimate()
+    mean = np.concatenate([before[:, :4], after[:, :4]])
+    cov = np.concatenate([before_cov[:, :4, :4], after_cov[:, :4, :4]])
+    near = _is_near(mean, cov, one, len(lost) + other, unmeasured[one], speed)
+    track, T = one[near], unmeasured[one[near]]
+    chance = maneuver_chance(lost.records['rate'][track], T) * config.maneuvers
+    moved = log_likelihood_ratio(mean, cov, track, len(lost) + other[near], chance, T, speed)
+    gain[near] = np.logaddexp(gain[near], moved)
+    in_a_frame = period / max(config.max_hidden, period)
+    prior = np.where(remembered, in_a_frame / learned.lasting_births, 1 / learned.births)
+    gain += np.log(np.maximum(lost.records['hidden'], 1e-9) * prior)[one]
+    gain -= np.log(learned.birth_places(found.records['origin']))[other]
+    gain += remembered[one] * _compare_sizes(lost, found, one, other, learned.alike)
+    chosen, _ = associate(one, other, gain)
+    return one[chosen], other[chosen]
+
+
+def _compare_sizes(
+    lost: TrackTable[Bank], found: TrackTable[Bank], one: Indices, other: Indices, alike: float
+) -> Floats:
+    """What sizes say of pairs, (K,), where they are known: each detection of the found does.
+
+    Of what comes out from behind something only a part may be seen: what is smaller than all may be
+    any of them.
+    """
+    size, now = (table.records['extent'].sum(axis=1) for table in (lost, found))
+    size, now = size[one], now[other]
+    fit = np.where((size > 0).all(axis=1) & (now > 0).all(axis=1), log_fit(size, now, alike), 0.0)
+    best = np.full(len(found), -np.inf)
+    np.maximum.at(best, other, fit)
+    smaller = (now <= size + slack(size)).all(axis=1)
+    fit -= np.where(smaller, np.minimum(best[other], 0.0), 0.0)
+    return np.asarray(found.records['hits'][other] * fit)
+
+
+def _is_near(
+    mean: Floats, cov: Floats, one: Indices, other: Indices, T: Floats, speed: Floats
+) -> NDArray[np.bool_]:
+    """Which pairs of tracks, (K,), need be compared, after one was lost for T, (K,) [s]."""
     reach = np.hypot(mean[one, 2], mean[one, 3]) * T
     reach += REACH_SIGMAS * np.sqrt((cov[one, 0, 0] + cov[one, 1, 1]) / 2 + (speed.max() * T) ** 2)
     apart = mean[one, :2] - mean[other, :2]
-    near = np.hypot(apart[:, 0], apart[:, 1]) <= reach
-    one, other, T = one[near], other[near], T[near]
-    chance = maneuver_chance(records['rate'][one], T) * config.maneuvers
-    gain = log_likelihood_ratio(mean, cov, one, other, chance, T, speed)
-    gain += np.log(np.maximum(records['hidden'][one], 1e-9))
-    gain -= np.log(learned.birth_density(records['origin'][other]))
-    chosen, _ = associate(one, other, gain)
-    return one[chosen], other[chosen]
+    return np.asarray(np.hypot(apart[:, 0], apart[:, 1]) <= reach)
 
 
 def log_likelihood_ratio(

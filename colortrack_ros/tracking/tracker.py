@@ -32,6 +32,7 @@ from colortrack_ros.tracking.measurements import accept
 from colortrack_ros.tracking.measurements import largest
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.measurements import unrepeated
+from colortrack_ros.tracking.memory import Memory
 from colortrack_ros.tracking.merge_split import merge_split
 from colortrack_ros.tracking.prediction import predict
 from colortrack_ros.tracking.prediction import Prediction
@@ -68,6 +69,7 @@ class Tracker:
     def _start(self, first_id: int) -> None:
         model = MOTION_MODELS[self.config.motion_model](self.config.acceleration)
         self._tracks = TrackTable(Bank(model), FIELDS, first_id)
+        self._memory = Memory(self._tracks.take(np.zeros(0, np.intp)))
         self._adaptation = Adaptation()
         self._period = FIRST_PERIOD
         self._known_rows = np.zeros(0, DETECTION)
@@ -172,24 +174,44 @@ class Tracker:
 
     def _manage(self, *, again: bool) -> None:
         """Confirmation, deletion and stitching."""
-        tracks, now, learned = self._tracks, self._clock.now, self._adaptation
-        before = tracks.records['state'].copy()
-        keep = confirm(tracks, now, self.config)
-        gone = ~keep & (tracks.records['state'] == COASTING) & ~tracks.records['outside']
-        learned.disappearances.learn(tracks.records['seen'][gone], returned=False)
+        tracks, now, learned, config = self._tracks, self._clock.now, self._adaptation, self.config
+        records = tracks.records
+        before = records['state'].copy()
+        keep = confirm(tracks, now, config)
+        overdue = ~keep & (records['state'] == COASTING)
+        gone = overdue & ~records['outside']
+        learned.disappearances.learn(records['seen'][gone], returned=False)
         false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
-        keep &= is_present(tracks, now, self._period, learned.image_size, self.config)
-        state = tracks.records['state']
-        found = np.flatnonzero(keep & (before == TENTATIVE) & (state == CONFIRMED))
-        lost = np.flatnonzero(keep & (state == COASTING))
-        if len(found) and len(lost):
-            lost, found_again = find_stitches(
-                tracks, lost, found, now, self._period, learned, self.config
-            )
-            learned.disappearances.learn(tracks.records['seen'][lost], returned=True)
-            stitch(tracks, lost, found_again)
-            keep[found_again] = False
+        keep &= is_present(tracks, now, self._period, learned.image_size, config)
+        hidden = ~keep & (records['state'] == COASTING) & (overdue | ~records['outside'])
+        if hidden.any() and config.max_hidden > config.max_time_since_update:
+            self._memory.remember(tracks.take(hidden), now, learned, config)
+        new = np.flatnonzero(keep & (before == TENTATIVE) & (records['state'] == CONFIRMED))
+        stitched = self._stitch(keep, new) if len(new) else new
         if not again:
-            learned.learn_new(false, int(np.count_nonzero(keep[found])))
-        if not keep.all():
-            tracks.keep(keep)
+            learned.learn_new(false, np.delete(records['origin'][new], stitched, axis=0))
+        if len(stitched) or not keep.all():
+            rows = np.flatnonzero(keep)
+            tracks.keep(rows[np.argsort(records['track_id'][rows])])
+
+    def _stitch(self, keep: NDArray[np.bool_], found: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Let lost and remembered tracks go on as those just found; return which of these.
+
+        :param keep: (N,) which tracks live on; of two that are one, the row of the found does.
+        """
+        tracks, memory, now, learned = self._tracks, self._memory, self._clock.now, self._adaptation
+        memory.advance(now, learned, self.config)
+        coasting = np.flatnonzero(keep & (tracks.records['state'] == COASTING))
+        lost = tracks.take(coasting)
+        lost.extend(memory.tracks)
+        if not len(lost):
+            return found[:0]
+        one, other = find_stitches(
+            lost, tracks.take(found), now, self._period, learned, self.config
+        )
+        stitch(tracks, found[other], lost.records[one])
+        learned.disappearances.learn(lost.records['seen'][one], returned=True)
+        is_live = one < len(coasting)
+        keep[coasting[one[is_live]]] = False
+        memory.forget(one[~is_live] - len(coasting))
+        return other
