@@ -1,4 +1,4 @@
-"""What waits to be worked on between those who hand it over and the thread that works."""
+"""The queue between the threads that deliver items and the thread that works on them."""
 
 from collections import deque
 import threading
@@ -13,27 +13,27 @@ Arrival = TypeVar('Arrival')
 Item = TypeVar('Item')
 
 LAST_COSTS = 20
-"""How many of the last costs tell what the next item will cost: at 30 Hz two thirds of a second, in
-which a change of the load shows."""
+"""Recent costs that predict the next one: two thirds of a second at 30 Hz, so that a change of load
+shows soon."""
 FEWEST_COSTS = 5
-"""With fewer nobody can tell: the first items cost more, since tables are computed for them."""
+"""Costs that a prediction needs: the first items cost more, since tables are computed for them."""
 OUTLIERS = 4
-"""One cost in so many, the greatest, is not counted: a hiccup of the machine is no overload."""
+"""The greatest cost of every four is ignored: a hiccup of the machine is no overload."""
 
 
 class Costs:
-    """What one step of the work has cost lately, in seconds."""
+    """Recent costs of one step of the work [s]."""
 
     def __init__(self) -> None:
         self._last: deque[float] = deque(maxlen=LAST_COSTS)
 
     def add(self, seconds: float) -> None:
-        """Take the cost of one more item."""
+        """Add the cost of one item."""
         self._last.append(seconds)
 
     @property
     def expected(self) -> float:
-        """The mean without outliers [s]; 0 while nobody can tell."""
+        """The mean without outliers [s]; 0 while there are fewer than FEWEST_COSTS."""
         if len(self._last) < FEWEST_COSTS:
             return 0.0
         usual = sorted(self._last)[: -(len(self._last) // OUTLIERS)]
@@ -41,16 +41,16 @@ class Costs:
 
 
 class Backlog(Generic[Arrival, Item]):
-    """Arrivals that nobody has read yet, and items whose turn it is, in their order.
+    """Arrivals not yet read, and items whose turn has come, each in order.
 
-    A short delay is caught up with nothing lost. When working off all that waits would take longer
-    than ``max_lag``, or takes too much memory, the oldest are skipped whenever something arrives: a
-    worker that is too slow gets the newest each time, not a growing delay.
+    A short delay is made up for without loss. When the backlog would take longer than ``max_lag``
+    to work off, or takes too much memory, each arrival drops the oldest: a worker that is too slow
+    gets the newest item each time, not a growing delay.
 
-    :ivar max_lag: how long [s] working off what waits may take.
-    :ivar skipped: how many have been skipped.
-    :ivar reading: what reading an arrival costs, whether it is refused or not.
-    :ivar working: what working on an item costs.
+    :ivar max_lag: longest time [s] that working off the backlog may take.
+    :ivar skipped: number of items skipped so far.
+    :ivar reading: cost of reading an arrival, refused or not.
+    :ivar working: cost of working on an item.
     """
 
     def __init__(self, max_lag: float = 0.0) -> None:
@@ -64,7 +64,7 @@ class Backlog(Generic[Arrival, Item]):
         self._changed = threading.Condition()
 
     def put(self, arrival: Arrival, size: int = 0) -> None:
-        """Add what has just arrived, and skip what has to be skipped for it.
+        """Add an arrival, and skip the oldest where there is no time or memory for them.
 
         :param size: the memory that it takes [bytes].
         """
@@ -81,28 +81,28 @@ class Backlog(Generic[Arrival, Item]):
             self._add(self._ready, item, size)
 
     def next_arrival(self, timeout: float) -> Arrival | None:
-        """The oldest arrival.
+        """Remove and return the oldest arrival.
 
-        :param timeout: return None when nothing arrives for this long [s]; None comes at once while
-            items are ready, or once the backlog is closed.
+        :param timeout: return None when nothing arrives for this long [s], and at once while items
+            are ready or when the backlog is closed.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._arrivals or self._ready or self.closed, timeout)
             return self._pop(self._arrivals) if self._arrivals and not self.closed else None
 
     def next_ready(self) -> Item | None:
-        """The oldest item whose turn it is, None when there is none."""
+        """Remove and return the oldest item whose turn has come; None if there is none."""
         with self._changed:
             return self._pop(self._ready) if self._ready and not self.closed else None
 
     def done(self) -> None:
-        """Tell that what was got last, an arrival or an item, has been dealt with."""
+        """Mark the arrival or item that was removed last as done."""
         with self._changed:
             self._unfinished -= 1
             self._changed.notify_all()
 
     def join(self) -> None:
-        """Wait until everything has been dealt with, or the backlog is closed."""
+        """Wait until everything is done, or the backlog is closed."""
         with self._changed:
             self._changed.wait_for(lambda: self._unfinished == 0 or self.closed)
 

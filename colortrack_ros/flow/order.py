@@ -16,11 +16,11 @@ from colortrack_ros.parameters import parameter
 Item = TypeVar('Item')
 
 IDLE = 0.1
-"""How often [s] to look whether waiting messages have to wait any longer."""
+"""Period [s] of the check whether messages have waited long enough."""
 MAX_ITEMS = 1000
-"""Items that wait at most: at 30 Hz half a minute, three times the longest reorder_window."""
+"""Most items that may wait: half a minute at 30 Hz, three times the longest reorder_window."""
 MAX_BYTES = 256 * 1024**2
-"""Memory that waiting pictures take at most: a sixteenth of the 4 GiB of a small robot's computer,
+"""Most memory that waiting pictures may take: a sixteenth of the 4 GiB of a small robot's computer,
 290 pictures of 640x480."""
 
 
@@ -48,11 +48,11 @@ class OrderConfig(Config):
 
 
 class Order(Generic[Item]):
-    """Releases items in the order of their stamps, and refuses those that come too late.
+    """Releases items in the order of their stamps and refuses those that come too late.
 
     :param release: takes an item whose turn it is.
     :param refuse: takes the reason why an item is dropped.
-    :param clock: the time [s] at which items arrive. A node's own, so that a bag that is paused or
+    :param clock: the time [s] at which items arrive: the node's, so that a bag that is paused or
         played slowly has all the time it needs.
     :ivar window: parameter reorder_window [s].
     :ivar max_late: parameter max_late [s].
@@ -77,9 +77,9 @@ class Order(Generic[Item]):
         self.window, self.max_late = config.reorder_window, config.max_late
 
     def push(self, stamp: int, item: Item, size: int = 0) -> None:
-        """Take the next item that has arrived.
+        """Add an item that has just arrived.
 
-        When too many wait, or too much, the oldest go before the window has passed.
+        When too many wait, or take too much memory, the oldest go before the window has passed.
 
         :param stamp: of its header [ns].
         :param size: the memory that it takes [bytes].
@@ -103,16 +103,16 @@ class Order(Generic[Item]):
             self._release_oldest()
 
     def look(self, over: Callable[[], bool] = lambda: False) -> None:
-        """Release all that wait when nothing has come for the time of the window.
+        """Release all items if none has arrived for the length of the window.
 
-        :param over: whether nothing comes any more.
+        :param over: whether the input has ended.
         """
-        # A clock that has gone back is one of another playing: nothing more comes of the old one.
+        # A clock that has gone back belongs to another playback: the old one has ended.
         if self._waiting and (abs(self._clock() - self._arrived) > self.window or over()):
             self.flush()
 
     def flush(self) -> None:
-        """Release all that wait: nothing more comes."""
+        """Release all items: the input has ended."""
         self._release_until(self._newest)
 
     def _release_until(self, stamp: int) -> None:

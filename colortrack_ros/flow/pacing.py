@@ -1,4 +1,4 @@
-"""Playing a recording in time, or as fast as it is consumed."""
+"""Play a recording in real time, or as fast as it is consumed."""
 
 from collections import deque
 from collections.abc import Callable
@@ -6,16 +6,16 @@ import threading
 import time
 
 MAX_BEHIND = 1.0
-"""A delay [s] beyond which the schedule is given up and starts again from now."""
+"""Delay [s] beyond which the schedule restarts from now."""
 
 ANSWER_TIMEOUT = 1.0
-"""How long [s] a frame waits for its answer: whoever has skipped it never answers."""
+"""How long [s] a frame waits for its answer: a detector that has skipped it never answers."""
 
 
 class Pacer:
     """Returns from :meth:`pace` once a period, on a schedule that small delays do not shift.
 
-    :param sleep: waits for so many seconds.
+    :param sleep: waits for a time [s].
     :param clock: monotonic time [s].
     """
 
@@ -27,7 +27,7 @@ class Pacer:
         self._due = -float('inf')
 
     def pace(self, period: float) -> None:
-        """Wait until a period [s] after the time that the last call waited for."""
+        """Wait until one period [s] after the time that the last call waited for."""
         now = self._clock()
         self._due += period
         if self._due < now - MAX_BEHIND:
@@ -37,10 +37,10 @@ class Pacer:
 
 
 class Window:
-    """Frames on their way: no more than so many without an answer.
+    """Limits the number of frames that have been sent and not answered.
 
-    :param size: how many.
-    :param patience: an answer that has not come after so long [s] does not come any more.
+    :param size: that number.
+    :param patience: time [s] after which an answer no longer comes.
     """
 
     def __init__(self, size: int, patience: float = ANSWER_TIMEOUT) -> None:
@@ -49,7 +49,7 @@ class Window:
         self._changed = threading.Condition()
 
     def send(self, stamp: int) -> None:
-        """Wait until there is room for one more, and count it.
+        """Wait until there is room for one more frame, and count it.
 
         :param stamp: of the frame [ns].
         """
@@ -65,7 +65,7 @@ class Window:
             self._changed.wait_for(lambda: not self._waiting, self._patience)
 
     def answer(self, stamp: int) -> None:
-        """A frame has been consumed, and so are those before it."""
+        """Count a frame and all before it as consumed."""
         with self._changed:
             while self._waiting and self._waiting[0] <= stamp:
                 self._waiting.popleft()

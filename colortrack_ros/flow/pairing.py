@@ -1,4 +1,4 @@
-"""Pictures that wait for what has been detected in them."""
+"""Pictures that wait for their detections."""
 
 from collections import deque
 from collections.abc import Callable
@@ -10,12 +10,12 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 
 MAX_UNPAIRED = 30
-"""Pictures that wait at most, as many as the queue of a subscription holds by default: a detector
-that has ended stops nobody."""
+"""Most pictures that may wait, the default depth of a subscription's queue: a detector that has
+ended holds nobody up."""
 
 
 class Pair(NamedTuple):
-    """A picture and what was detected in it, None where the detector has skipped it."""
+    """A picture and its detections, None where the detector has skipped it."""
 
     frame: Frame
     detections: Detections | None
@@ -32,14 +32,13 @@ class Pair(NamedTuple):
 
 
 class Pairing:
-    """Brings pictures and detections of the same stamp together, whichever come first.
+    """Pairs pictures with the detections of the same stamp, whichever come first.
 
-    A detector may skip pictures, but works on them in their order: a picture goes on without
-    detections once there are those of a picture that came after it. Which stamp is greater does not
-    count, so a recording may loop. Pictures and detections may come from two threads.
+    A detector may skip pictures, but works on them in order: once the detections of a later picture
+    are there, the earlier ones go on without. Order of arrival counts, not the stamps, so a
+    recording may loop. Pictures and detections may come from two threads.
 
-    :param hand_on: takes each pair that is ready, in the order of the pictures, and the context of
-        its picture.
+    :param hand_on: takes each pair, in the order of the pictures, and the context of its picture.
     """
 
     def __init__(self, hand_on: Callable[[Pair, Any], object]) -> None:

@@ -30,7 +30,7 @@ _MATRICES = {
 
 
 def load_camera_info(url: str) -> CameraInfo:
-    """The calibration in a file; all zeros, as is the rule for uncalibrated, for an empty URL.
+    """The calibration in a file; for an empty URL all zeros, which means uncalibrated.
 
     :param url: ``file:///path``, ``package://name/path`` or a plain path.
     :raises ValueError: there is no such file, or it is no calibration, whatever else it is; the
@@ -63,7 +63,7 @@ def load_camera_info(url: str) -> CameraInfo:
 def save_camera_info(url: str, info: CameraInfo) -> None:
     """Write a calibration as camera_calibration does; :func:`load_camera_info` reads it.
 
-    What was there before stays as it is where this fails.
+    If this fails, the old file stays as it was.
 
     :raises ValueError: there is no URL, it cannot be written to, or the calibration is too large.
     """
@@ -100,7 +100,7 @@ def save_camera_info(url: str, info: CameraInfo) -> None:
 
 
 def camera_info_of_frame(frame: Frame, info: CameraInfo) -> CameraInfo:
-    """What goes with a frame: its header, and where the camera is not calibrated, its size.
+    """Complete the CameraInfo of a frame: header, and size where the camera is not calibrated.
 
     :param info: the calibration, which is written to and returned.
     """
@@ -111,11 +111,11 @@ def camera_info_of_frame(frame: Frame, info: CameraInfo) -> CameraInfo:
 
 
 def image_size_of_serialized_camera_info(cdr: bytes) -> tuple[int, int]:
-    """Width and height of the pictures that a serialized CameraInfo goes with [px].
+    """Width and height of the pictures that a serialized CameraInfo describes [px].
 
     They are those of its region of interest, if it has one, after binning.
 
-    :return: zeros from a camera that does not say.
+    :return: zeros if the camera does not say.
     :raises MessageError: bytes of something else, or one of the two is zero.
     """
     info = message_of_serialized(cdr, CameraInfo)

@@ -122,7 +122,7 @@ def outlines_of_serialized_cloud(cdr: bytes) -> tuple[int, NDArray[np.void]]:
 
 
 def tracks_with_outlines(tracks: Tracks, points: NDArray[np.void]) -> Tracks:
-    """The tracks with their outlines; those of which there are no points have NaN.
+    """Add their outlines to tracks; NaN where a track has no points.
 
     :param points: (N,) of OUTLINE_POINT, those of a track in the order along its outline.
     """

@@ -15,7 +15,7 @@ from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 
 MAX_PIXELS = 1 << 26
-"""Pixels of a compressed image, at most, by default: 8192x8192, more than cameras for machines have
+"""Default limit of the pixels of a compressed image: 8192x8192, more than industrial cameras have,
 and half a second of decoding. A file of 120 kB can claim ten times as many."""
 
 PNG_START, PNG_SIZE = b'\x89PNG\r\n\x1a\n', slice(16, 24)
@@ -49,8 +49,7 @@ def compressed_of_frame(frame: Frame, quality: int) -> CompressedImage:
 def frame_of_serialized_compressed_image(cdr: bytes, max_pixels: int = MAX_PIXELS) -> Frame:
     """The Frame of a serialized CompressedImage, decoded to bgr8.
 
-    The pixels stay where the camera has them: an orientation in Exif is ignored, as a CameraInfo
-    knows nothing of it.
+    An orientation in Exif is ignored: the CameraInfo describes the picture as the camera took it.
 
     :param max_pixels: a picture that claims more is refused before it is decoded [px].
     :raises MessageError: these are not the bytes of a CompressedImage, or not a whole JPEG or PNG.

@@ -1,4 +1,4 @@
-"""What a message that is refused raises."""
+"""The error that a refused message raises."""
 
 
 class MessageError(ValueError):

@@ -9,7 +9,7 @@ from colortrack_ros.messages.errors import MessageError
 def stamp_of(header: Header) -> int:
     """The header's stamp [ns].
 
-    :raises MessageError: its nanosec are a second or more.
+    :raises MessageError: nanosec is a second or more.
     """
     if header.stamp.nanosec >= NANOSECONDS:
         raise MessageError(f'stamp with {header.stamp.nanosec} ns: expected less than a second')

@@ -21,10 +21,10 @@ OTHER_NAMES = {'8UC1': 'mono8', '8UC3': 'bgr8', 'yuv422': 'uyvy', 'yuv422_yuy2':
 takes for gray and BGR, and the names of YUV 4:2:2 before Jazzy."""
 
 SIXTEEN_BIT = {'mono16': 'mono8', **{name[:-1] + '16': name for name in BAYER}}
-"""Encodings of messages with two bytes for each one of a Frame, which holds the upper."""
+"""16-bit encodings, and the 8-bit encoding of a Frame that keeps their upper byte."""
 
 KNOWN = (*LAYOUTS, *OTHER_NAMES, *SIXTEEN_BIT)
-"""Encodings of messages that become frames."""
+"""Encodings that are accepted."""
 
 
 def image_of_frame(frame: Frame) -> Image:

@@ -1,9 +1,9 @@
-"""Many markers -> the bytes of a visualization_msgs/MarkerArray, by arrays.
+"""Serializes many markers as a visualization_msgs/MarkerArray, by arrays.
 
-A message object for each marker costs 0.1 ms, so 500 tracks would cost more than their pictures.
-Markers of one kind differ in numbers alone: they are rows of one array whose dtype has the fields
-of a serialized Marker (OMG DDS-XTYPES 1.3, 7.4). Only the padding before a double depends on where
-a marker begins, at a multiple of eight bytes or four after, so each is made for both.
+One message object costs 0.1 ms, so the markers of 500 tracks would cost more than their picture.
+Markers of one kind differ only in numbers: they are rows of one array whose dtype has the fields of
+a serialized Marker (OMG DDS-XTYPES 1.3, 7.4). The padding before a double depends on whether a
+marker begins at a multiple of eight bytes or four after it, so each is made for both.
 """
 
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ Rows = list[tuple[bytes, bytes]]
 
 
 class MarkerKind(NamedTuple):
-    """What the markers of a kind have in common.
+    """What all markers of a kind share.
 
     :param header: sec, nanosec and frame_id.
     :param ns: namespace.
@@ -38,7 +38,7 @@ class MarkerKind(NamedTuple):
 def rows_of(kind: MarkerKind, count: int, **columns: Any) -> Rows:
     """N markers of a kind, serialized.
 
-    :param columns: values of fields by name, (N, ...) or alike for all.
+    :param columns: values of fields by name, (N, ...) or one for all.
     """
     columns['sec'], columns['nanosec'], columns['frame_id'] = kind.header
     columns.update(ns=kind.ns, type=kind.type, action=kind.action, points_count=kind.points)
@@ -58,7 +58,7 @@ def rows_of(kind: MarkerKind, count: int, **columns: Any) -> Rows:
 
 
 def array_of(markers: Iterable[tuple[bytes, bytes]]) -> bytes:
-    """The message of markers in this order."""
+    """The message that holds these markers, in order."""
     parts, at, count = [], 4, 0
     for marker in markers:
         parts.append(bytes(-at % 4))
@@ -96,5 +96,5 @@ def _dtype(kind: MarkerKind, phase: int) -> 'np.dtype[Any]':
 
 
 def _string(name: str, length: int = 0) -> list[tuple[Any, ...]]:
-    """A string is its length with the zero at its end, and then itself."""
+    """A string: its length, the terminating zero included, and then its bytes."""
     return [(f'{name}_length', '<u4'), (name, f'S{length + 1}')]

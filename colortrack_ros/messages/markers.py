@@ -22,11 +22,11 @@ ELLIPSE_SIGMAS = 2.0
 """Half axes of the ellipse, in standard deviations; 2 by the contract of the topic."""
 
 MEASURED_COLOR, COASTING_COLOR = (0.1, 0.8, 0.2, 0.8), (0.9, 0.7, 0.1, 0.5)
-"""Of tracks that are measured, and of those that coast."""
+"""Colors of tracks that are measured and of those that coast."""
 
 
 class MarkerWriter:
-    """Markers of the confirmed and coasting tracks, and the removal of those that have gone.
+    """Writes markers of confirmed and coasting tracks, and deletes those of tracks that are gone.
 
     Pixels become meters by ``scale``: x = scale * u, y = scale * v, z = 0 in the camera's frame.
     """
@@ -37,12 +37,12 @@ class MarkerWriter:
         self._afresh = False
 
     def skip(self) -> None:
-        """Nobody takes the markers of a frame: whoever takes the next ones begins with none."""
+        """Note that nobody takes the markers of this frame: the next ones replace all before."""
         self._shown.clear()
         self._afresh = True
 
     def write(self, tracks: Tracks, scale: float) -> bytes:
-        """One ellipse, one arrow and one text for each track, and its outline where it has one.
+        """One ellipse, one arrow, and one text for each track, and its outline if it has one.
 
         :param tracks: after a frame; a track that was written before and is absent is deleted.
         :param scale: m/px.
@@ -66,14 +66,14 @@ class MarkerWriter:
         return array_of(markers)
 
     def _deleted(self, header: Header, gone: list[int]) -> Rows:
-        """All markers of tracks that have gone, track by track."""
+        """DELETE for all markers of tracks that are gone, track by track."""
         spaces = (ELLIPSE, ARROW, LABEL, OUTLINE)[: 3 + self._outlining]
         kinds = [MarkerKind(header, ns, action=Marker.DELETE) for ns in spaces]
         return _by_track([rows_of(kind, len(gone), id=gone) for kind in kinds])
 
 
 def _by_track(kinds: list[Rows]) -> Rows:
-    """All kinds of the first, all of the second, and so on."""
+    """Interleave: all kinds of the first track, all of the second, and so on."""
     return [marker for track in zip(*kinds, strict=True) for marker in track]
 
 
@@ -137,7 +137,7 @@ def _labels(
     size: NDArray[np.float64],
     common: dict[str, NDArray],
 ) -> Rows:
-    """Texts of as many digits at a time; the IDs ascend."""
+    """The IDs as texts, those with the same number of digits at once; IDs ascend."""
     above = position - np.array([0.0, 0.75, 0.0]) * size[:, None]
     scale = np.array([0.0, 0.0, 0.5]) * size[:, None]
     texts = [str(i).encode() for i in rows['track_id'].tolist()]

@@ -1,4 +1,4 @@
-"""Messages as the bytes that a subscription or a bag holds."""
+"""Serialized messages, as a subscription with ``raw=True`` or a bag hands them over."""
 
 from typing import Any
 

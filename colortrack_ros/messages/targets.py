@@ -20,17 +20,17 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.messages.header import header_of
 
 STANDING = 0.1
-"""Below this speed [m/s] an object has no direction, and its pose that of the frame."""
+"""Below this speed [m/s] an object has no heading, and its pose has that of the frame."""
 
 UNKNOWN_DIAMETER = 0.1
-"""Diameter [m] of the marker of an object whose own is not known: it can be seen and hides none."""
+"""Diameter [m] of the marker of an object of unknown size: visible, and it hides nothing."""
 
 ANY_TURN = math.pi**2
-"""Variance [rad^2] of an angle of which nothing is known, about that of any angle, pi^2 / 3."""
+"""Variance [rad^2] of an unknown angle: three times that of the uniform distribution, pi^2 / 3."""
 
 
 def pose_of(row: np.void) -> Pose:
-    """Where an object is, x forward along its way."""
+    """The pose of an object, x along its velocity."""
     yaw = math.atan2(row['vy'], row['vx']) if np.hypot(row['vx'], row['vy']) > STANDING else 0.0
     return Pose(
         position=Point(x=float(row['x']), y=float(row['y']), z=float(row['z'])),
@@ -49,7 +49,7 @@ def poses_of_locations(locations: Locations) -> PoseArray:
 def target_of_locations(
     locations: Locations, row: int
 ) -> tuple[PoseStamped, PoseWithCovarianceStamped]:
-    """The pose of one of the objects, without and with its covariance."""
+    """The pose of one object, without and with covariance."""
     header, pose = header_of(locations.stamp, locations.frame_id), pose_of(locations.rows[row])
     covariance = np.zeros((6, 6))
     covariance[:3, :3] = locations.rows[row]['covariance'][:3, :3]
@@ -60,13 +60,13 @@ def target_of_locations(
 
 
 class LocationMarkerWriter:
-    """A sphere, an arrow to where it is in a second, and a text for each object."""
+    """A sphere, an arrow to where it will be in a second, and a text for each object."""
 
     def __init__(self) -> None:
         self._shown: set[int] = set()
 
     def write(self, locations: Locations) -> MarkerArray:
-        """The markers, and the removal of those of objects that have gone."""
+        """The markers, and DELETE for those of objects that are gone."""
         header = header_of(locations.stamp, locations.frame_id)
         rows = locations.rows[locations.rows['state'] != TENTATIVE]
         shown = set(rows['track_id'].tolist())
