@@ -182,8 +182,12 @@ class Columns:
         return {k: v for k, v in vars(self).items() if isinstance(v, (np.ndarray, Columns))}
 
     def __len__(self) -> int:
-        column = next(iter(self.columns().values()))
-        return len(column) if isinstance(column, Columns) else int(column.shape[self.axis])
+        for column in vars(self).values():
+            if isinstance(column, np.ndarray):
+                return int(column.shape[self.axis])
+            if isinstance(column, Columns):
+                return len(column)
+        raise TypeError(f'{type(self).__name__} has no columns')
 
     def take(self: Table, rows: Selection) -> Table:
         """A table of some rows, in the order asked for."""

@@ -11,8 +11,10 @@ TINY = 1e-300
 """Keeps logarithms and quotients of probabilities finite; near the least positive double."""
 
 
-def log_density(x: Floats, y: Floats, a: Floats, b: Floats, c: Floats) -> Floats:
-    """Log of N((x, y); 0, S) with S = [[a, b], [b, c]], all of the same shape."""
+def log_density(e: Floats, S: Floats) -> Floats:
+    """Log of N(e; 0, S), (...), for e (..., 2) and S (..., 2, 2)."""
+    x, y = e[..., 0], e[..., 1]
+    a, b, c = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
     det = a * c - b * b
     d2 = (c * x * x - 2 * b * x * y + a * y * y) / det
     return np.asarray(-0.5 * (d2 + np.log(det)) - LOG_2PI)

@@ -42,15 +42,18 @@ def compare(
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
     """
     mean, cov = bank.mean.take(track, axis=1), bank.cov.take(track, axis=1)
-    x, y = z[:, 0] - mean[..., 0], z[:, 1] - mean[..., 1]
-    a, b, c = (cov[..., i, j] + R[:, i, j] for i, j in ((0, 0), (0, 1), (1, 1)))
-    going_on = log_density(x, y, a, b, c) + np.log1p(-chance)
-    half, third = T / 2, T**2 / 3
-    p, q = mean[..., 2] * half, mean[..., 3] * half
-    a = a + p * p / 3 + speed[0] ** 2 * third
-    b = b + p * q / 3
-    c = c + q * q / 3 + speed[1] ** 2 * third
-    turning = log_density(x + p, y + q, a, b, c) + np.log(np.maximum(chance, TINY))
+    e, S = np.empty((2, *mean.shape[:2], 2)), np.empty((2, *mean.shape[:2], 2, 2))
+    way = mean[..., 2:4] * (T / 2)[:, None]
+    np.subtract(z, mean[..., :2], out=e[0])
+    np.add(e[0], way, out=e[1])
+    np.add(cov[..., :2, :2], R, out=S[0])
+    np.add(S[0], way[..., :, None] * way[..., None, :] / 3, out=S[1])
+    third = T**2 / 3
+    S[1, ..., 0, 0] += speed[0] ** 2 * third
+    S[1, ..., 1, 1] += speed[1] ** 2 * third
+    going_on, turning = log_density(e, S)
+    going_on += np.log1p(-chance)
+    turning += np.log(np.maximum(chance, TINY))
     if bank.model.modes > 1:
         weight = np.log(np.maximum(bank.weight[:, track], TINY))
         going_on, turning = going_on + weight, turning + weight

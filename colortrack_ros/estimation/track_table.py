@@ -43,6 +43,7 @@ class TrackTable(Columns, Generic[Filters]):
         self.filters = filters
         self.records = np.zeros(0, np.dtype([*COMMON, *fields]))
         self.next_id = next_id
+        self._published = set(TRACK.names or ()) & set(self.records.dtype.names or ())
 
     def __len__(self) -> int:
         return len(self.records)
@@ -108,7 +109,7 @@ class TrackTable(Columns, Generic[Filters]):
         :param covariance: (N, 4, 4) of mean.
         """
         records, rows = self.records, np.zeros(len(self.records), TRACK)
-        for name in set(rows.dtype.names or ()) & set(records.dtype.names or ()):
+        for name in self._published:
             rows[name] = records[name]
         rows['u'], rows['v'], rows['du'], rows['dv'] = mean.T
         rows['covariance'] = covariance

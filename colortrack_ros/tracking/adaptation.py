@@ -10,6 +10,7 @@ from colortrack_ros.tracking.disappearances import Disappearances
 from colortrack_ros.tracking.maneuvers import Maneuvers
 from colortrack_ros.tracking.noise import MeasurementNoise
 from colortrack_ros.tracking.process_noise import ProcessNoise
+from colortrack_ros.tracking.recent import Recent
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -63,6 +64,7 @@ class Adaptation:
     """Learns from the tracks that have been measured."""
 
     def __init__(self) -> None:
+        self.recent = Recent()
         self.unsteadiness = ProcessNoise()
         self._speed2 = np.full(2, FIRST_SPEED**2)
         self._watched = FIRST_WATCHED

@@ -30,6 +30,8 @@ class Disappearances:
 
         :param place: (K, 2) where each was measured before [px].
         """
+        if not len(place):
+            return
         self._place = np.concatenate([self._place, place])[-REMEMBERED:]
         some = np.full(len(place), float(returned))
         self._returned = np.concatenate([self._returned, some])[-REMEMBERED:]

@@ -43,6 +43,11 @@ GROWING, SHRINKING = 0.3, 2.0
 stays so; and towards one that is smaller and does not. Assumed."""
 
 
+def total(extent: Floats) -> Floats:
+    """(K, 2) sizes of extents, (K, 2, 2): from the low to the high side [px]."""
+    return np.asarray(extent[:, 0] + extent[:, 1])
+
+
 def slack(size: Floats) -> Floats:
     """How much the size of a whole blob may differ from the object's size [px]."""
     return TOLERANCE + TOLERANCE_SHARE * size
@@ -70,13 +75,16 @@ def log_fit(size: Floats, blob: Floats, alike: float) -> Floats:
     :param alike: share of the others that have the size of an object.
     :return: (K,).
     """
-    d2 = (((blob - size) / slack(size)) ** 2).sum(axis=1)
+    e = (blob - size) / slack(size)
+    e *= e
+    d2 = e[:, 0] + e[:, 1]
     return np.asarray(np.log(OTHER_SIZE + np.exp(most_fitting(size, alike) - d2 / 2)))
 
 
 def most_fitting(size: Floats, alike: float) -> Floats:
     """Log-likelihood ratio, at least 0, of a blob of just that size, (K, 2); see log_fit()."""
-    broad = np.pi / 2 * (slack(size) / np.maximum(size, 1.0)).prod(axis=1)
+    share = slack(size) / np.maximum(size, 1.0)
+    broad = np.pi / 2 * (share[:, 0] * share[:, 1])
     return np.asarray(np.log(np.maximum((1 - OTHER_SIZE) / (alike + broad), 1.0)))
 
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.extents import most_fitting
+from colortrack_ros.tracking.extents import total
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
@@ -33,17 +34,18 @@ def gate(
 
     :return: (K,) tracks, ascending, and (K,) blobs.
     """
-    widest, narrowest = blobs.variance.max(initial=0.0), blobs.variance.min(initial=1e9) + 1e-9
-    widest *= 1 + prediction.records['own_factor'].max(initial=0.0)
+    variance = blobs.variance.ravel()
+    widest = np.maximum.reduce(variance, initial=0.0)
+    widest *= 1 + np.maximum.reduce(prediction.records['own_factor'], initial=0.0)
+    narrowest = np.minimum.reduce(variance, initial=1e9) + 1e-9
     T = prediction.unmeasured[:, None] / 2
     way = prediction.velocity * T
     turned = prediction.variance + (way**2 + (2 * prediction.speed * T) ** 2) / 3
     S = prediction.variance + narrowest
-    bound = 2 * (prediction.log_odds - prediction.log_density - math.log(np.pi)) - np.log(
-        S[:, 0] * S[:, 1]
-    )
+    bound = 2 * (prediction.log_odds - (prediction.log_density + math.log(math.pi)))
+    bound -= np.log(S[:, 0] * S[:, 1])
     if prediction.sized:
-        size = prediction.records['extent'].sum(axis=1)
+        size = total(prediction.records['extent'])
         bound += 2 * most_fitting(size, prediction.alike)
     half = np.sqrt(np.maximum(bound, 0.0)[:, None] * (turned + widest)) + np.abs(way)
     if prediction.sized:
@@ -54,4 +56,4 @@ def gate(
     fit = prediction.unmeasured[track] > 0
     if config.color_gating:
         fit &= prediction.records['color'][track] == blobs.rows['color'][blob]
-    return (track, blob) if fit.all() else (track[fit], blob[fit])
+    return (track, blob) if np.count_nonzero(fit) == len(fit) else (track[fit], blob[fit])

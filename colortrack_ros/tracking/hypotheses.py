@@ -16,6 +16,7 @@ from colortrack_ros.tracking.extents import EDGE_VARIANCE
 from colortrack_ros.tracking.extents import log_fit
 from colortrack_ros.tracking.extents import measure
 from colortrack_ros.tracking.extents import sides_of_one
+from colortrack_ros.tracking.extents import total
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.merged import sides_of_several
 from colortrack_ros.tracking.prediction import Prediction
@@ -77,16 +78,17 @@ def hypothesize(
     :param blob: (K,).
     :param shared: (K,) pairs whose blob is shared by several tracks.
     """
-    z, R = blobs.z[blob], blobs.R[blob]
+    z, R = blobs.z.take(blob, axis=0), blobs.R.take(blob, axis=0)
     if prediction.sized:
-        size = prediction.records['extent'][track].sum(axis=1)
+        size = total(prediction.records['extent'].take(track, axis=0))
         variance = centroid_variance(blobs, blob, size)
         R.reshape(-1, 4)[:, ::3] = variance
-        unlike = ((variance > EDGE_VARIANCE) & (size > 0)).any(axis=1)
+        by_axis = (variance > EDGE_VARIANCE) & (size > 0)
+        unlike = by_axis[:, 0] | by_axis[:, 1]
         if shared is not None:
             unlike |= shared
-        if unlike.any():
-            one = np.flatnonzero(unlike)
+        one = unlike.nonzero()[0]
+        if len(one):
             ours = None if shared is None else shared[one]
             z[one], R[one] = _by_sides(prediction, blobs, track[one], blob[one], ours)
     R = R * (1 + prediction.records['own_factor'][track])[:, None, None]
@@ -102,13 +104,12 @@ def _count_sizes(
 
     A blob that fits nobody's size is merged, cut or broken, and may be anybody's.
     """
-    open_ = np.flatnonzero((ratio < UNDOUBTED) | (np.bincount(blob)[blob] > 1))
+    open_ = ((ratio < UNDOUBTED) | (np.bincount(blob)[blob] > 1)).nonzero()[0]
     if not len(open_):
         return
     track, blob = track[open_], blob[open_]
-    fit = log_fit(
-        prediction.records['extent'][track].sum(axis=1), blobs.size[blob], prediction.alike
-    )
+    size = total(prediction.records['extent'].take(track, axis=0))
+    fit = log_fit(size, blobs.size[blob], prediction.alike)
     best = np.full(len(blobs), -np.inf)
     np.maximum.at(best, blob, fit)
     ratio[open_] += fit - np.minimum(best[blob], 0.0)

@@ -88,6 +88,10 @@ class Maneuvers:
         self._last = 0
         self._concluded = False
 
+    def is_due(self, now: int) -> bool:
+        """Whether it is time for the next glance, at the stamp [ns]."""
+        return (now - self._last) / NANOSECONDS >= WINDOW
+
     def learn(
         self,
         records: NDArray[np.void],
@@ -99,7 +103,7 @@ class Maneuvers:
         now: int,
         speed: Floats,
     ) -> None:
-        """Glance back, if it is time.
+        """Glance back.
 
         :param records: (N,) of all tracks, with FIELDS.
         :param track: (K,) which were measured.
@@ -110,8 +114,6 @@ class Maneuvers:
         :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
         """
         passed = (now - self._last) / NANOSECONDS
-        if passed < WINDOW:
-            return
         self._last, self._concluded = now, False
         T = (now - records['anchored'][track]) / NANOSECONDS
         old = np.flatnonzero((T <= LONGEST) & (records['anchor_cov'][track, 0] > 0))
@@ -140,23 +142,25 @@ class Maneuvers:
     ) -> None:
         """Compare measurements, (K, 2), with where their tracks would be after coasting for T."""
         anchor, cov = records['anchor'][track], records['anchor_cov'][track]
-        e = (z - anchor[:, :2] - anchor[:, 2:] * T[:, None]).T
+        e = z - anchor[:, :2] - anchor[:, 2:] * T[:, None]
         known = variance + cov[:, 0] + 2 * T * cov[:, 1] + T**2 * cov[:, 2]
         cube = T**3 / 3
-        S = known + (records['filtered'][track] + records['astray'][track]).T * cube
-        going_on = log_density(e[0], e[1], S[0], 0 * cube, S[1])
-        p, q = anchor[:, 2] * T / 2, anchor[:, 3] * T / 2
-        wide = known + np.outer(speed, T) ** 2 / 3
-        turning = log_density(
-            e[0] + p, e[1] + q, wide[0] + p * p / 3, p * q / 3, wide[1] + q * q / 3
-        )
+        S = np.zeros((len(T), 2, 2))
+        density = records['filtered'][track] + records['astray'][track]
+        S[:, (0, 1), (0, 1)] = known[:, None] + density * cube[:, None]
+        going_on = log_density(e, S)
+        way = anchor[:, 2:] * (T / 2)[:, None]
+        S = way[:, :, None] * way[:, None, :] / 3
+        S[:, (0, 1), (0, 1)] += known[:, None] + (speed * T[:, None]) ** 2 / 3
+        turning = log_density(e + way, S)
         chance = maneuver_chance(records['rate'][track], T)
         odds = np.exp((turning - going_on).clip(-50, 50)) * chance / (1 - chance)
         turned = odds / (1 + odds)
         kept = 1 - turned
         remembered = math.exp(-passed / MEMORY)
+        strayed = (kept / cube)[:, None] * (e * e - known[:, None])
         for name, new in (
-            ('turns', turned), ('watched', T), ('strayed', (kept * (e * e - known) / cube).T),
+            ('turns', turned), ('watched', T), ('strayed', strayed),
             ('glances', kept), ('blur', kept * (known / cube) ** 2),
         ):  # fmt: skip
             records[name][track] = remembered * records[name][track] + new
@@ -171,7 +175,7 @@ class Maneuvers:
         :param records: (N,) of all tracks, with FIELDS.
         :param filtered: (N, 2) sigma_s^2 of their filters [px^2/s^4].
         """
-        if self._concluded and records['rate'].all():
+        if self._concluded and np.count_nonzero(records['rate']) == len(records):
             return
         self._concluded = True
         rate = (CROWD_TIME * self.rate + records['turns']) / (CROWD_TIME + records['watched'])

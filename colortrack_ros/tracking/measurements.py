@@ -1,7 +1,6 @@
 """Measurements: the detections of a frame as the tracker works with them."""
 
 from dataclasses import dataclass
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +15,9 @@ Floats = NDArray[np.float64]
 DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
 """Where a row of DETECTION, seen as doubles, holds u, v, cov_uu, cov_uv, cov_vv, and, seen as
 singles, area, box_u, box_v, box_w, box_h, score."""
+
+COVARIANCE = np.array([2, 3, 3, 4])
+"""Where the doubles hold the four entries of the covariance."""
 
 USED_BYTES = 68
 """Of a row of DETECTION; what follows is padding, which may hold anything."""
@@ -53,8 +55,10 @@ class Measurements(Columns):
 
     def scaled(self, factor: Floats) -> 'Measurements':
         """The same with covariances by factors, (M,), but of those that are cut."""
-        factor = np.where(self.cut.any(axis=1), 1.0, factor)
-        return replace(self, R=factor[:, None, None] * self.R, factor=factor)
+        if np.count_nonzero(self.cut):
+            factor = np.where(self.cut.any(axis=1), 1.0, factor)
+        R = factor[:, None, None] * self.R
+        return Measurements(self.rows, self.z, R, self.box, self.joined, self.cut, factor)
 
     def reach(self, which: NDArray[np.intp]) -> Floats:
         """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
@@ -70,7 +74,12 @@ class Measurements(Columns):
     @cached_property
     def variance(self) -> Floats:
         """(M, 2) of the centroid, by axis [px^2]."""
-        return self.R[:, [0, 1], [0, 1]]
+        return self.R.reshape(-1, 4)[:, ::3]
+
+    @cached_property
+    def mean_variance(self) -> Floats:
+        """(M,) of both axes [px^2]."""
+        return np.asarray((self.variance[:, 0] + self.variance[:, 1]) / 2)
 
 
 def unrepeated(rows: NDArray[np.void], known: NDArray[np.void]) -> NDArray[np.void]:
@@ -106,30 +115,30 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Measurements:
     doubles = rows.view(np.float64).reshape(-1, DETECTION.itemsize // 8)[:, DOUBLES]
     singles = rows.view(np.float32).reshape(-1, DETECTION.itemsize // 4)[:, SINGLES]
     near = np.abs(doubles) <= LIMITS, np.abs(singles) <= FARTHEST**2  # not what is NaN
-    if not (near[0].all() and near[1].all()):
+    if sum(map(np.count_nonzero, near)) < doubles.size + singles.size:
         good = near[0].all(axis=1) & near[1].all(axis=1)
         rows, doubles, singles = rows[good], doubles[good], singles[good]
     a, b, c = doubles[:, 2], doubles[:, 3], doubles[:, 4]
     definite = (a > 0) & (a * c > b * b)
-    known = bool(definite.all())
+    known = np.count_nonzero(definite) == len(rows)
     if not known:
         good = definite | ~doubles[:, 2:].any(axis=1)
         rows, doubles, singles = rows[good], doubles[good], singles[good]
         definite = definite[good]
-    z, R = doubles[:, :2].copy(), doubles[:, [2, 3, 3, 4]].reshape(-1, 2, 2)
+    z, R = doubles[:, :2].copy(), doubles.take(COVARIANCE, axis=1).reshape(-1, 2, 2)
     if not (known and config.detection_covariance):
         R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
     box, size = np.empty((len(rows), 2, 2)), singles[:, 3:5]
     if config.use_boxes:
         box[:, 0] = singles[:, 1:3] - 0.5
         box[:, 1] = box[:, 0] + size
-        if size.min(initial=1.0) <= 0:
-            point = (size <= 0).any(axis=1)
+        none = size <= 0
+        if np.count_nonzero(none):
+            point = none.any(axis=1)
             box[point] = z[point, None]
     else:
         box[:] = z[:, None]
     cut = np.zeros((len(rows), 2), bool)
     if config.use_boxes and config.detection_covariance:
-        diagonal = doubles[:, [2, 4]]
-        cut = (diagonal > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2) & (size > 0)
+        cut = (doubles[:, 2::2] > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2) & (size > 0)
     return Measurements(rows, z, R, box, np.zeros(len(rows), bool), cut, np.ones(len(rows)))

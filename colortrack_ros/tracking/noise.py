@@ -11,15 +11,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.tracking.recent import EVERY
+from colortrack_ros.tracking.recent import GIVEN
+from colortrack_ros.tracking.recent import Recent
+from colortrack_ros.tracking.recent import RING
+from colortrack_ros.tracking.recent import Z
+
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-EVERY = 5
-"""Frames from one look at the differences to the next, which takes all of these, to save time."""
-
-RING = EVERY + 5
-"""Measurements that are kept for that: a third difference takes four, and is compared with those
-one and two frames before."""
 
 MEMORY = 10.0
 """Time after which what was learned counts 1/e [s]. Assumed: detections change with light and
@@ -60,15 +59,9 @@ OWN_RANGE = 4.0
 LEAST_SQUARE = 1e-4
 """Of a normalized difference: of what stands still to the bit."""
 
-FIELDS = [
-    ('measured', 'f8', (RING, 3)),
-    ('in_a_row', 'i8'),
-    ('evidence', 'f8', 4),
-    ('own_factor', 'f8'),
-]
-"""What is recorded of a track: its last measurements [px] and the variances given of them [px^2],
-by frame, the oldest overwritten; how many there were in a row; its evidence, see
-MeasurementNoise; and its own factor over that of its color, less 1."""
+FIELDS = [('evidence', 'f8', 4), ('own_factor', 'f8')]
+"""What is recorded of a track: its evidence, see MeasurementNoise; and its own factor over that of
+its color, less 1."""
 
 
 class MeasurementNoise:
@@ -82,8 +75,6 @@ class MeasurementNoise:
         self._colors = np.zeros(0, np.uint32)
         self._evidence = np.zeros((0, 4))
         self._factors, self._usual = np.zeros(0), np.zeros(0)
-        self._stamps = np.arange(-RING, 0.0)
-        self._frame = 0
 
     def factors(self, colors: NDArray[np.uint32], variance: Floats) -> Floats:
         """The factors of detections, (M,).
@@ -96,74 +87,50 @@ class MeasurementNoise:
         """
         if not len(self._colors):
             return np.ones(len(colors))
-        row = np.searchsorted(self._colors, colors).clip(max=len(self._colors) - 1)
+        row = np.minimum(self._colors.searchsorted(colors), len(self._colors) - 1)
         factor = np.where(self._colors[row] == colors, self._factors[row], 1.0)
+        less = factor < 1
+        if not np.count_nonzero(less):
+            return factor
         usual = np.minimum(self._usual[row] / np.maximum(variance, 1e-12), 1.0)
-        return np.where(factor < 1, 1 - (1 - factor) * usual, factor)
+        return np.where(less, 1 - (1 - factor) * usual, factor)
 
-    def learn(
-        self,
-        records: NDArray[np.void],
-        track: Indices,
-        z: Floats,
-        variance: Floats,
-        steady: NDArray[np.bool_],
-        dt: float,
-    ) -> Floats | None:
-        """Take what was measured in a frame.
-
-        :param records: (N,) of all tracks, with FIELDS.
-        :param track: (K,) which were measured.
-        :param z: (K, 2) their measurements [px].
-        :param variance: (K,) on each axis, as given [px^2].
-        :param steady: (K,) measured in the last frame as well, and wholly.
-        :param dt: since the last frame [s].
-        :return: (K,) by how much the factors of their colors have grown, if they have.
-        """
-        slot = self._frame % RING
-        self._stamps[slot] = self._stamps[slot - 1] + dt
-        records['measured'][track, slot] = np.column_stack([z, variance])
-        records['in_a_row'][track] = np.where(steady, records['in_a_row'][track] + 1, 1)
-        self._frame += 1
-        if self._frame % EVERY:
-            return None
-        before = self.factors(records['color'][track], variance)
-        self._look(records, track)
-        return np.maximum(self.factors(records['color'][track], variance) / before, 1.0)
-
-    def _look(self, records: NDArray[np.void], track: Indices) -> None:
+    def learn(self, records: NDArray[np.void], track: Indices, recent: Recent) -> Floats:
         """Take the differences of the last frames.
 
-        :param track: (K,) of which there may be any.
+        :param records: (N,) of all tracks, with FIELDS and those of Recent.
+        :param track: (K,) which were measured in the last frame.
+        :param recent: where the frames are in the records.
+        :return: (K,) by how much the factors of their colors have grown, 1 for those that have not.
         """
-        newest_first = (self._frame - 1 - np.arange(RING)) % RING
-        W = _third_differences(self._stamps[newest_first])
-        measured = records['measured'][track][:, newest_first]
-        difference = W @ measured[..., :2]
-        scale = np.maximum(measured[..., 2] @ np.square(W).T, 1e-12)
-        length2 = np.maximum((difference**2).sum(axis=2) / scale, LEAST_SQUARE)
+        newest_first = recent.newest_first()
+        stamps = recent.stamps[newest_first]
+        W = _third_differences(stamps)
+        measured = records['measured'][track].take(newest_first, axis=1)
+        variance = measured[..., GIVEN]
+        difference = W @ measured[..., Z]
+        scale = np.maximum(variance @ np.square(W).T, 1e-12)
+        squares = difference * difference
+        length2 = np.maximum((squares[..., 0] + squares[..., 1]) / scale, LEAST_SQUARE)
         direction = difference / np.sqrt(length2 * scale)[..., None]
-        one = (direction[:, :EVERY] * direction[:, 1:-1]).sum(axis=2)
-        two = (direction[:, :EVERY] * direction[:, 2:]).sum(axis=2)
+        one = direction[:, :EVERY] * direction[:, 1:-1]
+        two = direction[:, :EVERY] * direction[:, 2:]
+        rise = two[..., 0] + two[..., 1] - (one[..., 0] + one[..., 1])
         whole = records['in_a_row'][track][:, None] >= np.arange(6, 6 + EVERY)
-        given = np.log(np.maximum(measured[:, :EVERY, 2], 1e-12))
-        squares = np.log(length2[:, :EVERY] / 2)
-        new = np.stack([np.ones_like(one), squares, two - one, given], axis=2)
-        new = (new * whole[..., None]).sum(axis=1)
-        passed = self._stamps[newest_first[0]] - self._stamps[newest_first[EVERY]]
-        self._sum(records, track, new, math.exp(-passed / MEMORY))
+        given = np.log(np.maximum(variance[:, :EVERY], 1e-12))
+        new = np.array([np.ones_like(rise), np.log(length2[:, :EVERY] / 2), rise, given])
+        new = (new * whole).sum(axis=2).T
+        colors, latest = records['color'][track], variance[:, 0]
+        before = self.factors(colors, latest)
+        self._sum(records, track, new, math.exp((stamps[EVERY] - stamps[0]) / MEMORY))
+        return np.maximum(self.factors(colors, latest) / before, 1.0)
 
     def _sum(
         self, records: NDArray[np.void], track: Indices, new: Floats, remembered: float
     ) -> None:
         """Add evidence to that of tracks and their colors, and draw factors from it."""
         colors = records['color'][track]
-        if not np.isin(colors, self._colors).all():
-            known, self._colors = self._colors, np.union1d(self._colors, colors)
-            evidence = np.zeros((len(self._colors), 4))
-            evidence[np.searchsorted(self._colors, known)] = self._evidence
-            self._evidence = evidence
-        row = np.searchsorted(self._colors, colors)
+        row = self._rows(colors)
         self._evidence *= remembered
         np.add.at(self._evidence, row, new)
         count = self._evidence[:, 0]
@@ -181,6 +148,18 @@ class MeasurementNoise:
             (share * (own_mean - mean[row, 0])).clip(-math.log(OWN_RANGE), math.log(OWN_RANGE))
         )
         records['own_factor'][track] = own - 1
+
+    def _rows(self, colors: NDArray[np.uint32]) -> Indices:
+        """Where the colors, (K,), stand in the evidence; new ones are added."""
+        known = self._colors
+        row = known.searchsorted(colors)
+        if len(known) and np.count_nonzero(known[np.minimum(row, len(known) - 1)] != colors) == 0:
+            return row
+        self._colors = np.union1d(known, colors)
+        evidence = np.zeros((len(self._colors), 4))
+        evidence[self._colors.searchsorted(known)] = self._evidence
+        self._evidence = evidence
+        return self._colors.searchsorted(colors)
 
 
 def _third_differences(t: Floats) -> Floats:

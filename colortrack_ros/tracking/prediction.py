@@ -97,14 +97,15 @@ def predict(
         records=records,
         center=mean[:, :2],
         velocity=mean[:, 2:4],
-        variance=cov[:, [0, 1], [0, 1]],
+        variance=cov.diagonal(axis1=1, axis2=2)[:, :2].copy(),
         unmeasured=unmeasured,
         maneuvered=maneuver_chance(records['rate'], unmeasured) * config.maneuvers,
         log_odds=np.log(seen / (1 - seen)),
         noise=config.process_noise or learned.noise,
         speed=assumed_speed(learned, config),
         log_density=math.log(config.clutter_density or learned.density),
-        sized=config.use_boxes and bool(measurements.size.any() or records['extent'].any()),
+        sized=config.use_boxes
+        and bool(np.count_nonzero(measurements.size) or np.count_nonzero(records['extent'])),
         alike=learned.alike,
     )
 

@@ -14,8 +14,14 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
 from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
-from colortrack_ros.tracking.noise import EVERY
 from colortrack_ros.tracking.noise import MEAN_LOG
+from colortrack_ros.tracking.recent import EVERY
+from colortrack_ros.tracking.recent import MANEUVERED
+from colortrack_ros.tracking.recent import Recent
+from colortrack_ros.tracking.recent import STEADY
+from colortrack_ros.tracking.recent import UNMEASURED
+from colortrack_ros.tracking.recent import VARIANCE
+from colortrack_ros.tracking.recent import Z
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -53,6 +59,9 @@ measurements: a filter that takes a steady pull for one maneuver after another i
 LEVEL_COUNT = 20.0
 """Innovations that what is known of R is worth. Assumed: it is itself learned."""
 
+CHUNK = 100
+"""Tracks that are worked on at once, so that what is computed of them stays in the cache."""
+
 LEAST = 1e-4
 """Of a squared innovation over the variance of a measurement: of what stands still to the bit."""
 
@@ -79,16 +88,16 @@ LOG_EXCESS = -np.log(1 - ALPHA[-1])
 """Log of the covariance of an innovation over R, (G,): alpha = P / (P + R)."""
 
 FIELDS = [
-    ('probe', 'f8', (2, len(INDICES), 2)),
+    ('probe', 'f8', (2, 2, len(INDICES))),
     ('probe_age', 'i8'),
     ('fit', 'f8', len(INDICES)),
     ('fit_count', 'f8', 2),
     ('log_noise', 'f8'),
 ]
-"""What is recorded of a track: positions [px] and velocities [px/s] of its probes, how many
-measurements they have taken, sums of the logarithms of their squared innovations, how many there
-were and the sum of the logarithms of the variances of the measurements; and the logarithm of its
-process noise over that of the crowd."""
+"""What is recorded of a track: positions [px] and velocities [px/s], by axis, of its probes; how
+many measurements they have taken; sums of the logarithms of their squared innovations, how many
+there were and the sum of the logarithms of the variances of the measurements; and the logarithm of
+its process noise over that of the crowd."""
 
 
 class ProcessNoise:
@@ -100,56 +109,51 @@ class ProcessNoise:
     def __init__(self) -> None:
         self._fit, self._count = np.zeros(len(INDICES)), np.zeros(2)
         self.log_noise = math.log(FIRST_NOISE)
-        self._frame = 0
 
     def learn(
-        self,
-        records: NDArray[np.void],
-        track: Indices,
-        z: Floats,
-        variance: Floats,
-        unmeasured: Floats,
-        maneuvered: Floats,
-        steady: NDArray[np.bool_],
-        period: float,
+        self, records: NDArray[np.void], track: Indices, recent: Recent, period: float
     ) -> None:
-        """Take what was measured in a frame.
+        """Take what was measured in the last EVERY frames.
 
-        :param records: (N,) of all tracks, with FIELDS.
-        :param track: (K,) which were measured.
-        :param z: (K, 2) their measurements [px].
-        :param variance: (K,) of these on each axis [px^2].
-        :param unmeasured: (K,) time since the last measurement [s].
-        :param maneuvered: (K,) probability that the track has maneuvered in it.
-        :param steady: (K,) measured in the last frame as well, and wholly.
+        :param records: (N,) of all tracks, with FIELDS and those of Recent.
+        :param track: (K,) which were measured in the last frame.
+        :param recent: where the frames are in the records.
         :param period: since the last frame [s].
         """
-        T = np.maximum(unmeasured, 1e-6)[:, None, None]
-        probe = records['probe'][track]
-        age = records['probe_age'][track]
-        age = np.where((maneuvered > TURNED) & (age > SETTLED), 0, age) + 1
-        records['probe_age'][track] = age
-        level = np.minimum(age, len(ALPHA) - 1)
-        alpha, beta = ALPHA[level], BETA[level]
-        x, v = probe[:, 0], probe[:, 1]
-        x = x + v * T
-        e = z[:, None] - x
-        probe[:, 0] = x + alpha[..., None] * e
-        probe[:, 1] = v + beta[..., None] / T * e
-        records['probe'][track] = probe
-        known = steady & (age > FORMED)
-        squares = (e * e).sum(axis=2) + LEAST * variance[:, None]
-        new = np.log(squares) * known[:, None]
-        remembered = math.exp(-period / MEMORY)
-        fit, count = records['fit'][track], records['fit_count'][track]
-        counted = np.stack([known, known * np.log(np.maximum(variance, 1e-12))], axis=1)
-        fit, count = remembered * fit + new, remembered * count + counted
-        records['fit'][track], records['fit_count'][track] = fit, count
-        self._fit = remembered * self._fit + new.sum(axis=0)
-        self._count = remembered * self._count + counted.sum(axis=0)
-        self._frame += 1
-        if self._frame % EVERY == 0:
-            self._conclude(records, track, period)
+        oldest_first = recent.newest_first()[EVERY::-1]
+        stamps = recent.stamps[oldest_first]
+        remembered = np.exp((stamps[:-1] - stamps[1:]) / MEMORY)
+        self._fit, self._count = self._fit * remembered.prod(), self._count * remembered.prod()
+        for first in range(0, len(records), CHUNK):
+            self._take(records[first : first + CHUNK], oldest_first[1:], remembered)
+        self._conclude(records, track, period)
+
+    def _take(self, records: NDArray[np.void], slots: Indices, remembered: Floats) -> None:
+        """Take the measurements of some frames, of some of the tracks.
+
+        :param slots: (F,) where Recent has them, the oldest first.
+        :param remembered: (F,) what is left at each of what was learned before.
+        """
+        some = records['measured'][:, slots].swapaxes(0, 1)
+        measured = some[..., UNMEASURED] > 0
+        age = _ages(records['probe_age'], measured, some[..., MANEUVERED] > TURNED)
+        squares = _follow(records, some, measured, age)
+        known = measured & (some[..., STEADY] > 0) & (age > FORMED)
+        variance = some[..., VARIANCE]
+        squares += LEAST * variance[..., None]
+        fit = np.log(np.where(known[..., None], squares, 1.0))
+        count = np.zeros((*known.shape, 2))
+        count[..., 0] = known
+        count[..., 1] = known * np.log(np.maximum(variance, 1e-12))
+        for name, new in (('fit', fit), ('fit_count', count)):
+            total = records[name].copy()
+            for i, left in enumerate(np.where(measured, remembered[:, None], 1.0)[..., None]):
+                total *= left
+                total += new[i]
+            records[name] = total
+        since = np.append(remembered[::-1].cumprod()[-2::-1], 1.0)
+        self._fit += since @ fit.sum(axis=1)
+        self._count += since @ count.sum(axis=1)
 
     def _conclude(self, records: NDArray[np.void], track: Indices, period: float) -> None:
         """Posterior means of ln q, of crowd and tracks."""
@@ -168,6 +172,52 @@ class ProcessNoise:
         self.log_noise = float(_mean(crowd, log_sigma).clip(*LOG_RANGE))
         log_noise = (_mean(likelihood, log_sigma) + (level - typical) / 2).clip(*LOG_RANGE)
         records['log_noise'][track] = log_noise - self.log_noise
+
+
+def _follow(
+    records: NDArray[np.void],
+    some: Floats,
+    measured: NDArray[np.bool_],
+    age: NDArray[np.int64],
+) -> Floats:
+    """Move the probes of all tracks by the measurements of some frames.
+
+    :param some: (F, N, 7) what Recent has of them.
+    :param measured: (F, N) whether there is any.
+    :param age: (F, N) of the probes with them.
+    :return: (F, N, G) squared innovations [px^2].
+    """
+    T = np.where(measured, np.maximum(some[..., UNMEASURED], 1e-6), 0.0)
+    level, per_time = np.minimum(age, len(ALPHA) - 1), measured / np.where(measured, T, 1.0)
+    gain = np.empty((*age.shape, 2, 1, len(INDICES)))
+    gain[:, :, 0, 0] = ALPHA.take(level, axis=0) * measured[..., None]
+    gain[:, :, 1, 0] = BETA.take(level, axis=0) * per_time[..., None]
+    probe, e = records['probe'].copy(), np.empty((*age.shape, 2, len(INDICES)))
+    for i in range(len(age)):
+        probe[:, 0] += probe[:, 1] * T[i][:, None, None]
+        np.subtract(some[i][:, Z, None], probe[:, 0], out=e[i])
+        probe += gain[i] * e[i][:, None]
+    records['probe'], records['probe_age'] = probe, age[-1]
+    e *= e
+    return np.asarray(e[:, :, 0] + e[:, :, 1])
+
+
+def _ages(
+    age: NDArray[np.int64], measured: NDArray[np.bool_], turned: NDArray[np.bool_]
+) -> NDArray[np.int64]:
+    """Ages of probes with each of some frames, (F, N).
+
+    :param age: (N,) before.
+    :param measured: (F, N); turned: (F, N) they begin anew, if they are settled.
+    """
+    turned = turned & measured
+    if not np.count_nonzero(turned):
+        return np.asarray(age + measured.cumsum(axis=0))
+    ages = np.empty(measured.shape, np.int64)
+    for i in range(len(ages)):
+        age = np.where(turned[i] & (age > SETTLED), 0, age) + measured[i]
+        ages[i] = age
+    return ages
 
 
 def _log_likelihood(fit: Floats, count: Floats | float, log_variance: Floats | float) -> Floats:

@@ -10,6 +10,7 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking import maneuvers
 from colortrack_ros.tracking import noise
 from colortrack_ros.tracking import process_noise
+from colortrack_ros.tracking import recent
 from colortrack_ros.tracking.config import TrackerConfig
 
 Floats = NDArray[np.float64]
@@ -36,6 +37,7 @@ FIELDS = [
     ('before_size', 'f8', 2),
     ('sums', 'f8', 7),
     ('scans', 'u4'),
+    *recent.FIELDS,
     *noise.FIELDS,
     *maneuvers.FIELDS,
     *process_noise.FIELDS,

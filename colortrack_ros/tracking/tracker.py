@@ -150,7 +150,7 @@ class Tracker:
         if not self.config.detection_covariance:
             return blobs
         factors = self._adaptation.noisiness.factors
-        return blobs.scaled(factors(blobs.rows['color'], blobs.variance.mean(axis=1)))
+        return blobs.scaled(factors(blobs.rows['color'], blobs.mean_variance))
 
     def _associate(
         self, hypotheses: Hypotheses, gain: NDArray[np.float64], count: int
@@ -167,7 +167,7 @@ class Tracker:
         self, prediction: Prediction, blobs: Measurements, free: NDArray[np.bool_]
     ) -> None:
         """Learn from a few blobs of no track whether sizes tell them from those of tracks."""
-        new = np.flatnonzero(free)[:MOST_NEW]
+        new = free.nonzero()[0][:MOST_NEW]
         if prediction.sized and len(new) and len(prediction.records):
             size = prediction.records['extent'].sum(axis=1)
             self._adaptation.learn_alike(count_alike(size, blobs.size[new]), len(new))

@@ -14,6 +14,7 @@ from colortrack_ros.tracking.extents import difference
 from colortrack_ros.tracking.extents import FOLLOWING
 from colortrack_ros.tracking.extents import learn
 from colortrack_ros.tracking.extents import slack
+from colortrack_ros.tracking.extents import total
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import Measurements
@@ -61,26 +62,29 @@ def update(
     pairs, probability = associated.pairs, associated.probability
     _update_existence(prediction, pairs, config, again=again)
     _learn_disappearances(prediction, pairs, learned, period, again=again)
-    hard = bool((probability == 1).all())
+    hard = np.count_nonzero(probability == 1) == len(probability)
     taken = pairs if hard else pairs.take(np.flatnonzero(probability > 0.5))
     whole = _update_sizes(tracks, prediction, blobs, taken, period)
     if not again:
         _learn(learned, prediction, blobs, taken, whole, config, period)
-    turned = np.flatnonzero(taken.innovations.maneuvered > UNLIKELY)
+    turned = (taken.innovations.maneuvered > UNLIKELY).nonzero()[0]
     if len(turned):
         track, maneuvered = taken.track[turned], taken.innovations.maneuvered[turned]
         T = prediction.unmeasured[track]
         tracks.filters.maneuver(track, maneuvered, T, prediction.speed)
     tracks.filters.correct(pairs.track, pairs.z, pairs.R, None if hard else probability)
-    learned.maneuvers.learn(
-        tracks.records, taken.track[whole], taken.z[whole], np.einsum('kii->k', taken.R[whole]) / 2,
-        *tracks.filters.estimate(), now, prediction.speed,
-    )  # fmt: skip
-    tracks.records['misses'] += not again
-    tracks.records['misses'][taken.track] -= 1
-    tracks.record_hits(taken.track, now)
-    tracks.records['seen'][taken.track] = taken.z
-    record_size(tracks.records, taken.track, blobs.rows[taken.blob])
+    records, track = tracks.records, taken.track
+    if learned.maneuvers.is_due(now):
+        variance = (taken.R[whole, 0, 0] + taken.R[whole, 1, 1]) / 2
+        learned.maneuvers.learn(
+            records, track[whole], taken.z[whole], variance, *tracks.filters.estimate(), now,
+            prediction.speed,
+        )  # fmt: skip
+    records['misses'] += not again
+    records['misses'][track] -= 1
+    tracks.record_hits(track, now)
+    records['seen'][track] = taken.z
+    record_size(records, track, blobs.rows[taken.blob])
 
 
 def _update_existence(
@@ -111,7 +115,7 @@ def _learn_disappearances(
         learned.disappearances.learn(records['seen'][back], returned=True)
     recent = (unmeasured > 0) & (unmeasured < JUST_LOST * period)
     recent[pairs.track] = False
-    lost = np.flatnonzero(recent)
+    lost = recent.nonzero()[0]
     if len(lost) and not again:
         share = learned.disappearances.share(records['seen'][lost], learned.area)
         records['visible'][lost], records['hidden'][lost] = weigh_hidden(
@@ -135,17 +139,17 @@ def _update_sizes(
         return np.ones(len(track), bool)
     extent = records['extent'][track]
     alone = (np.bincount(blob, minlength=1)[blob] == 1) & ~blobs.joined[blob]
-    excess = difference(extent.sum(axis=1), blobs.size[blob])
+    excess = difference(total(extent), blobs.size[blob])
     now = learn_extents(prediction, blobs, taken, extent, excess, period)
-    if not alone.all():
+    if np.count_nonzero(alone) < len(alone):
         now[~alone] = extent[~alone]
     records['extent'][track] = now
-    whole = alone & ~excess.any(axis=1)
-    if records['partial'].any():
+    whole = alone & (excess[:, 0] == 0) & (excess[:, 1] == 0)
+    if np.count_nonzero(records['partial']):
         records['partial'][track] &= blobs.cut[blob] | ~whole[:, None]
-    if not whole.all():
-        size = extent.sum(axis=1)
-        growth = now.sum(axis=1) - size
+    if np.count_nonzero(whole) < len(whole):
+        size = total(extent)
+        growth = total(now) - size
         growth[growth < slack(size)] = 0.0
         tracks.filters.doubt_velocity(track, (growth / 2 / period) ** 2)
     return np.asarray(whole)
@@ -166,7 +170,7 @@ def learn_extents(
     """
     reach = blobs.reach(taken.blob)
     now = extent + FOLLOWING * (reach - extent)
-    one = np.flatnonzero(excess.any(axis=1))
+    one = ((excess[:, 0] != 0) | (excess[:, 1] != 0)).nonzero()[0]
     if len(one):
         track, blob, records = taken.track[one], taken.blob[one], prediction.records
         extent, last = extent[one], np.stack([records['box_w'], records['box_h']], axis=1)[track]
@@ -198,16 +202,17 @@ def _learn(
     if not len(track):
         return
     unmeasured, maneuvered = prediction.unmeasured[track], taken.innovations.maneuvered
-    steady = whole & (unmeasured <= period) & ~blobs.cut[blob].any(axis=1)
+    steady = whole & (unmeasured <= period)
+    if np.count_nonzero(blobs.cut):
+        steady &= ~blobs.cut[blob].any(axis=1)
     known = records['hits'][track] > FORMED
     learned.learn_speed(known & steady, prediction.velocity[track], period)
-    z, variance = blobs.z[blob], blobs.variance[blob].mean(axis=1)
-    if config.detection_covariance:
-        given = variance / blobs.factor[blob]
-        grown = learned.noisiness.learn(records, track, z, given, steady, period)
-        if grown is not None:
-            prediction.bank.doubt(track, grown)
-    if not config.process_noise:
-        learned.unsteadiness.learn(
-            records, track, z, variance, unmeasured, maneuvered, steady, period
-        )
+    variance = blobs.mean_variance[blob]
+    due = learned.recent.take(
+        records, track, blobs.z[blob], variance / blobs.factor[blob], variance, unmeasured,
+        maneuvered, steady, period,
+    )  # fmt: skip
+    if due and config.detection_covariance:
+        prediction.bank.doubt(track, learned.noisiness.learn(records, track, learned.recent))
+    if due and not config.process_noise:
+        learned.unsteadiness.learn(records, track, learned.recent, period)

@@ -9,6 +9,8 @@ from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.noise import FIELDS
 from colortrack_ros.tracking.noise import MeasurementNoise
+from colortrack_ros.tracking.recent import FIELDS as RECENT
+from colortrack_ros.tracking.recent import Recent
 
 LEARNED = 24
 """Frames at the start that are not judged: a second."""
@@ -17,15 +19,17 @@ LEARNED = 24
 def factor(noise, given, acceleration=0.0, count=8, frames=90, steps=None, seed=0):
     """What is learned of detections with that noise that bring a variance given^2."""
     rng = np.random.default_rng(seed)
-    records = np.zeros(count, [('color', 'u4'), *FIELDS])
-    learned, track = MeasurementNoise(), np.arange(count)
+    records = np.zeros(count, [('color', 'u4'), *RECENT, *FIELDS])
+    learned, recent, track = MeasurementNoise(), Recent(), np.arange(count)
     x, v = np.zeros((count, 2)), rng.normal(0, 200, (count, 2))
     for k in range(frames):
         dt = 1 / 30 if steps is None else steps[k]
         a = rng.normal(0, acceleration, (count, 2))
         x, v = x + v * dt + a * dt**2 / 2, v + a * dt
         z = x + rng.normal(0, noise, x.shape)
-        learned.learn(records, track, z, np.full(count, given**2), np.full(count, k > 0), dt)
+        variance, steady = np.full(count, given**2), np.full(count, k > 0)
+        if recent.take(records, track, z, variance, variance, np.full(count, dt), 0, steady, dt):
+            learned.learn(records, track, recent)
     color, variance = np.zeros(1, np.uint32), np.full(1, given**2)
     return learned.factors(color, variance)[0], 1 + records['own_factor']
 

@@ -19,15 +19,16 @@ def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices
     in every best assignment: exchanging them can only lose. Nearly all pairs are, and are taken in
     bulk; what is left is solved as one problem.
     """
-    left = np.flatnonzero(gain > 0)
+    left = (gain > 0).nonzero()[0]
     chosen = []
     while len(left):
         t, d, g = track[left], detection[left], gain[left]
         sure = 3 * g > np.bincount(t, g)[t] + np.bincount(d, g)[d]
-        if not sure.any():
+        count = np.count_nonzero(sure)
+        if not count:
             chosen.append(left[_solve(t, d, g)])
             break
-        if sure.all():
+        if count == len(left):
             chosen.append(left)
             break
         chosen.append(left[sure])

@@ -1,0 +1,69 @@
+"""The last measurements of each track, kept so that what they tell is learned every few frames."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+EVERY = 5
+"""Frames from one look at the measurements to the next, which takes all of these, to save time."""
+
+RING = EVERY + 5
+"""Measurements that are kept for that: a third difference takes four, and is compared with those
+one and two frames before."""
+
+Z, GIVEN, VARIANCE, UNMEASURED, MANEUVERED, STEADY = slice(0, 2), 2, 3, 4, 5, 6
+"""Columns of what is kept of a measurement: position [px]; variance on each axis as given, and as
+used [px^2]; time since the one before [s], 0 for none; probability that the track has maneuvered in
+it; 1 if the track was measured in the last frame as well, and wholly."""
+
+FIELDS = [('measured', 'f8', (RING, 7)), ('in_a_row', 'i8')]
+"""What is recorded of a track: its last measurements by frame, the oldest overwritten, and how many
+there were in a row."""
+
+
+class Recent:
+    """Which of the last frames is where in the records, and when it was.
+
+    :ivar stamps: (RING,) of the frames [s], by slot, from any time.
+    """
+
+    def __init__(self) -> None:
+        self.stamps = np.arange(-RING, 0.0)
+        self._frame = 0
+
+    def take(
+        self,
+        records: NDArray[np.void],
+        track: Indices,
+        z: Floats,
+        given: Floats,
+        variance: Floats,
+        unmeasured: Floats,
+        maneuvered: Floats,
+        steady: NDArray[np.bool_],
+        dt: float,
+    ) -> bool:
+        """Take what was measured in a frame; tell whether it is time to look at it.
+
+        :param records: (N,) of all tracks, with FIELDS.
+        :param track: (K,) which were measured, each once; for the rest see the columns.
+        :param dt: since the last frame [s].
+        """
+        slot = self._frame % RING
+        self.stamps[slot] = self.stamps[slot - 1] + dt
+        new = np.empty((len(track), 7))
+        new[:, Z] = z
+        new[:, GIVEN], new[:, VARIANCE] = given, variance
+        new[:, UNMEASURED], new[:, MANEUVERED], new[:, STEADY] = unmeasured, maneuvered, steady
+        ring = records['measured'][:, slot]
+        ring[:, UNMEASURED] = 0.0
+        ring[track] = new
+        records['in_a_row'][track] = records['in_a_row'][track] * steady + 1
+        self._frame += 1
+        return self._frame % EVERY == 0
+
+    def newest_first(self) -> Indices:
+        """(RING,) slots of the last frames."""
+        return (self._frame - 1 - np.arange(RING)) % RING
