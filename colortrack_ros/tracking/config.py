@@ -23,6 +23,16 @@ class TrackerConfig(TimeLimits):
         minimum=0.0,
         maximum=3600.0,
     )
+    population: tuple[int, ...] = parameter(
+        [0],
+        "Number of objects of each color, in the order of the detector's colors; 0, or none: not "
+        'known. Where it is known their IDs are 1 to n for good, those of the next color go on '
+        'from there: what appears when all have been seen is the likeliest of those out of sight, '
+        'however long they were. A track has its ID, and is published, once it is confirmed. After '
+        'a reset they are given anew.',
+        minimum=0,
+        maximum=10_000,
+    )
     min_score: float = parameter(
         0.5,
         'Confirmed tracks less likely to exist than this are not published; they go on, and come '

@@ -9,6 +9,7 @@ from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import process_variance
 
 MOST_REMEMBERED = 200
@@ -20,11 +21,13 @@ class Memory:
     """Tracks that have been unmeasured for longer than they are live.
 
     :param none: a table of no tracks, with the columns of the live ones.
+    :param population: those of a color whose number is known are never forgotten.
     :ivar tracks: those remembered, predicted to the stamp of the last call.
     """
 
-    def __init__(self, none: TrackTable[Bank]) -> None:
+    def __init__(self, none: TrackTable[Bank], population: Population) -> None:
         self.tracks = none
+        self._population = population
         self._stamp = 0
 
     def remember(
@@ -44,6 +47,7 @@ class Memory:
             return
         keep = ~self.tracks.is_overdue(stamp, config.max_hidden)
         keep[:-MOST_REMEMBERED] = False
+        keep |= self._population.is_counted(self.tracks.records['color'])
         self.tracks.keep(keep)
         records = self.tracks.records
         unseen = records['astray'] / REFERENCE_PERIOD

@@ -12,6 +12,7 @@ from colortrack_ros.tracking import noise
 from colortrack_ros.tracking import process_noise
 from colortrack_ros.tracking import recent
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.population import Population
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -62,11 +63,16 @@ def record_size(records: NDArray[np.void], track: Indices | slice, rows: NDArray
 
 
 def published(
-    tracks: TrackTable[Bank], stamp: int, config: TrackerConfig, speed: Floats
+    tracks: TrackTable[Bank],
+    stamp: int,
+    config: TrackerConfig,
+    population: Population,
+    speed: Floats,
 ) -> NDArray[np.void]:
     """The tracks as they are published.
 
-    None that is outside the picture, or that was confirmed and does probably not exist any more.
+    None that is outside the picture, that was confirmed and does probably not exist any more, or
+    that is of a known population but not known to be whom.
 
     :param stamp: now [ns].
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s]; 0 for none.
@@ -75,7 +81,8 @@ def published(
     records, bias = tracks.records, config.centroid_bias
     doubtful = records['visible'] + records['hidden'] < config.min_score
     doubtful &= records['state'] != TENTATIVE
-    absent = records['outside'] | doubtful
+    unnamed = population.is_unnamed(records['track_id'], records['color'])
+    absent = records['outside'] | doubtful | unnamed
     if absent.any():
         tracks = tracks.take(~absent)
     mean, covariance = tracks.filters.estimate()

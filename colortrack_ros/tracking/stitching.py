@@ -16,6 +16,7 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.extents import log_fit
 from colortrack_ros.tracking.extents import slack
 from colortrack_ros.tracking.maneuvers import maneuver_chance
+from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import assumed_speed
 
 Floats = NDArray[np.float64]
@@ -37,6 +38,14 @@ ANYWHERE = 0.1
 """Of the objects that come back after long so many may come out anywhere, carried or on ways of
 their own. Assumed."""
 
+ALMOST = 1 - 2.0**-53
+"""The largest probability below 1, of which the complement has a logarithm."""
+
+CERTAIN, LIKELY = 1e3, math.log(1e3)
+"""What counts for each pair when all objects of the color are known: more than all the rest for one
+that is remembered; for one that coasts, which may still be elsewhere, odds of a thousand that what
+was confirmed is an object. Assumed."""
+
 
 def stitch(tracks: TrackTable[Bank], found: Indices, lost: NDArray[np.void]) -> None:
     """Let tracks just found, (K,), go on with the IDs and sizes of lost ones, (K,) records."""
@@ -54,6 +63,7 @@ def find_stitches(
     period: float,
     learned: Adaptation,
     config: TrackerConfig,
+    population: Population,
 ) -> tuple[Indices, Indices]:
     """Choose pairs by the likelihood of states against that of new objects.
 
@@ -87,6 +97,8 @@ def find_stitches(
     gain += np.log(np.maximum(lost.records['hidden'], 1e-9) * prior)[one]
     gain -= np.log(learned.birth_places(found.records['origin']))[other]
     gain += remembered[one] * _compare_sizes(lost, found, one, other, learned.alike)
+    no_other = np.where(remembered, CERTAIN, LIKELY)[one]
+    gain += no_other * population.is_complete(found.records['color'])[other]
     chosen, _ = associate(one, other, gain)
     return one[chosen], other[chosen]
 
@@ -140,7 +152,7 @@ def log_likelihood_ratio(
     """
     one, P = mean[lost, :4], cov[lost, :4, :4]
     other, other_P = mean[found, :4], cov[found, :4, :4]
-    log = [np.log1p(-chance), np.log(np.maximum(chance, TINY))]
+    log = [np.log1p(-np.minimum(chance, ALMOST)), np.log(np.maximum(chance, TINY))]
     for i, (center, spread) in enumerate([(one, P), turned(one, P, T, speed)]):
         log[i] = log[i] + _log_density(other - center, spread + other_P)
     any_S = speed**2 * np.eye(2) + other_P[:, 2:, 2:]

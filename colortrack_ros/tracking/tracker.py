@@ -34,6 +34,7 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.measurements import unrepeated
 from colortrack_ros.tracking.memory import Memory
 from colortrack_ros.tracking.merge_split import merge_split
+from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import predict
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.records import FIELDS
@@ -68,8 +69,10 @@ class Tracker:
 
     def _start(self, first_id: int) -> None:
         model = MOTION_MODELS[self.config.motion_model](self.config.acceleration)
+        self._population = Population(self.config.population)
+        first_id = max(first_id, self._population.total + 1)
         self._tracks = TrackTable(Bank(model), FIELDS, first_id)
-        self._memory = Memory(self._tracks.take(np.zeros(0, np.intp)))
+        self._memory = Memory(self._tracks.take(np.zeros(0, np.intp)), self._population)
         self._adaptation = Adaptation()
         self._period = FIRST_PERIOD
         self._known_rows = np.zeros(0, DETECTION)
@@ -83,10 +86,12 @@ class Tracker:
         self._start(self._tracks.next_id)
 
     def configure(self, config: TrackerConfig) -> None:
-        """Change the configuration; tracks live on, unless the motion model is another."""
+        """Change the configuration; motion model and population start afresh, others do not."""
         old, self.config = self.config, config
         if old.motion_model != config.motion_model:
             self.reset(f'motion_model changed from {old.motion_model} to {config.motion_model}')
+        elif old.population != config.population:
+            self.reset(f'population changed from {old.population} to {config.population}')
 
     def update(self, detections: Detections) -> Tracks:
         """Take the detections of one frame.
@@ -124,7 +129,7 @@ class Tracker:
         initiate(tracks, prediction, blobs, np.flatnonzero(associated.free), now)
         self._manage(again=again)
 
-        rows = published(tracks, now, config, prediction.speed * config.maneuvers)
+        rows = published(tracks, now, config, self._population, prediction.speed * config.maneuvers)
         why = self._clock.tell_restart()
         return Tracks(rows, detections.stamp, detections.frame_id, why)
 
@@ -183,14 +188,21 @@ class Tracker:
         learned.disappearances.learn(records['seen'][gone], returned=False)
         false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
         keep &= is_present(tracks, now, self._period, learned.image_size, config)
-        hidden = ~keep & (records['state'] == COASTING) & (overdue | ~records['outside'])
-        if hidden.any() and config.max_hidden > config.max_time_since_update:
+        has_left = records['outside'] & ~overdue
+        hidden = ~has_left & (config.max_hidden > config.max_time_since_update)
+        hidden |= self._population.is_counted(records['color'])
+        hidden &= ~keep & (records['state'] == COASTING)
+        if hidden.any():
             self._memory.remember(tracks.take(hidden), now, learned, config)
         new = np.flatnonzero(keep & (before == TENTATIVE) & (records['state'] == CONFIRMED))
         stitched = self._stitch(keep, new) if len(new) else new
+        others = np.delete(new, stitched)
         if not again:
-            learned.learn_new(false, np.delete(records['origin'][new], stitched, axis=0))
-        if len(stitched) or not keep.all():
+            learned.learn_new(false, records['origin'][others])
+        counted = others[self._population.is_counted(records['color'][others])]
+        records['track_id'][counted] = self._population.name(records['color'][counted])
+        keep[counted] = records['track_id'][counted] > 0
+        if len(new) or not keep.all():
             rows = np.flatnonzero(keep)
             tracks.keep(rows[np.argsort(records['track_id'][rows])])
 
@@ -207,7 +219,7 @@ class Tracker:
         if not len(lost):
             return found[:0]
         one, other = find_stitches(
-            lost, tracks.take(found), now, self._period, learned, self.config
+            lost, tracks.take(found), now, self._period, learned, self.config, self._population
         )
         stitch(tracks, found[other], lost.records[one])
         learned.disappearances.learn(lost.records['seen'][one], returned=True)

@@ -13,6 +13,7 @@ from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.memory import Memory
 from colortrack_ros.tracking.memory import MOST_REMEMBERED
+from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.records import FIELDS
 
 SEEN = 40
@@ -126,7 +127,7 @@ def test_a_reset_forgets():
 
 
 def test_a_crowd_is_not_remembered_without_end():
-    memory = Memory(TrackTable(Bank(ConstantVelocity()), FIELDS))
+    memory = Memory(TrackTable(Bank(ConstantVelocity()), FIELDS), Population([]))
     gone = TrackTable(Bank(ConstantVelocity()), FIELDS)
     z = np.zeros((50, 2))
     gone.initiate(gone.filters.at_rest(z, np.tile(np.eye(2), (50, 1, 1)), np.ones(4)), 0)

@@ -1,0 +1,54 @@
+"""Populations: how many objects of a color there are, where that is known, and their IDs."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Bools = NDArray[np.bool_]
+Colors = NDArray[np.uint32]
+Indices = NDArray[np.intp]
+
+
+class Population:
+    """Gives the IDs 1 to n to n objects, color by color.
+
+    :param counts: number of objects of each color; 0 where it is not known.
+    """
+
+    def __init__(self, counts: Sequence[int]) -> None:
+        ends = 1 + np.cumsum([*counts, 0])
+        self._counts = np.array([*counts, 0])
+        self._next = ends - self._counts
+        self._ends = ends
+        self.total = int(ends[-1]) - 1
+        """Number of objects, and the last of their IDs."""
+
+    def is_counted(self, color: Colors) -> Bools:
+        """Of which colors, (K,), the number is known, (K,)."""
+        return np.asarray(self._counts[self._place(color)] > 0)
+
+    def is_complete(self, color: Colors) -> Bools:
+        """Of which colors, (K,), all objects have been seen, (K,)."""
+        place = self._place(color)
+        return self.is_counted(color) & (self._next[place] == self._ends[place])
+
+    def is_unnamed(self, track_id: NDArray[np.uint32], color: Colors) -> Bools:
+        """Which tracks, (K,), of counted colors are not known to be one of the objects, (K,)."""
+        return self.is_counted(color) & (track_id > self.total)
+
+    def name(self, color: Colors) -> NDArray[np.uint32]:
+        """IDs for objects seen for the first time, (K,); 0 for those that are too many.
+
+        :param color: (K,), each counted.
+        """
+        ids = np.zeros(len(color), np.uint32)
+        for k, place in enumerate(self._place(color)):
+            if self._next[place] < self._ends[place]:
+                ids[k] = self._next[place]
+                self._next[place] += 1
+        return ids
+
+    def _place(self, color: Colors) -> Indices:
+        """In the list of counts; those beyond it are at its end."""
+        return np.minimum(color.astype(np.intp), len(self._counts) - 1)
