@@ -1,4 +1,4 @@
-"""The chain of the nodes over what was recorded: its stages work at once and skip nothing."""
+"""The chain of the nodes over a recording: every stage works at once and skips nothing."""
 
 from collections.abc import Callable
 from typing import Any
@@ -34,12 +34,12 @@ def make_chain(
     drop: Callable[[str], object],
     warn: Callable[[str], object],
 ) -> ColorChain | ImageChain:
-    """The chain that the nodes of this setup form; the context of what is put in is its item.
+    """The chain that the nodes of this setup form; the context of each frame is its item.
 
-    :param detected: takes what was detected in an item.
+    :param detected: takes the detections of an item.
     :param tracked: takes the tracks after an item.
-    :param drop: takes the reason why something came too late.
-    :param warn: takes what the detector says a person should know, after each picture.
+    :param drop: takes the reason why an item came too late.
+    :param warn: takes the detector's advice after each picture, empty when all is well.
     """
     detection: Stage[Frame, Detections] | None = None
     if setup.detector:

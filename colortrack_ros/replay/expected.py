@@ -1,4 +1,4 @@
-"""``replay --expect``: whether the tracks are those of an earlier run, and where they are not."""
+"""``replay --expect``: compares the tracks with those of an earlier run."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from colortrack_ros.replay.outputs import Output
 from colortrack_ros.replay.recordings import Item
 
 ABSOLUTE, RELATIVE = 1e-3, 1e-4
-"""Differences that count for none: another version of a library rounds in another way."""
+"""Differences that are ignored: versions of the libraries round differently."""
 SHOWN = 20
 """Differences that are printed: a screen of them."""
 
@@ -27,10 +27,10 @@ Line = Mapping[str, float]
 
 
 class ExpectedOutput(Output):
-    """Compares the tracks with those that ``--csv`` wrote once.
+    """Compares the tracks with a file of ``--csv``.
 
-    :ivar differences: one line for each value that differs, and for each track too many or too few.
-    :raises StartError: that is no such file.
+    :ivar differences: one line for each value that differs and each track too many or too few.
+    :raises StartError: the file is no such table.
     """
 
     def __init__(self, path: Path) -> None:
@@ -59,7 +59,7 @@ class ExpectedOutput(Output):
                 self.differences += _differences(where, found[track], expected[track])
 
     def close(self) -> None:
-        """What is left has not come."""
+        """Report the expected frames that never came."""
         for lines in self._expected.values():
             self.differences += [
                 f'frame {line["frame"]:.0f}, track {track}: no frame with the stamp of this one'
@@ -67,18 +67,18 @@ class ExpectedOutput(Output):
             ]
 
     def report(self) -> str:
-        """The first differences, in lines, and what may make them; empty where there are none."""
+        """The first differences, and what may cause them; empty if there are none."""
         if not self.differences:
             return ''
         more = len(self.differences) - SHOWN
         shown = self.differences[:SHOWN] + ([f'and {more} more'] if more > 0 else [])
         return '\n'.join(
-            [*shown, f'these tracks are of {_versions()}; others may round in another way']
+            [*shown, f'these tracks are of {_versions()}; other versions may round differently']
         )
 
 
 def _versions() -> str:
-    """Of the libraries that pictures and tracks go through."""
+    """The versions of the libraries that the results depend on."""
     return f'OpenCV {cv2.__version__}, NumPy {np.__version__}, SciPy {scipy.__version__}'
 
 

@@ -12,17 +12,17 @@ NO_ROS = 'source a ROS installation, or make .venv/demo; without ROS, colortrack
 def main(args: Sequence[str] | None = None) -> int:
     """Replay a recording.
 
-    :return: the exit status: 0, also when a signal has ended it early; 1 when it could not be done,
-        the recording is damaged, or the tracks are not the expected ones.
+    :return: the exit status: 0, even if a signal has ended it early; 1 if it failed, the recording
+        is damaged, or the tracks are not the expected ones.
     """
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     try:
-        # Not at the top: it takes a second, in which a signal should find its handler.
+        # Not at the top: the import takes a second, and a signal should find its handler by then.
         from colortrack_ros.replay.run import replay
     except ModuleNotFoundError as error:
-        # A bag is made of ROS's own messages, and rcl reads the parameters: nothing is left to do.
+        # Bags hold ROS messages, and rcl reads the parameters: without ROS there is no replay.
         need = NO_ROS if error.name == 'rclpy' else 'pip install rosbags rich'
         print(f'replay: {error}; {need}', file=sys.stderr)
         return 1

@@ -61,13 +61,13 @@ class Output(ABC):
     """One file or folder of results."""
 
     def write_detections(self, item: Item, detections: Detections) -> None:  # noqa: B027
-        """Add what was detected in a frame, where that is wanted."""
+        """Add the detections of a frame, if this output holds them."""
 
     @abstractmethod
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
         """Add the tracks after a frame.
 
-        :param number: of the frame, from 1; one that was refused has a number as well.
+        :param number: of the frame, from 1; refused frames count.
         """
 
     @abstractmethod
@@ -78,8 +78,8 @@ class Output(ABC):
 class BagOutput(Output):
     """Detections, tracks, outlines, and markers as the nodes publish them.
 
-    A CameraInfo before the first detections tells how large their pictures are, without which the
-    tracker would make other tracks of them.
+    A CameraInfo before the first detections gives the size of the pictures, which the tracker needs
+    to make the same tracks of them again.
 
     :raises BagError: the folder is there already or cannot be made.
     """
@@ -96,7 +96,7 @@ class BagOutput(Output):
         self._image_size = 0, 0
 
     def write_detections(self, item: Item, detections: Detections) -> None:
-        """One message; recorded detections stay as they were."""
+        """One message; recorded detections are copied."""
         if self._topics['camera_info'] and detections.image_size != self._image_size:
             width, height = self._image_size = detections.image_size
             header = header_of(detections.stamp, detections.frame_id)
@@ -105,19 +105,19 @@ class BagOutput(Output):
         self._add('detections', item, None if recorded else cloud_of_detections(detections))
 
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
-        """One message of tracks, one of outlines where the tracker has them, one of markers."""
+        """One message of tracks, one of outlines if the tracker has them, one of markers."""
         self._add('tracks', item, cloud_of_tracks(tracks))
         if self._topics['outlines']:
             self._add('outlines', item, cloud_of_outlines(tracks))
         self._put('markers', item, self._markers.write(tracks, self._scale))
 
     def _add(self, name: str, item: Item, message: CameraInfo | PointCloud2 | None) -> None:
-        """A message, or where there is none, the recorded one."""
+        """Write a message; None for the recorded one."""
         recorded = message is None
         self._put(name, item, item.cdr if recorded else _serialized(message, MESSAGE_TYPES[name]))
 
     def _put(self, name: str, item: Item, cdr: bytes) -> None:
-        # What was put in its place before others was not recorded after them.
+        # A message that was reordered may have been recorded after its successors.
         self._last[name] = max(self._last[name], item.log_time)
         self._bag.write(self._topics[name], self._last[name], cdr)
 
@@ -131,7 +131,7 @@ def _serialized(message: object, kind: str) -> bytes:
 
 
 class CsvOutput(Output):
-    """One line for each track in each frame, numbers with all their digits."""
+    """One line for each track in each frame, with all digits."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open('w', newline='')
@@ -148,7 +148,7 @@ class CsvOutput(Output):
 
 
 def lines_of(number: int, tracks: Tracks) -> Iterator[list[Any]]:
-    """The values of each track, as many as there are COLUMNS."""
+    """The values of COLUMNS for each track."""
     for row in tracks.rows:
         values = [row[name].item() for name in (*BEFORE, *STATE)]
         values += row['covariance'][UPPER].tolist()

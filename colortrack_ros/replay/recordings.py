@@ -1,4 +1,4 @@
-"""What ``replay`` works on: the pictures or the detections of a bag, or a source of frames."""
+"""Input of ``replay``: the pictures or detections of a bag, or a source of frames."""
 
 from abc import ABC
 from abc import abstractmethod
@@ -54,13 +54,13 @@ class Item(NamedTuple):
 class Recording(ABC):
     """Frames or detections in the order in which they were recorded.
 
-    :ivar label: what it is, in words.
-    :ivar total: number of messages, 0 where nobody knows.
+    :ivar label: its name for messages to the user.
+    :ivar total: number of messages, 0 if unknown.
     :ivar rate: frames a second [Hz].
     :ivar has_pictures: whether the items are frames.
-    :ivar refused: number of messages or pictures that cannot be right, so far.
+    :ivar refused: number of invalid messages or pictures so far.
     :ivar reason: of the last refusal.
-    :ivar late: number of messages dropped since they came too late for their place.
+    :ivar late: number of messages dropped because they came too late.
     """
 
     label: str
@@ -73,7 +73,7 @@ class Recording(ABC):
         self.reason = ''
 
     def refuse(self, reason: str) -> None:
-        """Count input that cannot be right."""
+        """Count invalid input."""
         self.refused += 1
         self.reason = reason
 
@@ -83,18 +83,18 @@ class Recording(ABC):
 
     @property
     def lost(self) -> int:
-        """Pictures that the recording should have and that could not be read, so far."""
+        """Pictures that could not be read so far."""
         return 0
 
     @abstractmethod
     def items(self) -> Iterator[Item]:
         """Every frame once.
 
-        :raises BagError: the bag is broken there; what could be read has been given out.
+        :raises BagError: the bag is broken from there on.
         """
 
     def interrupt(self) -> None:  # noqa: B027
-        """End a wait for the next item, from another thread, where there is one."""
+        """End a wait for the next item, from another thread."""
 
     @abstractmethod
     def close(self) -> None:
@@ -145,7 +145,7 @@ class SourceRecording(Recording):
         return self._grabber.lost
 
     def interrupt(self) -> None:
-        """A picture on a drive that does not answer is not waited for."""
+        """Do not wait for a drive that does not answer."""
         self._grabber.close()
 
     def close(self) -> None:
@@ -180,7 +180,7 @@ class BagRecording(Recording):
         self._image_size = (0, 0) if self.has_pictures else self._size_of(setup)
 
     def _size_of(self, setup: Setup) -> tuple[int, int]:
-        """Of the pictures, by the first CameraInfo that was recorded with the detections."""
+        """Size of the pictures, from the first CameraInfo beside the detections."""
         name = setup.topics['camera_info']
         topic = next((t for t in self._reader.topics if t[:2] == (name, CAMERA_INFO)), None)
         if topic is None:
@@ -217,10 +217,10 @@ class BagRecording(Recording):
 def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) -> Topic:
     """The topic to work on.
 
-    It is the wanted one if any; else the one of the images, raw or compressed, or the only one that
-    has images; in a bag without images the one of the detections, or the only point cloud.
+    That is the wanted one if there is one; else that of the images, raw or compressed, or the only
+    one that has images; in a bag without images that of the detections, or the only point cloud.
 
-    :raises StartError: there is none, or several may be meant: they are listed.
+    :raises StartError: none fits, or several do; the reason lists them.
     """
     usable = [t for t in topics if t.kind in (IMAGE, COMPRESSED, CLOUD)]
     images = [t for t in usable if t.kind != CLOUD]

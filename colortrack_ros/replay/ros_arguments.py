@@ -1,4 +1,4 @@
-"""What rcl makes of ROS arguments, asked of nodes that take part in nothing."""
+"""Has rcl read ROS arguments, by nodes that nobody discovers."""
 
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ DISCOVERY = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 
 class AskedNode(Node):
-    """A node that only exists to be asked what rcl gives to one of this name.
+    """A node that exists only to learn what rcl gives to one of this name.
 
     :ivar given: the values of parameters from files and the command line, by full name.
     """
@@ -43,7 +43,7 @@ class AskedNode(Node):
     def declare_parameters(
         self, namespace: str, parameters: Any, ignore_override: bool = False
     ) -> list[Any]:
-        """Note what is given, which is the first that rclpy declares; declare the rest."""
+        """Keep what is given, which rclpy declares first; declare the rest."""
         if not self._is_asked:
             self._is_asked = True
             # rcl has no type for an empty list

@@ -48,7 +48,7 @@ from colortrack_ros.replay.targets import Targets
 
 @dataclass
 class Tally:
-    """What has been done so far."""
+    """Counts of what has been done so far."""
 
     frames: int = 0
     detections: int = 0
@@ -68,15 +68,15 @@ class Tally:
             self.restarts.append(tracks.restarted)
 
     def warn(self, trouble: str) -> None:
-        """Count a picture that the detector has something to say about; empty when it has not."""
+        """Count a picture for which the detector has advice; empty if it has none."""
         if trouble:
             self.warnings.append(trouble)
 
 
 def replay(args: Sequence[str], stop: threading.Event) -> int:
-    """What the command line asks for.
+    """Do what the command line asks for.
 
-    :param stop: once set, what is done so far is finished.
+    :param stop: once set, replay ends early, with complete files.
     :return: the exit status.
     """
     arguments = parse(args)
@@ -140,7 +140,7 @@ def _run(
     tally: Tally,
     stop: threading.Event,
 ) -> None:
-    """Each frame through the rooms that the nodes run, and what comes of it into the outputs."""
+    """Run each frame through the chain, and write the results to the outputs."""
 
     def detected(detections: Detections, item: Item) -> None:
         tally.detections += len(detections.rows)
@@ -165,7 +165,7 @@ def _run(
 
 @contextlib.contextmanager
 def _progress(recording: Recording) -> Iterator[Callable[[int], None]]:
-    """A bar on a terminal, and nothing elsewhere; gives the function that moves it to a number."""
+    """A progress bar if this is a terminal; yields the function that sets it."""
     columns = TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn()
     bar = Progress(
         *columns,
@@ -180,7 +180,7 @@ def _progress(recording: Recording) -> Iterator[Callable[[int], None]]:
 
 
 def default_output(name: str) -> Path:
-    """The input's name without its suffix and with ``_tracks``, beside the input.
+    """Beside the input: its name with ``_tracks`` in place of the suffix.
 
     A scene, ``scene:five?rate=25``, gives ``five_tracks`` in the current folder.
     """
@@ -231,7 +231,7 @@ def _outputs(
 def summary(
     recording: Recording, path: Path, tally: Tally, seconds: float, *, interrupted: bool
 ) -> str:
-    """What was done, in a few lines."""
+    """The result in a few lines."""
     speed = tally.frames / max(seconds, 1e-9)
     real_time = (tally.last - tally.first) / NANOSECONDS / max(seconds, 1e-9)
     lines = [

@@ -1,4 +1,4 @@
-"""What the command line of ``replay`` and the files that it names ask for."""
+"""The command line of ``replay``, and the parameters that it and its files give."""
 
 import argparse
 from collections.abc import Callable
@@ -31,7 +31,7 @@ TOPICS = ('camera_info', 'detections', 'tracks', 'outlines', 'markers')
 """Those of the node that publishes the tracks, each empty where it has none."""
 
 ANYBODY = 'replay_asks_for_any_name'
-"""A name that no file of parameters names, but that its wildcards match."""
+"""A node name that only the wildcards of a params file match."""
 
 Tables = dict[str, tuple[ParameterTable, Callable[[Mapping[str, Any]], Any]]]
 
@@ -56,7 +56,7 @@ TABLES: Tables = TRACKERS | {
 
 @dataclass(frozen=True)
 class Setup:
-    """What the nodes of the same parameters would have.
+    """What the nodes would use, given the same parameters.
 
     :param node: the name of the one that publishes the tracks.
     :param camera: values of the camera's parameters; empty where a bag is its own camera.
@@ -164,7 +164,7 @@ def _ros_args(arguments: argparse.Namespace) -> list[str]:
 
 
 def _namespace(arguments: argparse.Namespace, nodes: Sequence[str]) -> str:
-    """The namespace that the parameters are for, where no remapping says; rcl knows of that.
+    """The namespace that the parameters are for; a remapping of it is left to rcl.
 
     :raises StartError: the parameters are for several.
     """
@@ -188,7 +188,7 @@ def _values(
 ) -> dict[str, Any]:
     """The values of a node's parameters, defaults included.
 
-    :param anybody: what is given to nodes of any name, and meant for other kinds of nodes as well.
+    :param anybody: values that wildcards give to every node, whatever its kind.
     """
     own = {}
     for name, value in node.given.items():

@@ -1,4 +1,4 @@
-"""What ``replay`` writes to: nothing that is there goes before what replaces it is whole."""
+"""Where ``replay`` writes: an old file stays until the one that replaces it is complete."""
 
 from collections.abc import Iterable
 from collections.abc import Sequence
@@ -11,17 +11,17 @@ from colortrack_ros.bags import is_own_bag
 from colortrack_ros.node_kit.runtime import StartError
 
 PREFIX = '.replay-'
-"""What the folders begin with in which files are until they are whole."""
+"""Prefix of the folders that hold files until they are complete."""
 
 
 class Targets:
-    """A folder for the bag, and files: written beside their place, and moved there at the end.
+    """The folder of the bag, and files: written beside their place and moved there at the end.
 
     :param bag: the folder of the new bag.
     :param files: the other outputs.
     :param inputs: files, folders and patterns that are read.
     :param force: whether what is there may be replaced.
-    :raises StartError: something is there and may not be replaced, or nothing can be written there.
+    :raises StartError: something is there and may not be replaced, or the place is not writable.
     """
 
     def __init__(
@@ -44,15 +44,15 @@ class Targets:
         self._staged: dict[Path, Path] = {}
 
     def staged(self, path: Path) -> Path:
-        """Where to write what is to be at a path, in a folder of its own beside it."""
-        target = path.resolve()  # of a link, what it means is replaced
+        """Where to write the file of a path: in a temporary folder beside it."""
+        target = path.resolve()  # a link stays, and its target is replaced
         target.parent.mkdir(parents=True, exist_ok=True)
         folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=target.parent))
         self._staged[target] = folder / target.name
         return self._staged[target]
 
     def commit(self) -> None:
-        """Put everything that was written in its place."""
+        """Move everything that was written to its place."""
         for target, staged in self._staged.items():
             if not staged.exists():  # a video without a frame
                 continue
@@ -62,19 +62,19 @@ class Targets:
         self.discard()
 
     def discard(self) -> None:
-        """Remove what has not been put in its place."""
+        """Remove what has not been moved."""
         for staged in self._staged.values():
             shutil.rmtree(staged.parent, ignore_errors=True)
         self._staged.clear()
 
 
 def _paths(name: str) -> list[Path]:
-    """What a name means: one path, or those that fit a pattern."""
+    """The path of a name, or those that match a pattern."""
     return [Path(path).resolve() for path in (glob.glob(name) or [name])]
 
 
 def _check(path: Path, read: Iterable[Path], *, force: bool) -> None:
-    """Raise StartError where a path is what is read, or holds it, or is a part of it."""
+    """Raise StartError if a path is an input, holds one, or is part of one."""
     target, there = path.resolve(), path.exists()
     for source in read:
         is_part = there and source in target.parents
@@ -85,7 +85,7 @@ def _check(path: Path, read: Iterable[Path], *, force: bool) -> None:
 
 
 def _is_same(path: Path, source: Path) -> bool:
-    """Whether two names are hard links to one file, in a folder that is read as well."""
+    """Whether two names are hard links to one file, also within an input folder."""
     if not path.is_file():
         return False
     files = source.rglob('*') if source.is_dir() else (source,)

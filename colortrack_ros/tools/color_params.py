@@ -1,4 +1,4 @@
-"""A picked color in a params file: its entries are changed in the text, and nothing else is."""
+"""Writes a picked color into a params file, and changes nothing else in its text."""
 
 from pathlib import Path
 from typing import Any
@@ -8,14 +8,14 @@ import yaml
 from colortrack_ros.detection import ReferenceColor
 
 SHADES = ('lab', 'rgb', 'preset')
-"""One of these chooses the color of a name."""
+"""The entries of which one says what color a name is."""
 
 Splice = tuple[int, int, str]
-"""Where a text begins and ends that another takes the place of."""
+"""Begin and end of a text, and what replaces it."""
 
 
 def yaml_of(color: ReferenceColor, min_area: int) -> str:
-    """The parameters of a color alone, ready to paste below the detector's ros__parameters."""
+    """The parameters of a color, ready to paste below the detector's ros__parameters."""
     return (
         f'colors: [{_scalar(color.name)}]\n'
         f'{_scalar(color.name)}: {_flow(_entry(color))}\n'
@@ -24,10 +24,10 @@ def yaml_of(color: ReferenceColor, min_area: int) -> str:
 
 
 def write_color(path: Path, color: ReferenceColor, min_area: int) -> None:
-    """Put a color into a params file, which is made if there is none.
+    """Write a color into a params file, which is created if there is none.
 
-    Comments, order and everything else stay as they are; the built-in ``red`` leaves the list of
-    colors unless somebody has chosen a shade for it.
+    Comments, order, and everything else stay; a name without a shade, such as the built-in ``red``,
+    is dropped from the list of colors.
 
     :raises ValueError: it cannot be read or written, or is not a params file with a detector.
     """
@@ -61,7 +61,7 @@ def _changed(text: str, color: ReferenceColor, min_area: int) -> str:
 
 
 def _parameters(text: str) -> tuple[Any, dict[str, Any]]:
-    """The detector's parameters, as a node and as they are."""
+    """The detector's parameters, as a YAML node and as values."""
     root: Any = yaml.compose(text, yaml.SafeLoader)
     detectors = [
         (key.value, value)
@@ -79,7 +79,7 @@ def _chosen(name: str, parameters: dict[str, Any]) -> bool:
 
 
 def _splices(text: str, node: Any, new: dict[str, Any]) -> list[Splice]:
-    """What to change so that a mapping has new values for some of its keys."""
+    """The splices that give some keys of a mapping new values."""
     splices = [
         _replacement(text, key, value, _flow(new[key.value]))
         for key, value in node.value
@@ -93,14 +93,14 @@ def _splices(text: str, node: Any, new: dict[str, Any]) -> list[Splice]:
     if node.flow_style:
         comma = ', ' if node.value else ''
         return [*splices, (end - 1, end - 1, comma + ', '.join(added))]
-    # Behind the comment that ends the last line.
+    # After the comment at the end of the last line.
     end = (text + '\n').index('\n', end)
     indent = '\n' + ' ' * node.start_mark.column
     return [*splices, (end, end, indent + indent.join(added))]
 
 
 def _replacement(text: str, key: Any, value: Any, new: str) -> Splice:
-    """A value on the line of its key, before the comment that is there."""
+    """Put a value on the line of its key, before a comment."""
     begin, start = key.end_mark.index, value.start_mark.index
     between = text[begin:start]
     if '\n' not in between:
@@ -109,7 +109,7 @@ def _replacement(text: str, key: Any, value: Any, new: str) -> Splice:
 
 
 def _end(node: Any) -> int:
-    """Where a node ends; a block reaches over the comments behind it, its last value does not."""
+    """Where a node ends, without the comments after it, which YAML counts to a block."""
     if isinstance(node, yaml.ScalarNode) or node.flow_style or not node.value:
         return int(node.end_mark.index)
     last = node.value[-1]

@@ -42,9 +42,9 @@ from colortrack_ros.node_kit.runtime import use_transport_profile
 
 STATES = ('tentative', 'confirmed', 'coasting')
 NODES_END = 8.0
-"""How long the nodes have to end after a signal [s]: they end on their own in 6.5 s at the most."""
+"""How long the nodes may take to end after a signal [s]: on their own they need at most 6.5 s."""
 QUIET = 3.0
-"""The demo is over when nothing has come for so long [s]."""
+"""The demo is over when nothing has arrived for this long [s]."""
 
 
 class NodeEnded(Exception):
@@ -90,7 +90,7 @@ class Recorder(Node):
         assert self._video is not None
         self._video.write(frame.image)
         state = self.tracks.rows['state']
-        # The picture to show: everything is seen, and nothing is where nothing is seen.
+        # The best picture shows many objects that are measured and few that coast.
         alive = int(np.count_nonzero(state == CONFIRMED) - np.count_nonzero(state == COASTING))
         if alive > self._best and self.frames > 24:
             self._best = alive
@@ -163,7 +163,7 @@ def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _start(name: str, params: str, *parameters: str) -> subprocess.Popen[bytes]:
-    """A node as a process of its own, with a file of parameters and some others."""
+    """Start a node in its own process, with a params file and further parameters."""
     options = [word for parameter in parameters for word in ('-p', parameter)]
     code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
     command = [sys.executable, '-c', code, '--ros-args', '--params-file', params, *options]
@@ -212,14 +212,14 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _check(nodes: Mapping[str, subprocess.Popen[bytes]]) -> None:
-    """Raise NodeEnded for a node that is gone: what it does would be waited for in vain."""
+    """Raise NodeEnded if a node has ended: the demo would wait for its messages in vain."""
     for name, node in nodes.items():
         if name != 'camera' and node.poll() is not None:
             raise NodeEnded(f'the node {name} has ended with status {node.returncode}')
 
 
 def _end(nodes: Collection[subprocess.Popen[bytes]]) -> None:
-    """End the nodes in order, and those that do not end without."""
+    """End the nodes in order, and kill those that do not end."""
     for node in nodes:
         node.send_signal(signal.SIGINT)
     for node in nodes:

@@ -31,14 +31,14 @@ from colortrack_ros.tools.color_params import write_color
 from colortrack_ros.tools.color_params import yaml_of
 
 IMAGE_TIMEOUT = 5.0
-"""How long [s] an image of a topic is waited for: discovery takes a second or two, and the slowest
-cameras in use give one image a second."""
+"""How long [s] to wait for an image of a topic: discovery takes a second or two, and the slowest
+cameras publish one image a second."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Pick a color.
 
-    :return: the exit status: 0, or 1 when it could not be done.
+    :return: the exit status: 0, or 1 if it failed.
     """
     arguments = _parse(args)
     try:
@@ -91,7 +91,7 @@ def _save(path: Path, picture: NDArray[np.uint8]) -> None:
 
 
 def _advice(picked: PickedColor) -> str:
-    """How much of the picture the color covers, and what to do where that is much."""
+    """How much of the picture the color covers, and what to do if that is too much."""
     said = f'{picked.color.name} covers {picked.share:.1%} of the picture'
     if picked.share <= LARGEST_SHARE:
         return f'{said}.'
