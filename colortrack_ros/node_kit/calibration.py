@@ -1,4 +1,4 @@
-"""The calibration of a camera: from a file, by a service, and out with each frame."""
+"""The calibration of a camera: read from a file, set by a service, published with each frame."""
 
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
@@ -12,10 +12,10 @@ from colortrack_ros.messages import save_camera_info
 
 
 class CalibrationServer:
-    """What a camera says of itself beside each picture.
+    """The CameraInfo of a camera, and the service that sets it.
 
-    The service ``set_camera_info``, beside the topic, is where cameracalibrator stores what it has
-    found: in the file of camera_info_url.
+    cameracalibrator calls ``set_camera_info``, beside the topic, which stores the calibration in
+    the file of camera_info_url.
 
     :param node: the camera.
     :param url: of the file, empty for none.
@@ -36,7 +36,7 @@ class CalibrationServer:
         self._info, self._url, self._warned = load_camera_info(url), url, False
 
     def beside(self, frame: Frame) -> CameraInfo:
-        """The CameraInfo that goes with a frame; a warning, once, where it is of another size."""
+        """The CameraInfo of a frame; warns once if the calibration is of another size."""
         info = camera_info_of_frame(frame, self._info)
         height, width = size_of(frame)
         if (info.width, info.height) != (width, height) and not self._warned:

@@ -1,4 +1,4 @@
-"""Where the camera is: from odometry and its place on the robot, or from TF."""
+"""The pose of the camera: from odometry and the mount on the robot, or from TF."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -68,7 +68,7 @@ class CameraPoses(Protocol):
 class OdometryPoses:
     """From nav_msgs/Odometry, and camera_pose.
 
-    :param refuse: takes the reason why a message is of no use.
+    :param refuse: takes the reason why a message is refused.
     :param came: called after each message.
     """
 
@@ -148,7 +148,7 @@ class TfPoses:
         try:
             found: Any = self._buffer.lookup_transform(parent, child, Time(nanoseconds=stamp))
         except self._tf2.TransformException as error:
-            # what does not exist yet may still come; the past does not come again
+            # a transform of the future may still come, one of the past will not
             past = 'extrapolation into the past' in str(error)
             raise TransformError(' '.join(str(error).split()), later=not past) from error
         t, q = found.transform.translation, found.transform.rotation

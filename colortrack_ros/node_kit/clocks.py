@@ -1,4 +1,4 @@
-"""The time that passes for a node."""
+"""The clock of a node, real or simulated."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,10 +14,10 @@ STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 
 
 def seconds_of(node: Node) -> Callable[[], float]:
-    """Where to read the time [s] since some moment.
+    """A function that returns the time [s] since some moment.
 
-    It is steady; with use_sim_time it is that of /clock, which stands still while a bag is paused
-    and goes back when it loops.
+    It is steady; with use_sim_time it is that of /clock, which stops while a bag is paused and goes
+    back when it loops.
     """
 
     def now() -> float:
@@ -28,10 +28,10 @@ def seconds_of(node: Node) -> Callable[[], float]:
 
 
 def lacks_clock(node: Node) -> bool:
-    """Whether the node uses the simulated time and nobody tells it, as when a bag has ended."""
+    """Whether the node uses simulated time and nobody publishes it, as when a bag has ended."""
     return _is_simulated(node) and node.count_publishers('/clock') == 0
 
 
 def _is_simulated(node: Node) -> bool:
-    clock: Any = node.get_clock()  # what rclpy types as Clock is a ROSClock
+    clock: Any = node.get_clock()  # rclpy types the ROSClock as a Clock
     return bool(clock.ros_time_is_active)

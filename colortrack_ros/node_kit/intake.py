@@ -1,4 +1,4 @@
-"""Pictures on the way from a topic to what works on them."""
+"""Pictures on the way from a topic to the worker."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,11 +32,11 @@ In = TypeVar('In', bound=Stamped)
 Out = TypeVar('Out')
 
 TRANSPORTS = {'raw': (Image, '{}'), 'compressed': (CompressedImage, '{}/compressed')}
-"""For each value of image_transport the message and its topic."""
+"""Message type and topic of each image_transport."""
 
 
 def full_range() -> Any:
-    """The field of how the luma of YUV pictures is meant."""
+    """The field that says what range the luma of YUV pictures has."""
     return parameter(
         False,
         'Whether the luma of YUV images goes from 0 to 255; else from 16 to 235, as most drivers '
@@ -47,7 +47,7 @@ def full_range() -> Any:
 
 
 class BacklogConfig(Protocol):
-    """What a configuration says of the items that wait for a node."""
+    """The limits of a node's backlog."""
 
     @property
     def max_lag(self) -> float:
@@ -59,9 +59,9 @@ class BacklogConfig(Protocol):
 
 
 def max_lag(default: float, items: str) -> Any:
-    """A field that says when a node that is too slow begins to skip.
+    """The field that says when a node that is too slow begins to skip.
 
-    :param items: what waits.
+    :param items: what it skips.
     """
     return parameter(
         default,
@@ -115,9 +115,9 @@ def worker_of(
     config: BacklogConfig,
     name: str = '',
 ) -> Worker[In, Out]:
-    """A stage of a node in a thread of its own, by the node's clock.
+    """A stage that works in a thread of its own, by the clock of a node.
 
-    :param name: of the thread; empty for that of the node.
+    :param name: of the thread; empty: the node's.
     """
     over = partial(lacks_clock, node)
     worker = Worker(work, refuse, seconds_of(node), over, name or node.get_name())
@@ -132,7 +132,7 @@ def configure(worker: Worker[Any, Any], config: BacklogConfig) -> None:
 
 
 def receive_images(node: Node, worker: Worker[Frame, Any], config: IntakeConfig) -> None:
-    """Put the images of a topic into a worker from now on, which reads them."""
+    """Subscribe to images and put them, unread, into a worker."""
     kind, name = TRANSPORTS[config.image_transport]
 
     def receive(cdr: bytes) -> None:

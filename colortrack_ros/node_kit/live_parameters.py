@@ -1,4 +1,4 @@
-"""The parameters of a running node, checked whenever somebody sets them."""
+"""The parameters of a running node, checked whenever they are set."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
@@ -35,13 +35,13 @@ LISTS = {
     float: Parameter.Type.DOUBLE_ARRAY,
     str: Parameter.Type.STRING_ARRAY,
 }
-"""The type of a list by that of its items."""
+"""Type of a list, by the type of its items."""
 
 FOREIGN = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
-"""Names (or their beginnings) of the parameters that rclpy declares on its own."""
+"""Names, or their beginnings, of the parameters that rclpy declares itself."""
 
 FOR = {USER: '', EXPERT: ' For experts.', DOCUMENT: ' Only to reproduce a document.'}
-"""What a description ends with, by the audience."""
+"""End of a description, by audience."""
 
 
 def descriptor_of(spec: Spec) -> ParameterDescriptor:
@@ -52,7 +52,7 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
         + FOR[spec.audience],
         additional_constraints=spec.range_text,
         read_only=spec.read_only,
-        # The types are checked here, so that 30 is taken for 30.0 and the reason is ours.
+        # Types are checked by Spec, which takes 30 for 30.0 and says what it expected.
         dynamic_typing=True,
     )
     if spec.minimum is not None and spec.maximum is not None:
@@ -75,7 +75,7 @@ class ParameterNode(Node, Generic[Setup]):
 
     :param name: of the node.
     :param config: declares the parameters.
-    :param beside: those of the other nodes of the process: what only they know of is not refused.
+    :param beside: those of the other nodes in the process: their parameters are not refused.
     :ivar setup: the values in force.
     :ivar lock: held while parameters change; for work that must not see half of a change.
     :raises StartError: a value is refused, and ``strict`` is set.
@@ -108,10 +108,10 @@ class ParameterNode(Node, Generic[Setup]):
     def declare_parameters(
         self, namespace: str, parameters: Any, ignore_override: bool = False
     ) -> list[Parameter]:
-        """Declare parameters as rclpy does, but not what is given on start before it is checked.
+        """Declare parameters as rclpy does, but not those given on start, which are checked first.
 
-        The first call is that of rclpy's constructor, with all that is given on the command line
-        and in YAML, unknown names included.
+        The first call is that of rclpy's constructor, with all that the command line and YAML give,
+        unknown names included.
         """
         if self._given is None:
             self._given = {name: value for name, value, _ in parameters}
@@ -119,7 +119,7 @@ class ParameterNode(Node, Generic[Setup]):
         return super().declare_parameters(namespace, parameters, ignore_override)
 
     def _leave_to_others(self, table: ParameterTable, others: list[ParameterTable]) -> None:
-        """Drop what is given to all nodes, by ``-p NAME:=VALUE`` or ``/**``, for others of them."""
+        """Drop what ``-p NAME:=VALUE`` or ``/**`` gives to all nodes and only others have."""
         given = self._given or {}
         theirs = [n for n in given if n not in table and any(n in other for other in others)]
         if theirs:
@@ -153,14 +153,14 @@ class ParameterNode(Node, Generic[Setup]):
         with self.lock:
             try:
                 self.apply(setup)
-            except Exception as error:  # such as of a file that was there when it was checked
+            except Exception as error:  # such as of a file that has gone since the check
                 self.get_logger().error(f'Parameters not taken into use: {error}')
                 return
             self.setup = setup
 
 
 class LiveParameters:
-    """What rclpy asks before, while and after parameters are set.
+    """Callbacks of rclpy before, while, and after parameters are set.
 
     :param values: those in force.
     """
@@ -176,23 +176,23 @@ class LiveParameters:
         self._values = dict(values)
 
     def widen(self, parameters: list[Parameter]) -> list[Parameter]:
-        """An int where a float is meant is taken as the float, before anybody looks at it."""
+        """Take an int for a float where the parameter is one, before it is checked."""
         return [self._widened(parameter) for parameter in parameters]
 
     def check(self, parameters: list[Parameter]) -> SetParametersResult:
-        """Refuse a set of values as a whole, with a reason."""
+        """Accept or refuse a set of values as a whole, with a reason."""
         try:
             after = self._after(parameters)
             if after != self._values:
                 self._build(self._table.defaults(after))
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        except Exception as error:  # whoever sets a parameter must not be able to end the node
+        except Exception as error:  # no parameter may end the node
             return SetParametersResult(successful=False, reason=f'{type(error).__name__}: {error}')
         return SetParametersResult(successful=True)
 
     def take(self, parameters: list[Parameter]) -> None:
-        """Take values that have been set into use."""
+        """Use the values that have been set."""
         after = self._after(parameters)
         if after != self._values:
             self._values = after
@@ -208,7 +208,7 @@ class LiveParameters:
         return Parameter(parameter.name, kind, value)
 
     def _after(self, parameters: Sequence[Parameter]) -> dict[str, Any]:
-        """The values in force when these have been set.
+        """The values in force once these are set.
 
         :raises ValueError: one of them has no such name, type or range.
         """

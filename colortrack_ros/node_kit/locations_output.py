@@ -1,4 +1,4 @@
-"""Objects in the world on the way out of a node."""
+"""Publishes objects in the world."""
 
 from dataclasses import dataclass
 
@@ -26,7 +26,7 @@ from colortrack_ros.world.selection import Selector
 
 @dataclass(frozen=True)
 class LocationsOutputConfig(Config):
-    """Where objects go, and which is the target."""
+    """The topics of the objects, and which object is the target."""
 
     select: str = parameter(
         'nearest',
@@ -48,7 +48,7 @@ class LocationsOutputConfig(Config):
 
 
 class LocationsOutput:
-    """Publishes the objects of a picture in all forms.
+    """Publishes the objects of a picture, and the target, on all topics.
 
     :param tf: whether there is TF to tell the target's frame to.
     """
@@ -70,7 +70,7 @@ class LocationsOutput:
             self._broadcaster = TransformBroadcaster(node)
 
     def publish(self, locations: Locations, selector: Selector, robot: NDArray[np.float64]) -> None:
-        """Publish objects, and the one that is selected as the target.
+        """Publish the objects, and the one that is selected as the target.
 
         :param robot: (3,) where the robot is [m].
         """

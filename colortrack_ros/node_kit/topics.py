@@ -1,4 +1,4 @@
-"""Publishers and subscriptions with the package's quality of service, open to overrides."""
+"""Publishers and subscriptions with the package's quality of service, which can be overridden."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -62,7 +62,7 @@ class QueueConfig(Config):
 
 
 def topic_name(default: str, content: str) -> Any:
-    """A field that is the name of a topic; only one whose default is empty may be empty."""
+    """A field that names a topic; it may be empty only if its default is."""
 
     def valid(value: str) -> None:
         if value or default:
@@ -80,7 +80,7 @@ def _check_topic(name: str) -> None:
 
 
 def publish_on(node: Node, kind: type, name: str) -> Publisher:
-    """A reliable publisher; every subscriber can hear it."""
+    """A reliable publisher, which every subscription can match."""
     return node.create_publisher(
         kind,
         name,
@@ -92,10 +92,9 @@ def publish_on(node: Node, kind: type, name: str) -> Publisher:
 def subscribe_to(
     node: Node, kind: type, name: str, callback: Callable[[bytes], None]
 ) -> Subscription:
-    """A subscription that hands over serialized bytes: what cannot be read is the node's to refuse.
+    """A subscription that hands over serialized bytes, so that the node can refuse bad messages.
 
-    Pictures, and what cameras send with them, are taken best effort: what is late is not sent
-    again.
+    It is best effort for pictures and CameraInfo: a late picture is not worth sending again.
     """
     best_effort = kind in (*PICTURES, CameraInfo)
     reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE

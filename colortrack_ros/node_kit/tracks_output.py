@@ -1,4 +1,4 @@
-"""Tracks on the way out of a node, whatever has made them."""
+"""Publishes the tracks of any tracker."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ from colortrack_ros.parameters import parameter
 
 @dataclass(frozen=True)
 class TracksOutputConfig(Config):
-    """Where tracks go."""
+    """The topics of tracks."""
 
     marker_scale: float = parameter(
         0.01, 'Size of a pixel in the markers.', unit='m/px', minimum=1e-9, maximum=1e3
@@ -29,15 +29,15 @@ class TracksOutputConfig(Config):
 
 @dataclass(frozen=True)
 class OutlinesOutputConfig(TracksOutputConfig):
-    """Where tracks with outlines go."""
+    """The topics of tracks with outlines."""
 
     outlines_topic: str = topic_name('tracks/outlines', 'the outlines that are published')
 
 
 class TracksOutput:
-    """Publishes one message of tracks, one of outlines, if any, and one of markers at a time.
+    """Publishes one message of tracks, one of outlines, if any, and one of markers for each frame.
 
-    Outlines and markers, which take longer than the tracks, are made for subscribers alone.
+    Outlines and markers, which cost more than the tracks, are made only if somebody subscribes.
 
     :param node: whose tracks they are.
     :ivar alive: number of tracks in the last message.
