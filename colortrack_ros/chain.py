@@ -1,8 +1,8 @@
-"""How pictures become tracks: which stages there are and who hands on to whom.
+"""How pictures become tracks: the stages, and who hands on to whom.
 
-The nodes, ``pipeline``, ``replay`` and :class:`ColorTracker` all run what is joined here. They
+The nodes, ``pipeline``, ``replay``, and :class:`ColorTracker` all run the chains of this file. They
 bring the stages, which work in the caller's thread (:class:`Stage`) or in one of their own
-(:class:`Worker`), and take what comes out of each by :meth:`Stage.then`.
+(:class:`Worker`), and take the results of each by :meth:`Stage.then`.
 """
 
 from typing import Any
@@ -25,7 +25,7 @@ BOX = ('box_u', 'box_v', 'box_w', 'box_h')
 
 
 class ColorChain:
-    """Frames to detections to tracks, each step with its own order.
+    """From frames to detections to tracks; each stage keeps its own order.
 
     :param detection: makes the detections of a frame.
     :param tracking: makes the tracks after detections.
@@ -38,29 +38,29 @@ class ColorChain:
         detection.then(tracking.put)
 
     def put(self, item: Frame | Detections, context: Any = None) -> None:
-        """Take the next frame, or its detections; its context goes with it through all stages."""
+        """Take the next frame, or its detections; the context goes along through all stages."""
         if isinstance(item, Detections):
             self._detection.hand_on(item, context)
         else:
             self._detection.put(item, context)
 
     def settle(self) -> None:
-        """Wait until all is worked on whose turn it is."""
+        """Wait until every item whose turn has come is done."""
         self._detection.settle()
 
     def flush(self) -> None:
-        """Work on what still waits for its place: nothing more comes."""
+        """Work on all items that still wait: the input has ended."""
         self._detection.flush()
         self._tracking.flush()
 
 
 class ImageChain:
-    """Frames to tracks by a tracker of pictures, whose targets detections may start.
+    """From frames to tracks, by a tracker of pictures whose targets detections may start.
 
     :param pictures: hands on each frame whose turn it is.
     :param tracking: makes the tracks after a pair.
     :param detects: whether frames wait for their detections.
-    :param detection: makes them here; None where :meth:`put` is given those of others.
+    :param detection: makes them here; None if :meth:`put` gets those of another node.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class ImageChain:
             detection.then(self._pairing.put_detections)
 
     def put(self, item: Frame | Detections, context: Any = None) -> None:
-        """Take the next frame, or detections of others."""
+        """Take the next frame, or detections of another node."""
         if isinstance(item, Detections):
             self._pairing.put_detections(item)
             return
@@ -90,14 +90,14 @@ class ImageChain:
             stage.put(item, context)
 
     def flush(self) -> None:
-        """Work on what still waits for its place: nothing more comes."""
+        """Work on all items that still wait: the input has ended."""
         for stage in self._intakes:
             stage.flush()
         self._tracking.flush()
 
 
 def track_pair(tracker: Any, pair: Pair) -> Tracks:
-    """What a tracker of pictures makes of a picture, whose detections may start targets in it."""
+    """The tracks after a picture; its detections, if any, may start targets."""
     if pair.detections is not None:
         rows = pair.detections.rows
         tracker.offer(np.stack([rows[name] for name in BOX], axis=1))

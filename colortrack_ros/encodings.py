@@ -1,4 +1,4 @@
-"""Pictures as cameras give them, YUV and Bayer, as red, green and blue."""
+"""Converts the encodings of cameras, YUV and Bayer, to red, green, and blue."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from colortrack_ros.data import Frame
 
 
 class Layout(NamedTuple):
-    """How the picture of an encoding lies in memory.
+    """The memory layout of an encoding.
 
     :param channels: bytes of a pixel in a row.
     :param even: width and height are multiples of these, where pixels share their chroma.

@@ -1,4 +1,4 @@
-"""Reading a file that somebody names in a parameter: nothing in it may end or block a node."""
+"""Reads files that parameters name: nothing in them may end or block a node."""
 
 import os
 from pathlib import Path
@@ -7,7 +7,7 @@ import stat
 import threading
 
 TIME_TO_READ = 2.0
-"""How long a file may take to be read [s]: one on a dead network drive never comes."""
+"""How long reading a file may take [s]: one on a dead network drive never ends."""
 
 
 def read_file(path: str | Path, most: int) -> bytes:
@@ -38,7 +38,7 @@ def read_file(path: str | Path, most: int) -> bytes:
 
 
 def _read(path: Path, most: int) -> bytes:
-    # Opening a pipe waits for its other end, unless one asks not to.
+    # Without O_NONBLOCK, opening a pipe waits for its other end.
     with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), 'rb') as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise ValueError('expected a file, got a folder, a pipe or a device')

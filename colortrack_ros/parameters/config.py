@@ -1,4 +1,4 @@
-"""Configurations whose fields declare the parameters: tables, checks and pages follow from them.
+"""Configurations whose fields declare parameters: tables, checks, and pages follow from them.
 
 ::
 
@@ -33,7 +33,7 @@ from colortrack_ros.parameters.spec import USER
 Built = TypeVar('Built', bound='Config')
 
 _SPEC, _NAMED, _PART = 'spec', 'named', 'part'
-"""Keys of a field's metadata: what the field is."""
+"""Keys of a field's metadata, by the kind of field."""
 
 
 def parameter(
@@ -50,10 +50,10 @@ def parameter(
     shown: Callable[[Any], Any] = lambda value: value,
     valid: Callable[[Any], object] = lambda value: value,
 ) -> Any:
-    """A field that is a parameter; see :class:`Spec` for what is not said here.
+    """A field that is a parameter; see :class:`Spec` for the other arguments.
 
-    :param default: a tuple is a list of that many items, a list one of any length; a type, such as
-        ``float``, a list of it that is absent, ``()``, until it is set.
+    :param default: a tuple means a list of that length, a list one of any length, and a type, such
+        as ``float``, a list of it that is absent, ``()``, until somebody sets it.
     """
     absent = isinstance(default, type)
     listed = isinstance(default, tuple)
@@ -110,7 +110,7 @@ def named(
 
 
 def part(config: type['Config']) -> Any:
-    """A field that is a configuration itself; its parameters are met under their own names."""
+    """A field that is a configuration; its parameters keep their names."""
     return field(default_factory=config, metadata={_PART: config})
 
 
@@ -145,7 +145,7 @@ def specs_of(config: type[Config]) -> Iterator[Spec]:
 
 
 def groups_of(config: type[Config]) -> Iterator[tuple[str, Named]]:
-    """By the parameter that lists names, what exists once for each NAME in it."""
+    """For each parameter that lists names, what each NAME in it has."""
     for item in fields(config):
         if _PART in item.metadata:
             yield from groups_of(item.metadata[_PART])
@@ -154,7 +154,7 @@ def groups_of(config: type[Config]) -> Iterator[tuple[str, Named]]:
 
 
 def build(config: type[Built], values: Mapping[str, Any], prefix: str = '') -> Built:
-    """The configuration of the values of its parameters; what is not given has its default.
+    """Build a configuration from values of its parameters, and defaults for the others.
 
     :param prefix: of the names in ``values``, such as ``NAME.``.
     :raises ValueError: values do not fit together; the reason names the parameter.

@@ -7,17 +7,16 @@ import math
 from typing import Any
 
 USER, EXPERT, DOCUMENT = 'user', 'expert', 'document'
-"""For whom a parameter is: whom a robot's owner sets; whom somebody sets who knows the method; what
-only reproduces one of the documents that the package implements."""
+"""Who sets a parameter: the owner of a robot; somebody who knows the method; whoever reproduces one
+of the documents that the package implements."""
 
 
 @dataclass(frozen=True)
 class Spec:
     """The declaration of a parameter.
 
-    :param name: of the parameter; of one that exists for each NAME of a list, its part after the
-        dot.
-    :param default: its value when nobody sets it, and by that its type. An empty tuple of a type,
+    :param name: of the parameter; for one of each NAME in a list, the part after the dot.
+    :param default: the value when nobody sets it, and the type. An empty tuple of a type,
         such as ``(float,)``, is a list of that type that is absent until it is set.
     :param description: one sentence.
     :param unit: of the value, empty where it has none.
@@ -26,11 +25,10 @@ class Spec:
     :param choices: the allowed values of a string, empty for any.
     :param length: how many items a list must have, None for any number.
     :param audience: USER, EXPERT or DOCUMENT.
-    :param read_only: whether only the start sets it.
-    :param int_is_text: a whole number is taken for its digits, as YAML has no quotes for a name of
-        digits.
+    :param read_only: whether it can be set only at the start.
+    :param int_is_text: an integer stands for its digits: a name of digits is easily left unquoted.
     :param shown: what others see of the value, such as an address without its password.
-    :param valid: raises ValueError with what was expected, where type and range do not say all.
+    :param valid: raises ValueError with what was expected, where type and range are not enough.
     """
 
     name: str

@@ -1,7 +1,7 @@
-"""The parameters of one kind of node, as others see them: by their full names.
+"""The parameters of one kind of node, by their full names.
 
-What is checked here is the type and the range of each value alone. Whether values fit together is
-for the configuration that is built of them, which raises ValueError with the reason.
+The table checks the type and the range of each value. Whether values fit together is for the
+configuration that is built of them, which raises ValueError with the reason.
 """
 
 from collections.abc import Callable
@@ -19,9 +19,8 @@ from colortrack_ros.parameters.spec import Spec
 class ParameterTable:
     """The parameters of one kind of node.
 
-    :param specs: the fixed ones.
-    :param each: by the parameter that lists names, those that exist once for each NAME in it, as
-        ``NAME.spec``.
+    :param specs: those that always exist.
+    :param each: for each parameter that lists names, those of each NAME in it, ``NAME.spec``.
     """
 
     def __init__(
@@ -44,9 +43,10 @@ class ParameterTable:
         return name in self.specs or (owner != '' and suffix in self.each)
 
     def find(self, name: str) -> Spec:
-        """The row of a full parameter name.
+        """The declaration of a parameter.
 
-        :raises ValueError: there is none; the nearest known name is given.
+        :param name: full.
+        :raises ValueError: there is none; the reason gives the nearest name.
         """
         owner, _, suffix = name.rpartition('.')
         if name not in self:
@@ -56,7 +56,7 @@ class ParameterTable:
         return self.specs.get(name) or self.each[suffix]
 
     def defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The given values, completed by the defaults of what is not given."""
+        """The given values, and the defaults of all others."""
         every = dict(self.specs)
         for listing, group in self.groups.items():
             names = values.get(listing, self.specs[listing].default)
@@ -67,7 +67,7 @@ class ParameterTable:
     def consistent(
         self, given: Mapping[str, Any], build: Callable[[Mapping[str, Any]], Any]
     ) -> tuple[dict[str, Any], dict[str, str]]:
-        """As many of the given values as are valid together, and why the others are not.
+        """The largest set of given values that are valid together, and why the others are not.
 
         :param given: from the command line and the YAML files.
         :param build: raises ValueError for values that do not fit together.
