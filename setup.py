@@ -11,6 +11,7 @@ EXECUTABLES = {
     'camera': 'nodes.camera',
     'contour_tracker': 'nodes.contour_tracker',
     'detector': 'nodes.detector',
+    'follower': 'nodes.follower',
     'locator': 'nodes.locator',
     'overlay': 'nodes.overlay',
     'pick_color': 'tools.pick_color',

@@ -6,6 +6,7 @@ from pathlib import Path
 from colortrack_ros.nodes.camera_setup import CameraSetup
 from colortrack_ros.nodes.contour_tracker import ContourTrackerSetup
 from colortrack_ros.nodes.detector import DetectorSetup
+from colortrack_ros.nodes.follower import FollowerSetup
 from colortrack_ros.nodes.locator import LocatorSetup
 from colortrack_ros.nodes.overlay import OverlaySetup
 from colortrack_ros.nodes.simulator import SimulatorSetup
@@ -25,6 +26,7 @@ SETUPS = {
     'tracker': TrackerSetup,
     'overlay': OverlaySetup,
     'locator': LocatorSetup,
+    'follower': FollowerSetup,
     'simulator': SimulatorSetup,
     'window_tracker': WindowTrackerSetup,
     'contour_tracker': ContourTrackerSetup,

@@ -25,7 +25,8 @@ def locations_of_cloud(message: PointCloud2) -> Locations:
     """
     rows = rows_of_cloud(message, LOCATION)
     for name in ('x', 'y', 'z', 'vx', 'vy', 'vz', 'covariance'):
-        wrong = ~np.isfinite(rows[name]).reshape(len(rows), -1).all(axis=1)
+        finite = np.isfinite(rows[name])
+        wrong = ~finite.all(axis=tuple(range(1, finite.ndim)))
         if wrong.any():
             raise MessageError(
                 f'object {rows["track_id"][wrong][0]}: expected finite numbers, got {name} '

@@ -5,26 +5,20 @@ from dataclasses import dataclass
 from typing import Any
 from typing import Protocol
 
-from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.time import Time
 
-from colortrack_ros.messages import MessageError
-from colortrack_ros.messages.header import stamp_of
-from colortrack_ros.messages.serialized import message_of_serialized
+from colortrack_ros.node_kit.odometry import OdometryConfig
+from colortrack_ros.node_kit.odometry import OdometryReceiver
 from colortrack_ros.node_kit.runtime import StartError
-from colortrack_ros.node_kit.topics import subscribe_to
-from colortrack_ros.node_kit.topics import topic_name
-from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
-from colortrack_ros.world.poses import PoseBuffer
 from colortrack_ros.world.poses import TransformError
 
 
 @dataclass(frozen=True)
-class CameraPoseConfig(Config):
+class CameraPoseConfig(OdometryConfig):
     """Where the pose of the camera comes from."""
 
     pose_source: str = parameter(
@@ -33,9 +27,6 @@ class CameraPoseConfig(Config):
         choices=('odometry', 'tf'),
         read_only=True,
     )
-    odometry_topic: str = topic_name('odom', 'the odometry')
-    fixed_frame: str = parameter('odom', 'The frame in which objects are located.', read_only=True)
-    base_frame: str = parameter('base_link', 'The frame of the robot.', read_only=True)
     camera_frame: str = parameter(
         '',
         "The optical frame of the camera in TF; empty: that of the pictures' headers.",
@@ -66,11 +57,7 @@ class CameraPoses(Protocol):
 
 
 class OdometryPoses:
-    """From nav_msgs/Odometry, and camera_pose.
-
-    :param refuse: takes the reason why a message is refused.
-    :param came: called after each message.
-    """
+    """From nav_msgs/Odometry, and camera_pose; see OdometryReceiver for the parameters."""
 
     def __init__(
         self,
@@ -79,41 +66,17 @@ class OdometryPoses:
         refuse: Callable[[str], object],
         came: Callable[[], object],
     ) -> None:
-        self._config, self._refuse, self._came = config, refuse, came
-        self._buffer = PoseBuffer(config.fixed_frame, config.base_frame)
-        subscribe_to(node, Odometry, config.odometry_topic, self._receive)
+        self._config = config
+        self._poses = OdometryReceiver(node, config, refuse, came).poses
 
     def configure(self, config: CameraPoseConfig) -> None:
-        """See CameraPoses."""
+        """Take another camera_pose into use."""
         self._config = config
 
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
         """See CameraPoses."""
         place = self._config.camera_pose
-        return self._buffer.at(stamp), Pose.of_rpy(place[:3], place[3:])
-
-    def _receive(self, cdr: bytes) -> None:
-        try:
-            self._take(message_of_serialized(cdr, Odometry))
-        except (MessageError, TransformError) as error:
-            self._refuse(f'odometry: {error}')
-        self._came()
-
-    def _take(self, message: Odometry) -> None:
-        given = message.header.frame_id, message.child_frame_id
-        wanted = self._config.fixed_frame, self._config.base_frame
-        if given != wanted:
-            raise MessageError(
-                f'it is of {given[1]!r} in {given[0]!r}: expected base_frame {wanted[1]!r} in '
-                f'fixed_frame {wanted[0]!r}'
-            )
-        stamp, pose = stamp_of(message.header), message.pose.pose
-        t, q = pose.position, pose.orientation
-        place = Pose.of_quaternion((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
-        if not self._buffer.add(stamp, place):
-            self._buffer.clear()
-            self._buffer.add(stamp, place)
-            self._refuse('odometry: its time has gone back by more than 10 s: poses start anew')
+        return self._poses.at(stamp), Pose.of_rpy(place[:3], place[3:])
 
 
 class TfPoses:

@@ -40,3 +40,9 @@ def test_numbers_that_are_not_finite_are_refused_with_the_object(name):
     wrong.rows[name][1] = np.nan
     with pytest.raises(MessageError, match=f'object 5: expected finite numbers, got {name}'):
         locations_of_serialized_cloud(serialize_message(cloud_of_locations(wrong)))
+
+
+def test_a_message_without_objects_is_read():
+    back = locations_of_serialized_cloud(serialize_message(cloud_of_locations(Locations(stamp=7))))
+    assert len(back.rows) == 0
+    assert back.stamp == 7

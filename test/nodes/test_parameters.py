@@ -16,7 +16,7 @@ PARAMETERS = {
 
 
 def test_no_node_is_forgotten():
-    assert len(NODES) == 8
+    assert len(NODES) == 9
     assert len(PARAMETERS) > 150
 
 

@@ -10,11 +10,19 @@ import yaml
 PROGRAM = """
 import importlib
 from colortrack_ros.nodes import camera
+from colortrack_ros.nodes import simulator
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.sources import open_source
 
 # there may be no device 0
 camera.open_source = lambda _, *rest: open_source('scene:single?width=64&height=48', *rest)
+
+class Slow(simulator.Pacer):
+    def pace(self, period):
+        super().pace(1.0)
+
+# what many simulators tell in time would keep all others busy
+simulator.Pacer = Slow
 
 def make(name, namespace):
     module = importlib.import_module('colortrack_ros.nodes.' + name)

@@ -1,0 +1,70 @@
+"""Where the robot is, from nav_msgs/Odometry."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+
+from colortrack_ros.messages import MessageError
+from colortrack_ros.messages.header import stamp_of
+from colortrack_ros.messages.serialized import message_of_serialized
+from colortrack_ros.node_kit.topics import subscribe_to
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import parameter
+from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.poses import PoseBuffer
+from colortrack_ros.world.poses import TransformError
+
+
+@dataclass(frozen=True)
+class OdometryConfig(Config):
+    """Where odometry comes from, and of what it is."""
+
+    odometry_topic: str = topic_name('odom', 'the odometry')
+    fixed_frame: str = parameter('odom', 'The frame in which objects are located.', read_only=True)
+    base_frame: str = parameter('base_link', 'The frame of the robot.', read_only=True)
+
+
+class OdometryReceiver:
+    """Keeps the poses of the last seconds.
+
+    :param refuse: takes the reason why a message is of no use.
+    :param came: called after each message.
+    :ivar poses: of base_frame in fixed_frame.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        config: OdometryConfig,
+        refuse: Callable[[str], object],
+        came: Callable[[], object] = lambda: None,
+    ) -> None:
+        self.poses = PoseBuffer(config.fixed_frame, config.base_frame)
+        self._refuse, self._came = refuse, came
+        subscribe_to(node, Odometry, config.odometry_topic, self._receive)
+
+    def _receive(self, cdr: bytes) -> None:
+        try:
+            self._take(message_of_serialized(cdr, Odometry))
+        except (MessageError, TransformError) as error:
+            self._refuse(f'odometry: {error}')
+        self._came()
+
+    def _take(self, message: Odometry) -> None:
+        given = message.header.frame_id, message.child_frame_id
+        wanted = self.poses.parent, self.poses.child
+        if given != wanted:
+            raise MessageError(
+                f'it is of {given[1]!r} in {given[0]!r}: expected base_frame {wanted[1]!r} in '
+                f'fixed_frame {wanted[0]!r}'
+            )
+        stamp, pose = stamp_of(message.header), message.pose.pose
+        t, q = pose.position, pose.orientation
+        place = Pose.of_quaternion((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+        if not self.poses.add(stamp, place):
+            self.poses.clear()
+            self.poses.add(stamp, place)
+            self._refuse('odometry: its time has gone back by more than 10 s: poses start anew')

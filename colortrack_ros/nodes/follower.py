@@ -1,0 +1,201 @@
+"""The node that drives a robot after the target."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Twist
+from geometry_msgs.msg import TwistStamped
+import numpy as np
+from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import Trigger
+
+from colortrack_ros.data import Locations
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.messages import header_of
+from colortrack_ros.messages import locations_of_serialized_cloud
+from colortrack_ros.messages import MessageError
+from colortrack_ros.messages import stamp_of
+from colortrack_ros.messages import twist_of
+from colortrack_ros.messages.serialized import message_of_serialized
+from colortrack_ros.node_kit.clocks import STEADY
+from colortrack_ros.node_kit.diagnostics import Health
+from colortrack_ros.node_kit.diagnostics import HealthConfig
+from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.odometry import OdometryConfig
+from colortrack_ros.node_kit.odometry import OdometryReceiver
+from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.topics import publish_on
+from colortrack_ros.node_kit.topics import QueueConfig
+from colortrack_ros.node_kit.topics import subscribe_to
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import parameter
+from colortrack_ros.parameters import part
+from colortrack_ros.world.following import AHEAD
+from colortrack_ros.world.following import Following
+from colortrack_ros.world.following import FollowingConfig
+from colortrack_ros.world.following import LONGEST_PERIOD
+from colortrack_ros.world.following import Target
+from colortrack_ros.world.selection import rule_of
+from colortrack_ros.world.selection import Selector
+
+
+@dataclass(frozen=True)
+class FollowerSetup(Config):
+    """The parameters of the follower node."""
+
+    config: FollowingConfig = part(FollowingConfig)
+    odometry: OdometryConfig = part(OdometryConfig)
+    target_source: str = parameter(
+        'locations',
+        'What is followed: an object of locations_topic, or target_pose_topic, which tells '
+        'neither speed nor certainty.',
+        choices=('locations', 'pose'),
+        read_only=True,
+    )
+    select: str = parameter(
+        'nearest',
+        'Which object is the target: nearest, largest, oldest, most_certain, a color, or an ID.',
+    )
+    colors: tuple[str, ...] = parameter(
+        str, "Names of the detector's colors, in its order, for select."
+    )
+    stamped: bool = parameter(
+        False, 'Whether cmd_vel is TwistStamped instead of Twist.', read_only=True
+    )
+    locations_topic: str = topic_name('locations', 'the objects')
+    target_pose_topic: str = topic_name('target_pose', 'the pose of the target')
+    cmd_vel_topic: str = topic_name('cmd_vel', 'the speeds for the robot')
+    queue: QueueConfig = part(QueueConfig)
+    health: HealthConfig = part(HealthConfig)
+
+    def check(self) -> None:
+        """The target is one that there can be."""
+        rule_of(self.select, list(self.colors))
+
+
+class FollowerNode(ParameterNode[FollowerSetup]):
+    """Objects and odometry in; speeds for the robot out with each target, and while it moves."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__('follower', FollowerSetup, **options)
+        setup = self.setup
+        self._following = Following(setup.config)
+        self._selector = Selector(setup.select, list(setup.colors))
+        self.health = Health(self, state=lambda: self._following.state)
+        kind = TwistStamped if setup.stamped else Twist
+        self._commands = publish_on(self, kind, setup.cmd_vel_topic)
+        self._poses = OdometryReceiver(self, setup.odometry, self.health.refuse).poses
+        if setup.target_source == 'pose':
+            subscribe_to(self, PoseStamped, setup.target_pose_topic, self._take_pose)
+        else:
+            subscribe_to(self, PointCloud2, setup.locations_topic, self._take_locations)
+        self.create_service(Trigger, '~/stop', self._stop)
+        self.create_service(Trigger, '~/start', self._go)
+        self._timer = self.create_timer(LONGEST_PERIOD, self._step, clock=STEADY)
+        self._timer.cancel()
+
+    def _take_locations(self, cdr: bytes) -> None:
+        try:
+            locations = locations_of_serialized_cloud(cdr)
+            self._check(locations.frame_id, locations.stamp)
+        except MessageError as error:
+            self.health.refuse(f'locations: {error}')
+            return
+        self.health.took_in()
+        target = self._chosen(locations)
+        if target is not None:
+            self._following.see(target)
+        self._step()
+
+    def _chosen(self, locations: Locations) -> Target | None:
+        """The object to follow, None where there is none."""
+        if not len(self._poses):
+            return None
+        row = self._selector.choose(locations, self._poses.latest()[1].t)
+        if row is None:
+            return None
+        found = locations.rows[row]
+        variance = np.linalg.eigvalsh(found['covariance'][:2, :2])[-1]
+        unseen = round(float(found['time_since_update']) * NANOSECONDS)
+        return Target(
+            np.array([found['x'], found['y']], float), np.array([found['vx'], found['vy']], float),
+            locations.stamp, locations.stamp - unseen, float(np.sqrt(variance)),
+        )  # fmt: skip
+
+    def _take_pose(self, cdr: bytes) -> None:
+        try:
+            message = message_of_serialized(cdr, PoseStamped)
+            stamp, where = stamp_of(message.header), message.pose.position
+            self._check(message.header.frame_id, stamp)
+            place = np.array([where.x, where.y])
+            if not np.isfinite(place).all():
+                raise MessageError(f'expected finite numbers, got x {where.x}, y {where.y}')
+        except MessageError as error:
+            self.health.refuse(f'target_pose: {error}')
+            return
+        self.health.took_in()
+        self._following.see(Target(place, np.zeros(2), stamp, stamp))
+        self._step()
+
+    def _check(self, frame_id: str, stamp: int) -> None:
+        """Raise MessageError for what is of another frame or another time."""
+        wanted = self.setup.odometry.fixed_frame
+        if frame_id != wanted:
+            raise MessageError(f'they are in {frame_id!r}: expected fixed_frame {wanted!r}')
+        age = (self.get_clock().now().nanoseconds - stamp) / NANOSECONDS
+        if not -AHEAD <= age <= self.setup.config.stop_within:
+            raise MessageError(
+                f'they are {age:.2f} s old: expected 0 to stop_within, '
+                f'{self.setup.config.stop_within:g} s (use_sim_time, or clocks of two machines?)'
+            )
+
+    def _step(self) -> None:
+        """Tell the robot how fast to drive."""
+        if not len(self._poses):
+            return
+        now = self.get_clock().now().nanoseconds
+        at, base = self._poses.latest()
+        was_following = self._following.follows
+        with self.lock:
+            speeds = self._following.step(now, base, at)
+        if self._following.follows != was_following:
+            self.get_logger().info(self._following.state)
+        self._publish(now, *speeds)
+        self.health.gave_out(at)
+        # a robot that stands is left to others until there is something to follow
+        self._timer.reset() if self._following.follows else self._timer.cancel()
+
+    def _publish(self, now: int, speed: float, turn: float) -> None:
+        command = twist_of(speed, turn)
+        if self.setup.stamped:
+            header = header_of(now, self.setup.odometry.base_frame)
+            command = TwistStamped(header=header, twist=command)
+        self._commands.publish(command)
+
+    def _stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._following.stop()
+        self._publish(self.get_clock().now().nanoseconds, 0.0, 0.0)
+        response.success, response.message = True, 'stopped; ~/start follows again'
+        return response
+
+    def _go(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._following.go()
+        response.success, response.message = True, 'following'
+        return response
+
+    def apply(self, setup: FollowerSetup) -> None:
+        """Take changed parameters into use."""
+        self._following.configure(setup.config)
+        if (setup.select, setup.colors) != (self.setup.select, self.setup.colors):
+            self._selector = Selector(setup.select, list(setup.colors))
+
+    def close(self) -> None:
+        """Leave the robot standing."""
+        self._publish(self.get_clock().now().nanoseconds, 0.0, 0.0)
+
+
+def main() -> int:
+    """Run the node."""
+    return run(lambda _: [FollowerNode()])

@@ -1,0 +1,231 @@
+"""Drive after a target at a distance, and never faster than the robot can still stop.
+
+Plain Python: poses, targets and the time come in, speeds of a differential drive go out.
+"""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.parameters import Config
+from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import parameter
+from colortrack_ros.world.poses import Pose
+
+Floats = NDArray[np.float64]
+
+LONGEST_PERIOD = 0.05
+"""Longest time between two commands [s]: those of Nav2's controller server, 20 Hz."""
+
+LONGEST_STEP = 0.2
+"""A pause between two steps [s] beyond which speeds change no further: time has jumped."""
+
+
+FOLLOWING = 'following'
+
+AHEAD = 0.1
+"""How far ahead of the clock [s] a stamp may be: what clocks of machines that NTP keeps differ."""
+
+
+@dataclass(frozen=True)
+class FollowingConfig(Config):
+    """How near, how fast, and when to stop."""
+
+    distance: float = parameter(
+        1.0, 'Distance from base_frame to the target.', unit='m', minimum=0.1, maximum=100.0
+    )
+    max_speed: float = parameter(
+        0.6, 'Speed that is not exceeded.', unit='m/s', minimum=0.0, maximum=10.0
+    )
+    max_turn: float = parameter(
+        1.5, 'Speed of turning that is not exceeded.', unit='rad/s', minimum=0.0, maximum=10.0
+    )
+    max_acceleration: float = parameter(
+        1.0, 'Acceleration that is not exceeded.', unit='m/s^2', minimum=0.01, maximum=100.0
+    )
+    braking: float = parameter(
+        3.0, 'Deceleration with which the robot stops.', unit='m/s^2', minimum=0.01, maximum=100.0
+    )
+    max_turn_acceleration: float = parameter(
+        10.0,
+        'Change of the speed of turning that is not exceeded.',
+        unit='rad/s^2',
+        minimum=0.01,
+        maximum=1000.0,
+    )
+    stop_within: float = parameter(
+        0.3,
+        'The robot stands this long after the target, or the odometry, was last measured; it '
+        'drives no faster than it can brake until then.',
+        unit='s',
+        minimum=0.1,
+        maximum=10.0,
+    )
+    max_sigma: float = parameter(
+        0.5,
+        'A target whose place on the ground is less certain, standard deviation, is not followed.',
+        unit='m',
+        minimum=0.001,
+        maximum=100.0,
+    )
+    backwards: bool = parameter(
+        False, 'Whether to drive backwards, unseeing, when the target is too near.'
+    )
+    gain: float = parameter(
+        1.5,
+        'Speed for each meter of distance that is too much.',
+        unit='1/s',
+        minimum=0.0,
+        maximum=100.0,
+        audience=EXPERT,
+    )
+    turn_gain: float = parameter(
+        3.0,
+        'Speed of turning for each radian that the target is off the direction of driving.',
+        unit='1/s',
+        minimum=0.0,
+        maximum=100.0,
+        audience=EXPERT,
+    )
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is followed.
+
+    :param position: (2,) x, y in the fixed frame [m].
+    :param velocity: (2,) [m/s].
+    :param stamp: when it is there [ns].
+    :param measured: when it was last measured, at the latest then [ns].
+    :param sigma: standard deviation of the position along its worst axis [m].
+    """
+
+    position: Floats
+    velocity: Floats
+    stamp: int
+    measured: int
+    sigma: float = 0.0
+
+
+class Following:
+    """The controller.
+
+    With the target at range r and bearing beta, u the direction to it and v_t its velocity, both in
+    the frame of the robot, it drives and turns by::
+
+        v = (gain (r - distance) + u . v_t) cos(beta)
+        w = turn_gain beta + (u x v_t + v sin(beta)) / r
+
+    whose second terms alone would keep range and bearing as they are. Both are limited so that they
+    reach 0 by their greatest deceleration at `stop_within` after the last measurement: what is
+    late is driven after more slowly, what is lost not at all.
+
+    :ivar state: what it does and why, in words.
+    """
+
+    def __init__(self, config: FollowingConfig) -> None:
+        self.state = 'no target yet'
+        self._config = config
+        self._target: Target | None = None
+        self._stopped = False
+        self._last: int | None = None
+        self._speed = self._turn = 0.0
+
+    @property
+    def follows(self) -> bool:
+        """Whether there is a target that may be driven after."""
+        return self.state == FOLLOWING
+
+    def configure(self, config: FollowingConfig) -> None:
+        """Take other parameters into use."""
+        self._config = config
+
+    def see(self, target: Target) -> None:
+        """Take what is known of the target; what is too uncertain counts as not measured."""
+        if target.sigma <= self._config.max_sigma:
+            self._target = target
+
+    def stop(self) -> None:
+        """Stand, at once, until told to go."""
+        self._stopped = True
+
+    def go(self) -> None:
+        """Follow again."""
+        self._stopped = False
+
+    def step(self, now: int, base: Pose, at: int) -> tuple[float, float]:
+        """Speeds to drive with [m/s], [rad/s].
+
+        :param now: [ns].
+        :param base: of the robot in the fixed frame, last known.
+        :param at: when it was there [ns].
+        """
+        dt = 0.0 if self._last is None else (now - self._last) / NANOSECONDS
+        dt = dt if 0 <= dt <= LONGEST_STEP else 0.0
+        self._last = now
+        if self._stopped:
+            self.state, self._speed, self._turn = 'stopped', 0.0, 0.0
+            return 0.0, 0.0
+        left = self._time_left(now, at)
+        wanted = (0.0, 0.0)
+        if left > 0 and self._target is not None:
+            wanted = self._towards(self._target, now, base, at)
+        self._speed, self._turn = self._limited(wanted, left, dt)
+        return self._speed, self._turn
+
+    def _time_left(self, now: int, at: int) -> float:
+        """Until the robot has to stand [s]; 0 when it has to by now."""
+        if self._target is None:
+            return 0.0
+        unseen, unknown = ((now - t) / NANOSECONDS for t in (self._target.measured, at))
+        left = self._config.stop_within - LONGEST_PERIOD - max(unseen, unknown)
+        if min(unseen, unknown) < -AHEAD:
+            self.state = 'the clock has gone back behind the target or the odometry'
+            return 0.0
+        if left > 0:
+            self.state = FOLLOWING
+        elif unseen >= unknown:
+            self.state = f'the target was last measured {unseen:.1f} s ago'
+        else:
+            self.state = f'the odometry is {unknown:.1f} s old'
+        return min(max(left, 0.0), self._config.stop_within)
+
+    def _towards(self, target: Target, now: int, base: Pose, at: int) -> tuple[float, float]:
+        """Speeds that bring the target to its distance, straight ahead."""
+        config, age = self._config, (now - at) / NANOSECONDS
+        place = target.position + target.velocity * (now - target.stamp) / NANOSECONDS
+        # where the robot is now, by what it was told last
+        heading = math.atan2(base.R[1, 0], base.R[0, 0]) + self._turn * age
+        ahead = np.array([math.cos(heading), math.sin(heading)])
+        left = np.array([-ahead[1], ahead[0]])
+        away = place - base.t[:2] - self._speed * age * ahead
+        x, y = float(ahead @ away), float(left @ away)
+        distance = max(math.hypot(x, y), 1e-3)
+        vx, vy = float(ahead @ target.velocity), float(left @ target.velocity)
+        closing = config.gain * (distance - config.distance) + (x * vx + y * vy) / distance
+        speed = closing * max(x / distance, 0.0)
+        if not config.backwards:
+            speed = max(speed, 0.0)
+        speed = float(np.clip(speed, -config.max_speed, config.max_speed))
+        sweep = (x * vy - y * vx) / distance + speed * y / distance
+        return speed, config.turn_gain * math.atan2(y, x) + sweep / distance
+
+    def _limited(
+        self, wanted: tuple[float, float], time_left: float, dt: float
+    ) -> tuple[float, float]:
+        """Speeds within all limits; that of the time that is left comes before smoothness."""
+        config = self._config
+        limits = (
+            (self._speed, config.max_acceleration, config.braking, config.max_speed),
+            (self._turn, *(config.max_turn_acceleration,) * 2, config.max_turn),
+        )
+        limited = []
+        for value, (last, faster, slower, most) in zip(wanted, limits, strict=True):
+            up, down = (faster, slower) if last >= 0 else (slower, faster)
+            value = float(np.clip(value, last - down * dt, last + up * dt))
+            most = min(most, slower * time_left)
+            limited.append(float(np.clip(value, -most, most)))
+        return limited[0], limited[1]

@@ -1,0 +1,103 @@
+from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Twist
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+import numpy as np
+from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import Trigger
+
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import LOCATION
+from colortrack_ros.data import Locations
+from colortrack_ros.messages import cloud_of_locations
+from colortrack_ros.messages import header_of
+from colortrack_ros.messages import odometry_on_ground
+
+PATIENT = 2.0
+"""stop_within [s]: a busy machine may take that long from here to there."""
+
+
+class Robot:
+    """A robot that stands, with a follower that it listens to."""
+
+    def __init__(self, ros, kind=Twist, **parameters):
+        self.ros = ros
+        self.node = ros.start('follower', **({'stop_within': PATIENT} | parameters))
+        make = ros.node.create_publisher
+        self.odometry, self.locations = (
+            make(Odometry, 'odom', 10),
+            make(PointCloud2, 'locations', 10),
+        )
+        self.poses = make(PoseStamped, 'target_pose', 10)
+        self.commands = ros.listen(kind, 'cmd_vel')
+        assert ros.spin(lambda: self.odometry.get_subscription_count() == 1), ros.outputs()
+        assert ros.spin(lambda: ros.node.count_publishers('cmd_vel') == 1)
+        ros.settle()
+
+    @property
+    def now(self):
+        return self.ros.node.get_clock().now().nanoseconds
+
+    def tell(self, x=3.0, frame='odom', age=0.0):
+        """Odometry of now, and an object x m ahead."""
+        stamp = self.now
+        self.odometry.publish(odometry_on_ground((0, 0, 0), (0, 0), stamp, 'odom', 'base_link'))
+        rows = np.zeros(1, LOCATION)
+        rows['x'], rows['track_id'], rows['state'] = x, 1, CONFIRMED
+        rows['covariance'] = 1e-4 * np.eye(6)
+        stamp -= round(age * 1e9)
+        self.locations.publish(cloud_of_locations(Locations(rows, stamp, frame)))
+        pose = PoseStamped(header=header_of(stamp, frame))
+        pose.pose.position.x = x
+        self.poses.publish(pose)
+
+    def drives(self, wanted, tell=True, **what):
+        """Whether it comes to drive, or to stand, while it is told all the time."""
+
+        def done():
+            if tell:
+                self.tell(**what)
+            fresh = self.commands[-1:]
+            self.commands.clear()
+            return bool(fresh) and (speed_of(fresh[0]) > 0.1) == wanted
+
+        return self.ros.spin(done)
+
+
+def speed_of(command):
+    return getattr(command, 'twist', command).linear.x
+
+
+def test_it_drives_after_an_object_until_it_is_stopped_or_hears_no_more(ros):
+    robot = Robot(ros)
+    assert robot.drives(True), ros.outputs()
+    assert ros.call(Trigger, 'follower/stop', Trigger.Request()).success
+    assert robot.drives(False)
+    assert ros.call(Trigger, 'follower/start', Trigger.Request()).success
+    assert robot.drives(True)
+    assert robot.drives(False, tell=False)
+    robot.node.wait_for('was last measured')
+    assert robot.drives(True)
+    robot.commands.clear()
+    assert robot.node.stop() == 0
+    assert ros.spin(lambda: robot.commands and speed_of(robot.commands[-1]) == 0.0)
+
+
+def test_a_pose_is_followed_as_well_and_speeds_can_have_a_header(ros):
+    robot = Robot(ros, TwistStamped, stamped='true', target_source='pose')
+    assert robot.drives(True), ros.outputs()
+    robot.tell()
+    assert ros.spin(lambda: len(robot.commands) > 0)
+    assert robot.commands[-1].header.frame_id == 'base_link'
+
+
+def test_objects_of_another_frame_or_another_time_are_told_and_not_followed(ros):
+    robot = Robot(ros)
+
+    def told(text):
+        robot.tell(frame='map', age=0.0) if 'frame' in text else robot.tell(age=60.0)
+        return text in robot.node.output
+
+    for text in ("locations: they are in 'map': expected fixed_frame 'odom'", 'they are 60.'):
+        assert ros.spin(lambda text=text: told(text)), ros.outputs()
+    assert robot.commands == []
