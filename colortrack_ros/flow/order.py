@@ -30,7 +30,7 @@ class OrderConfig(Config):
 
     reorder_window: float = parameter(
         0.0,
-        'Messages wait so long, by their stamps, for others that belong before them.',
+        'How long, by the stamps, a message waits for earlier ones that are still on their way.',
         unit='s',
         minimum=0.0,
         maximum=10.0,

@@ -47,14 +47,14 @@ class HealthConfig(Config):
     """When the diagnostics of a node warn."""
 
     warn_latency: float = _limit(
-        0.5, 'Diagnostics warn when the median time since the stamp is longer.'
+        0.5, 'Median latency, since the stamp, above which diagnostics warn.'
     )
     error_latency: float = _limit(
-        5.0, 'Diagnostics report an error when the median time since the stamp is longer.'
+        5.0, 'Median latency, since the stamp, above which diagnostics report an error.'
     )
-    warn_silence: float = _limit(2.0, 'Diagnostics warn when nothing has come in for longer.')
+    warn_silence: float = _limit(2.0, 'Time without input after which diagnostics warn.')
     error_silence: float = _limit(
-        60.0, 'Diagnostics report an error when nothing has come in for longer.'
+        60.0, 'Time without input after which diagnostics report an error.'
     )
 
 

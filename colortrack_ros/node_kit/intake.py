@@ -65,7 +65,7 @@ def max_lag(default: float, items: str) -> Any:
     """
     return parameter(
         default,
-        f'When working off the waiting {items} would take longer, the oldest are skipped.',
+        f'How long the waiting {items} may take to work off: beyond that the oldest are skipped.',
         unit='s',
         minimum=0.0,
         maximum=60.0,

@@ -39,7 +39,7 @@ class PictureQueueConfig(Config):
 
     image_queue_depth: int = parameter(
         30,
-        'Images that wait in the queue of each publisher and subscription.',
+        'Depth of the queue of each publisher and subscription of images.',
         minimum=1,
         maximum=1000,
         audience=EXPERT,
@@ -53,7 +53,7 @@ class QueueConfig(Config):
 
     queue_depth: int = parameter(
         100,
-        'Other messages that wait in the queue of each publisher and subscription.',
+        'Depth of the queue of each other publisher and subscription.',
         minimum=1,
         maximum=10000,
         audience=EXPERT,

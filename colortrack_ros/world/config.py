@@ -108,7 +108,7 @@ class LocatorConfig(Config):
     )
     size_noise: float = parameter(
         0.5,
-        'Standard deviation of the diameter of a blob, in each picture anew.',
+        'Standard deviation of the diameter of a blob, independent in each picture.',
         unit='px',
         minimum=0.01,
         maximum=100.0,
@@ -116,7 +116,7 @@ class LocatorConfig(Config):
     )
     size_sigma: float = parameter(
         0.5,
-        'Standard deviation of what all diameters of the blobs of an object are off by alike.',
+        'Standard deviation of the error that all blob diameters of an object share.',
         unit='px',
         minimum=0.0,
         maximum=100.0,
@@ -124,14 +124,14 @@ class LocatorConfig(Config):
     )
     depth_noise: float = parameter(
         0.01,
-        'Standard deviation of a measured depth, as a share of it, in each picture anew.',
+        'Standard deviation of a measured depth, as a share of it, independent in each picture.',
         minimum=1e-4,
         maximum=1.0,
         audience=EXPERT,
     )
     depth_sigma: float = parameter(
         0.005,
-        'Standard deviation of the scale of the depths.',
+        'Standard deviation of the scale error that all depths share.',
         minimum=0.0,
         maximum=1.0,
         audience=EXPERT,
