@@ -8,7 +8,7 @@ from colortrack_ros.parameters import parameter
 from colortrack_ros.world.camera import CameraModel
 
 SHAPES = ('ball', 'cylinder')
-ROOMS = ('balls', 'empty')
+ROOM_NAMES = ('balls', 'empty')
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class SimulationConfig(Config):
         'balls',
         'What is there besides objects: balls that stand, roll, bounce, and hide behind pillars; '
         'or nothing.',
-        choices=ROOMS,
+        choices=ROOM_NAMES,
         read_only=True,
     )
     objects: tuple[Thing, ...] = named((), 'Names of further things.', ThingConfig, Thing)

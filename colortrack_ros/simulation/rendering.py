@@ -28,9 +28,10 @@ PALETTE = np.array(
 """blue, green, red of the tiles, dark and light; of the walls in x, -x, y, -y; of the ceiling."""
 
 TILES, WALLS_X, WALLS_Y, CEILING = 0, 2, 4, 6
+"""The first row of each in that table."""
 
-LIGHT = np.array([0.3, -0.2, 0.93], np.float32)
-"""Where the light comes from."""
+LAMP = np.array([0.3, -0.2, 0.93], np.float32)
+"""Direction to the lamp: above and a little to the side; chosen."""
 
 SHADE = 0.65
 """Brightness of what the light does not reach: lamps and walls light a room from all sides."""
@@ -192,7 +193,7 @@ def _body(rays: Rays, eye: Floats, thing: Thing) -> tuple[Rays, Rays]:
     with np.errstate(invalid='ignore', divide='ignore'):
         t = (-b - np.sqrt(b * b - a * c)) / a
         up = (o[2] + t * z) / radius if is_ball else np.float32(0)
-        light = (LIGHT[0] * (o[0] + t * x) + LIGHT[1] * (o[1] + t * y)) / radius + LIGHT[2] * up
+        light = (LAMP[0] * (o[0] + t * x) + LAMP[1] * (o[1] + t * y)) / radius + LAMP[2] * up
         if not is_ball:
             half = np.float32(thing.config.height / 2)
             side = np.abs(o[2] + t * z) < half
@@ -201,5 +202,5 @@ def _body(rays: Rays, eye: Floats, thing: Thing) -> tuple[Rays, Rays]:
             lid = np.square(o[0] + top * x) + np.square(o[1] + top * y) < radius * radius
             lid &= (o[2] > half) & ~side
             t = np.where(side, t, np.where(lid, top, np.nan))
-            light[lid] = LIGHT[2]
+            light[lid] = LAMP[2]
         return np.where(t > NEAREST, t, np.inf), np.clip(light, 0, 1)

@@ -12,7 +12,7 @@ ACCELERATION, TURNING = 5.0, 20.0
 TOP_SPEED, TOP_TURN = 1.5, 4.0
 """As fast as the motors turn [m/s], [rad/s]. Assumed: a Jackal drives 2 m/s, a TurtleBot 0.3."""
 
-RADIUS = 0.2
+ROBOT_RADIUS = 0.2
 """Of the robot [m]: it stops where something is nearer to its middle."""
 
 

@@ -8,6 +8,7 @@ from colortrack_ros.simulation.config import ThingConfig
 RED, BLUE = (205.0, 58.0, 34.0), (38.0, 84.0, 176.0)
 YELLOW, GREEN = (224.0, 178.0, 30.0), (44.0, 150.0, 62.0)
 STONE = (150.0, 146.0, 140.0)
+"""Chosen: 60 CIELAB units and more from each other and from the pillars."""
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from colortrack_ros.simulation.course import Course
 from colortrack_ros.simulation.rendering import Renderer
 from colortrack_ros.simulation.rendering import Sight
 from colortrack_ros.simulation.robot import Place
-from colortrack_ros.simulation.robot import RADIUS
 from colortrack_ros.simulation.robot import Robot
+from colortrack_ros.simulation.robot import ROBOT_RADIUS
 from colortrack_ros.simulation.rooms import ROOMS
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
@@ -107,12 +107,12 @@ class Simulation:
     def _is_free(self, place: Place) -> bool:
         """Whether the robot can be there: nothing stands or lies in its way."""
         x, y = self._room.half_size
-        inside = abs(place.x) < x - RADIUS and abs(place.y) < y - RADIUS
+        inside = abs(place.x) < x - ROBOT_RADIUS and abs(place.y) < y - ROBOT_RADIUS
         states = self._states()
         spots = [*states[:, :2], *(np.array(p.config.path) for p in self._room.pillars)]
         sizes = [t.config.diameter for t in (*self.things, *self._room.pillars)]
-        low = [*(states[:, 2] < 2 * RADIUS), *(True for _ in self._room.pillars)]
+        low = [*(states[:, 2] < 2 * ROBOT_RADIUS), *(True for _ in self._room.pillars)]
         return inside and not any(
-            near and np.hypot(*(spot - (place.x, place.y))) < RADIUS + size / 2
+            near and np.hypot(*(spot - (place.x, place.y))) < ROBOT_RADIUS + size / 2
             for spot, size, near in zip(spots, sizes, low, strict=True)
         )
