@@ -173,6 +173,13 @@ def test_a_room_imports_without_ros(room):
     subprocess.run([sys.executable, '-c', code], check=True, cwd=PACKAGE.parent)
 
 
+def test_nodes_that_need_no_scipy_start_without_it():
+    """It takes longer to import than all the rest."""
+    code = "import sys; sys.modules['scipy'] = None; from colortrack_ros.nodes import "
+    for name in ('camera', 'detector', 'overlay'):
+        subprocess.run([sys.executable, '-c', code + name], check=True, cwd=PACKAGE.parent)
+
+
 @pytest.mark.parametrize('room', ALLOWED)
 def test_arrows_point_one_way(room):
     files = [file for file in FILES if room_of(file) == room]

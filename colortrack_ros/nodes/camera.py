@@ -5,6 +5,7 @@ import contextlib
 import dataclasses
 import threading
 from typing import Any
+from typing import TYPE_CHECKING
 
 from rclpy.logging import LoggingSeverity
 from rclpy.subscription import Subscription
@@ -14,7 +15,6 @@ from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool
 
-from colortrack_ros.chain import ColorChain
 from colortrack_ros.data import Frame
 from colortrack_ros.flow.pacing import Pacer
 from colortrack_ros.flow.pacing import Window
@@ -35,6 +35,9 @@ from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
 from colortrack_ros.sources.device import AbsentSource
 from colortrack_ros.sources.device import DeviceSource
+
+if TYPE_CHECKING:  # it would bring SciPy, half of the time that a camera takes to start
+    from colortrack_ros.chain import ColorChain
 
 IN_FLIGHT = 2
 """Frames that may wait for their detections when a recording goes as fast as it is consumed: one
@@ -57,7 +60,7 @@ class CameraNode(ParameterNode[CameraSetup]):
 
     def __init__(
         self,
-        chain: ColorChain | None = None,
+        chain: 'ColorChain | None' = None,
         on_end: Callable[[int], object] = lambda _: None,
         **options: Any,
     ) -> None:
