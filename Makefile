@@ -35,12 +35,11 @@ demo: $(VENV)/demo
 	$(PYTHON_IN) -m colortrack_ros.tools.demo --source '$(SOURCE)' --params '$(PARAMS)' \
 		--color '$(COLOR)' --tolerance '$(TOLERANCE)' --seconds $(SECONDS)
 
-# The rooms on two cores; nodes one after the other, since they have processes enough. TESTS=... are
-# run alone.
-TWO = --numprocesses 2 --dist loadfile
+# More at once than there are cores, since nodes mostly wait; when they are done, one after the other
+# those that measure time. TESTS=... instead of all.
 define run_tests
-	$(if $(TESTS),$(RUN) $(1) -m pytest $(TESTS),$(RUN) $(1) -m pytest $(TWO) --ignore test/ros test)
-	$(if $(TESTS),,$(RUN) $(1) -m pytest test/ros)
+	$(RUN) $(1) -m pytest $(or $(TESTS),--numprocesses 4 -m 'not alone' test)
+	$(if $(TESTS),,$(RUN) $(1) -m pytest -m alone test)
 endef
 
 test: $(VENV)/test
@@ -48,7 +47,7 @@ test: $(VENV)/test
 
 # What a change is tried with while it is made: the rooms, without what takes long.
 quick: $(VENV)/test
-	$(PYTHON_IN) -m pytest $(TWO) --ignore test/ros -m 'not slow' test
+	$(PYTHON_IN) -m pytest --numprocesses 2 --ignore test/ros -m 'not slow and not alone' test
 
 # The same tests with the versions that Ubuntu 24.04 has.
 test-ubuntu: .venv-ubuntu/test

@@ -1,9 +1,22 @@
 """What a robot has is what rosdep gives it: tests that need more are left out there, and say so."""
 
 import importlib.util
+import os
 from pathlib import Path
 
+# before NumPy is there: the tests run side by side, and waiting threads of BLAS burn the processor
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+
+from hypothesis import HealthCheck
+from hypothesis import settings
 import pytest
+
+# The same examples in every run, however busy the machine: --hypothesis-profile=default looks for
+# new ones.
+settings.register_profile(
+    'same', derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile('same')
 
 NEEDS = {
     'rosbags': ('support.recorded', 'colortrack_ros.bags', 'colortrack_ros.replay', 'rosbags'),
@@ -29,6 +42,27 @@ class Skipped(pytest.Module):
 
     def collect(self):
         pytest.skip(f'needs {", ".join(needs_of(self.path))}, which no rosdep key gives')
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Nodes first, which mostly wait, and of those and of the others what takes long."""
+    items.sort(
+        key=lambda item: (item.path.parent.name != 'ros', not item.get_closest_marker('slow'))
+    )
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """Hand out tests of nodes one by one, others by file: they share what the file has rendered."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition('::')[0]
+            return nodeid if '/ros/' in file and 'message_faults' not in file else file
+
+    config.option.loadscopereorder = False
+    return ByFile(config, log)
 
 
 def pytest_pycollect_makemodule(module_path: Path, parent):

@@ -1,6 +1,8 @@
 import threading
 
 import pytest
+from support.waiting import PATIENCE
+from support.waiting import wait_until
 
 from colortrack_ros.flow.pacing import Pacer
 from colortrack_ros.flow.pacing import Window
@@ -47,13 +49,14 @@ def test_a_frame_waits_for_the_answer_to_the_one_before_the_last():
 
     thread = threading.Thread(target=send)
     thread.start()
+    wait_until(lambda: len(sent) == 2)
     thread.join(0.1)
     assert sent == [10, 20]
     window.answer(5)
     thread.join(0.1)
     assert sent == [10, 20]
     window.answer(20)
-    thread.join(5.0)
+    thread.join(PATIENCE)
     assert sent == [10, 20, 30, 40]
 
 

@@ -110,12 +110,19 @@ def test_a_reset_and_stamps_that_go_back_start_afresh_and_delete_all_markers(ros
 
 
 def test_compressed_images_and_late_ones_are_taken(ros):
-    node = ros.start('contour_tracker', image_transport='compressed', reorder_window=0.1, **FAST)
-    publisher, tracks, _ = ready(ros, CompressedImage, 'camera/image_raw/compressed')
+    topic = 'camera/image_raw/compressed'
+    parameters = {
+        'image_transport': 'compressed',
+        f'qos_overrides./{topic}.subscription.reliability': 'reliable',
+        'image_queue_depth': 100,
+        'max_lag': 60.0,
+        'reorder_window': 0.5,  # also how long the next picture may take to come
+    }
+    node = ros.start('contour_tracker', **parameters, **FAST)
+    publisher, tracks, _ = ready(ros, CompressedImage, topic)
     order = [0, 1, 2, *(k + (1, -1)[k % 2] for k in range(4, 24))]
-    for k in order:
-        publisher.publish(compressed_of_frame(frame(k), 95))
-        ros.spin(lambda: False, 0.05)
+    for message in [compressed_of_frame(frame(k), 95) for k in order]:
+        publisher.publish(message)
     assert ros.spin(lambda: len(tracks) == len(order)), node.output
     stamps = [tracks_of_cloud(m).stamp for m in tracks]
     assert stamps == sorted(stamps)

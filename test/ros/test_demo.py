@@ -9,7 +9,8 @@ import time
 
 import pytest
 from support.ros_domain import free_domain
-from support.ros_domain import wait_until
+from support.waiting import PATIENCE
+from support.waiting import wait_until
 
 SOURCE = 'scene:single?width=160&height=120'
 
@@ -52,22 +53,23 @@ def demo(tmp_path):
 
 def test_a_signal_ends_the_demo_and_all_its_nodes(demo):
     process = demo()
-    wait_until(lambda: len(children(process.pid)) == 4, 30.0)
+    wait_until(lambda: len(children(process.pid)) == 4)
     nodes = children(process.pid)
     process.send_signal(signal.SIGTERM)
-    process.wait(10.0)
+    process.wait(PATIENCE)
     assert not any(Path(f'/proc/{node}').exists() for node in nodes)
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize('count', [3, 4], ids=['before the camera', 'while it plays'])
 def test_a_node_that_dies_ends_the_demo_with_its_name(demo, tmp_path, count):
     process = demo()
-    wait_until(lambda: len(children(process.pid)) == count, 30.0)
+    wait_until(lambda: len(children(process.pid)) == count)
     nodes = children(process.pid)
     (victim,) = (node for node in nodes if 'nodes.detector' in command(node))
     os.kill(victim, signal.SIGKILL)
     began = time.monotonic()
-    assert process.wait(15.0) == 1
+    assert process.wait(PATIENCE) == 1
     assert time.monotonic() - began < 10.0
     assert 'the node detector has ended with status -9' in (tmp_path / 'errors').read_text()
     assert not any(Path(f'/proc/{node}').exists() for node in nodes)

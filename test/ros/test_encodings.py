@@ -65,16 +65,24 @@ def assert_found(clouds):
 
 
 def test_real_nodes_take_every_encoding_and_draw_on_it(ros):
-    ros.start('detector', max_lag=60.0)
-    ros.start('tracker')
-    ros.start('overlay')
+    topic = '/camera/image_raw'
+    reliable = {f'qos_overrides.{topic}.subscription.reliability': 'reliable', 'max_lag': 60.0}
+    ros.start('detector', **reliable)
+    ros.start('tracker', max_lag=60.0)
+    ros.start('overlay', **reliable)
     detections = ros.listen(PointCloud2, 'detections')
     drawn = ros.listen(Image, 'overlay/image_raw')
     publisher = ros.node.create_publisher(Image, 'camera/image_raw', 100)
     assert ros.spin(lambda: publisher.get_subscription_count() == 2), ros.outputs()
     assert ros.spin(lambda: ros.node.count_subscribers('tracks') == 1), ros.outputs()
     assert ros.spin(lambda: ros.node.count_subscribers('detections') == 2), ros.outputs()
+    early = message_of(SCENE.render(0), 'bgr8', START - STEP)
+    while not drawn:  # until the nodes have found each other
+        publisher.publish(early)
+        ros.spin(lambda: bool(drawn), 2.0)
     ros.settle()
+    detections.clear()
+    drawn.clear()
     for count, message in enumerate(MESSAGES, start=1):
         publisher.publish(message)
         assert ros.spin(lambda count=count: len(drawn) == count), (message.encoding, ros.outputs())

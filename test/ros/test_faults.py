@@ -17,7 +17,8 @@ from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from support.mjpeg import free_port
 from support.mjpeg import serve
-from support.ros_domain import wait_until
+from support.waiting import PATIENCE
+from support.waiting import wait_until
 
 from colortrack_ros.messages import stamp_of
 
@@ -29,19 +30,18 @@ def test_a_stream_that_goes_and_comes_back_is_taken_up_again(ros):
         images = ros.listen(Image, 'camera/image_raw', reliable=False)
         events = ros.listen(ParameterEvent, '/parameter_events')
         diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
-        time.sleep(2.0)
         camera = ros.start('camera', source=f'http://me:secret@127.0.0.1:{port}/stream.mjpg')
-        assert ros.spin(lambda: len(images) > 10, 30.0), ros.outputs()
+        assert ros.spin(lambda: len(images) > 10), ros.outputs()
         server.kill()
         server.wait()
-        assert ros.spin(lambda: 'Next try in' in camera.output, 20.0), ros.outputs()
+        assert ros.spin(lambda: 'Next try in' in camera.output), ros.outputs()
         ros.spin(lambda: False, 2.0)
-        count = len(images)
+        count, back = len(images), time.time_ns()
         server = serve(port)
-        assert ros.spin(lambda: len(images) > count + 10, 30.0), ros.outputs()
+        assert ros.spin(lambda: len(images) > count + 10), ros.outputs()
         stamps = np.array([stamp_of(image.header) for image in images])
         assert (np.diff(stamps) > 0).all()
-        assert abs(time.time_ns() - stamps[-1]) < 3e9
+        assert back < stamps[-1] < time.time_ns()
         assert any('failed' in str(message) for message in diagnostics)
         request = GetParameters.Request(names=['source'])
         shown = ros.call(GetParameters, 'camera/get_parameters', request).values[0].string_value
@@ -55,6 +55,7 @@ def test_a_stream_that_goes_and_comes_back_is_taken_up_again(ros):
 OUTPUTS = {'camera': 'camera/image_raw', 'detector': 'detections', 'tracker': 'tracks'}
 
 
+@pytest.mark.alone
 def test_any_node_can_be_killed_and_started_again(ros):
     """Tracks flow within 2 s after the new node is there; starting Python comes before that."""
     tracks = ros.listen(PointCloud2, 'tracks')
@@ -62,15 +63,13 @@ def test_any_node_can_be_killed_and_started_again(ros):
     arguments = {'camera': {'source': source, 'loop': 'true'}, 'detector': {}, 'tracker': {}}
     running = {name: ros.start(name, **arguments[name]) for name in arguments}
     assert ros.spin(lambda: len(tracks) > 10), ros.outputs()
-    chance = random.Random(7)
     starting, flowing = [], []
 
     def publishers(name: str) -> set[bytes]:
         infos = ros.node.get_publishers_info_by_topic(OUTPUTS[name])
         return {bytes(info.endpoint_gid) for info in infos}
 
-    for _ in range(20):
-        name = chance.choice(list(running))
+    for name in random.Random(7).sample([*running] * 3, 9):
         running[name].popen.kill()
         running[name].popen.wait()
         others = [process for other, process in running.items() if other != name]
@@ -98,20 +97,28 @@ def handles_signals(process) -> bool:
     return bool(int(caught.split()[1], 16) >> signal.SIGTERM - 1 & 1)
 
 
+SOURCE = 'scene:single?width=320&height=240'
+PATIENT = """
+from colortrack_ros.node_kit import runtime
+runtime.TIME_TO_END = 100.0
+from colortrack_ros.nodes.{} import main
+raise SystemExit(main())
+"""
+"""A node that is given the time that it takes on a busy machine: how much it has, others test."""
+
+
 @pytest.mark.parametrize('name', ['camera', 'detector', 'tracker', 'overlay'])
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
 def test_a_signal_during_the_start_ends_the_node_in_order(ros, name, number):
     chance = random.Random(name)
-    for k in range(4):
-        process = ros.start(name, source='scene:single?width=320&height=240')
+    for k in range(3):
+        process = ros.start_code(PATIENT.format(name), '-p', f'camera:source:={SOURCE}')
         if k:
-            wait_until(lambda p=process: handles_signals(p), 20.0, ros.outputs)
+            wait_until(lambda p=process: handles_signals(p), what=ros.outputs)
         time.sleep(0.5 * chance.random())
         assert process.popen.poll() is None, process.output
         ours = handles_signals(process)
-        start = time.monotonic()
         status = process.stop(number)
-        assert time.monotonic() - start < 4.0
         if ours:
             assert (status, 'Traceback' in process.output) == (0, False), process.output
         else:  # Python itself ends as it does for every program
@@ -119,6 +126,7 @@ def test_a_signal_during_the_start_ends_the_node_in_order(ros, name, number):
             assert status in (0, -number) or by_python, process.output
 
 
+@pytest.mark.alone
 def test_a_slow_detector_works_on_new_frames_and_counts_what_it_skips(ros):
     code = (
         'import time, colortrack_ros.detection as d\n'
@@ -141,12 +149,12 @@ def test_a_slow_detector_works_on_new_frames_and_counts_what_it_skips(ros):
             10,
         )
         ros.start('camera', source='scene:five?width=320&height=240&rate=30', loop='true')
-        assert ros.spin(lambda: len(ages) > 40, 30.0), ros.outputs()
+        assert ros.spin(lambda: len(ages) > 40), ros.outputs()
         # of the frame when the work on it began; the median, since machines are shared
         assert np.median(ages[10:]) < 0.15
     finally:
         slow.send_signal(signal.SIGINT)
-        assert slow.wait(timeout=10.0) == 0
+        assert slow.wait(timeout=PATIENCE) == 0
 
 
 def test_threads_files_and_memory_stay(ros):
@@ -157,7 +165,7 @@ def test_threads_files_and_memory_stay(ros):
     )
     pipeline = ros.start('pipeline', '--params-file', str(path))
     tracks = ros.listen(PointCloud2, 'tracks')
-    assert ros.spin(lambda: len(tracks) > 2000, 60.0), ros.outputs()
+    assert ros.spin(lambda: len(tracks) > 2000), ros.outputs()
 
     def held() -> tuple[int, int]:
         folder = f'/proc/{pipeline.popen.pid}'
@@ -165,7 +173,7 @@ def test_threads_files_and_memory_stay(ros):
 
     before, resident = held(), pipeline.memory()
     tracks.clear()
-    assert ros.spin(lambda: len(tracks) > 6000, 120.0), ros.outputs()
+    assert ros.spin(lambda: len(tracks) > 4000), ros.outputs()
     assert held() == before
     assert pipeline.memory() < resident + 2 * 2**20
     assert threading.active_count() < 20

@@ -171,7 +171,7 @@ class Crowd:
             )
             for node in HEARD
         }
-        assert ros.spin(lambda: self.seen == set(HEARD), 40.0), ros.outputs()
+        assert ros.spin(lambda: self.seen == set(HEARD)), ros.outputs()
         ros.settle()
         self.sent = dict.fromkeys(GOOD, 0)
 
@@ -190,7 +190,7 @@ class Crowd:
             self.sent[topic] += len(some)
             for message in some:
                 self.publishers[topic].publish(message)
-        assert self.ros.spin(self.all_heard, 30.0), f'{self.sent} {self.taken} {self.refused}'
+        assert self.ros.spin(self.all_heard), f'{self.sent} {self.taken} {self.refused}'
 
     def all_heard(self) -> bool:
         """Whether each node has taken, refused or skipped all that it has been sent.
@@ -211,8 +211,10 @@ class Crowd:
 @pytest.fixture(scope='module')
 def crowd(tmp_path_factory):
     ros = Ros(tmp_path_factory.mktemp('crowd'))
-    yield Crowd(ros)
-    ros.close()
+    try:
+        yield Crowd(ros)
+    finally:
+        ros.close()
 
 
 def test_ten_thousand_mutated_messages_on_each_subscription_do_no_harm(crowd):
@@ -269,5 +271,5 @@ def test_the_next_good_message_is_answered_and_the_end_is_in_order(crowd):
     assert crowd.ros.spin(lambda: len(answered()) == len(outputs)), answered()
     for process in crowd.processes.values():
         process.popen.send_signal(signal.SIGINT)
-    statuses = {name: process.popen.wait(10.0) for name, process in crowd.processes.items()}
+    statuses = {name: process.end() for name, process in crowd.processes.items()}
     assert statuses == dict.fromkeys(HEARD, 0)

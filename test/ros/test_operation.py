@@ -47,7 +47,7 @@ def status_of(ros, messages: list, node: str, level: bytes, text: str) -> Diagno
             and text in status.message
         ]
 
-    assert ros.spin(lambda: len(found()) > 0, 30.0), f'{text}: {messages[-3:]} {ros.outputs()}'
+    assert ros.spin(lambda: len(found()) > 0), f'{text}: {messages[-3:]} {ros.outputs()}'
     return found()[-1]
 
 
@@ -123,6 +123,12 @@ def test_reset_drops_the_tracks_and_the_markers(ros):
     assert tracks_of_cloud(tracks[-1]).rows['track_id'].tolist() == [2]
 
 
+def is_silent(ros, messages) -> bool:
+    """Whether nothing comes for a second, after what is still on its way."""
+    messages.clear()
+    return not ros.spin(lambda: len(messages) > 0, 1.0)
+
+
 def test_camera_and_detector_pause(ros):
     for name in ('camera', 'detector'):
         ros.start(name, **(LOOP if name == 'camera' else {}))
@@ -133,9 +139,7 @@ def test_camera_and_detector_pause(ros):
     assert ros.spin(lambda: len(answers) > 5), ros.outputs()
     for name, messages in (('detector', answers), ('camera', infos)):
         assert ros.call(SetBool, f'{name}/pause', SetBool.Request(data=True)).message == 'paused'
-        ros.spin(lambda: False, 0.5)
-        messages.clear()
-        assert not ros.spin(lambda m=messages: len(m) > 0, 1.0)
+        assert ros.spin(lambda m=messages: is_silent(ros, m)), name
         assert ros.call(SetBool, f'{name}/pause', SetBool.Request(data=False)).success
         assert ros.spin(lambda m=messages: len(m) > 5), ros.outputs()
 

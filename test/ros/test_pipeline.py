@@ -13,17 +13,21 @@ from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.replay.main import main
 
 SCENE = 'scene:five?width=640&height=480&rate=30&duration={}'
+ALL = ('-p', 'max_lag:=60.0', '-p', 'image_queue_depth:=200', '-p', 'queue_depth:=1000')
+RELIABLE = 'qos_overrides./camera/image_raw.subscription.reliability:=reliable'
+"""However busy the machine is, nothing is skipped."""
 
 
-def start_three(ros, source: str) -> None:
+def start_three(ros, source: str, **camera: object) -> None:
     """The camera starts to play when the detector listens, so start it after the others."""
-    ros.start('tracker')
-    ros.start('detector')
+    ros.start('tracker', *ALL)
+    ros.start('detector', *ALL, '-p', RELIABLE)
     assert ros.spin(
         lambda: ros.node.count_subscribers('detections') == ros.node.count_publishers('tracks') == 1
     ), ros.outputs()
     ros.settle()
-    ros.start('camera', source=source, wait_for_subscribers=1)
+    camera |= {'source': source, 'wait_for_subscribers': 1, 'image_queue_depth': 200}
+    ros.start('camera', **camera)
 
 
 def stamp(message) -> tuple[int, int]:
@@ -32,8 +36,8 @@ def stamp(message) -> tuple[int, int]:
 
 def test_no_frame_is_lost_between_camera_and_tracks_in_20_seconds(ros):
     infos, tracks = ros.listen(CameraInfo, 'camera/camera_info'), ros.listen(PointCloud2, 'tracks')
-    start_three(ros, SCENE.format(20))
-    assert ros.spin(lambda: len(tracks) == 600, 60.0), f'{len(tracks)} of 600; {ros.outputs()}'
+    start_three(ros, SCENE.format(20), rate=60.0)
+    assert ros.spin(lambda: len(tracks) == 600), f'{len(tracks)} of 600; {ros.outputs()}'
     times = [stamp(message)[0] * 10**9 + stamp(message)[1] for message in tracks]
     np.testing.assert_allclose(np.diff(times), 1e9 / 30, atol=1)
     # the camera does not wait for us, so we may have missed its first messages, but no others
@@ -42,20 +46,35 @@ def test_no_frame_is_lost_between_camera_and_tracks_in_20_seconds(ros):
     assert max(t.width for t in tracks) == 5
 
 
+@pytest.mark.alone
+def test_by_best_effort_as_the_nodes_come_most_frames_arrive(ros):
+    """Without our transport profile more than 80 % are lost."""
+    answers = ros.listen(PointCloud2, 'detections')
+    ros.start('detector')
+    assert ros.spin(lambda: ros.node.count_publishers('detections') == 1), ros.outputs()
+    ros.settle()
+    camera = {'wait_for_subscribers': 1, 'exit_at_end': True}
+    assert ros.start('camera', source=SCENE.format(3), **camera).end() == 0
+    ros.spin(lambda: len(answers) == 90, 1.0)
+    assert len(answers) > 60, ros.outputs()
+
+
 def test_the_tracks_do_not_depend_on_how_fast_a_recording_is_played(ros):
     played = []
     for rate in (-1.0, 60.0):
         topic = f'tracks{len(played)}'
         tracks = ros.listen(PointCloud2, topic)
-        nodes = [ros.start('tracker', tracks_topic=topic), ros.start('detector', max_lag=10.0)]
+        nodes = [
+            ros.start('tracker', *ALL, tracks_topic=topic),
+            ros.start('detector', *ALL, '-p', RELIABLE),
+        ]
         assert ros.spin(lambda topic=topic: ros.node.count_publishers(topic) == 1), ros.outputs()
         assert ros.spin(lambda: ros.node.count_publishers('detections') == 1), ros.outputs()
         ros.settle()
-        camera = ros.start(
-            'camera', source=SCENE.format(4), wait_for_subscribers=1, rate=rate, exit_at_end='true'
-        )
+        waiting = {'wait_for_subscribers': 1, 'image_queue_depth': 200, 'exit_at_end': True}
+        camera = ros.start('camera', source=SCENE.format(4), rate=rate, **waiting)
         assert ros.spin(lambda tracks=tracks: len(tracks) == 120), f'{len(tracks)} {ros.outputs()}'
-        assert camera.popen.wait(timeout=10.0) == 0
+        assert camera.end() == 0
         played.append([message.data.tobytes() for message in tracks])
         assert [node.stop() for node in nodes] == [0, 0]
         assert ros.spin(lambda: ros.node.count_publishers('detections') == 0)
@@ -63,10 +82,10 @@ def test_the_tracks_do_not_depend_on_how_fast_a_recording_is_played(ros):
 
 
 def test_the_pipeline_gives_what_the_three_nodes_give(ros):
-    source = SCENE.format(6)
+    source = SCENE.format(4)
     apart = ros.listen(PointCloud2, 'tracks')
     start_three(ros, source)
-    assert ros.spin(lambda: len(apart) == 180), ros.outputs()
+    assert ros.spin(lambda: len(apart) == 120), ros.outputs()
     for process in ros.processes:
         process.stop()
     together = ros.listen(PointCloud2, 'one/tracks')
@@ -76,13 +95,13 @@ def test_the_pipeline_gives_what_the_three_nodes_give(ros):
         '/**/camera:\n  ros__parameters:\n'
         f'    source: {source}\n    wait_for_subscribers: 1\n    exit_at_end: true\n'
     )
-    pipeline = ros.start('pipeline', '-r', '__ns:=/one', '--params-file', str(path))
+    pipeline = ros.start('pipeline', '-r', '__ns:=/one', '--params-file', str(path), *ALL)
     assert ros.spin(lambda: ros.node.count_publishers('one/tracks') == 1), ros.outputs()
     assert ros.spin(lambda: {'camera', 'detector', 'tracker'} <= set(ros.node.get_node_names()))
     ros.settle()
     ros.start('overlay', '-r', '__ns:=/one')
-    assert ros.spin(lambda: len(together) == len(detections) == 180), ros.outputs()
-    assert pipeline.popen.wait(timeout=10.0) == 0, pipeline.output
+    assert ros.spin(lambda: len(together) == len(detections) == 120), ros.outputs()
+    assert pipeline.end() == 0, pipeline.output
     assert [stamp(m) for m in detections] == [stamp(m) for m in together]
     for one, other in zip(apart, together, strict=True):
         np.testing.assert_array_equal(tracks_of_cloud(one).rows, tracks_of_cloud(other).rows)
@@ -119,12 +138,11 @@ def rows(messages) -> list[bytes]:
     return [message.data.tobytes() for message in messages]
 
 
-@pytest.mark.parametrize(('window', 'count'), [(0.0, 119), (1.0, 120)])
+@pytest.mark.parametrize(('window', 'count'), [(0.0, 119), (2.0, 120)])
 def test_late_frames_give_the_same_tracks_in_pipeline_nodes_and_replay(
     ros, tmp_path, window, count
 ):
-    options = ['-p', f'reorder_window:={window}', '-p', 'max_lag:=60.0', '-p', 'queue_depth:=200']
-    options += ['-p', 'image_queue_depth:=200']
+    options = ['-p', f'reorder_window:={window}', *ALL]
     options += ['-p', 'image_size:=[320, 240]']  # there is no CameraInfo here that tells it
     images = frames(FIVE, 100 * 10**9)
     bag = write_bag(tmp_path / 'run', {'/camera/image_raw': [images[k] for k in ARRIVING]})
@@ -146,34 +164,33 @@ def test_late_frames_give_the_same_tracks_in_pipeline_nodes_and_replay(
 
     apart = ros.listen(PointCloud2, 'tracks')
     ros.start('tracker', *options)
-    reliable = 'qos_overrides./camera/image_raw.subscription.reliability:=reliable'
-    ros.start('detector', *options, '-p', reliable)  # what the transport loses is not the question
+    ros.start('detector', *options, '-p', RELIABLE)
     publisher = ros.node.create_publisher(Image, 'camera/image_raw', 200)
     black = image_of_frame(Frame(np.zeros((240, 320, 3), np.uint8)))
     while not apart:  # what is sent before the nodes have found each other is lost
         publisher.publish(black)
         ros.spin(lambda: bool(apart), 2.0)
     ros.settle()
-    apart.clear()
-    held = round(30 * window)  # a pause as long as the window would end the waiting
-    for number, k in enumerate(ARRIVING):
+    for k in ARRIVING:
         publisher.publish(images[k])
-        ros.spin(lambda n=number: len(apart) >= min(n - held, count), 0.5)
-    assert ros.spin(lambda: len(apart) == count), f'{len(apart)}; {ros.outputs()}'
-    assert rows(apart) == rows(replayed)
+
+    def answers() -> list:
+        return [message for message in apart if message.header.stamp.sec]  # not those to the black
+
+    assert ros.spin(lambda: len(answers()) == count), f'{len(answers())}; {ros.outputs()}'
+    assert rows(answers()) == rows(replayed)
 
 
 def test_a_recording_that_ends_within_the_window_loses_no_frame(ros):
     tracks = ros.listen(PointCloud2, 'tracks')
     options = ['-p', 'reorder_window:=2.0', '-p', 'camera:exit_at_end:=true']
     options += ['-p', 'camera:wait_for_subscribers:=1', '-p', f'source:={FIVE}']
-    options += ['-p', 'max_lag:=60.0']
-    pipeline = ros.start('pipeline', *options)
+    pipeline = ros.start('pipeline', *options, *ALL)
     assert ros.spin(lambda: ros.node.count_publishers('tracks') == 1), ros.outputs()
     ros.settle()
     ros.listen(Image, 'camera/image_raw')
     assert ros.spin(lambda: len(tracks) == 120), f'{len(tracks)}; {ros.outputs()}'
-    assert pipeline.popen.wait(timeout=10.0) == 0, pipeline.output
+    assert pipeline.end() == 0, pipeline.output
 
 
 def test_a_pipeline_tells_what_has_no_effect_in_it_and_nothing_of_what_other_nodes_take(ros):

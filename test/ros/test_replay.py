@@ -10,7 +10,6 @@ import shutil
 import signal
 import sys
 import threading
-import time
 
 import cv2
 import numpy as np
@@ -537,8 +536,13 @@ def test_a_signal_ends_a_replay_that_waits_for_a_picture(tmp_path, monkeypatch, 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr('colortrack_ros.replay.recordings.open_source', lambda *_: Silent())
     stop = threading.Event()
-    timer = threading.Timer(1.0, stop.set)
-    timer.start()
+    add = run.Tally.add
+
+    def add_and_stop(tally, *arguments):
+        add(tally, *arguments)
+        threading.Timer(0.5, stop.set).start()  # when it waits for the next one
+
+    monkeypatch.setattr(run.Tally, 'add', add_and_stop)
     assert run.replay(['shots'], stop) == 0
     assert 'frames      1, interrupted' in capfd.readouterr().out
     assert len(of_topic('shots_tracks', '/tracks')) == 1
@@ -613,6 +617,12 @@ def test_a_missing_library_is_named(replay, bag, monkeypatch):
     assert (status, 'without ROS, colortrack_ros.chain' in errors) == (1, True)
 
 
+def processor_time(process) -> float:
+    """What a process has computed, whoever else wanted the processor [s]."""
+    fields = Path(f'/proc/{process.popen.pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
 def test_a_signal_finishes_the_bag(ros, number, storage):
@@ -623,7 +633,8 @@ def test_a_signal_finishes_the_bag(ros, number, storage):
         *('--output', str(new), '--storage', storage),
     )
     assert ros.spin(lambda: list(ros.folder.glob('.replay-*/new'))), process.output
-    time.sleep(0.5)
+    began = processor_time(process)
+    assert ros.spin(lambda: processor_time(process) > began + 0.3), process.output
     assert process.stop(number) == 0, process.output
     frames = int(re.search(r'frames +(\d+), interrupted', process.output)[1])
     assert frames > 0

@@ -106,12 +106,13 @@ def test_pauses_and_speeds_change_nothing_and_a_loop_restarts_once(ros, bag, tmp
 
     player.play(20.0)
     player.play(20.0, 0, PAUSE)
-    player.pause(1.0)  # for what is on its way
-    before = len(live['/tracks'])
+    while (before := len(live['/tracks'])) != (player.pause(1.0), len(live['/tracks']))[1]:
+        pass  # what is still on its way
     diagnostics.clear()
     player.pause(2.2)
     assert len(live['/tracks']) == before
-    assert {level for _, level, _ in levels(diagnostics[-4:])} == {DiagnosticStatus.OK}
+    last = levels(diagnostics[-4:])
+    assert {level for _, level, _ in last} == {DiagnosticStatus.OK}, last
     assert max(stamp_of(message.header) for message in diagnostics) == player.now
     player.play(0.5, PAUSE, PAUSE + 3)
     player.play(20.0, PAUSE + 3)

@@ -5,41 +5,28 @@ import pytest
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 
-NODES = {
-    'camera': {'source': 'scene:single?width=320&height=240', 'loop': 'true'},
-    'detector': {},
-    'tracker': {},
-    'overlay': {},
-    'window_tracker': {},
-    'contour_tracker': {},
-    'pipeline': {},
-}
-# the pipeline's camera gets its source from a file, since `-p` would be for all three nodes
-PIPELINE = '/camera:\n  ros__parameters:\n    source: scene:single?width=320&height=240\n'
+SOURCE = 'scene:single?width=320&height=240'
+APART = ('camera', 'detector', 'tracker', 'overlay', 'window_tracker', 'contour_tracker', 'locator')
 
 
-def start(ros, name):
-    arguments = []
-    if name == 'pipeline':
-        path = ros.folder / 'pipeline.yaml'
-        path.write_text(PIPELINE)
-        arguments = ['--params-file', str(path)]
-    process = ros.start(name, *arguments, **NODES[name])
-    seen = {'pipeline': 'tracker'}.get(name, name)
-    assert ros.spin(lambda: seen in ros.node.get_node_names()), ros.outputs()
-    return process
-
-
-@pytest.mark.parametrize('name', NODES)
+@pytest.mark.alone
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
-def test_a_signal_ends_a_node_within_2_seconds_with_status_0_and_no_traceback(ros, name, number):
-    process = start(ros, name)
+def test_a_signal_ends_a_node_within_2_seconds_with_status_0_and_no_traceback(ros, number):
+    source = ('-p', f'camera:source:={SOURCE}', '-p', 'camera:loop:=true')
+    processes = [ros.start(name, *source) for name in APART]
+    processes.append(ros.start('pipeline', *source, '-r', '__ns:=/one'))
+    names = {(name, '/') for name in APART} | {(n, '/one') for n in ('camera', 'tracker')}
+    there = ros.spin(lambda: names <= set(ros.node.get_node_names_and_namespaces()))
+    assert there, ros.outputs()
+    for process in processes:
+        process.wait_for('gives ')
     ros.spin(lambda: False, 0.5)
-    start_of_end = time.monotonic()
-    assert process.stop(number) == 0, process.output
-    assert time.monotonic() - start_of_end < 2.0
-    assert 'Traceback' not in process.output
-    assert 'rror' not in process.output
+    for process in processes:
+        start_of_end = time.monotonic()
+        assert process.stop(number) == 0, process.output
+        assert time.monotonic() - start_of_end < 2.0, process.log.name
+        assert 'Traceback' not in process.output
+        assert 'rror' not in process.output
 
 
 HANGING = """
@@ -55,6 +42,7 @@ raise SystemExit(run(lambda _: [Hanging('hanging', namespace='robot1')]))
 """
 
 
+@pytest.mark.alone
 def test_a_node_that_does_not_end_is_named_and_tells_by_its_status(ros):
     process = ros.start_code(HANGING)
     assert ros.spin(lambda: 'hanging' in ros.node.get_node_names()), ros.outputs()

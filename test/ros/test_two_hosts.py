@@ -15,6 +15,7 @@ import threading
 import time
 
 import pytest
+from support.waiting import PATIENCE
 
 TUN = Path('/dev/net/tun')
 TUNSETIFF, TAP_WITHOUT_HEADER = 0x400454CA, 0x1002
@@ -114,10 +115,10 @@ def test_tracks_arrive_over_a_link_that_loses_one_packet_in_a_hundred(link):
     ]
     listener = start('ctb', 'python', '-c', LISTENER)
     try:
-        assert listener.wait(timeout=60.0) == 0
+        assert listener.wait(timeout=PATIENCE) == 0
         assert link.lost > 0
     finally:
         for node in (listener, *nodes):
             node.terminate()
-        statuses = [node.wait(timeout=10.0) for node in nodes]
+        statuses = [node.wait(timeout=PATIENCE) for node in nodes]
     assert statuses == [0, 0, 0]

@@ -3,6 +3,7 @@ import threading
 
 import numpy as np
 import pytest
+from support.waiting import PATIENCE
 
 from colortrack_ros.data import Frame
 from colortrack_ros.sources import Grabber
@@ -28,7 +29,7 @@ class Scripted(Source):
         if self.at == len(self.script):
             self.dry.set()
             if self.live:
-                self.closed.wait(5.0)
+                self.closed.wait(PATIENCE)
             return None
         item = self.script[self.at]
         self.at += 1
@@ -77,7 +78,7 @@ def test_an_unreadable_picture_is_told_and_the_next_one_comes():
 def test_a_live_source_gives_the_newest_frame_and_counts_the_others():
     source = Scripted([1, 2, 3, 4], live=True)
     grabber = Grabber(source)
-    assert source.dry.wait(5.0)
+    assert source.dry.wait(PATIENCE)
     assert grabber.read().stamp == 4
     assert grabber.skipped == 3
     grabber.close()
@@ -97,7 +98,7 @@ def test_closing_ends_a_waiting_read_and_closes_the_source():
     thread.start()
     source.closed.set()
     grabber.close()
-    thread.join(5.0)
+    thread.join(PATIENCE)
     assert not thread.is_alive()
 
 
@@ -117,7 +118,7 @@ def test_any_exception_of_a_source_ends_it_and_is_told(fault, live):
     else:
         assert grabber.read() is None
         assert grabber.lost == 1
-    assert source.closed.wait(5.0)
+    assert source.closed.wait(PATIENCE)
 
 
 def test_a_source_that_cannot_start_over_ends():

@@ -17,11 +17,14 @@ from typing import TextIO
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
+from rcl_interfaces.srv import GetParameters
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from support.waiting import PATIENCE
+from support.waiting import wait_until
 
 from colortrack_ros.node_kit.runtime import use_transport_profile
 
@@ -86,22 +89,17 @@ class Process:
         pages = int(Path(f'/proc/{self.popen.pid}/statm').read_text().split()[1])
         return pages * os.sysconf('SC_PAGE_SIZE')
 
-    def wait_for(self, text: str, seconds: float = 20.0) -> None:
+    def wait_for(self, text: str, seconds: float = PATIENCE) -> None:
         wait_until(lambda: text in self.output, seconds, lambda: f'{text!r} in:\n{self.output}')
 
     def stop(self, number: signal.Signals = signal.SIGINT) -> int:
         """Send a signal and return the exit status."""
         self.popen.send_signal(number)
-        return self.popen.wait(timeout=10.0)
+        return self.end()
 
-
-def wait_until(
-    condition: Callable[[], bool], seconds: float, what: Callable[[], str] = lambda: 'condition'
-) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, f'waited {seconds} s for {what()}'
-        time.sleep(0.02)
+    def end(self) -> int:
+        """Wait for the end, and return the exit status."""
+        return self.popen.wait(timeout=PATIENCE)
 
 
 class Ros:
@@ -140,7 +138,7 @@ class Ros:
         self.node.create_subscription(kind, topic, messages.append, qos)
         return messages
 
-    def spin(self, condition: Callable[[], bool], seconds: float = 20.0) -> bool:
+    def spin(self, condition: Callable[[], bool], seconds: float = PATIENCE) -> bool:
         """Spin until the condition holds; whether it did in time."""
         end = time.monotonic() + seconds
         while not condition():
@@ -150,15 +148,34 @@ class Ros:
         return True
 
     def settle(self) -> None:
-        """Let the nodes that are there find each other: what they send before that is lost."""
-        self.spin(lambda: False, 2.0)
+        """Wait until the nodes know what there is: what they send before that is lost.
+
+        A node learns of our ends in the order in which they were made, so once it answers a client
+        it knows all the others. How far nodes know each other nobody tells: they get some time.
+        """
+        assert self.spin(self._all_named), self.outputs()
+        for name, namespace in self._others():
+            service = f'{namespace.rstrip("/")}/{name}/get_parameters'
+            self.call(GetParameters, service, GetParameters.Request())
+        if len(self._others()) > 1:
+            self.spin(lambda: False, 2.0)
+
+    def _others(self) -> set[tuple[str, str]]:
+        """Names and namespaces of the nodes that are known here: later than their topics are."""
+        return set(self.node.get_node_names_and_namespaces()) - {(self.node.get_name(), '/')}
+
+    def _all_named(self) -> bool:
+        return len(self._others()) >= sum(p.popen.poll() is None for p in self.processes)
 
     def call(self, kind: type, name: str, request: object) -> object:
         """Call a service."""
         client = self.node.create_client(kind, name)
-        assert client.wait_for_service(timeout_sec=20.0), name
-        future = client.call_async(request)
-        assert self.spin(future.done), name
+        wait_until(client.service_is_ready, what=lambda: f'{name}; {self.outputs()}')
+        for _ in range(4):  # a node that is slow to learn of the client answers nobody
+            future = client.call_async(request)
+            if self.spin(future.done, PATIENCE / 4):
+                break
+        assert future.done(), f'{name}; {self.outputs()}'
         self.node.destroy_client(client)
         return future.result()
 
@@ -171,7 +188,7 @@ class Ros:
                 process.popen.send_signal(signal.SIGINT)
         for process in self.processes:
             try:
-                process.popen.wait(timeout=5.0)
+                process.popen.wait(timeout=20.0)
             except subprocess.TimeoutExpired:
                 process.popen.kill()
                 process.popen.wait()
