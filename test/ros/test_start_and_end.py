@@ -4,6 +4,7 @@ import time
 import pytest
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support.waiting import slowness
 
 SOURCE = 'scene:single?width=320&height=240'
 APART = ('camera', 'detector', 'tracker', 'overlay', 'window_tracker', 'contour_tracker', 'locator')
@@ -24,7 +25,8 @@ def test_a_signal_ends_a_node_within_2_seconds_with_status_0_and_no_traceback(ro
     for process in processes:
         start_of_end = time.monotonic()
         assert process.stop(number) == 0, process.output
-        assert time.monotonic() - start_of_end < 2.0, process.log.name
+        took = time.monotonic() - start_of_end
+        assert took < 2.0 * slowness(), process.log.name
         assert 'Traceback' not in process.output
         assert 'rror' not in process.output
 
@@ -48,7 +50,8 @@ def test_a_node_that_does_not_end_is_named_and_tells_by_its_status(ros):
     assert ros.spin(lambda: 'hanging' in ros.node.get_node_names()), ros.outputs()
     start_of_end = time.monotonic()
     assert process.stop(signal.SIGTERM) == 124, process.output
-    assert 1.5 < time.monotonic() - start_of_end < 4.0
+    took = time.monotonic() - start_of_end
+    assert 1.5 < took < 4.0 * slowness()
     told = 'close() of /robot1/hanging has not ended 1.5 s after a signal: the process ends now'
     assert process.output.splitlines()[-1] == f'colortrack_ros: {told}'
 
