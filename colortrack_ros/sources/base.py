@@ -10,7 +10,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 
 DEFAULT_RATE = 30.0
-"""Frame rate of a recording that does not say [Hz]: that of most cameras."""
+"""Frame rate of a recording that gives none [Hz]: that of most cameras."""
 
 
 class SourceError(Exception):
@@ -52,11 +52,11 @@ class Source(ABC):
 
     @abstractmethod
     def rewind(self) -> None:
-        """Start a recording over; its stamps count on. A live source has no beginning to go to."""
+        """Start a recording over; its stamps count on. A live source cannot."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of files and devices."""
+        """Release files and devices."""
 
 
 class RecordedSource(Source):

@@ -22,7 +22,7 @@ Now = Callable[[], int]
 
 
 class LiveCapture(Source):
-    """A capture whose frames are stamped with the time of the grab.
+    """A live capture, whose frames have the time of the grab.
 
     :param capture: opened.
     :param label: what to call it in an error.
@@ -38,7 +38,7 @@ class LiveCapture(Source):
         self._clock = clock
 
     def read(self) -> Frame:
-        """Wait for the next frame; decoding it comes after the look at the clock."""
+        """Wait for the next frame; it is stamped before it is decoded."""
         grabbed = self._capture.grab()
         stamp = self._clock()
         image: Any = self._capture.retrieve()[1] if grabbed else None
@@ -50,8 +50,8 @@ class LiveCapture(Source):
         return Frame(image, 'bgr8', stamp)
 
     def rewind(self) -> None:
-        """What is live cannot be seen again."""
+        """A live source has no beginning."""
 
     def close(self) -> None:
-        """Let go of the device or the connection."""
+        """Release the device or the connection."""
         self._capture.release()

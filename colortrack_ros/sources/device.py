@@ -1,4 +1,4 @@
-"""Cameras of this machine."""
+"""Cameras that are connected to this machine."""
 
 from dataclasses import dataclass
 import glob
@@ -45,7 +45,7 @@ def _four_letters(name: str) -> None:
 
 
 def _control(text: str, unit: str = '', maximum: float = 1e6) -> Any:
-    """A field: something that a device sets itself, or is told."""
+    """A field: a control that the device sets itself, or that is set here."""
     return parameter(
         -1.0,
         f'Of a device: {text} -1 leaves it as it is.',
@@ -58,7 +58,7 @@ def _control(text: str, unit: str = '', maximum: float = 1e6) -> Any:
 
 @dataclass(frozen=True)
 class DeviceConfig(Config):
-    """What a device is asked for; what it does not take is told."""
+    """What a device is asked for; the node warns of what it does not accept."""
 
     width: int = parameter(
         0,
@@ -97,7 +97,7 @@ class DeviceConfig(Config):
 
 
 class AbsentSource(Source):
-    """A device that is not there yet: reading it fails as opening it did.
+    """A device that is not there yet: reading fails as opening did.
 
     :param error: what opening it raised.
     """
@@ -110,7 +110,7 @@ class AbsentSource(Source):
 
     @staticmethod
     def accepts(spec: str) -> bool:
-        """Nothing: it stands in for a device."""
+        """No spec: it stands in for a device."""
         return False
 
     def read(self) -> NoReturn:
@@ -118,10 +118,10 @@ class AbsentSource(Source):
         raise self._error
 
     def rewind(self) -> None:
-        """There is nothing to go back to."""
+        """There is nothing to rewind."""
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Nothing is open."""
 
 
 class DeviceSource(LiveCapture):
@@ -148,7 +148,7 @@ class DeviceSource(LiveCapture):
     def configure(self, config: DeviceConfig) -> list[str]:
         """Ask the device for what is configured, the format first.
 
-        :return: what it has not taken, one line each.
+        :return: what it has not accepted, one line each.
         """
         self._refusals: list[str] = []
         if config.pixel_format:

@@ -1,4 +1,4 @@
-"""Reading a source in a thread of its own."""
+"""Reads a source in a thread of its own."""
 
 from collections import deque
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
 
 READ_AHEAD = 2
-"""Frames of a recording that are read before they are wanted: one is decoded while one waits."""
+"""Frames of a recording that are read ahead: one is decoded while one waits."""
 
 CLOSE_TIMEOUT = 1.0
 """How long closing waits for a read that does not return [s]: less than the 1.5 s in which a node
@@ -17,7 +17,7 @@ has to end."""
 
 
 class Grabber:
-    """The newest frame of a live source, every frame of a recording.
+    """Gives the newest frame of a live source, and every frame of a recording.
 
     A live source is read as fast as it goes, so that its own buffer never holds an old frame; a
     frame that nobody has taken is skipped and counted when the next one comes.
@@ -69,13 +69,13 @@ class Grabber:
         self._thread.join(CLOSE_TIMEOUT)
 
     def _is_last(self, item: Frame | SourceError | None) -> bool:
-        """Whether this answer stays for whoever asks again: the end, or a failure."""
+        """Whether this is the answer to all later calls as well: the end, or a failure."""
         return item is None or (self.live and isinstance(item, SourceError))
 
     def _grab(self) -> None:
         try:
             self._read_all()
-        except Exception as error:  # or whoever waits for a frame would wait for ever
+        except Exception as error:  # or a reader would wait for ever
             self._failed = 1
             self._put(SourceError(f'the source has failed: {type(error).__name__}: {error}'))
             if not self.live:

@@ -15,7 +15,7 @@ from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
 
 PICTURE_SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.webp', '.pgm', '.ppm')
-"""What picture files end in, of the formats that cv2.imread reads in Debian's build and wheels."""
+"""Suffixes of the formats that cv2.imread reads both in Debian's build and in the wheels."""
 
 
 class PicturesSource(RecordedSource):

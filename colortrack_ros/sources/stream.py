@@ -13,7 +13,7 @@ TIMEOUT_MS = 5000
 two key frames of a usual camera."""
 
 SCHEMES = ('rtsp://', 'rtsps://', 'http://', 'https://')
-"""What the address of a stream begins with."""
+"""Schemes of the addresses of streams."""
 
 
 class StreamSource(LiveCapture):
@@ -42,5 +42,5 @@ class StreamSource(LiveCapture):
 
 
 def without_secrets(address: str) -> str:
-    """Return the address with *** for the password and for a query, where keys hide."""
+    """Return the address with *** for the password and the query, which may hold a key."""
     return re.sub(r'\?.*', '?***', re.sub(r'(://[^:/@]*):.*@', r'\1:***@', address))

@@ -13,16 +13,15 @@ from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
 
 ROUNDING = 0.0005
-"""How far a time is off by the container's rounding [s]: Matroska has whole milliseconds, others
-less. A time that is so close to a multiple of the period is the multiple."""
+"""Rounding of the times in a container [s]: Matroska has whole milliseconds, others less. A
+time this close to a multiple of the period is the multiple."""
 
 READ_ON = 250
-"""Pictures that are tried at least after one that cannot be read, before it is the end: ten seconds
-at 25 Hz. Where the container says that there are more, that many."""
+"""Pictures to try after one that cannot be read, before that is the end: ten seconds at 25 Hz. If
+the container promises more, that many."""
 
 ESTIMATE = 2
-"""How many pictures too many a container may seem to have: Matroska has a duration alone, that of
-the sound included."""
+"""Pictures that a container may promise too many: Matroska gives a duration, sound included."""
 
 
 class VideoSource(RecordedSource):
