@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import Image
 
-from colortrack_ros.messages.cdr import CdrError
-from colortrack_ros.messages.cdr import Reader
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
+from colortrack_ros.messages.images import fields_of_serialized_image
 
 ENCODED = {'16UC1': ('u2', 1e-3), '32FC1': ('f4', 1.0)}
 """For each encoding the type of a pixel, and its unit in m."""
@@ -20,20 +19,11 @@ def depth_of_serialized_image(cdr: bytes) -> tuple[int, NDArray[np.float32]]:
 
     :raises MessageError: it is no depth picture, or size, step and data do not agree.
     """
-    try:
-        reader = Reader(cdr)
-        stamp, _ = reader.header()
-        height, width = reader.uint32(), reader.uint32()
-        encoding = reader.string()
-        order = '>' if reader.byte() else '<'
-        step = reader.uint32()
-        data = reader.bytes_()
-    except CdrError as error:
-        raise MessageError(f'not a serialized sensor_msgs/Image: {error}') from error
+    (stamp, _), height, width, encoding, big_endian, step, data = fields_of_serialized_image(cdr)
     if encoding not in ENCODED:
         raise MessageError(f'depth picture in {encoding!r}: expected {" or ".join(ENCODED)}')
     kind, unit = ENCODED[encoding]
-    pixel = np.dtype(order + kind)
+    pixel = np.dtype(('>' if big_endian else '<') + kind)
     if step < width * pixel.itemsize or len(data) != step * height:
         raise MessageError(
             f'depth picture of {len(data)} bytes, step {step}: expected {height} rows of at least '

@@ -66,18 +66,25 @@ def frame_of_serialized_image(cdr: bytes) -> Frame:
     :raises MessageError: these are not the bytes of an Image, or size, step, encoding and data do
         not agree.
     """
+    header, height, width, encoding, big_endian, step, data = fields_of_serialized_image(cdr)
+    image, encoding = _view(data, (height, width, step), encoding, big_endian=big_endian)
+    return Frame(image, encoding, *header)
+
+
+def fields_of_serialized_image(
+    cdr: bytes,
+) -> tuple[tuple[int, str], int, int, str, bool, int, memoryview]:
+    """Stamp [ns] and frame_id, height, width, encoding, is_bigendian, step, and data, a view.
+
+    :raises MessageError: these are not the bytes of an Image.
+    """
     try:
         reader = Reader(cdr)
-        stamp, frame_id = reader.header()
-        height, width = reader.uint32(), reader.uint32()
-        encoding = reader.string()
-        big_endian = reader.byte() != 0
-        step = reader.uint32()
-        data = reader.bytes_()
+        header, height, width = reader.header(), reader.uint32(), reader.uint32()
+        encoding, big_endian, step = reader.string(), reader.byte() != 0, reader.uint32()
+        return header, height, width, encoding, big_endian, step, reader.bytes_()
     except CdrError as error:
         raise MessageError(f'not a serialized sensor_msgs/Image: {error}') from error
-    image, encoding = _view(data, (height, width, step), encoding, big_endian=big_endian)
-    return Frame(image, encoding, stamp, frame_id)
 
 
 def _view(

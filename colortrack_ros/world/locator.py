@@ -17,9 +17,9 @@ from colortrack_ros.world.filter import drift
 from colortrack_ros.world.filter import predict
 from colortrack_ros.world.filter import started
 from colortrack_ros.world.filter import update
-from colortrack_ros.world.matching import detections_of
 from colortrack_ros.world.matching import measured_of
 from colortrack_ros.world.matching import round_blobs
+from colortrack_ros.world.matching import taken_detections
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import DEPTH
 from colortrack_ros.world.measurement import expected
@@ -102,7 +102,7 @@ class Locator:
         self._advance(tracks.stamp, view)
         detections = self._inside(detections, view)
         rows = self._known(tracks)
-        taken = detections_of(rows, detections)
+        taken = taken_detections(rows, detections)
         self._follow(rows)
         found = rows['track_id'][taken >= 0]
         seen = detections.rows[taken[taken >= 0]]

@@ -37,7 +37,7 @@ LEAST_VALID = 0.3
 """Share of the depths that must be there: more holes than that are at edges and on mirrors."""
 
 
-def detections_of(ours: NDArray[np.void], detections: Detections) -> Indices:
+def taken_detections(ours: NDArray[np.void], detections: Detections) -> Indices:
     """For each track the row of the detection that it took in this picture, -1 for none.
 
     :param ours: (N,) of dtype TRACK.
