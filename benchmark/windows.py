@@ -17,7 +17,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.scenes import open_scene
 from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows import WindowTracker
-from colortrack_ros.windows.config import METHODS
+from colortrack_ros.windows.config import WINDOW_METHODS
 
 SCENES = ('texture', 'clutter', 'partial', 'hidden', 'jump')
 ROOMS = ('matching', 'motion', 'template', 'tracker')
@@ -205,9 +205,9 @@ def peers():
 def quality():
     """RMSE [px] of the frames within NEAR px, and their share [%]."""
     ways = {f'{m}, every window a template': window_tracker(WindowConfig(method=m, **PLAIN))
-            for m in METHODS}  # fmt: skip
+            for m in WINDOW_METHODS}  # fmt: skip
     ways['WM+K, rule of 4.3.1'] = window_tracker(WindowConfig(supervision='discrepancy'))
-    ways |= {m: window_tracker(WindowConfig(method=m)) for m in METHODS}
+    ways |= {m: window_tracker(WindowConfig(method=m)) for m in WINDOW_METHODS}
     ways |= dict(peers()) | {'matchTemplate, whole frame': full_frame}
     table: dict[str, list[str]] = {name: [] for name in ways}
     for scene in SCENES:
@@ -246,7 +246,7 @@ def speed():
             f'{m}, N = {size}, search {search}': window_tracker(
                 WindowConfig(method=m, window=size, search_width=search, search_height=search)
             )
-            for m in METHODS
+            for m in WINDOW_METHODS
         }
         ways |= {f'{name}, {size} px': start for name, start in peers()}
         ways[f'matchTemplate, whole frame, {size} px'] = full_frame

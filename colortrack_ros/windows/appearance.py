@@ -43,7 +43,7 @@ LEAST_PEAK, LEAST_SHARPNESS = 0.6, 0.45
 """Of their means so far, at least, where the target is wholly in view: only then is it learned
 (Wang, Liu and Huang 2017, 4.1)."""
 
-MEMORY = 10
+PEAK_MEMORY = 10
 """Frames that the means go back."""
 
 PEAK_CELLS = 3
@@ -129,7 +129,7 @@ class Appearance:
     def is_whole(self, seen: Sighting) -> bool:
         """Whether what was seen is the target as clearly as it has been so far."""
         least = self._usual[:2] * [LEAST_PEAK, LEAST_SHARPNESS]
-        if self._sightings < MEMORY:  # a filter of one frame answers others less
+        if self._sightings < PEAK_MEMORY:  # a filter of one frame answers others less
             return self.is_target(seen)
         return self.is_target(seen) and bool(seen.peak >= least[0] and seen.sharpness >= least[1])
 
@@ -157,7 +157,7 @@ class Appearance:
         if seen is not None:
             self._sightings += 1
             new = np.array([seen.peak, seen.sharpness, seen.contrast])
-            share = np.array([1 / min(self._sightings, MEMORY)] * 2 + [1 / MEMORY])
+            share = np.array([1 / min(self._sightings, PEAK_MEMORY)] * 2 + [1 / PEAK_MEMORY])
             self._usual += share * (new - self._usual)
 
     def _patch(self, frame: Frame, center: Floats) -> Pixels:

@@ -10,7 +10,7 @@ from colortrack_ros.windows.features import Pixels
 
 LEVELS = 32
 """Of each channel in a histogram (Bertinetto et al. 2016, table 1), as is the rate of learning."""
-RATE = 0.04
+COLOR_RATE = 0.04
 
 INNER, OUTER = 0.8, 1.1
 """A pixel is the target's inside this share of its box, as in Staple (inner padding of 0.2), and
@@ -35,8 +35,8 @@ class Colors:
     def learn(self, patch: Pixels) -> None:
         """Learn the colors of a patch with the target in the middle."""
         target, beside = self._histograms(patch)
-        self._target += RATE * (target - self._target)
-        self._beside += RATE * (beside - self._beside)
+        self._target += COLOR_RATE * (target - self._target)
+        self._beside += COLOR_RATE * (beside - self._beside)
 
     def likelihood(self, patch: Pixels) -> Features:
         """Probability of each pixel to be the target's by its color, (rows, columns)."""

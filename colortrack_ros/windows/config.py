@@ -8,7 +8,7 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 from colortrack_ros.windows.costs import COSTS
 
-METHODS = ('WM', 'WM+K', 'WM+K+PSO')
+WINDOW_METHODS = ('WM', 'WM+K', 'WM+K+PSO')
 SUPERVISIONS = ('confidence', 'discrepancy')
 
 
@@ -20,7 +20,7 @@ class WindowConfig(TimeLimits):
         'WM+K',
         'Window matching alone, with a Kalman filter as its supervisor (4.3.1), or with the swarm '
         'as well (5.4.1), which finds little more than the mean of the last velocities.',
-        choices=METHODS,
+        choices=WINDOW_METHODS,
     )
     cost: str = parameter(
         'ssd',

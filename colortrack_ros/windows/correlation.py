@@ -9,12 +9,12 @@ from colortrack_ros.windows.features import Floats
 
 Spectrum = NDArray[np.complex64]
 
-LABEL_SIGMA = 0.1
+PEAK_SIGMA = 0.1
 """Width of the wanted peak as a share of the target's size, and the rate of learning; of KCF with
 histograms of gradients (Henriques et al. 2015, table 2)."""
-RATE = 0.02
+FILTER_RATE = 0.02
 
-REGULARIZATION = 1e-3
+FILTER_REGULARIZATION = 1e-3
 """Added to the energy of each frequency (lambda of Staple, Bertinetto et al. 2016, table 1)."""
 
 
@@ -31,7 +31,7 @@ class CorrelationFilter:
     def __init__(self, features: Features, target: Floats) -> None:
         rows, columns = features.shape[1:]
         self._window = np.outer(_taper(rows), _taper(columns))
-        self.sigma = LABEL_SIGMA * float(np.sqrt(target.prod()))
+        self.sigma = PEAK_SIGMA * float(np.sqrt(target.prod()))
         v, u = (np.arange(n) - n // 2 for n in (rows, columns))
         wanted = np.exp((u**2 + v[:, None] ** 2) / (-2 * self.sigma**2)).astype(np.float32)
         self._wanted = np.conj(fft.rfft2(fft.ifftshift(wanted)))
@@ -40,14 +40,14 @@ class CorrelationFilter:
     def learn(self, features: Features) -> None:
         """Learn what the target, in the middle of the features, looks like now."""
         numerator, energy = self._lesson(features)
-        self._numerator += RATE * (numerator - self._numerator)
-        self._energy += RATE * (energy - self._energy)
+        self._numerator += FILTER_RATE * (numerator - self._numerator)
+        self._energy += FILTER_RATE * (energy - self._energy)
 
     def respond(self, features: Features) -> Features:
         """How much each cell looks like the middle of the target, (rows, columns), about 0 to 1."""
         spectrum = fft.rfft2(features * self._window)
         answer = (np.conj(self._numerator) * spectrum).sum(axis=0)
-        answer /= self._energy + REGULARIZATION
+        answer /= self._energy + FILTER_REGULARIZATION
         return np.asarray(fft.fftshift(fft.irfft2(answer, s=features.shape[1:])))
 
     def _lesson(self, features: Features) -> tuple[Spectrum, Features]:

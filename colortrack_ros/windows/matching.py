@@ -15,7 +15,7 @@ from colortrack_ros.windows.crop import Floats
 from colortrack_ros.windows.crop import Gray
 from colortrack_ros.windows.template import Template
 
-BESIDE: NDArray = np.ones((3, 3), np.uint8)
+NEIGHBORS: NDArray = np.ones((3, 3), np.uint8)
 """A pixel and its eight neighbors."""
 
 SUBPIXEL_SIGMA = 0.02
@@ -142,7 +142,7 @@ def _choose(matrix: NDArray, predicted: Floats, mean_innovation: float, ambiguit
     """
     v, u = np.unravel_index(int(matrix.argmin()), matrix.shape)
     least = matrix[v, u]
-    lowest = (matrix <= least + ambiguity * abs(least)) & (matrix <= cv2.erode(matrix, BESIDE))
+    lowest = (matrix <= least + ambiguity * abs(least)) & (matrix <= cv2.erode(matrix, NEIGHBORS))
     rows, columns = np.nonzero(lowest)
     if len(rows) > 1:
         norm = np.hypot(columns - predicted[0], rows - predicted[1])

@@ -13,8 +13,8 @@ from colortrack_ros.windows.features import oriented_gradients
 from colortrack_ros.windows.features import sample
 from colortrack_ros.windows.features import to_gray
 
-STEP, RATE = 1.02, 0.025
-REGULARIZATION = 1e-2
+SCALE_STEP, SCALE_RATE = 1.02, 0.025
+SCALE_REGULARIZATION = 1e-2
 """Ratio of neighboring sizes, rate of learning, and what is added to the energy (Danelljan et al.
 2014, 5.1)."""
 
@@ -25,14 +25,14 @@ where targets change by some per cent a frame."""
 LABEL_SIGMA = COUNT / 16
 """Width of the wanted peak, in steps (ibid.)."""
 
-SIDE = 32
+PATCH_SIDE = 32
 """Pixels of the side of a patch, in the mean of width and height: 512 of an area (ibid.), doubled
 for cells that are as large as the target's."""
 
 FINER = 2
 """Pixels for each of a patch in the one picture that those of all sizes are taken from."""
 
-LEAST, GREATEST = 0.2, 5.0
+LEAST_SCALE, GREATEST_SCALE = 0.2, 5.0
 """Of the size that a target began with; what grows or shrinks more has been lost."""
 
 
@@ -46,24 +46,28 @@ class ScaleFilter:
     def __init__(self, frame: Frame, center: Floats, size: Floats) -> None:
         self.scale, self._size = 1.0, size
         steps = np.arange(COUNT) - COUNT // 2
-        self._factors = STEP**steps
+        self._factors = SCALE_STEP**steps
         self._wanted = np.conj(fft.fft(np.exp(-0.5 * (steps / LABEL_SIGMA) ** 2)))[:, None]
         self._taper = np.hanning(COUNT + 2)[1:-1, None]
-        cells = np.maximum(np.rint(size * (SIDE / np.sqrt(size.prod()) / CELL)).astype(int), 2)
-        self._patch = tuple(np.minimum(cells * CELL, 4 * SIDE).tolist())
+        cells = np.maximum(
+            np.rint(size * (PATCH_SIDE / np.sqrt(size.prod()) / CELL)).astype(int), 2
+        )
+        self._patch = tuple(np.minimum(cells * CELL, 4 * PATCH_SIDE).tolist())
         self._numerator, self._energy = self._lesson(self._spectrum(frame, center))
 
     def update(self, frame: Frame, center: Floats) -> None:
         """Find the size of the target around a center, and learn what it looks like."""
         spectrum = self._spectrum(frame, center)
-        answer = (np.conj(self._numerator) * spectrum).sum(axis=1) / (self._energy + REGULARIZATION)
+        answer = (np.conj(self._numerator) * spectrum).sum(axis=1) / (
+            self._energy + SCALE_REGULARIZATION
+        )
         factor = self._factors[int(fft.ifft(answer).real.argmax())]
-        self.scale = float(np.clip(self.scale * factor, LEAST, GREATEST))
+        self.scale = float(np.clip(self.scale * factor, LEAST_SCALE, GREATEST_SCALE))
         if factor != 1:
             spectrum = self._spectrum(frame, center)
         numerator, energy = self._lesson(spectrum)
-        self._numerator += RATE * (numerator - self._numerator)
-        self._energy += RATE * (energy - self._energy)
+        self._numerator += SCALE_RATE * (numerator - self._numerator)
+        self._energy += SCALE_RATE * (energy - self._energy)
 
     def _spectrum(self, frame: Frame, center: Floats) -> NDArray[np.complex128]:
         """Transform over the sizes of each gradient, (COUNT, n)."""

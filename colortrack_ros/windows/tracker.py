@@ -29,7 +29,7 @@ STEPS = 4
 """Velocities of matches that have to agree before a target coasts by theirs: the least number whose
 variance says more than that two are alike."""
 
-FIELDS = [
+WINDOW_FIELDS = [
     ('template', 'O'),
     ('appearance', 'O'),
     ('area', 'f4'),
@@ -77,7 +77,7 @@ class WindowTracker:
 
     def _start(self, first_id: int) -> None:
         none = Motion.of_new(np.zeros((0, 2)), self.config)
-        self._tracks = TrackTable(none, FIELDS, first_id)
+        self._tracks = TrackTable(none, WINDOW_FIELDS, first_id)
         self._waiting = self.targets
 
     def reset(self, why: str = '') -> None:

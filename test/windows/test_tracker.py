@@ -14,7 +14,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import TRACK
 from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows import WindowTracker
-from colortrack_ros.windows.config import METHODS
+from colortrack_ros.windows.config import WINDOW_METHODS
 
 K, PSO = 'WM+K', 'WM+K+PSO'
 
@@ -38,7 +38,7 @@ def box(center, size=31):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize('method', WINDOW_METHODS)
 def test_a_patch_that_turns_and_changes_its_size_is_kept_within_a_pixel(method):
     error, covariance = errors('texture', WindowConfig(method=method))
     assert np.sqrt((error**2).sum(axis=2).mean()) < 0.5
@@ -52,7 +52,7 @@ def _flat(error, covariance):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize('method', WINDOW_METHODS)
 def test_a_patch_is_kept_among_others_that_look_alike(method):
     error, _ = errors('clutter', WindowConfig(method=method), objects=1)
     assert np.hypot(*error.reshape(-1, 2).T).max() < 0.5
@@ -62,7 +62,7 @@ def test_a_patch_is_kept_among_others_that_look_alike(method):
 @pytest.mark.parametrize('scene', ['partial', 'hidden'])
 def test_the_filter_carries_a_target_past_a_cover_and_the_swarm_no_worse(scene):
     share, rmse = {}, {}
-    for method in METHODS:
+    for method in WINDOW_METHODS:
         # By its template alone WM loses it, which the filter has to mend.
         config = WindowConfig(method=method, appearance=method != 'WM')
         distance = np.linalg.norm(errors(scene, config)[0], axis=2)
@@ -81,7 +81,7 @@ def test_a_template_that_has_taken_on_the_cover_is_not_the_end():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize('method', WINDOW_METHODS)
 def test_sudden_changes_of_direction_lose_nobody(method):
     error, _ = errors('jump', WindowConfig(method=method))
     assert np.linalg.norm(error, axis=2).max() < 0.5
