@@ -20,16 +20,14 @@ from colortrack_ros.messages import twist_of
 from colortrack_ros.messages.serialized import message_of_serialized
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.diagnostics import HealthConfig
 from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.odometry import OdometryConfig
 from colortrack_ros.node_kit.odometry import OdometryReceiver
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import publish_on
-from colortrack_ros.node_kit.topics import QueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
-from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import part
 from colortrack_ros.world.following import AHEAD
@@ -42,7 +40,7 @@ from colortrack_ros.world.selection import Selector
 
 
 @dataclass(frozen=True)
-class FollowerSetup(Config):
+class FollowerSetup(NodeSetup):
     """The parameters of the follower node."""
 
     config: FollowingConfig = part(FollowingConfig)
@@ -67,8 +65,6 @@ class FollowerSetup(Config):
     locations_topic: str = topic_name('locations', 'the objects')
     target_pose_topic: str = topic_name('target_pose', 'the pose of the target')
     cmd_vel_topic: str = topic_name('cmd_vel', 'the speeds for the robot')
-    queue: QueueConfig = part(QueueConfig)
-    health: HealthConfig = part(HealthConfig)
 
     def check(self) -> None:
         """The target is one that there can be."""
