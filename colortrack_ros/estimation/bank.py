@@ -183,20 +183,24 @@ class Bank(Columns):
         new.weight = np.broadcast_to(weight, new.mean.shape[:2])
         return new
 
-    def move(self, A: Floats, shift: Floats, velocity: Floats) -> None:
+    def move(self, A: Floats, shift: Floats, variance: float) -> None:
         """Take all tracks to where a motion of the camera has brought them: x -> A x + shift.
 
         :param A: (2, 2), of a turn and a zoom.
         :param shift: (2,) [px].
-        :param velocity: (2,) that all have more than before [px/s].
+        :param variance: of where that is, on each axis [px^2].
         """
         G = np.kron(np.eye(self.model.size // 2), A)
         self.mean = self.mean @ G.T
         self.mean[..., :2] += shift
-        self.mean[..., 2:4] += velocity
         self.cov = G @ self.cov @ G.T
+        self.cov[..., (0, 1), (0, 1)] += variance
         if self.design is not None:
             self.design = G @ self.design @ G.T
+
+    def accelerate(self, velocity: Floats) -> None:
+        """Add to the velocities of all tracks, (N, 2) [px/s]."""
+        self.mean[..., 2:4] += velocity
 
     def set_speed(self, speed: Floats) -> None:
         """Change what is assumed of the velocities of filters at rest.

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from colortrack_ros.tracking.camera import Camera
 from colortrack_ros.tracking.disappearances import Disappearances
 from colortrack_ros.tracking.maneuvers import Maneuvers
 from colortrack_ros.tracking.noise import MeasurementNoise
@@ -84,6 +85,7 @@ class Adaptation:
         """Width and height of the picture [px]; 0 while they are not known."""
         self.noisiness = MeasurementNoise()
         self.maneuvers = Maneuvers()
+        self.camera = Camera()
 
     @property
     def noise(self) -> float:

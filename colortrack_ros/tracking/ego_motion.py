@@ -19,16 +19,27 @@ REACH = 150.0
 """Longest shift from frame to frame that is looked for [px]: at 30 frames/s a camera that turns by
 half a picture of 640 px in 70 ms."""
 
+MOST = 0.8
+"""Share of the objects, or of the detections, that have to agree that the camera stands, or nothing
+else is looked for: 95 % are detected, and a few maneuver. Assumed."""
+
 NEAR_SIGMAS = 3.0
 """A detection so near its prediction agrees, on both axes; 99.5 % of the right ones are."""
 
-SIGNIFICANT = 4.0
-"""Standard deviations of its own error by which a shift, turn or zoom has to differ from none, or
-it is none: one frame in 16,000 of a camera that stands."""
+SIGNIFICANT = 9.2
+"""By how much a shift, and turn and zoom beyond that, have to lower the negative log-likelihood, or
+there is none: half of the quantile of chi-square with 2 degrees of freedom that a camera which
+stands exceeds once in 10,000 frames."""
 
-CARRIED = 0.05
-"""Share of the shift that goes over into the velocities, which follow a steady motion of the camera
-within 20 frames: they are published against the picture. Assumed."""
+LEAST_SIGMA = 0.1
+"""Of a detection beside its prediction [px]: of what stands still to the bit."""
+
+MAD_TO_SIGMA = 1.4826
+"""From the median of absolute deviations of a Gaussian to its standard deviation."""
+
+SMALL_SAMPLE = 3.0
+"""What a spread found in n pairs may be too small by, times 1 / sqrt(n): three standard deviations
+of it (Rousseeuw and Croux 1993: it has an efficiency of 37 %, so 1.17)."""
 
 
 class EgoMotion(NamedTuple):
@@ -36,10 +47,37 @@ class EgoMotion(NamedTuple):
 
     :param A: (2, 2), a turn and a zoom.
     :param shift: (2,) [px].
+    :param variance: of where it takes an object, on each axis [px^2].
     """
 
     A: Floats
     shift: Floats
+    variance: float = 0.0
+
+    def of(self, x: Floats) -> Floats:
+        """Where positions, (..., 2) [px], have come to."""
+        return np.asarray(x @ self.A.T + self.shift)
+
+    def way(self, x: Floats) -> Floats:
+        """How far positions, (..., 2) [px], have come, of where they are now."""
+        return np.asarray(x - (x - self.shift) @ np.linalg.inv(self.A).T)
+
+    def after(self, first: 'EgoMotion') -> 'EgoMotion':
+        """Both, one after the other."""
+        return EgoMotion(self.A @ first.A, self.of(first.shift), self.variance)
+
+    def during(self, share: float) -> 'EgoMotion':
+        """A share of it: of complex numbers, x -> a x + b is a turn about b / (1 - a)."""
+        if self is STANDING:
+            return self
+        a, b = complex(*self.A[:, 0]), complex(*self.shift)
+        part = a**share
+        b *= share if abs(a - 1) < 1e-9 else (1 - part) / (1 - a)
+        A = np.array([[part.real, -part.imag], [part.imag, part.real]])
+        return EgoMotion(A, np.array([b.real, b.imag]))
+
+
+STANDING = EgoMotion(np.eye(2), np.zeros(2))
 
 
 def find_ego_motion(expected: Floats, variance: Floats, z: Floats) -> EgoMotion | None:
@@ -52,16 +90,20 @@ def find_ego_motion(expected: Floats, variance: Floats, z: Floats) -> EgoMotion 
     if min(len(expected), len(z)) < FEWEST:
         return None
     tree, sigma = cKDTree(z), np.sqrt(variance)
-    shift = np.zeros(2)
+    motion = STANDING
     agrees, nearest = _agreeing(tree, expected, sigma)
-    if not agrees.all():  # in a crowd many have somebody else's detection beside them
-        voted = _vote(tree, expected, sigma)
-        others, their_nearest = _agreeing(tree, expected + voted, sigma)
-        if others.sum() >= max(FEWEST, len(expected) / 2, agrees.sum() + 2):
-            shift, agrees, nearest = voted, others, their_nearest
+    if np.count_nonzero(agrees) < MOST * min(len(expected), len(z)):
+        for start in (STANDING, EgoMotion(STANDING.A, _vote(tree, expected, sigma))):
+            other = _refined(tree, expected, sigma, start)
+            others, their_nearest = _agreeing(tree, other.of(expected), sigma)
+            if others.sum() >= max(FEWEST, len(expected) / 2, agrees.sum() + 2):
+                motion, agrees, nearest = other, others, their_nearest
     if agrees.sum() < max(FEWEST, len(expected) / 2):
         return None
-    return _fit(expected[agrees], z[nearest[agrees]], sigma[agrees], shift)
+    found = _fit(motion.of(expected)[agrees], z[nearest[agrees]], sigma[agrees])
+    if found is None:
+        return None if motion is STANDING else motion
+    return found.after(motion)
 
 
 def _agreeing(tree: cKDTree, expected: Floats, sigma: Floats) -> tuple[Bools, NDArray[np.intp]]:
@@ -69,6 +111,34 @@ def _agreeing(tree: cKDTree, expected: Floats, sigma: Floats) -> tuple[Bools, ND
     _, nearest = tree.query(expected)
     error = np.abs(tree.data[nearest] - expected)
     return (error <= NEAR_SIGMAS * sigma).all(axis=1), nearest
+
+
+def _refined(tree: cKDTree, expected: Floats, sigma: Floats, start: EgoMotion) -> EgoMotion:
+    """A motion and what turn and zoom bring predictions nearer to their nearest detections.
+
+    Iterated closest points (Besl and McKay 1992), of which those beyond a shrinking reach are left
+    out: it begins with a third of the distance of neighbors, which are told apart then.
+    """
+    apart = cKDTree(expected).query(expected, 2)[0][:, 1]
+    near, motion = NEAR_SIGMAS * float(np.median(sigma)), start
+    for reach in (float(np.median(apart)) / 3, float(np.median(apart)) / 6, near):
+        distance, nearest = tree.query(motion.of(expected))
+        close = distance <= max(reach, near)
+        if np.count_nonzero(close) <= FEWEST:
+            return start
+        motion = _similarity(expected[close], tree.data[nearest[close]])
+    return motion
+
+
+def _similarity(x: Floats, z: Floats) -> EgoMotion:
+    """The turn, zoom and shift, by least squares, that take x to z, (K, 2) each."""
+    middle, other = x.mean(axis=0), z.mean(axis=0)
+    x, y = x - middle, z - other
+    size = max(float((x**2).sum()), 1e-9)
+    zoom = float((x * y).sum()) / size
+    turn = float((x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]).sum()) / size
+    A = np.array([[zoom, -turn], [turn, zoom]])
+    return EgoMotion(A, other - A @ middle)
 
 
 def _vote(tree: cKDTree, expected: Floats, sigma: Floats) -> Floats:
@@ -86,21 +156,24 @@ def _vote(tree: cKDTree, expected: Floats, sigma: Floats) -> Floats:
     return np.median(shifts[votes.query_ball_point(shifts[best], reach)], axis=0)
 
 
-def _fit(expected: Floats, z: Floats, sigma: Floats, start: Floats) -> EgoMotion | None:
-    """Shift, then turn and zoom, of pairs that agree, (K, 2) each; what is significant of them."""
-    error = z - expected
-    shift = np.median(error, axis=0)
-    spread = np.median(np.abs(error - shift)) * 1.4826  # of a Gaussian: its standard deviation
-    spread = max(float(spread), 1e-3)
-    doubt = 1.2533 * spread / np.sqrt(len(z))  # of the median of a Gaussian
-    moved = start.any() or bool((np.abs(shift) > SIGNIFICANT * doubt).any())
+def _fit(expected: Floats, z: Floats, sigma: Floats) -> EgoMotion | None:
+    """The shift, or turn and zoom with it, of pairs that agree, (K, 2) each; None if it is none."""
+    candidates = [EgoMotion(STANDING.A, np.median(z - expected, axis=0))]
     if len(z) > FEWEST:
-        middle, other = expected.mean(axis=0), z.mean(axis=0)
-        x, y = expected - middle, z - other
-        size = max(float((x**2).sum()), 1e-9)
-        zoom = float((x * y).sum()) / size
-        turn = float((x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]).sum()) / size
-        if np.hypot(zoom - 1, turn) > SIGNIFICANT * spread / np.sqrt(size):
-            A = np.array([[zoom, -turn], [turn, zoom]])
-            return EgoMotion(A, other - A @ middle)
-    return EgoMotion(np.eye(2), shift) if moved else None
+        candidates.append(_similarity(expected, z))
+    error = (z - candidates[-1].of(expected)) / sigma
+    spread = float(np.median(np.abs(error - np.median(error, axis=0)))) * MAD_TO_SIGMA
+    sigma = sigma * min(spread * (1 + SMALL_SAMPLE / np.sqrt(len(z))), 1.0)
+    sigma = np.maximum(sigma, LEAST_SIGMA)
+
+    def cost(motion: EgoMotion) -> float:
+        d2 = (((z - motion.of(expected)) / sigma) ** 2).sum(axis=1)
+        return float(np.minimum(d2, NEAR_SIGMAS**2).sum()) / 2
+
+    best, least = None, cost(STANDING)
+    for motion in candidates:
+        now = cost(motion)
+        if now < least - SIGNIFICANT:
+            best, least = motion, now
+    variance = 2 * float(np.median(sigma)) ** 2 / len(z)  # twice that of a mean: it turns as well
+    return None if best is None else best._replace(variance=variance)

@@ -10,9 +10,8 @@ from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import predict_existence
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
+from colortrack_ros.tracking.adaptation import LEAST_SPEED
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.ego_motion import CARRIED
-from colortrack_ros.tracking.ego_motion import find_ego_motion
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
 
@@ -86,7 +85,7 @@ def predict(
         records['astray'] = 0.0  # what is given holds, unseen as well
     bank.predict(dt, variance)
     if config.ego_motion == 'detections' and dt > 0:
-        _follow_camera(tracks, measurements, now=now, dt=dt)
+        _follow_camera(tracks, measurements, learned, now=now, dt=dt)
     records['visible'], records['hidden'] = predict_existence(
         records['visible'], records['hidden'], dt, config.max_time_since_update
     )
@@ -126,18 +125,18 @@ def assumed_speed(learned: Adaptation, config: TrackerConfig) -> Floats:
 
 
 def _follow_camera(
-    tracks: TrackTable[Bank], measurements: Measurements, *, now: int, dt: float
+    tracks: TrackTable[Bank],
+    measurements: Measurements,
+    learned: Adaptation,
+    *,
+    now: int,
+    dt: float,
 ) -> None:
     """Take all tracks along with what those measured in the last frame share."""
-    steady = (tracks.records['hits'] > 1) & (tracks.unmeasured(now) < LAST_FRAME * dt)
-    if not len(measurements) or not steady.any():
-        return
+    fresh = tracks.unmeasured(now) < LAST_FRAME * dt
     mean, cov = tracks.filters.estimate()
-    R = np.median(measurements.R[:, [0, 1], [0, 1]], axis=0)
-    expected, variance = mean[steady, :2], cov[steady][:, [0, 1], [0, 1]] + R
-    motion = find_ego_motion(expected, variance, measurements.z)
-    if motion is not None:
-        way = motion.A @ expected.mean(axis=0) + motion.shift - expected.mean(axis=0)
-        tracks.filters.move(motion.A, motion.shift, CARRIED * way / dt)
-        for looked_back in ('in_a_row', 'probe_age', 'anchor_cov'):
-            tracks.records[looked_back] = 0
+    variance = np.minimum(cov.diagonal(axis1=1, axis2=2)[fresh, :2], (LEAST_SPEED * dt) ** 2)
+    if len(measurements):
+        variance += np.median(measurements.variance, axis=0)
+    learned.camera.follow(mean[fresh, :2], variance, measurements.z, dt)
+    learned.camera.carry(tracks)

@@ -67,3 +67,14 @@ class Recent:
     def newest_first(self) -> Indices:
         """(RING,) slots of the last frames."""
         return (self._frame - 1 - np.arange(RING)) % RING
+
+    def ages(self, dt: float) -> Floats:
+        """(RING,) time since the frames, by slot [s].
+
+        :param dt: since the last one [s].
+        """
+        return np.asarray(self.stamps[(self._frame - 1) % RING] - self.stamps + dt)
+
+    def since_look(self, dt: float) -> float:
+        """Time since the last frame in which it was time to look [s]; dt as in ages()."""
+        return float(self.ages(dt)[(self._frame - 1 - self._frame % EVERY) % RING])

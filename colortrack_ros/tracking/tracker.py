@@ -88,6 +88,8 @@ class Tracker:
     def configure(self, config: TrackerConfig) -> None:
         """Change the configuration; motion model and population start afresh, others do not."""
         old, self.config = self.config, config
+        if old.ego_motion != config.ego_motion:
+            self._stop_camera()
         if old.motion_model != config.motion_model:
             self.reset(f'motion_model changed from {old.motion_model} to {config.motion_model}')
         elif old.population != config.population:
@@ -112,6 +114,7 @@ class Tracker:
         given = all(config.image_size)
         learned.learn_size(blobs.z, config.image_size if given else detections.image_size)
         prediction = predict(tracks, blobs, learned, config, now=now, dt=dt, period=period)
+        self._follow_camera()
         track, blob = gate(prediction, blobs, config)
         hypotheses = hypothesize(prediction, blobs, track, blob)
         gain = score(hypotheses, prediction, blobs, config)
@@ -130,8 +133,22 @@ class Tracker:
         self._manage(again=again)
 
         rows = published(tracks, now, config, self._population, prediction.speed * config.maneuvers)
+        learned.camera.publish(rows)
         why = self._clock.tell_restart()
         return Tracks(rows, detections.stamp, detections.frame_id, why)
+
+    def _follow_camera(self) -> None:
+        """Let what is remembered follow the camera; what it goes on doing is the tracks' own."""
+        self._adaptation.camera.carry(self._memory.tracks)
+        if self._adaptation.camera.is_steady:
+            self._stop_camera()
+
+    def _stop_camera(self) -> None:
+        """Let tracks, remembered ones as well, have the motion of the camera as their own."""
+        camera = self._adaptation.camera
+        for tracks in (self._tracks, self._memory.tracks):
+            camera.give(tracks, self._adaptation.recent, self._clock.now)
+        camera.stop()
 
     def _advance(self, stamp: int) -> float:
         """Go to the stamp, or start afresh; return dt [s]."""

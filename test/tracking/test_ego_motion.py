@@ -73,3 +73,68 @@ def test_tracks_keep_their_ids_and_hidden_ones_their_place_when_the_picture_jump
     assert rows['hits'].tolist() == [60] * 5 + [40]
     assert np.abs(rows['u'] - (40 * np.arange(6) + 20 + moves[-1][0])).max() < 3
     assert ids(moves, 'none')['hits'].tolist() != [60] * 5 + [40]
+
+
+def filmed(motions, ego_motion, count=10, seed=0):
+    """Tracks of objects that drift about, as a camera with these motions shows them, by frame.
+
+    :param motions: of degrees, zoom and shift since the first frame.
+    :return: rows of tracks, positions and velocities in the picture, (count, 2).
+    """
+    rng, tracker = np.random.default_rng(seed), Tracker(TrackerConfig(ego_motion=ego_motion))
+    at = rng.permutation([(100 + 120 * (k % 4), 60 + 120 * (k // 4)) for k in range(12)])[:count]
+    v, last = rng.uniform(-20, 20, (count, 2)), None
+    for k, motion in enumerate(motions):
+        x = turned(at + v * k * FRAME / 1e9, *motion)
+        z = x + rng.normal(0, 0.5, x.shape)
+        rows = tracker.update(points(z, k * FRAME, 0.25)).rows
+        yield rows, x, np.zeros_like(x) if last is None else (x - last) / (FRAME / 1e9)
+        last = x
+
+
+def rolling(frames=90):
+    phase = np.sin(2 * np.pi * np.arange(frames) / 24)
+    return [(20 * p, 1 + 0.2 * p, (0, 0)) for p in phase]
+
+
+def panning(frames=90):
+    """By 20 px a frame, on and off twice in a second."""
+    steps = 20.0 * (np.arange(frames) // 12 % 2) * (1 - 2 * (np.arange(frames) // 24 % 2))
+    return [(0, 1, (shift, 0)) for shift in np.cumsum(steps)]
+
+
+@pytest.mark.parametrize('motions', [rolling(), panning()])
+def test_a_camera_that_pans_turns_and_zooms_costs_no_id(motions):
+    names = set()
+    for rows, x, _ in filmed(motions, 'detections'):
+        names |= set(rows['track_id'].tolist())
+        if len(rows) == len(x):
+            at = np.stack([rows['u'], rows['v']], axis=1)
+            assert np.abs(at[:, None] - x).max(axis=2).min(axis=1).max() < 6
+    assert names == set(range(1, 11))
+
+
+def test_published_velocities_are_those_in_the_picture():
+    """Whatever the camera has in them."""
+    inside = []
+    for k, (rows, x, v) in enumerate(filmed(panning(), 'detections')):
+        if k >= 24:
+            at = np.stack([rows['u'], rows['v']], axis=1)
+            mine = np.abs(at[:, None] - x).max(axis=2).argmin(axis=1)
+            e = np.stack([rows['du'], rows['dv']], axis=1) - v[mine]
+            P = rows['covariance'][:, 2:, 2:]
+            inside += list((e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=1) < 5.991)
+    assert np.mean(inside) > 0.85
+
+
+def test_what_the_camera_did_is_the_tracks_own_when_it_is_asked_for_no_more():
+    """The option is switched off in the middle of a pan."""
+    tracker = Tracker(TrackerConfig(ego_motion='detections'))
+    place = np.array([(60 * k + 20, 60 + 17 * (k % 3)) for k in range(6)], float)
+    for k in range(40):
+        if k == 12:
+            tracker.configure(TrackerConfig())
+        shift = np.array([max(k - 10, 0) * 8.0, 0.0])
+        rows = tracker.update(points(place + shift, k * FRAME)).rows
+    assert rows['track_id'].tolist() == [1, 2, 3, 4, 5, 6]
+    assert rows['du'] == pytest.approx(np.full(6, 8.0 * 24), rel=0.1)
