@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 from typing import Protocol
-from typing import TypeVar
 
 from rclpy.node import Node
 from sensor_msgs.msg import CompressedImage
@@ -14,7 +13,8 @@ from sensor_msgs.msg import Image
 
 from colortrack_ros.data import Frame
 from colortrack_ros.flow.order import OrderConfig
-from colortrack_ros.flow.stage import Stamped
+from colortrack_ros.flow.stage import In
+from colortrack_ros.flow.stage import Out
 from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
@@ -27,9 +27,6 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import part
-
-In = TypeVar('In', bound=Stamped)
-Out = TypeVar('Out')
 
 TRANSPORTS = {'raw': (Image, '{}'), 'compressed': (CompressedImage, '{}/compressed')}
 """Message type and topic of each image_transport."""
