@@ -96,3 +96,15 @@ def test_of_values_that_contradict_each_other_the_rest_stays(order):
     assert values['rate'] == 2.0
     assert len(refused) == 1
     assert values['low'] <= values['high']
+
+
+@pytest.mark.parametrize('name', ['low', 'red.lab', 'anything.tolerance'])
+def test_a_table_knows_its_names_and_those_of_each_name_in_a_list(name):
+    assert name in TABLE
+
+
+@pytest.mark.parametrize('name', ['', 'lab', '.lab', 'red.', 'red.low', 'lowest'])
+def test_a_table_does_not_know_other_names(name):
+    assert name not in TABLE
+    with pytest.raises(ValueError, match='no such parameter'):
+        TABLE.find(name)
