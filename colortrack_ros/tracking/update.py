@@ -1,5 +1,7 @@
 """Update: filters, existence and sizes of tracks by what has been measured of them."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,6 +33,10 @@ hundredth of its covariance."""
 
 MOST_LOG_RATIO = 50.0
 """Bound of a log-likelihood ratio, so that its exponential is finite; exp(50) leaves no doubt."""
+
+OUTAGE, DIM = 0.01, 0.1
+"""Probability that in a frame the camera or the detector fails, and that an object is detected
+then all the same. Assumed: a frame in 3 s, and one object in ten."""
 
 LOST, JUST_LOST = 4.5, 1.5
 """Frames after which an object was out of sight and not just missed, which in 95 % detected happens
@@ -92,12 +98,29 @@ def _update_existence(
 ) -> None:
     """Existence by the likelihood of what was measured, or of a miss (Musicki et al. 1994)."""
     p, records = config.detection_probability, prediction.records
-    ratio = np.full(len(records), 1.0 if again else 1 - p)
+    ratio = np.full(len(records), 1.0 if again else _missed(records['visible'], pairs.track, p))
     log_ratio = pairs.innovations.log_likelihood - prediction.log_density
     ratio += np.bincount(pairs.track, p * np.exp(np.minimum(log_ratio, MOST_LOG_RATIO)), len(ratio))
     records['visible'], records['hidden'] = update_existence(
         records['visible'], records['hidden'], ratio
     )
+
+
+def _missed(visible: Floats, measured: Indices, p: float) -> float:
+    """Probability of missing one that is visible, by how many others are.
+
+    In an outage few are detected or none: of N expected n then have a probability of
+    q^n (1 - q)^(N - n) instead of p^n (1 - p)^(N - n), and to be missed as well says little.
+
+    :param visible: (N,) probability that each can be seen.
+    :param measured: (K,) tracks that are measured, ascending.
+    :param p: probability that one is, where there is no outage.
+    """
+    hits = np.count_nonzero(np.diff(measured, prepend=-1))
+    misses = max(float(visible.sum()) - 1 - hits, 0.0)
+    log_odds = hits * math.log(DIM / p) + misses * math.log((1 - DIM) / (1 - p))
+    outage = 1 / (1 + math.exp(min(-log_odds, 700.0)) * (1 - OUTAGE) / OUTAGE)
+    return outage * (1 - DIM) + (1 - outage) * (1 - p)
 
 
 def _learn_disappearances(

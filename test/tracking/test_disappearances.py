@@ -77,3 +77,17 @@ def test_a_track_that_is_not_published_any_more_comes_back_with_its_id():
     hidden = [len(tracker.update(points([], k * FRAME)).rows) for k in range(20, 40)]
     assert sum(hidden) < 5
     assert tracker.update(points([(300, 200)], 40 * FRAME)).rows['track_id'].tolist() == [1]
+
+
+def least_score(seen):
+    """Of any of eight in the last frame of some in which those seen, a slice, are detected."""
+    tracker, z = Tracker(TrackerConfig(min_score=0.0)), [(100 * i, 200) for i in range(8)]
+    for k in range(30):
+        tracker.update(points(z, k * FRAME))
+    for k in range(30, 40):
+        rows = tracker.update(points(z[seen], k * FRAME)).rows
+    return rows['score'].min()
+
+
+def test_to_be_missed_with_all_others_says_less_than_to_be_missed_alone():
+    assert least_score(slice(0)) > 0.9 > least_score(slice(7))
