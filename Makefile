@@ -7,6 +7,7 @@ PARAMS ?=
 COLOR ?=
 TOLERANCE ?=
 SECONDS ?= 21
+ROBOT ?=
 TESTS ?=
 
 # A sourced ROS and another environment's wheels would be mixed into this one.
@@ -31,9 +32,11 @@ BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py,$(wildcard benchmark/
 
 .PHONY: bench soak demo test quick test-ubuntu lint docs doc/demo.webp clean
 
+# With ROBOT=1 a simulated robot that follows a ball, in place of SOURCE.
 demo: $(VENV)/demo
+	$(if $(ROBOT),$(PYTHON_IN) -m colortrack_ros.tools.robot_demo --seconds $(SECONDS),\
 	$(PYTHON_IN) -m colortrack_ros.tools.demo --source '$(SOURCE)' --params '$(PARAMS)' \
-		--color '$(COLOR)' --tolerance '$(TOLERANCE)' --seconds $(SECONDS)
+		--color '$(COLOR)' --tolerance '$(TOLERANCE)' --seconds $(SECONDS))
 
 # More at once than there are cores, since nodes mostly wait; when they are done, one after the other
 # those that measure time. TESTS=... instead of all.

@@ -2,7 +2,8 @@
 
 from colortrack_ros.drawing.overlay import draw_tracks
 from colortrack_ros.drawing.overlay import track_color
+from colortrack_ros.drawing.top_view import TopView
 from colortrack_ros.drawing.trails import Trails
 from colortrack_ros.drawing.video import VideoFile
 
-__all__ = ['Trails', 'VideoFile', 'draw_tracks', 'track_color']
+__all__ = ['TopView', 'Trails', 'VideoFile', 'draw_tracks', 'track_color']

@@ -134,6 +134,8 @@ class SimulatorNode(ParameterNode[SimulatorSetup]):
         while not self._closing.is_set():
             if not self.setup.real_time:
                 self._window.send(self._stamp + TICKS * tick)
+                if self._closing.is_set():
+                    return
             for _ in range(TICKS):
                 self._advance(tick)
             self._look()
@@ -195,6 +197,7 @@ class SimulatorNode(ParameterNode[SimulatorSetup]):
     def close(self) -> None:
         """End the thread."""
         self._closing.set()
+        self._window.answer(self._stamp + NANOSECONDS)  # nobody else answers any more
         self._thread.join()
 
 

@@ -1,7 +1,6 @@
 """``make demo``: the nodes as processes of their own, their tracks as a live table, and a video."""
 
 import argparse
-from collections.abc import Collection
 from collections.abc import Iterable
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -39,16 +38,14 @@ from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.node_kit.runtime import share_file
 from colortrack_ros.node_kit.runtime import use_transport_profile
+from colortrack_ros.tools.processes import check_nodes
+from colortrack_ros.tools.processes import end_nodes
+from colortrack_ros.tools.processes import NodeEnded
+from colortrack_ros.tools.processes import start_node
 
 STATES = ('tentative', 'confirmed', 'coasting')
-NODES_END = 8.0
-"""How long the nodes may take to end after a signal [s]: on their own they need at most 6.5 s."""
 QUIET = 3.0
 """The demo is over when nothing has arrived for this long [s]."""
-
-
-class NodeEnded(Exception):
-    """One of the nodes has ended before the camera did."""
 
 
 class Recorder(Node):
@@ -162,14 +159,6 @@ def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
     return arguments
 
 
-def _start(name: str, params: str, *parameters: str) -> subprocess.Popen[bytes]:
-    """Start a node in its own process, with a params file and further parameters."""
-    options = [word for parameter in parameters for word in ('-p', parameter)]
-    code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
-    command = [sys.executable, '-c', code, '--ros-args', '--params-file', params, *options]
-    return subprocess.Popen([*command, '--log-level', 'warn'])
-
-
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demo."""
     arguments = _arguments(args)
@@ -186,18 +175,18 @@ def main(args: Sequence[str] | None = None) -> int:
     recorder = Recorder(arguments.out)
     params = arguments.params or str(share_file('params/colortrack.yaml'))
     nodes = {
-        'tracker': _start('tracker', params),
-        'detector': _start('detector', params, *color, *tolerance),
-        'overlay': _start('overlay', params),
+        'tracker': start_node('tracker', params),
+        'detector': start_node('detector', params, *color, *tolerance),
+        'overlay': start_node('overlay', params),
     }
     executor = SingleThreadedExecutor()
     executor.add_node(recorder)
     try:
         while not recorder.is_complete() and not stop.is_set():
             executor.spin_once(timeout_sec=0.1)
-            _check(nodes)
+            check_nodes(nodes)
         play = (f'source:={arguments.source}', 'wait_for_subscribers:=2', 'exit_at_end:=true')
-        nodes['camera'] = _start('camera', params, *play)
+        nodes['camera'] = start_node('camera', params, *play)
         status = _watch(recorder, executor, nodes, arguments.seconds, stop)
         recorder.close()
     except OSError as error:
@@ -207,27 +196,8 @@ def main(args: Sequence[str] | None = None) -> int:
         print(f'demo: {error}', file=sys.stderr)
         return 1
     finally:
-        _end(nodes.values())
+        end_nodes(nodes.values())
     return status or _report(recorder, arguments.out)
-
-
-def _check(nodes: Mapping[str, subprocess.Popen[bytes]]) -> None:
-    """Raise NodeEnded if a node has ended: the demo would wait for its messages in vain."""
-    for name, node in nodes.items():
-        if name != 'camera' and node.poll() is not None:
-            raise NodeEnded(f'the node {name} has ended with status {node.returncode}')
-
-
-def _end(nodes: Collection[subprocess.Popen[bytes]]) -> None:
-    """End the nodes in order, and kill those that do not end."""
-    for node in nodes:
-        node.send_signal(signal.SIGINT)
-    for node in nodes:
-        try:
-            node.wait(NODES_END)
-        except subprocess.TimeoutExpired:
-            node.kill()
-            node.wait()
 
 
 def _watch(
@@ -243,7 +213,7 @@ def _watch(
     with Live(refresh_per_second=10, transient=True) as live:
         while not stop.is_set():
             executor.spin_once(timeout_sec=0.1)
-            _check(nodes)
+            check_nodes(nodes)
             title = f'tracks of frame {recorder.messages}'
             live.update(table_of(recorder.tracks.rows, title))
             now = time.monotonic()

@@ -1,0 +1,41 @@
+"""Nodes as processes of their own, for the demos."""
+
+from collections.abc import Collection
+from collections.abc import Mapping
+import signal
+import subprocess
+import sys
+
+NODES_END = 8.0
+"""How long the nodes may take to end after a signal [s]: on their own they need at most 6.5 s."""
+
+
+class NodeEnded(Exception):
+    """One of the nodes has ended before the camera did."""
+
+
+def start_node(name: str, params: str, *parameters: str) -> subprocess.Popen[bytes]:
+    """Start a node in its own process, with a params file and further parameters."""
+    options = [word for parameter in parameters for word in ('-p', parameter)]
+    code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
+    command = [sys.executable, '-c', code, '--ros-args', '--params-file', params, *options]
+    return subprocess.Popen([*command, '--log-level', 'warn'])
+
+
+def check_nodes(nodes: Mapping[str, subprocess.Popen[bytes]]) -> None:
+    """Raise NodeEnded if a node has ended: the demo would wait for its messages in vain."""
+    for name, node in nodes.items():
+        if name != 'camera' and node.poll() is not None:
+            raise NodeEnded(f'the node {name} has ended with status {node.returncode}')
+
+
+def end_nodes(nodes: Collection[subprocess.Popen[bytes]]) -> None:
+    """End the nodes in order, and kill those that do not end."""
+    for node in nodes:
+        node.send_signal(signal.SIGINT)
+    for node in nodes:
+        try:
+            node.wait(NODES_END)
+        except subprocess.TimeoutExpired:
+            node.kill()
+            node.wait()
