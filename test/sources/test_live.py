@@ -8,6 +8,7 @@ import threading
 import cv2
 import numpy as np
 import pytest
+from support.waiting import PATIENCE
 
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
@@ -29,7 +30,7 @@ class Mjpeg(BaseHTTPRequestHandler):
             head = f'--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n'
             self.wfile.write(head.encode() + jpeg + b'\r\n')
         if self.path == '/stall':
-            self.stalled.wait(10)
+            self.stalled.wait(2 * PATIENCE)
 
     def log_message(self, *_):
         """Say nothing."""
@@ -92,10 +93,10 @@ def test_a_stream_is_read_until_it_breaks_off(server, capfd):
 
 
 def test_a_stream_that_stalls_fails_in_time(server, monkeypatch):
-    monkeypatch.setattr(stream, 'TIMEOUT_MS', 300)
+    monkeypatch.setattr(stream, 'TIMEOUT_MS', 2000)
     source = open_source(f'http://{server}/stall')
     with ThreadPoolExecutor() as pool:
-        error = pool.submit(list, iter(source.read, None)).exception(timeout=8)
+        error = pool.submit(list, iter(source.read, None)).exception(timeout=PATIENCE)
         Mjpeg.stalled.set()
     assert isinstance(error, SourceError)
 
@@ -109,7 +110,7 @@ def test_an_address_that_never_answers_fails_in_time_and_keeps_the_password(
         address = f'127.0.0.1:{silent.getsockname()[1]}'
         spec = f'{scheme}://joe:se@cret@{address}/live?key=hidden'
         with ThreadPoolExecutor() as pool:
-            error = pool.submit(open_source, spec).exception(timeout=10)
+            error = pool.submit(open_source, spec).exception(timeout=PATIENCE)
     message = str(error)
     assert isinstance(error, SourceError)
     assert f'{scheme}://joe:***@{address}/live?***' in message
