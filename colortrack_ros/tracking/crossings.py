@@ -84,7 +84,11 @@ def find_rivals(
     place = order[np.minimum(key[order].searchsorted(back), len(key) - 1)]
     value = np.where(key[place] == back, gain[place], -np.inf)
     loss -= np.where(taken[one] >= 0, value, 0.0)
-    one, other, loss = np.append(one, other), np.append(other, one), np.append(loss, loss)
+    return _mutual(np.append(one, other), np.append(other, one), np.append(loss, loss), count)
+
+
+def _mutual(one: Indices, other: Indices, loss: Floats, count: int) -> tuple[Indices, Indices]:
+    """Pairs of tracks that are each other's rival of least loss, below DOUBTFUL."""
     rival, order = np.full(count, -1), np.argsort(-loss, kind='stable')
     order = order[loss[order] < DOUBTFUL]
     rival[one[order]] = other[order]

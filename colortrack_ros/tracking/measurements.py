@@ -128,17 +128,23 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Measurements:
     z, R = doubles[:, :2].copy(), doubles.take(COVARIANCE, axis=1).reshape(-1, 2, 2)
     if not (known and config.detection_covariance):
         R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
-    box, size = np.empty((len(rows), 2, 2)), singles[:, 3:5]
-    if config.use_boxes:
-        box[:, 0] = singles[:, 1:3] - 0.5
-        box[:, 1] = box[:, 0] + size
-        none = size <= 0
-        if np.count_nonzero(none):
-            point = none.any(axis=1)
-            box[point] = z[point, None]
-    else:
-        box[:] = z[:, None]
+    box, size = _boxes(singles, z, config), singles[:, 3:5]
     cut = np.zeros((len(rows), 2), bool)
     if config.use_boxes and config.detection_covariance:
         cut = (doubles[:, 2::2] > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2) & (size > 0)
     return Measurements(rows, z, R, box, np.zeros(len(rows), bool), cut, np.ones(len(rows)))
+
+
+def _boxes(singles: NDArray[np.float32], z: Floats, config: TrackerConfig) -> Floats:
+    """Corners, (N, 2, 2), of the bounding boxes; those of what has none are at its centroid."""
+    box = np.empty((len(z), 2, 2))
+    if not config.use_boxes:
+        box[:] = z[:, None]
+        return box
+    box[:, 0] = singles[:, 1:3] - 0.5
+    box[:, 1] = box[:, 0] + singles[:, 3:5]
+    none = singles[:, 3:5] <= 0
+    if np.count_nonzero(none):
+        point = none.any(axis=1)
+        box[point] = z[point, None]
+    return box

@@ -89,6 +89,18 @@ def predict(
     records['visible'], records['hidden'] = predict_existence(
         records['visible'], records['hidden'], dt, config.max_time_since_update
     )
+    return _prediction_of(tracks, measurements, learned, config, unmeasured)
+
+
+def _prediction_of(
+    tracks: TrackTable[Bank],
+    measurements: Measurements,
+    learned: Adaptation,
+    config: TrackerConfig,
+    unmeasured: Floats,
+) -> Prediction:
+    """What the filters, and what is learned of the scene, predict."""
+    bank, records = tracks.filters, tracks.records
     mean, cov = bank.estimate()
     seen = config.detection_probability * records['visible']
     return Prediction(

@@ -83,15 +83,7 @@ def find_stitches(
     unmeasured = lost.unmeasured(stamp)
     remembered = unmeasured > config.max_time_since_update
     gain = np.where(remembered, math.log(ANYWHERE / learned.area), -np.inf)[one]
-    speed = assumed_speed(learned, config)
-    (before, before_cov), (after, after_cov) = lost.filters.estimate(), found.filters.estimate()
-    mean = np.concatenate([before[:, :4], after[:, :4]])
-    cov = np.concatenate([before_cov[:, :4, :4], after_cov[:, :4, :4]])
-    near = _is_near(mean, cov, one, len(lost) + other, unmeasured[one], speed)
-    track, T = one[near], unmeasured[one[near]]
-    chance = maneuver_chance(lost.records['rate'][track], T) * config.maneuvers
-    moved = log_likelihood_ratio(mean, cov, track, len(lost) + other[near], chance, T, speed)
-    gain[near] = np.logaddexp(gain[near], moved)
+    gain = np.logaddexp(gain, _compare_states(lost, found, unmeasured, one, other, learned, config))
     in_a_frame = period / max(config.max_hidden, period)
     prior = np.where(remembered, in_a_frame / learned.lasting_births, 1 / learned.births)
     gain += np.log(np.maximum(lost.records['hidden'], 1e-9) * prior)[one]
@@ -101,6 +93,32 @@ def find_stitches(
     gain += no_other * population.is_complete(found.records['color'])[other]
     chosen, _ = associate(one, other, gain)
     return one[chosen], other[chosen]
+
+
+def _compare_states(
+    lost: TrackTable[Bank],
+    found: TrackTable[Bank],
+    unmeasured: Floats,
+    one: Indices,
+    other: Indices,
+    learned: Adaptation,
+    config: TrackerConfig,
+) -> Floats:
+    """Log-likelihood ratio of pairs by where their filters are, (K,); -inf where too far apart.
+
+    :param unmeasured: (N,) time since the lost were measured [s].
+    :param one, other: (K,) of the lost, and of the found.
+    """
+    speed = assumed_speed(learned, config)
+    (before, before_cov), (after, after_cov) = lost.filters.estimate(), found.filters.estimate()
+    mean = np.concatenate([before[:, :4], after[:, :4]])
+    cov = np.concatenate([before_cov[:, :4, :4], after_cov[:, :4, :4]])
+    near = _is_near(mean, cov, one, len(lost) + other, unmeasured[one], speed)
+    track, T = one[near], unmeasured[one[near]]
+    chance = maneuver_chance(lost.records['rate'][track], T) * config.maneuvers
+    ratio = np.full(len(one), -np.inf)
+    ratio[near] = log_likelihood_ratio(mean, cov, track, len(lost) + other[near], chance, T, speed)
+    return ratio
 
 
 def _compare_sizes(

@@ -131,9 +131,13 @@ class Tracker:
         self._learn_sizes(prediction, blobs, associated.free)
         initiate(tracks, prediction, blobs, np.flatnonzero(associated.free), now)
         self._manage(again=again)
+        return self._published(detections, prediction.speed * config.maneuvers)
 
-        rows = published(tracks, now, config, self._population, prediction.speed * config.maneuvers)
-        learned.camera.publish(rows)
+    def _published(self, detections: Detections, speed: NDArray[np.float64]) -> Tracks:
+        """The tracks, with the header of the detections."""
+        now, population = self._clock.now, self._population
+        rows = published(self._tracks, now, self.config, population, speed)
+        self._adaptation.camera.publish(rows)
         why = self._clock.tell_restart()
         return Tracks(rows, detections.stamp, detections.frame_id, why)
 

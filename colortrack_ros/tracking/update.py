@@ -73,24 +73,34 @@ def update(
     whole = _update_sizes(tracks, prediction, blobs, taken, period)
     if not again:
         _learn(learned, prediction, blobs, taken, whole, config, period)
-    turned = (taken.innovations.maneuvered > UNLIKELY).nonzero()[0]
-    if len(turned):
-        track, maneuvered = taken.track[turned], taken.innovations.maneuvered[turned]
-        T = prediction.unmeasured[track]
-        tracks.filters.maneuver(track, maneuvered, T, prediction.speed)
+    _maneuver(tracks.filters, prediction, taken)
     tracks.filters.correct(pairs.track, pairs.z, pairs.R, None if hard else probability)
-    records, track = tracks.records, taken.track
     if learned.maneuvers.is_due(now):
         variance = (taken.R[whole, 0, 0] + taken.R[whole, 1, 1]) / 2
         learned.maneuvers.learn(
-            records, track[whole], taken.z[whole], variance, *tracks.filters.estimate(), now,
-            prediction.speed,
+            tracks.records, taken.track[whole], taken.z[whole], variance,
+            *tracks.filters.estimate(), now, prediction.speed,
         )  # fmt: skip
-    records['misses'] += not again
-    records['misses'][track] -= 1
-    tracks.record_hits(track, now)
-    records['seen'][track] = taken.z
-    record_size(records, track, blobs.rows[taken.blob])
+    tracks.records['misses'] += not again
+    _record_hits(tracks, taken, blobs, now)
+
+
+def _record_hits(
+    tracks: TrackTable[Bank], taken: Hypotheses, blobs: Measurements, now: int
+) -> None:
+    """Note which tracks were measured, where, and how large."""
+    tracks.records['misses'][taken.track] -= 1
+    tracks.record_hits(taken.track, now)
+    tracks.records['seen'][taken.track] = taken.z
+    record_size(tracks.records, taken.track, blobs.rows[taken.blob])
+
+
+def _maneuver(bank: Bank, prediction: Prediction, taken: Hypotheses) -> None:
+    """Predict anew, by the measurements that they took, tracks that have maneuvered."""
+    turned = (taken.innovations.maneuvered > UNLIKELY).nonzero()[0]
+    if len(turned):
+        track, maneuvered = taken.track[turned], taken.innovations.maneuvered[turned]
+        bank.maneuver(track, maneuvered, prediction.unmeasured[track], prediction.speed)
 
 
 def _update_existence(
