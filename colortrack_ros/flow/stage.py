@@ -34,6 +34,7 @@ class Stage(Generic[In, Out]):
     :param work: makes the result of an item.
     :param refuse: takes the reason why an item is dropped.
     :param clock: the time [s] at which items arrive; see :class:`Order`.
+    :ivar paused: whether what arrives is dropped unread.
     """
 
     def __init__(
@@ -42,6 +43,7 @@ class Stage(Generic[In, Out]):
         refuse: Callable[[str], object],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        self.paused = False
         self._make, self._refuse = work, refuse
         self._takers: list[Taker] = []
         self._lock = threading.RLock()
@@ -70,6 +72,10 @@ class Stage(Generic[In, Out]):
 
         :param context: whatever goes with it to those who take its result.
         """
+        if not self.paused:
+            self._push(item, context)
+
+    def _push(self, item: In, context: Any) -> None:
         with self._lock:
             self._order.push(item.stamp, (item, context), _size_of(item))
 
@@ -101,7 +107,6 @@ class Worker(Stage[In, Out]):
 
     :param over: whether nothing comes any more; see :meth:`Order.look`.
     :param name: of the thread.
-    :ivar paused: whether what arrives is dropped unread.
     """
 
     def __init__(
@@ -113,7 +118,6 @@ class Worker(Stage[In, Out]):
         name: str = 'worker',
     ) -> None:
         super().__init__(work, refuse, clock)
-        self.paused = False
         self._over = over
         self._backlog: Backlog[Unread[In], tuple[In, Any]] = Backlog()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -194,7 +198,7 @@ class Worker(Stage[In, Out]):
         start = time.monotonic()
         try:
             item = read()
-            super().put(item, context)
+            self._push(item, context)
         except ValueError as error:
             self._refuse(str(error))
         self._backlog.reading.add(time.monotonic() - start)

@@ -125,10 +125,12 @@ class Health:
         """Publish the counts since the last time."""
         with self._lock:
             counts, self._counts = self._counts, _Counts()
+            active = getattr(self._node, 'active', True)
+            self._heard = self._heard if active else self._seconds()
             silence = self._seconds() - self._heard
             refused, reason = self.refused, self._reason
         latency = median(counts.latencies) if counts.latencies else None
-        level, message = self._judge(counts, latency, silence)
+        level, message = self._judge(counts, latency, silence) if active else (OK, 'inactive')
         values = {
             'rate in [Hz]': f'{counts.taken / PERIOD:.1f}',
             'rate out [Hz]': f'{counts.given / PERIOD:.1f}',

@@ -22,7 +22,7 @@ from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.intake import receive_images
 from colortrack_ros.node_kit.intake import worker_of
-from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.tracks_output import TracksOutput
@@ -58,7 +58,7 @@ class ImageTracker(Protocol):
         """Drop all tracks; the next ones are marked as restarted, with this reason."""
 
 
-class ImageTrackerNode(ParameterNode[Setup], ABC):
+class ImageTrackerNode(ManagedNode[Setup], ABC):
     """Images in, one message of tracks and one of markers for each that it works on out.
 
     A node of its own has :meth:`make`, and overrides :meth:`facts`, :meth:`make_tracking` and
@@ -70,6 +70,9 @@ class ImageTrackerNode(ParameterNode[Setup], ABC):
 
     def __init__(self, name: str, config: type[Setup], **options: Any) -> None:
         super().__init__(name, config, **options)
+
+    def configure(self) -> None:
+        """Make a tracker, and what it publishes, serves and takes."""
         self.tracker = self.make(self.setup)
         self.health = Health(
             self,
@@ -88,6 +91,10 @@ class ImageTrackerNode(ParameterNode[Setup], ABC):
         self._output = TracksOutput(self, self.setup.output)
         self.create_service(Trigger, '~/reset', self._reset)
         receive_images(self, self._pictures, self.setup.intake)
+
+    def set_active(self, active: bool) -> None:
+        """Work on pictures, or drop them."""
+        self._pictures.paused = not active
 
     @abstractmethod
     def make(self, setup: Setup) -> ImageTracker:
@@ -123,7 +130,7 @@ class ImageTrackerNode(ParameterNode[Setup], ABC):
         response.message = 'all tracks are dropped with the next picture'
         return response
 
-    def close(self) -> None:
+    def release(self) -> None:
         """End the threads that work."""
         self._pictures.close()
         self._tracking.close()

@@ -21,5 +21,12 @@ class NodeSetup(Config):
         audience=EXPERT,
         read_only=True,
     )
+    autostart: bool = parameter(
+        True,
+        'Whether the node works from its start on; otherwise a lifecycle manager configures and '
+        'activates it.',
+        audience=EXPERT,
+        read_only=True,
+    )
     queue: QueueConfig = part(QueueConfig)
     health: HealthConfig = part(HealthConfig)

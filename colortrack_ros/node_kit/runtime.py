@@ -94,7 +94,8 @@ def run(
 ) -> int:
     """Spin the nodes until SIGINT or SIGTERM.
 
-    A node with a method ``close`` has it called before it is destroyed.
+    A node with a method ``start`` has it called at first, one with ``close`` before it is
+    destroyed, in the opposite order.
 
     :param make_nodes: called once ROS is there, with a function by which a node ends all of them
         when its work is done, with the exit status; then reliable subscribers get the last messages
@@ -115,7 +116,7 @@ def run(
     try:
         nodes = make_nodes(life.finish)
         for node in nodes:
-            node.get_logger().info(_plan_of(node))
+            getattr(node, 'start', lambda: None)()
         life.stage = 'a callback'
         _spin(nodes, life.stop)
         life.stage = 'sending the last messages'
@@ -130,7 +131,7 @@ def run(
 
 
 def _take_down(nodes: Sequence[Node], life: _Life) -> None:
-    for node in nodes:
+    for node in reversed(nodes):
         life.stage = f'close() of {node.get_fully_qualified_name()}'
         getattr(node, 'close', lambda: None)()
     life.stage = END_OF_ROS
@@ -139,7 +140,7 @@ def _take_down(nodes: Sequence[Node], life: _Life) -> None:
     rclpy.try_shutdown()
 
 
-def _plan_of(node: Node) -> str:
+def plan_of(node: Node) -> str:
     """What a node will do, in a line: source, rate, colors, and topics, as far as it has them."""
     names = [name for name in TOLD if node.has_parameter(name)]
     plan = [f'{name} {node.get_parameter(name).value}' for name in names]

@@ -24,7 +24,7 @@ from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.calibration import CalibrationServer
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.node_kit.topics import publish_on
@@ -50,7 +50,7 @@ PAUSES = (0.5, 1.0, 2.0, 5.0)
 last one repeats: a person still waits for that."""
 
 
-class CameraNode(ParameterNode[CameraSetup]):
+class CameraNode(ManagedNode[CameraSetup]):
     """Publishes the frames of a source, and its CameraInfo with the same header.
 
     :param chain: takes each frame before it is published.
@@ -66,6 +66,10 @@ class CameraNode(ParameterNode[CameraSetup]):
     ) -> None:
         super().__init__('camera', CameraSetup, **options)
         self._chain, self._on_end = chain, on_end
+        self._going, self._paused = threading.Event(), False
+
+    def configure(self) -> None:
+        """Open the source, and make what the node publishes and serves."""
         self._grabber = self._open_first()
         self._state = 'playing'
         self._trouble = ''
@@ -87,8 +91,7 @@ class CameraNode(ParameterNode[CameraSetup]):
         self._window = Window(IN_FLIGHT)
         self._listen(self.setup)
         self._closing = threading.Event()
-        self._going = threading.Event()
-        self._going.set()
+        self._going.clear()
         self.create_service(SetBool, '~/pause', self._pause)
         self._pacer = Pacer(self._closing.wait)
         self._base: int | None = None
@@ -102,6 +105,13 @@ class CameraNode(ParameterNode[CameraSetup]):
             if not DeviceSource.accepts(self.setup.source):
                 raise StartError(str(error)) from error
             return Grabber(AbsentSource(error))
+
+    def set_active(self, active: bool) -> None:
+        """Publish, or let a recording wait and a device's pictures pass."""
+        if active and not self._paused:
+            self._going.set()
+        else:
+            self._going.clear()
 
     def _open(self) -> Grabber:
         source = open_source(
@@ -157,7 +167,8 @@ class CameraNode(ParameterNode[CameraSetup]):
         return None
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._going.clear() if request.data else self._going.set()
+        self._paused = request.data
+        self.set_active(self.active)
         response.success = True
         response.message = 'paused' if request.data else 'playing'
         return response
@@ -245,7 +256,7 @@ class CameraNode(ParameterNode[CameraSetup]):
             self._window.drain()
             self._on_end(1 if lost else 0)
 
-    def close(self) -> None:
+    def release(self) -> None:
         """End the threads and close the source."""
         self._closing.set()
         self._going.set()

@@ -29,6 +29,10 @@ class ContourTrackerNode(ImageTrackerNode[ContourTrackerSetup]):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('contour_tracker', ContourTrackerSetup, **options)
+
+    def configure(self) -> None:
+        """Make what every such node has, and the service."""
+        super().configure()
         self.create_service(Trigger, '~/learn_background', self._learn_background)
 
     def make(self, setup: ContourTrackerSetup) -> ContourTracker:

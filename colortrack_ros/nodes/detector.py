@@ -21,7 +21,7 @@ from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.intake import receive_images
 from colortrack_ros.node_kit.intake import worker_of
-from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import PictureQueueConfig
@@ -45,7 +45,7 @@ class DetectorSetup(NodeSetup):
         Regions(self.config.regions, self.config.mask)
 
 
-class DetectorNode(ParameterNode[DetectorSetup]):
+class DetectorNode(ManagedNode[DetectorSetup]):
     """Images in, one message of detections for each image that it works on out.
 
     :param subscribe: whether images come from ``image_topic``, or into :attr:`stage` alone.
@@ -54,17 +54,34 @@ class DetectorNode(ParameterNode[DetectorSetup]):
 
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
         super().__init__('detector', DetectorSetup, **options)
-        self._detector = Detector(self.setup.config)
+        self._subscribe = subscribe
         self._trouble = ''
-        self.health = Health(self, lambda: self._trouble, skipped=lambda: self.stage.skipped)
-        self.stage = worker_of(self, self._detect, self.health.refuse, self.setup.intake)
+        self._paused = False
+        self.stage = worker_of(self, self._detect, self._refuse, self.setup.intake)
+        self.stage.paused = True
         self.stage.then(self._publish)
+
+    def configure(self) -> None:
+        """Make a detector, and what it publishes, serves and takes."""
+        self._detector = Detector(self.setup.config)
+        self.health = Health(self, lambda: self._trouble, skipped=lambda: self.stage.skipped)
         self._publisher = publish_on(self, PointCloud2, self.setup.detections_topic)
         self._debug_publisher = publish_on(self, Image, self.setup.debug_topic)
         self.create_service(SetBool, '~/pause', self._pause)
         self.create_service(Trigger, '~/learn_background', self._learn_background)
-        if subscribe:
+        if self._subscribe:
             receive_images(self, self.stage, self.setup.intake)
+
+    def set_active(self, active: bool) -> None:
+        """Work on frames, or drop them."""
+        self.stage.paused = self._paused or not active
+
+    def release(self) -> None:
+        """Finish what has come in."""
+        self.stage.flush()
+
+    def _refuse(self, reason: str) -> None:
+        self.health.refuse(reason)
 
     def _detect(self, frame: Frame) -> Detections:
         self.health.took_in()
@@ -87,7 +104,8 @@ class DetectorNode(ParameterNode[DetectorSetup]):
         self.health.gave_out(detections.stamp)
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self.stage.paused = request.data
+        self._paused = request.data
+        self.set_active(self.active)
         response.success = True
         response.message = 'paused' if request.data else 'working'
         return response
@@ -108,6 +126,7 @@ class DetectorNode(ParameterNode[DetectorSetup]):
     def close(self) -> None:
         """End the thread that works."""
         self.stage.close()
+        super().close()
 
 
 def main() -> int:

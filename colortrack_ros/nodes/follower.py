@@ -20,7 +20,7 @@ from colortrack_ros.messages import twist_of
 from colortrack_ros.messages.serialized import message_of_serialized
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.odometry import OdometryConfig
 from colortrack_ros.node_kit.odometry import OdometryReceiver
@@ -71,11 +71,14 @@ class FollowerSetup(NodeSetup):
         rule_of(self.select, list(self.colors))
 
 
-class FollowerNode(ParameterNode[FollowerSetup]):
+class FollowerNode(ManagedNode[FollowerSetup]):
     """Objects and odometry in; speeds for the robot out with each target, and while it moves."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__('follower', FollowerSetup, **options)
+
+    def configure(self) -> None:
+        """Make what is published, served and taken."""
         setup = self.setup
         self._following = Following(setup.config)
         self._selector = Selector(setup.select, list(setup.colors))
@@ -149,7 +152,7 @@ class FollowerNode(ParameterNode[FollowerSetup]):
 
     def _step(self) -> None:
         """Tell the robot how fast to drive."""
-        if not len(self._poses):
+        if not self.active or not len(self._poses):
             return
         now = self.get_clock().now().nanoseconds
         at, base = self._poses.latest()
@@ -187,8 +190,11 @@ class FollowerNode(ParameterNode[FollowerSetup]):
         if (setup.select, setup.colors) != (self.setup.select, self.setup.colors):
             self._selector = Selector(setup.select, list(setup.colors))
 
-    def close(self) -> None:
-        """Leave the robot standing."""
+    def set_active(self, active: bool) -> None:
+        """Drive the robot, or leave it standing."""
+        if active:
+            return
+        self._timer.cancel()
         self._publish(self.get_clock().now().nanoseconds, 0.0, 0.0)
 
 

@@ -29,9 +29,9 @@ from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.live_parameters import ParameterNode
 from colortrack_ros.node_kit.locations_output import LocationsOutput
 from colortrack_ros.node_kit.locations_output import LocationsOutputConfig
+from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import PictureQueueConfig
@@ -75,11 +75,14 @@ class LocatorSetup(NodeSetup):
         return [kind.name for kind in self.config.colors]
 
 
-class LocatorNode(ParameterNode[LocatorSetup]):
+class LocatorNode(ManagedNode[LocatorSetup]):
     """Tracks, detections, calibration and poses in; for each picture the objects in meters out."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__('locator', LocatorSetup, **options)
+
+    def configure(self) -> None:
+        """Make a locator, and what it publishes and takes."""
         setup = self.setup
         self.health = Health(self, objects=lambda: self._output.alive)
         self._camera: CameraModel | None = None
@@ -128,6 +131,8 @@ class LocatorNode(ParameterNode[LocatorSetup]):
             self.health.refuse(str(error))
 
     def _take_tracks(self, cdr: bytes) -> None:
+        if not self.active:
+            return
         try:
             tracks = tracks_of_serialized_cloud(cdr)
         except MessageError as error:

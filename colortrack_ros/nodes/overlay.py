@@ -22,7 +22,7 @@ from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.messages import tracks_with_outlines
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.intake import full_range
-from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import PictureQueueConfig
@@ -50,7 +50,7 @@ class OverlaySetup(NodeSetup):
     pictures: PictureQueueConfig = part(PictureQueueConfig)
 
 
-class OverlayNode(ParameterNode[OverlaySetup]):
+class OverlayNode(ManagedNode[OverlaySetup]):
     """Images and tracks in; for each pair with the same stamp one Image out.
 
     With ``outlines_topic``, tracks wait for their outlines.
@@ -58,6 +58,9 @@ class OverlayNode(ParameterNode[OverlaySetup]):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('overlay', OverlaySetup, **options)
+
+    def configure(self) -> None:
+        """Make what is published and taken."""
         setup = self.setup
         self._trails = Trails()
         self._frames: dict[int, Frame] = {}
@@ -93,6 +96,8 @@ class OverlayNode(ParameterNode[OverlaySetup]):
         return self._take(self._outlines, stamp, points)
 
     def _take(self, waiting: dict, stamp: int, item: Any) -> None:
+        if not self.active:
+            return
         self.health.took_in()
         waiting[stamp] = item
         outlined = stamp in self._outlines or not self.setup.outlines_topic

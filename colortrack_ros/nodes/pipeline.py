@@ -26,7 +26,7 @@ def _nodes(stop: Callable[[int], None]) -> Sequence[Node]:
     if detector.get_parameter('image_transport').value != 'raw':
         detector.get_logger().warning(UNUSED)
     chain = ColorChain(detector.stage, tracker.stage)
-    return CameraNode(chain, stop, beside=(DetectorSetup, TrackerSetup)), detector, tracker
+    return tracker, detector, CameraNode(chain, stop, beside=(DetectorSetup, TrackerSetup))
 
 
 def main() -> int:

@@ -29,7 +29,7 @@ from colortrack_ros.messages import odometry_on_ground
 from colortrack_ros.messages import speeds_of_serialized_twist
 from colortrack_ros.messages import stamp_of_serialized
 from colortrack_ros.node_kit.diagnostics import Health
-from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import PictureQueueConfig
@@ -79,11 +79,15 @@ class SimulatorSetup(NodeSetup):
     pictures: PictureQueueConfig = part(PictureQueueConfig)
 
 
-class SimulatorNode(ParameterNode[SimulatorSetup]):
+class SimulatorNode(ManagedNode[SimulatorSetup]):
     """Speeds in; pictures, depths, calibration, odometry, and where everything is, out."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__('simulator', SimulatorSetup, **options)
+        self._going = threading.Event()
+
+    def configure(self) -> None:
+        """Make the room, and what is published and taken."""
         setup = self.setup
         self.health = Health(self)
         self._simulation = Simulation(setup.config)
@@ -104,6 +108,7 @@ class SimulatorNode(ParameterNode[SimulatorSetup]):
         self._told = 0
         self._closing = threading.Event()
         self._pacer = Pacer(self._closing.wait)
+        self._going.clear()
         self._thread = threading.Thread(target=self._play, name='simulator')
         self._thread.start()
 
@@ -134,8 +139,9 @@ class SimulatorNode(ParameterNode[SimulatorSetup]):
         while not self._closing.is_set():
             if not self.setup.real_time:
                 self._window.send(self._stamp + TICKS * tick)
-                if self._closing.is_set():
-                    return
+            self._going.wait()
+            if self._closing.is_set():
+                return
             for _ in range(TICKS):
                 self._advance(tick)
             self._look()
@@ -194,10 +200,15 @@ class SimulatorNode(ParameterNode[SimulatorSetup]):
         """Take changed objects into use."""
         self._simulation.place(setup.config.objects)
 
-    def close(self) -> None:
+    def set_active(self, active: bool) -> None:
+        """Let time go by, or stand still."""
+        self._going.set() if active else self._going.clear()
+
+    def release(self) -> None:
         """End the thread."""
         self._closing.set()
         self._window.answer(self._stamp + NANOSECONDS)  # nobody else answers any more
+        self._going.set()
         self._thread.join()
 
 

@@ -25,7 +25,7 @@ from colortrack_ros.node_kit.diagnostics import TOLD_EVERY
 from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import max_lag
 from colortrack_ros.node_kit.intake import worker_of
-from colortrack_ros.node_kit.live_parameters import ParameterNode
+from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.topics import subscribe_to
@@ -51,7 +51,7 @@ class TrackerSetup(NodeSetup):
     output: TracksOutputConfig = part(TracksOutputConfig)
 
 
-class TrackerNode(ParameterNode[TrackerSetup]):
+class TrackerNode(ManagedNode[TrackerSetup]):
     """Detections in, one message of tracks and one of markers for each out.
 
     :param subscribe: whether detections come from ``detections_topic``, or into :attr:`stage`
@@ -61,30 +61,46 @@ class TrackerNode(ParameterNode[TrackerSetup]):
 
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
         super().__init__('tracker', TrackerSetup, **options)
+        self._subscribe = subscribe
+        self.stage: Stage[Detections, Tracks] = (
+            worker_of(self, self._track, self._refuse, self.setup)
+            if subscribe
+            else Stage(self._track, self._refuse, seconds_of(self))
+        )
+        self.stage.paused = True
+        self._configure(self.setup)
+        self.stage.then(self._publish)
+
+    def configure(self) -> None:
+        """Make a tracker, and what it publishes, serves and takes."""
         self._tracker = Tracker(self.setup.config)
         self._dropped = self._crowded = 0
         self._image_size = 0, 0
-        self._skipped = 0
+        self._skipped = self.stage.skipped
         self.health = Health(
             self,
             tracks=lambda: self._output.alive,
             repeated_detections=lambda: self._tracker.repeated,
             skipped=lambda: self.stage.skipped,
         )
-        self.stage: Stage[Detections, Tracks] = (
-            worker_of(self, self._track, self.health.refuse, self.setup)
-            if subscribe
-            else Stage(self._track, self.health.refuse, seconds_of(self))
-        )
-        self._configure(self.setup)
-        self.stage.then(self._publish)
         self._output = TracksOutput(self, self.setup.output)
         self.create_service(Trigger, '~/reset', self._reset)
-        if subscribe:
+        if self._subscribe:
             subscribe_to(self, PointCloud2, self.setup.detections_topic, self._receive)
             subscribe_to(self, CameraInfo, self.setup.camera_info_topic, self._learn_size)
         else:
             self.create_timer(IDLE, self._look, clock=STEADY)
+
+    def set_active(self, active: bool) -> None:
+        """Work on detections, or drop them."""
+        self.stage.paused = not active
+
+    def release(self) -> None:
+        """Finish what has come in."""
+        self.stage.flush()
+
+    def _refuse(self, reason: str) -> None:
+        self.health.refuse(reason)
 
     def _track(self, detections: Detections) -> Tracks:
         self.health.took_in()
@@ -154,6 +170,7 @@ class TrackerNode(ParameterNode[TrackerSetup]):
     def close(self) -> None:
         """End the thread that works."""
         self.stage.close()
+        super().close()
 
 
 def main() -> int:

@@ -60,6 +60,10 @@ class WindowTrackerNode(ImageTrackerNode[WindowTrackerSetup]):
 
     def __init__(self, **options: Any) -> None:
         super().__init__('window_tracker', WindowTrackerSetup, **options)
+
+    def configure(self) -> None:
+        """Make what every such node has, and take detections."""
+        super().configure()
         if self.setup.detections_topic:
             subscribe_to(self, PointCloud2, self.setup.detections_topic, self._take_detections)
 
@@ -91,6 +95,8 @@ class WindowTrackerNode(ImageTrackerNode[WindowTrackerSetup]):
             self._tracking.max_lag = setup.intake.max_lag
 
     def _take_detections(self, cdr: bytes) -> None:
+        if not self.active:
+            return
         try:
             self._chain.put(detections_of_serialized_cloud(cdr))
         except MessageError as error:

@@ -166,6 +166,7 @@ def test_the_mask_is_published_and_the_background_learned_anew(ros):
 
 def test_no_mask_is_published_while_nobody_looks(ros, monkeypatch):
     node = DetectorNode(subscribe=False, context=ros.node.context)
+    node.start()
     sent = []
     monkeypatch.setattr(node._debug_publisher, 'publish', sent.append)
     frame = Frame(np.zeros((20, 30, 3), np.uint8))
