@@ -45,7 +45,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
-        (f'share/{NAME}/launch', glob('launch/*.launch.xml')),
+        (f'share/{NAME}/launch', glob('launch/*.launch.*')),
         (f'share/{NAME}/params', glob('params/*')),
     ],
     python_requires='>=3.10',

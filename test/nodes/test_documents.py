@@ -79,7 +79,7 @@ def test_the_default_params_file_holds_the_defaults_and_the_scene():
         changed = {k: v for k, v in values.items() if table.defaults(values)[k] != v}
         defaults = {k: v for k, v in values.items() if table.find(k).default == v}
         assert changed == {}
-        assert set(values) - set(defaults) <= {'source', 'red.rgb'}
+        assert set(values) - set(defaults) <= {'source', 'loop', 'red.rgb'}
 
 
 def test_the_page_of_parameters_is_what_its_command_writes():

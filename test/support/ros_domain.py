@@ -32,7 +32,7 @@ use_transport_profile()
 _domains = itertools.count(os.getpid())
 
 
-def _executable(name: str) -> str:
+def executable(name: str) -> str:
     """The one of this environment, of the ament prefix, as for ``ros2 run``, or on the path."""
     prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(':') if p]
     places = [Path(sys.executable).parent, *(p / 'lib/colortrack_ros' for p in prefixes)]
@@ -118,13 +118,17 @@ class Ros:
     def start(self, name: str, *arguments: str, **parameters: object) -> Process:
         """Start an executable with parameters (YAML values) and further ROS arguments."""
         options = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
-        return self._start(name, [_executable(name), '--ros-args', *options, *arguments])
+        return self.start_command(name, [executable(name), '--ros-args', *options, *arguments])
 
     def start_code(self, code: str, *arguments: str) -> Process:
         """Start a Python program with ROS arguments."""
-        return self._start('code', [sys.executable, '-c', code, '--ros-args', *arguments])
+        return self.start_command('code', [sys.executable, '-c', code, '--ros-args', *arguments])
 
-    def _start(self, name: str, command: list[str]) -> Process:
+    def start_command(self, name: str, command: list[str]) -> Process:
+        """Start any program in this domain.
+
+        :param name: of its log.
+        """
         env = dict(os.environ, ROS_DOMAIN_ID=str(self.domain))
         log = self.folder / f'{len(self.processes)}_{name}.log'
         process = Process(command, env, log)
