@@ -65,6 +65,11 @@ class BlobTable:
         middle, half = (uu + vv) / 2, np.hypot((uu - vv) / 2, uv)
         return np.maximum(middle - half, 0), middle + half
 
+    def inside(self, width: int, height: int) -> NDArray[np.bool_]:
+        """(N,) which do not touch the border of a picture of this size."""
+        low, high = self.box[:, :2], self.box[:, :2] + self.box[:, 2:]
+        return np.asarray((low > 0).all(axis=1) & (high < (width, height)).all(axis=1))
+
     def take(self, kept: NDArray[np.bool_]) -> 'BlobTable':
         """Some of the blobs, in the same order; their runs are rows of a table of its own."""
         size = np.diff(self.first_run, append=len(self.runs))

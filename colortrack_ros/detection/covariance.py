@@ -4,89 +4,153 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.blur import outline_blur
 from colortrack_ros.detection.label_image import LabelImage
 
-# The constants below were fitted to rendered balls of 10 to 130 px radius. The normalized squared
-# error, NSE in `python benchmark/detection_quality.py --constants`, is 1 where the covariance is
-# right: it is 0.6 in the scene `single` and 1.8 in `fast`, where half of SMEAR_SHARE makes it 3.0
-# and twice of it 1.0.
+# The constants below were fitted to rendered balls of 8 to 43 px radius by
+# `python benchmark/detection_covariance.py --fit`, which makes the normalized squared error, NSE,
+# in each scene as near to 1 as it can be: there the covariance is right.
 
-OUTLINE_VARIANCE = 0.06
+OUTLINE_VARIANCE = 0.01
 """Variance of the membership of a pixel on the outline, which is in or out by chance; 1/4 were the
 toss of a coin."""
 
 PIXELATION = 1 / 12
 """Variance of a position within its pixel [px^2]: that of the uniform distribution of width 1."""
 
-SHADING_SHIFT = 0.0115
-"""Shift of a centroid by shading and motion blur, for a mean D / tolerance of 1 [radii]."""
+SHADING_SHIFT = 0.195
+"""Shift of a centroid over the width of the blur, for a mean D / tolerance of 1."""
 
-LENS_SHIFT = 0.05
-"""Shift of a centroid by the blur of a lens, for a mean D / tolerance of 1 [px]."""
+BLURRED_DISTANCE = 0.11
+"""Mean D / tolerance of what is blurred, more than that of the rest of a blob."""
 
-SMEAR_SHARE = 0.004
-"""Variance along a smear over what it adds to the second moment: its ends fade unequally."""
+LEAST_DISTANCE = 0.02
+"""Least mean D / tolerance of what is not blurred: the score is that of 16 pixels."""
 
-ROUND_AXES = 1.1
-"""Ratio of the second moments up to which a blob is not taken for a smear."""
+CUT_SHIFT = (0.33, 0.055)
+"""Shift of a centroid by what covers a part of a thing, for the three-fold skewness of what is left
+and its square [half axes]."""
+
+MOST_SKEWED = 1.2
+"""Three-fold skewness of half a disc: more than half of a thing is seldom hidden."""
 
 HIDDEN_REACH = 6
 """How far beyond the ends of its runs the color of a blob that is partly hidden is looked for [px]:
 beyond what an erosion of 3 and the blur of an outline take off."""
 
+FARTHEST_HIDDEN = 0.6
+"""Farthest that the center of a disc is taken to be behind the border of the picture [lengths that
+the blob touches it along]: of a disc that is seen by less than a tenth it is farther."""
+
+HALF_DISC = 4 / (3 * np.pi)
+"""Shift of the centroid of half a disc [radii]."""
+
+SEGMENT_POWER = 1.4
+"""Power of the hidden part of a radius that the shift of a disc's centroid goes with, up to half a
+disc: it is within 0.01 radii of the integral."""
+
 
 def centroid_covariance(
     blobs: BlobTable,
+    picture: NDArray[np.uint8],
     score: NDArray[np.float64],
     part: NDArray[np.float64] | float,
-    width: int,
-    height: int,
+    skewness: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Measurement covariance of each centroid.
+    """Measurement covariance of each centroid: the sum of those of independent errors.
 
-    A sum of independent errors, with N the area, S the central second moments of the blob and B
-    the length of its outline, that of the ellipse-like shape in its box, pi (w + h) / 2:
-
-    - each outline pixel is in or out by chance. The second moments of an outline about its center
-      are twice those of the area within: 2 S B OUTLINE_VARIANCE / N^2, which falls with the
-      blob's diameter;
+    - each outline pixel is in or out by chance: 2 S B OUTLINE_VARIANCE / N^2, with the area N, the
+      central second moments S, and the outline B of the ellipse-like shape in the box, whose
+      second moments about its center are twice those of the area;
     - the grid: PIXELATION / N;
-    - shading: blur mixes the object with what is around, and a mix is within tolerance up to the
-      farther out the nearer the object itself is to the reference color, which on its light and
-      its dark side is not the same. The blur of motion grows with the object in the picture, that
-      of a lens is some pixels, and the part of it by which the outline is shifted grows with the
-      part of the tolerance that is used up, on the mean 1 - score: ((1 - score) (SHADING_SHIFT r +
-      LENS_SHIFT))^2, with r^2 / 4 the minor second moment;
-    - the smear of a moving object: SMEAR_SHARE times what the major second moment has beyond
-      ROUND_AXES times the minor one, up to twice the minor one: longer things are long by
-      themselves.
+    - :func:`blur_shift` along each axis, :func:`border_shift` across the border, and where there is
+      none :func:`cut_shift` in any direction;
+    - pixels of the color dropped beside the blob, along a part s of the outline: they cut off
+      little if it is small, and seldom more than half of an extent e: s^4 (e / 2)^2 / 12.
 
-    A blob that touches the picture's border is cut there, by an unknown length. With an extent e,
-    the larger side of its box, and a hidden part between nothing and e, its true center is up to
-    e / 2 farther out: e^2 / 12 is added in that direction. Inside the picture it may be cut where
-    pixels of its color were dropped. A segment whose arc is a small part s of the outline cuts off
-    little, and more than half of the blob is seldom hidden: s^4 (e / 2)^2 / 12.
-
+    :param picture: that the blobs are in, (H, W, channels) or (H, W).
     :param score: (N,) mean closeness to the reference color, 0..1.
     :param part: (N,) of the outline beyond which the color was dropped, 0..1, see open_part().
-    :param width, height: of the picture [px].
+    :param skewness: (N,) three-fold skewness beyond the usual, see UsualSkewness.
     :returns: (N, 2, 2) [px^2], positive definite.
     """
-    left, top, box_width, box_height = blobs.box.T
-    outline = np.pi / 2 * (box_width + box_height)
+    height, width = picture.shape[:2]
+    outline = np.asarray(np.pi / 2 * blobs.box[:, 2:].sum(axis=1), np.float64)
     share = 2 * OUTLINE_VARIANCE * outline / blobs.area**2
     covariance: NDArray[np.float64] = share[:, None, None] * blobs.spread
-    minor, major = blobs.axes
-    smear = np.minimum(np.maximum(major - ROUND_AXES * minor, 0), 2 * minor)
-    hidden = np.maximum(box_width, box_height) ** 2 / 12
-    shift = (1 - score) * (SHADING_SHIFT * 2 * np.sqrt(minor) + LENS_SHIFT)
-    even = PIXELATION / blobs.area + shift**2
-    even += SMEAR_SHARE * smear + part**4 * hidden / 4
-    at_side = (left == 0) | (left + box_width == width)
-    at_end = (top == 0) | (top + box_height == height)
-    covariance[:, 0, 0] += even + at_side * hidden
-    covariance[:, 1, 1] += even + at_end * hidden
+    shift = blur_shift(blobs, picture, score, outline)
+    beyond = border_shift(blobs, width, height)
+    cut = np.where(beyond.any(axis=1), 0, cut_shift(blobs, skewness))
+    dropped = part**4 * blobs.box[:, 2:].max(axis=1) ** 2 / 48
+    even = PIXELATION / blobs.area + cut**2 / 2 + dropped
+    for axis in range(2):
+        covariance[:, axis, axis] += even + shift[:, axis] ** 2 + beyond[:, axis] ** 2
     return covariance
+
+
+def blur_shift(
+    blobs: BlobTable,
+    picture: NDArray[np.uint8],
+    score: NDArray[np.float64],
+    outline: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Shift of each centroid by blur and shading, along u and v (standard deviation).
+
+    Blur mixes the object with what is around, and a mix is within tolerance up to the farther out
+    the nearer the object itself is to the reference color, which on its light and its dark side is
+    not the same. So an outline is shifted by a part of the width of its blur that grows with D /
+    tolerance, on the mean 1 - score, but for what the blur itself adds to it. With light from the
+    side a blur of width |w cos(t)| at the angle t shifts a disc half as far: the integral of
+    |cos(t)| sin(t)^2 is half of that of |cos(t)|^3.
+
+    :returns: (N, 2) [px].
+    """
+    blur = outline_blur(picture, blobs)
+    blurred = np.minimum(blur.mean(axis=1) * outline / 2 / blobs.area, 1)
+    distance = np.maximum(1 - score - BLURRED_DISTANCE * blurred, LEAST_DISTANCE)
+    along, aside = blur, blur[:, ::-1] / 2
+    return np.asarray(SHADING_SHIFT * distance[:, None] * np.hypot(along, aside))
+
+
+def cut_shift(blobs: BlobTable, skewness: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance of each centroid to that of the whole thing, of which something may cover a part.
+
+    What is left of a disc is no ellipse: its three-fold skewness tells how much is missing.
+
+    :returns: (N,) [px].
+    """
+    skewness = np.minimum(skewness, MOST_SKEWED)
+    half_axis = 2 * np.sqrt(blobs.axes[1])
+    return np.asarray((CUT_SHIFT[0] + CUT_SHIFT[1] * skewness) * skewness * half_axis)
+
+
+def border_shift(blobs: BlobTable, width: int, height: int) -> NDArray[np.float64]:
+    """Distance of each centroid to that of the whole thing, of which a part is out of the picture.
+
+    It is that of a disc with the same length along the border, and the same extent: where it is
+    deeper than half that length its center is inside the picture, and what is missing is less than
+    half of it. Of what touches opposite borders nobody knows how far it reaches.
+
+    :returns: (N, 2) across the left or right border and the upper or lower one, 0 for those that
+        do not touch it [px].
+    """
+    depth = blobs.box[:, 2:].astype(np.float64)
+    if blobs.inside(width, height).all():
+        return np.zeros_like(depth)
+    row, left, right = blobs.runs.ends()
+    length = right - left
+    along = np.array([left == 0, right == width, length * (row == 0), length * (row == height - 1)])
+    chord = np.add.reduceat(along.astype(np.float64), blobs.first_run, axis=1)
+    both = (chord.reshape(2, 2, -1) > 0).all(axis=1).T
+    chord = chord.reshape(2, 2, -1).max(axis=1).T
+    radius = np.maximum(depth[:, ::-1], chord) / 2
+    hidden = 1 - np.sqrt(np.maximum(1 - (chord / 2 / radius) ** 2, 0))
+    less = HALF_DISC * radius * hidden**SEGMENT_POWER
+    # The centroid of a flat segment is 0.6 of its depth from the border.
+    radius = (chord**2 / 4 + depth**2) / (2 * depth)
+    more = np.minimum(radius - 0.6 * depth, FARTHEST_HIDDEN * chord)
+    shift = np.where(depth < chord / 2, more, less)
+    return np.where(both, FARTHEST_HIDDEN * chord, shift)
 
 
 def open_part(blobs: BlobTable, image: LabelImage, whole: LabelImage) -> NDArray[np.float64]:

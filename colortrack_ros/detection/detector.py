@@ -20,6 +20,7 @@ from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import open_
 from colortrack_ros.detection.regions import Regions
 from colortrack_ros.detection.shape import keep_shapes
+from colortrack_ros.detection.skewness import UsualSkewness
 from colortrack_ros.detection.split import split_touching
 from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
@@ -54,6 +55,7 @@ class Detector:
         """
         self._regions = Regions(config.regions, config.mask)
         self._method = METHODS[config.method](config, self._background)
+        self._skewness = UsualSkewness(self._method.labels)
         self._config = config
 
     def learn_background(self) -> None:
@@ -103,9 +105,12 @@ class Detector:
     def _rows(self, frame: Frame, blobs: BlobTable, part: NDArray | float) -> NDArray[np.void]:
         rows = np.zeros(len(blobs.area), DETECTION)
         rows['u'], rows['v'] = blobs.mean.T
+        if not len(rows):
+            return rows
         height, width = frame.image.shape[:2]
         score = rows['score'] = self._score(frame, blobs)
-        covariance = centroid_covariance(blobs, score, part, width, height)
+        skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
+        covariance = centroid_covariance(blobs, frame.image, score, part, skewness)
         rows['cov_uu'], rows['cov_uv'] = covariance[:, 0, 0], covariance[:, 0, 1]
         rows['cov_vv'] = covariance[:, 1, 1]
         rows['area'] = blobs.area

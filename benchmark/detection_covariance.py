@@ -1,0 +1,168 @@
+"""Whether the covariances of centroids are right: the normalized squared error, NSE, is 1 if so.
+
+python benchmark/detection_covariance.py [SIZE...] prints it for each scene at each size, such as
+640x360, of balls that are wholly visible, partly covered (by 3 % to 70 %) and partly out of the
+picture. Balls that touch another of their color are left out: two in one blob have no centroid.
+python benchmark/detection_covariance.py --fit prints the constants of detection/covariance.py that
+bring the NSE of all scenes nearest to 1.
+"""
+
+import argparse
+from collections import defaultdict
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from scipy.optimize import minimize
+
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import covariance
+from colortrack_ros.detection import detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.scenes import open_scene
+
+MOVING = {'moving_only': True, 'min_area': 200}
+RUNS = [
+    *((scene, 50.0, {}) for scene in ('single', 'enter_exit', 'five', 'crossing', 'occlusion')),
+    *((scene, 0.0, {}) for scene in ('single', 'five', 'occlusion')),
+    *((scene, 50.0, {}) for scene in ('turns', 'blackout', 'flicker', 'fast')),
+    *((scene, 50.0, {'split': True}) for scene in ('collision', 'swarm')),
+    *(('juggle', tolerance, {}) for tolerance in (0.0, 50.0)),
+    *(('clutter', tolerance, MOVING) for tolerance in (0.0, 25.0)),
+    ('light', 25.0, {'follow_light': 60.0}),
+    ('light', 50.0, {'white_balance': 'gray_world'}),
+]
+"""Scene, tolerance (0: found) and parameters, with which the balls are found as they are."""
+
+VISIBLE, COVERED, LEAVING = 'visible', 'covered', 'leaving'
+FITTED = ('OUTLINE_VARIANCE', 'SHADING_SHIFT', 'BLURRED_DISTANCE', 'CUT_SHIFT')
+FIT_BALLS = 40
+"""Balls of each group that constants are fitted to, about."""
+STEP = 3
+"""Frames from one that is judged to the next."""
+
+
+class Recorder:
+    """Keeps what covariances are made of, to make them again with other constants."""
+
+    def __init__(self):
+        self.made = None
+        self._blur, self._covariance = covariance.outline_blur, covariance.centroid_covariance
+        covariance.outline_blur = self._keep_blur
+        detector.centroid_covariance = self._keep
+
+    def _keep_blur(self, picture, blobs):
+        self.blur = self._blur(picture, blobs)
+        return self.blur
+
+    def _keep(self, blobs, picture, score, part, skewness):
+        part = np.broadcast_to(part, score.shape)
+        result = self._covariance(blobs, picture, score, part, skewness)
+        self.made = blobs, picture.shape[:2], score, part, skewness, self.blur
+        return result
+
+    def of(self, i):
+        """What the covariance of a blob of the last picture was made of."""
+        blobs, shape, *values = self.made
+        mine = np.arange(len(blobs.area)) == i
+        return blobs.take(mine), shape, *(value[mine] for value in values)
+
+    def again(self, made):
+        """The covariance with the constants of now."""
+        blobs, shape, score, part, skewness, blur = made
+        covariance.outline_blur = lambda picture, blobs: blur
+        try:
+            picture = np.broadcast_to(np.uint8(0), shape)
+            return self._covariance(blobs, picture, score, part, skewness)[0]
+        finally:
+            covariance.outline_blur = self._keep_blur
+
+
+def errors(spec, tolerance, parameters, recorder):
+    """By what is seen of the ball: (error, what its covariance was made of)."""
+    scene = open_scene(spec)
+    colors = tuple(ReferenceColor.from_rgb(*c, tolerance) for c in scene.colors.items())
+    detect = detector.Detector(DetectorConfig(colors=colors, **parameters)).detect
+    found = defaultdict(list)
+    for k in range(len(scene)):
+        truth = scene.truth(k)
+        rows = detect(Frame(scene.render(k), stamp=round(k * NANOSECONDS / scene.rate))).rows
+        for ball in truth if len(rows) and k % STEP == 0 else ():
+            gaps = np.hypot(truth['u'] - ball['u'], truth['v'] - ball['v'])
+            gaps[truth['color'] != ball['color']] = np.inf
+            error = np.array([rows['u'] - ball['u'], rows['v'] - ball['v']]).T
+            away = np.where(rows['color'] == ball['color'], np.hypot(*error.T), np.inf)
+            if (
+                away.min() < ball['radius']
+                and np.sort(gaps)[1:2].min(initial=1e9) > 2.4 * (ball['radius'])
+            ):
+                i = int(away.argmin())
+                found[state(ball, scene)].append((error[i], recorder.of(i)))
+    return found
+
+
+def state(ball, scene):
+    """What is seen of a ball."""
+    if ball['visible'] == 1:
+        return VISIBLE
+    size = np.array([scene.width, scene.height])
+    center = np.array([ball['u'], ball['v']])
+    if (center < ball['radius']).any() or (center > size - 1 - ball['radius']).any():
+        return LEAVING
+    return COVERED if 0.3 < ball['visible'] < 0.97 else 'hidden'
+
+
+def nse(found, recorder):
+    """Mean normalized squared error over two, with the constants of now."""
+    return np.mean([e @ np.linalg.solve(recorder.again(made), e) / 2 for e, made in found])
+
+
+def fit(groups, recorder):
+    """Print the constants for which the sum of log(NSE)^2 over the groups is least."""
+    start = np.concatenate([np.atleast_1d(getattr(covariance, name)) for name in FITTED])
+
+    def loss(values):
+        if values.min() < 0:
+            return np.inf
+        for name, value in zip(FITTED, values, strict=False):
+            setattr(covariance, name, value)
+        covariance.CUT_SHIFT = tuple(values[-2:])
+        return sum(np.log(nse(found, recorder)) ** 2 for found in groups)
+
+    best = minimize(loss, start, method='Nelder-Mead', options={'maxiter': 120, 'xatol': 1e-3})
+    loss(best.x)
+    print('loss', round(best.fun, 2), {name: getattr(covariance, name) for name in FITTED})
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('sizes', nargs='*', default=['640x360'])
+    parser.add_argument('--fit', action='store_true')
+    arguments = parser.parse_args()
+    table, recorder, groups = Table('scene', 'tolerance', 'size'), Recorder(), []
+    for name in (VISIBLE, COVERED, LEAVING):
+        table.add_column(name)
+    for size in arguments.sizes:
+        width, height = size.split('x')
+        for scene, tolerance, parameters in RUNS:
+            spec = f'{scene}?width={width}&height={height}&duration=10'
+            found = errors(spec, tolerance, parameters, recorder)
+            groups += [
+                found[name][:: len(found[name]) // FIT_BALLS + 1]
+                for name in (VISIBLE, COVERED)
+                if len(found[name]) > 5
+            ]
+            cells = [
+                f'{nse(found[name], recorder):.2f} ({len(found[name])})' if found[name] else ''
+                for name in (VISIBLE, COVERED, LEAVING)
+            ]
+            table.add_row(scene, f'{tolerance:g}', size, *cells)
+    Console().print(table)
+    if arguments.fit:
+        fit(groups, recorder)
+
+
+if __name__ == '__main__':
+    main()

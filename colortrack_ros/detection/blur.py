@@ -1,0 +1,105 @@
+"""How blurred the outlines of blobs are, in the picture."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.detection.blobs import BlobTable
+
+PROFILES = 2
+"""Rows, and columns, of a blob, each with two ends: the median of four bears one with another thing
+beside it, and more cost time."""
+
+PROFILE_SAMPLES, CLOSE = 8, 3
+"""Samples of a profile on either side of the outline, and how many next to it are of neighboring
+pixels: a sharp outline is 2 px wide, and up to 2 px off the eroded mask."""
+
+REACH_SHARE = 1 / 4
+"""How far a profile reaches to either side [half axes], at least PROFILE_SAMPLES px. Blur is
+seen up to twice that; what is blurred over half of itself has no inside to compare with."""
+
+UNSURE = 0.05
+"""Shares this near to 0 and 1 are noise and shading, not blur: a ramp is 0.9 times as wide."""
+
+ENDS = 2
+"""Samples whose mean is the color inside, or outside: fewer have more noise, more less reach."""
+
+
+def outline_blur(picture: NDArray[np.uint8], blobs: BlobTable) -> NDArray[np.float64]:
+    """Width of the transition from a blob to what is around it, along u and along v.
+
+    A profile across the outline falls from the color inside to the one outside, as the share f of
+    the first. Of a ramp of width w, which motion during the exposure makes, the integral of
+    f (1 - f) is w / 6, wherever on the ramp the outline lies. Rows and columns are those of the
+    middle half, where the outline is across them.
+
+    :param picture: (H, W, channels) or (H, W).
+    :returns: (N, 2) [px].
+    """
+    height, width = picture.shape[:2]
+    pixels = picture.reshape(height * width, -1)
+    minor, _ = blobs.axes
+    reach = np.maximum(REACH_SHARE * 2 * np.sqrt(minor), PROFILE_SAMPLES)
+    gap = np.ones((len(reach), PROFILE_SAMPLES))
+    gap[:, CLOSE:] = ((reach - CLOSE) / (PROFILE_SAMPLES - CLOSE))[:, None]
+    beyond = np.rint(np.cumsum(gap, axis=1)).astype(np.intp)
+    # 0 is the last pixel of the blob.
+    out, weight = np.hstack([1 - beyond[:, ::-1], beyond]), np.hstack([gap[:, ::-1], gap])
+    row, left, right = _middle_rows(blobs)
+    column, top, bottom = _middle_columns(blobs)
+    u, v = _across(left, right, out, width), _across(top, bottom, out, height)
+    across = row[:, :, None, None] * width + u
+    down = v * width + column[:, :, None, None]
+    f = _shares(pixels.take(np.stack([across, down], axis=1), axis=0))
+    blur = 6 * np.einsum('nakes,ns->nake', f * (1 - f), weight)
+    return np.asarray(np.median(blur.reshape(*blur.shape[:2], -1), axis=2))
+
+
+def _across(
+    low: NDArray[np.intp], high: NDArray[np.intp], out: NDArray[np.intp], size: int
+) -> NDArray[np.intp]:
+    """(N, PROFILES, 2, 2 PROFILE_SAMPLES) positions at both ends of [low, high), to its middle."""
+    middle = ((low + high) // 2)[..., None]
+    beyond = np.maximum(high[..., None] - 1 + out[:, None], middle)
+    before = np.minimum(low[..., None] - out[:, None], middle)
+    return np.stack([beyond, before], axis=2).clip(0, size - 1)
+
+
+def _middle(low: NDArray[np.integer], size: NDArray[np.integer]) -> NDArray[np.intp]:
+    """(N, PROFILES) numbers spread over the middle half of [low, low + size)."""
+    share = 0.25 + 0.5 * (np.arange(PROFILES) + 0.5) / PROFILES
+    return np.asarray(low[:, None] + (size[:, None] * share).astype(np.intp))
+
+
+def _middle_rows(blobs: BlobTable) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """(N, PROFILES) each: rows, the blob's first column in them, the one after its last."""
+    row, left, right = blobs.runs.ends()
+    run = _middle(blobs.first_run, np.diff(blobs.first_run, append=len(row)))
+    return row[run], left[run], right[run]
+
+
+def _middle_columns(
+    blobs: BlobTable,
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """(N, PROFILES) each: columns, the blob's first row in them, the one after its last."""
+    row, left, right = blobs.runs.ends()
+    column = _middle(blobs.box[:, 0], blobs.box[:, 2])
+    mine = np.repeat(column, np.diff(blobs.first_run, append=len(row)), axis=0)
+    meets = (left[:, None] <= mine) & (mine < right[:, None])
+    below = np.where(meets, row[:, None], -1)
+    bottom = np.maximum.reduceat(below, blobs.first_run, axis=0)
+    above = np.where(meets, row[:, None], np.iinfo(np.intp).max)
+    top = np.minimum.reduceat(above, blobs.first_run, axis=0)
+    return column, np.minimum(top, bottom), bottom + 1
+
+
+def _shares(profile: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """(..., 2 PROFILE_SAMPLES) share of the color inside, of (..., 2 PROFILE_SAMPLES, channels)."""
+    levels = profile.astype(np.float32)
+    outside = levels[..., -ENDS:, :].sum(axis=-2) / ENDS
+    way = levels[..., :ENDS, :].sum(axis=-2) / ENDS - outside
+    way /= np.maximum(np.einsum('...c,...c', way, way), 1)[..., None]
+    levels -= outside[..., None, :]
+    share = np.matmul(levels, way[..., None])[..., 0]
+    share -= UNSURE
+    share /= 1 - 2 * UNSURE
+    return np.clip(share, 0, 1, out=share)

@@ -1,0 +1,95 @@
+"""The third moments of blobs, which tell what is cut from what is whole."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.shape import PIXEL_MOMENT
+
+Column = NDArray[np.float64]
+
+LEARN_RATE = 0.2
+"""How fast the usual skewness of a color and its spread follow [1/s]: a second behind something
+moves them by less than a small cover shows, and half a disc, 1.2, is usual after some seconds. As
+the constants of covariance.py, `python benchmark/detection_covariance.py` judges it."""
+
+SPREADS = 2
+"""Mean deviations from the usual skewness up to which one is usual: 95 % of a Laplace
+distribution are within 3, 86 % within 2."""
+
+USUAL_SHARE = 1 / 4
+"""Share of a usual skewness that still counts: the labeled centers of real things that are held and
+turned (a box, cups, a ball in a hand) are 0.05 to 0.2 half axes off the centroid of their color."""
+
+
+class UsualSkewness:
+    """Learns which three-fold skewness the blobs of each color usually have.
+
+    A ball has none, a cone and a hand have. What a blob has beyond that, something has cut. The
+    blobs that a color is first seen with are usual.
+
+    :param labels: the greatest label there is.
+    """
+
+    def __init__(self, labels: int) -> None:
+        self._usual = np.full(labels + 1, np.nan)
+        self._deviation = np.zeros(labels + 1)
+        self._stamp = 0
+
+    def beyond(self, blobs: BlobTable, whole: NDArray[np.bool_], stamp: int) -> Column:
+        """Take the blobs of a frame into account.
+
+        :param whole: (N,) which of them are wholly in the picture: the others are not learned from.
+        :param stamp: of the frame [ns].
+        :returns: (N,) the part of each skewness that is more than usual, and a share of the rest.
+        """
+        skewness, label = three_fold_skewness(blobs), blobs.label
+        step = LEARN_RATE * min(max(stamp - self._stamp, 0) / NANOSECONDS, 1)
+        self._stamp = stamp
+        count = np.bincount(label[whole], minlength=len(self._usual))
+        total = np.bincount(label[whole], skewness[whole], len(self._usual))
+        seen = count > 0
+        now = total[seen] / count[seen]
+        usual = self._usual[seen]
+        usual = np.where(np.isnan(usual), now, usual)
+        away = now - usual
+        self._usual[seen] = usual + away.clip(-step, step)
+        self._deviation[seen] += (np.abs(away) - self._deviation[seen]).clip(-step, step)
+        limit = np.nan_to_num(self._usual + SPREADS * self._deviation)
+        beyond = np.maximum(skewness - limit[label], 0)
+        return beyond + USUAL_SHARE * (skewness - beyond)
+
+
+def three_fold_skewness(blobs: BlobTable) -> Column:
+    """How much a blob, made round by an affine map, resembles a triangle.
+
+    That is the modulus of the mean of z^3, z = p + i q, over the map in which the second moments
+    along p and q are 1: 0 for an ellipse, a rectangle and two equal discs, 1.2 for half a disc, 2.3
+    for a triangle. It does not depend on size, direction and elongation.
+
+    :returns: (N,).
+    """
+    uuu, uuv, uvv, vvv = _third_moments(blobs)
+    uu, uv, vv = blobs.spread[:, 0, 0], blobs.spread[:, 0, 1], blobs.spread[:, 1, 1]
+    uu, vv = uu + PIXEL_MOMENT, vv + PIXEL_MOMENT
+    # p = a u, q = b u + c v, by Cholesky.
+    a = 1 / np.sqrt(uu)
+    c = 1 / np.sqrt(vv - uv**2 / uu)
+    b = -c * uv / uu
+    ppp, ppq = a**3 * uuu, a**2 * (b * uuu + c * uuv)
+    pqq = a * (b**2 * uuu + 2 * b * c * uuv + c**2 * uvv)
+    qqq = b**3 * uuu + 3 * b**2 * c * uuv + 3 * b * c**2 * uvv + c**3 * vvv
+    return np.hypot(ppp - 3 * pqq, 3 * ppq - qqq)
+
+
+def _third_moments(blobs: BlobTable) -> NDArray[np.float64]:
+    """(4, N) central moments of u^3, u^2 v, u v^2, v^3 [px^3], run by run."""
+    row, left, right = blobs.runs.ends()
+    size = np.diff(blobs.first_run, append=len(row))
+    mean = np.repeat(blobs.mean, size, axis=0)
+    length = (right - left).astype(np.float64)
+    u, v = (left + right - 1) / 2 - mean[:, 0], row - mean[:, 1]
+    own = (length**2 - 1) / 12  # of a run about its middle
+    sums = length * np.array([u**3 + 3 * u * own, (u * u + own) * v, u * v * v, v**3])
+    return np.asarray(np.add.reduceat(sums, blobs.first_run, axis=1) / blobs.area)
