@@ -36,7 +36,7 @@ from colortrack_ros.tracking import update
 OUT = Path(__file__).parents[1] / 'out' / 'ablation.json'
 SCENES = (
     'single', 'enter_exit', 'five', 'crossing', 'occlusion', 'collision', 'swarm', 'juggle',
-    'turns', 'flicker', 'clutter', 'fast',
+    'turns', 'flicker', 'vanish', 'clutter', 'fast',
 )  # fmt: skip
 FIRST_DENSITY = (adaptation.FIRST_FALSE + adaptation.LEAST_NEW) / adaptation.FIRST_AREA
 

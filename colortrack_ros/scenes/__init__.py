@@ -8,6 +8,7 @@ from colortrack_ros.scenes.harder import flicker
 from colortrack_ros.scenes.harder import juggle
 from colortrack_ros.scenes.harder import swarm
 from colortrack_ros.scenes.harder import turns
+from colortrack_ros.scenes.harder import vanish
 from colortrack_ros.scenes.ideal import BLACKOUT
 from colortrack_ros.scenes.ideal import detections_of
 from colortrack_ros.scenes.options import Options
@@ -44,6 +45,7 @@ SCENES: dict[str, Callable[[Options], Scene]] = {
     'turns': turns,
     'blackout': blackout,
     'flicker': flicker,
+    'vanish': vanish,
     'clutter': clutter,
     'light': light,
     'fast': fast,

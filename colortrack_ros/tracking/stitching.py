@@ -34,9 +34,17 @@ LOAD = 1e-9
 detections 1e6 px apart is 1e12 times less certain along one way than across, and rounding leaves it
 singular. Chosen: far above rounding, 1e-16, far below what any variance is known to."""
 
-ANYWHERE = 0.1
-"""Of the objects that come back after long so many may come out anywhere, carried or on ways of
-their own. Assumed."""
+WAITED, ANYWHERE = 0.15, 0.02
+"""Of the objects that come back after long so many have waited where they hid, and were carried
+anywhere. Assumed."""
+
+WAITING = 100.0
+"""Standard deviation of where the first begin from where they were last seen [px]: about the width
+of what hides them. Assumed."""
+
+OUTLASTING = 3.0
+"""How much likelier it is that an object hides for longer than max_time_since_update than by times
+that fall exponentially, as existence has them, of which e^-3 do: 15 %. Assumed."""
 
 ALMOST = 1 - 2.0**-53
 """The largest probability below 1, of which the complement has a logarithm."""
@@ -82,11 +90,9 @@ def find_stitches(
     one, other = fit.nonzero()
     unmeasured = lost.unmeasured(stamp)
     remembered = unmeasured > config.max_time_since_update
-    gain = np.where(remembered, math.log(ANYWHERE / learned.area), -np.inf)[one]
+    gain = np.where(remembered[one], _reappearing(lost, found, one, other, learned.area), -np.inf)
     gain = np.logaddexp(gain, _compare_states(lost, found, unmeasured, one, other, learned, config))
-    in_a_frame = period / max(config.max_hidden, period)
-    prior = np.where(remembered, in_a_frame / learned.lasting_births, 1 / learned.births)
-    gain += np.log(np.maximum(lost.records['hidden'], 1e-9) * prior)[one]
+    gain += _log_prior(lost, remembered, period, learned, config)[one]
     gain -= np.log(learned.birth_places(found.records['origin']))[other]
     gain += remembered[one] * _compare_sizes(lost, found, one, other, learned.alike)
     no_other = np.where(remembered, CERTAIN, LIKELY)[one]
@@ -119,6 +125,36 @@ def _compare_states(
     ratio = np.full(len(one), -np.inf)
     ratio[near] = log_likelihood_ratio(mean, cov, track, len(lost) + other[near], chance, T, speed)
     return ratio
+
+
+def _reappearing(
+    lost: TrackTable[Bank], found: TrackTable[Bank], one: Indices, other: Indices, area: float
+) -> Floats:
+    """Log of the density, (K,) [1/px^2], with which what has not gone its way begins where it does.
+
+    It has waited where it was hidden, or was carried anywhere.
+    """
+    way = (found.records['origin'][other] - lost.records['seen'][one]) / WAITING
+    waited = np.exp(-0.5 * (way**2).sum(axis=1)) / (2 * np.pi * WAITING**2)
+    return np.asarray(np.log(WAITED * waited + ANYWHERE / area))
+
+
+def _log_prior(
+    lost: TrackTable[Bank],
+    remembered: NDArray[np.bool_],
+    period: float,
+    learned: Adaptation,
+    config: TrackerConfig,
+) -> Floats:
+    """Log of the probability, (N,), that each is hidden, over the new objects that there may be.
+
+    Of those remembered that it comes back in this frame, and over those of a long time.
+    """
+    hidden = np.maximum(lost.records['hidden'], 1e-9)
+    odds = OUTLASTING * hidden / (1 - np.minimum(hidden, 0.999))
+    in_a_frame = period / max(config.max_hidden, period)
+    back = odds / (1 + odds) * in_a_frame / learned.lasting_births
+    return np.asarray(np.log(np.where(remembered, back, hidden / learned.births)))
 
 
 def _compare_sizes(

@@ -126,3 +126,14 @@ def test_objects_of_flicker_change_brightness_and_break_up():
             red.append(scene.render(k)[int(whole['v'][0]), int(whole['u'][0]), 2])
     assert broken / (5 * 3) == pytest.approx(9, abs=1.5)
     assert max(red) > 1.6 * min(red)
+
+
+def test_of_the_objects_of_vanish_some_end_inside_the_picture_and_others_come_back():
+    path = paths(open_scene('vanish'))
+    hidden = [runs(path['visible'][:, i] == 0) for i in range(11)]
+    away = [max(one, default=0) / 24 for one in hidden]
+    assert sum(0.3 < one < 0.5 for one in away) == 3
+    assert sum(2.9 < one < 4.0 for one in away) == 2
+    last = [np.flatnonzero(path['visible'][:, i] > 0)[-1] for i in range(11)]
+    inside = [30 < path['u'][k, i] < 1250 and k < 490 for i, k in enumerate(last)]
+    assert sum(inside) == 6

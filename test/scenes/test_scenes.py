@@ -22,6 +22,7 @@ DIGESTS = {
     'turns': 'ab92228d20bc7c95',
     'blackout': '0f538908d487c792',
     'flicker': 'bcd09e56ba881169',
+    'vanish': '42fe1bfad8fdf6ed',
     'clutter': '81b5ad70e2882168',
     'light': '247655e48938b455',
     'fast': 'b32e0a1f71c8177f',
