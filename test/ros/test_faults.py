@@ -158,6 +158,7 @@ def test_a_slow_detector_works_on_new_frames_and_counts_what_it_skips(ros):
         assert slow.wait(timeout=PATIENCE) == 0
 
 
+@pytest.mark.slow
 def test_threads_files_and_memory_stay(ros):
     path = ros.folder / 'pipeline.yaml'
     path.write_text(

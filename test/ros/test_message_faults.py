@@ -27,6 +27,8 @@ from colortrack_ros.messages import image_of_frame
 from colortrack_ros.scenes import detections_of
 from colortrack_ros.scenes import open_scene
 
+pytestmark = pytest.mark.slow
+
 COUNT, DEPTH = 10_000, 900
 """Mutated messages on each subscription, and how many wait at once."""
 

@@ -12,6 +12,8 @@ from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.replay.main import main
 
+pytestmark = pytest.mark.slow
+
 SCENE = 'scene:five?width=640&height=480&rate=30&duration={}'
 ALL = ('-p', 'max_lag:=60.0', '-p', 'image_queue_depth:=200', '-p', 'queue_depth:=1000')
 RELIABLE = 'qos_overrides./camera/image_raw.subscription.reliability:=reliable'

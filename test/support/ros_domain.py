@@ -31,6 +31,9 @@ from colortrack_ros.node_kit.runtime import use_transport_profile
 use_transport_profile()
 _domains = itertools.count(os.getpid())
 
+NEW = 10.0
+"""Age of a segment of shared memory that its node may not have mapped yet [s]."""
+
 
 def executable(name: str) -> str:
     """The one of this environment, of the ament prefix, as for ``ros2 run``, or on the path."""
@@ -55,14 +58,19 @@ def free_domain() -> tuple[int, TextIO]:
 
 
 def remove_orphans() -> None:
-    """Remove the shared memory of killed nodes, 64 MiB each, which nobody can use any more."""
+    """Remove the shared memory of killed nodes, 64 MiB each, which nobody can use any more.
+
+    What other tests have just made is not mapped yet.
+    """
+    segments = [path for path in Path('/dev/shm').glob('fastrtps_*') if 'port' not in path.name]
     mapped = set()
     for maps in Path('/proc').glob('[0-9]*/maps'):
         with contextlib.suppress(OSError):
             mapped.update(re.findall(r'/dev/shm/(fastrtps_[0-9a-f]+)', maps.read_text()))
-    for segment in Path('/dev/shm').glob('fastrtps_*'):
-        if segment.name.partition('_el')[0] not in mapped and 'port' not in segment.name:
-            with contextlib.suppress(OSError):
+    for segment in segments:
+        with contextlib.suppress(OSError):
+            old = time.time() - segment.stat().st_mtime > NEW
+            if old and segment.name.partition('_el')[0] not in mapped:
                 segment.unlink()
 
 
