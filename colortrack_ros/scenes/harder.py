@@ -182,48 +182,47 @@ def vanish(options: Options) -> Scene:
     A bar hides three for a third of a second; a fourth waits there for 3 s. Three are taken away
     where they rest in the open; two fall into a box; two lamps go out, one of them for 3 s.
     """
-    r, away = 0.035, (-1.0, -1.0)
-
-    def gone(
-        times: Sequence[float], points: Sequence[tuple[float, float]], again: float = np.inf
-    ) -> Curve:
-        last, blink = points[-1], 1e-6
-        off = [times[-1] + blink, min(again, 99.0)], [away, away]
-        on = [off[0][-1] + blink, 100.0], [last, last]
-        return through(options, [*times, *off[0], *on[0]], [*points, *off[1], *on[1]], r)
-
+    r = 0.035
     passing = [
         through(options, [start, start + 7.0], [(-0.03, y), (1.03, y)], r)
         for start, y in ((0.5, 0.10), (5.0, 0.22), (11.0, 0.10))
     ]
     waiting = [(-0.03, 0.34), (0.45, 0.34), (0.45, 0.34), (1.03, 0.34)]
     taken = [
-        gone([start, start + 2.0, start + 4.01], [(-0.03, y), (x, y), (x, y)])
+        _ending(options, [start, start + 2.0, start + 4.01], [(-0.03, y), (x, y), (x, y)], r)
         for start, x, y in ((1.0, 0.15, 0.50), (4.0, 0.30, 0.62), (9.0, 0.20, 0.74))
     ]
+    fall = np.array([0.0, 2.0, 2.25, 2.51])
     falling = [
-        gone(
-            [start, start + 2.0, start + 2.25, start + 2.51],
-            [(1.03, 0.45), (x, 0.50), (x, 0.59), (x, 0.86)],
-        )
+        _ending(options, fall + start, [(1.03, 0.45), (x, 0.50), (x, 0.59), (x, 0.86)], r)
         for start, x in ((3.0, 0.78), (8.0, 0.84))
     ]
     lamps = [
-        gone([-1.0, 6.01], [(0.15, 0.90)] * 2),
-        gone([-1.0, 9.01], [(0.35, 0.90)] * 2, 12.0),
+        _ending(options, [-1.0, 6.01], [(0.15, 0.90)] * 2, r),
+        _ending(options, [-1.0, 9.01], [(0.35, 0.90)] * 2, r, again=12.0),
     ]
-    paths = [
-        *passing,
-        through(options, [3.0, 6.2, 9.2, 13.0], waiting, r),
-        *taken,
-        *falling,
-        *lamps,
-    ]
+    passing.append(through(options, [3.0, 6.2, 9.2, 13.0], waiting, r))
     covers = [
         _cover(options, 0.40, 0.0, 0.50, 0.42, BAR_COLOR),
         _cover(options, 0.72, 0.76, 0.90, 0.96, POLE),
     ]
-    return scene_of('vanish', options, paths, covers)
+    return scene_of('vanish', options, [*passing, *taken, *falling, *lamps], covers)
+
+
+def _ending(
+    options: Options,
+    times: Sequence[float] | NDArray[np.float64],
+    points: Sequence[tuple[float, float]],
+    radius: float,
+    again: float = 99.0,
+) -> Curve:
+    """Return a path as of through() that leaves the world at its end, and may come back there.
+
+    :param again: when [s]; in a time that no scene lasts if it is not given.
+    """
+    blink, away = 1e-6, (-1.0, -1.0)
+    after = [times[-1] + blink, again, again + blink, again + 99.0]
+    return through(options, [*times, *after], [*points, away, away, points[-1], points[-1]], radius)
 
 
 def _scaled_arcs(
