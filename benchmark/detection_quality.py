@@ -59,6 +59,7 @@ OUT = Path(__file__).parents[1] / 'out'
 
 BALL = ('single', 50.0, {})
 SMEARED = ('fast', 50.0, {})
+JUGGLED = ('juggle?duration=5', 50.0, {})
 ROOM = ('clutter', 25.0, {**AREA, **MOVING})
 FOLLOWED = ('light', 25.0, {'follow_light': 60.0})
 BALANCED = ('light', 50.0, {'white_balance': 'gray_world'})
@@ -67,12 +68,14 @@ TOUCHING = ('swarm?duration=2', 50.0, {'split': True})
 CONSTANTS = {
     'covariance': {
         'OUTLINE_VARIANCE': BALL,
-        'SHADING_SHIFT': BALL,
-        'LENS_SHIFT': BALL,
-        'SMEAR_SHARE': SMEARED,
-        'ROUND_AXES': SMEARED,
+        'SHADING_SHIFT': JUGGLED,
+        'BLURRED_DISTANCE': SMEARED,
+        'LEAST_DISTANCE': BALL,
+        'CUT_SHIFT': JUGGLED,
         'HIDDEN_REACH': ROOM,
     },
+    'blur': {'PROFILES': JUGGLED, 'CLOSE': BALL, 'REACH_SHARE': JUGGLED, 'UNSURE': BALL},
+    'skewness': {'LEARN_RATE': JUGGLED, 'SPREADS': JUGGLED, 'USUAL_SHARE': JUGGLED},
     'background_model': {
         'FOLLOW_RATES': ROOM,
         'HELD_SLOWDOWN': ROOM,
