@@ -120,7 +120,8 @@ class ColorTable:
     tolerance^2; within tolerance of several, to the one with the smallest D; at equal D, to the
     first. D is the distance (2.1) or, for an ellipsoid, the distance with each axis stretched so
     that D = tolerance on its surface. Of a color with samples it is that to the nearest of them,
-    and a pixel that is at least as near to one of its others does not belong to it.
+    and a pixel that is at least as near to one of its others does not belong to it. To an inverted
+    color belong the pixels that do not belong to the color itself, nor to one that is not inverted.
 
     :param colors: 1 to 254 reference colors.
     :param threads: that work on a picture at the same time; the result is the same.
@@ -133,6 +134,7 @@ class ColorTable:
         self._samples = [np.array([color.lab, *color.samples]) for color in colors]
         self._others = [np.array(color.others).reshape(-1, 3) for color in colors]
         self._tolerance = np.array([color.tolerance for color in colors])
+        self._inverted = [color.inverted for color in colors]
         self._stretch = self._tolerance[:, None] / [color.axes for color in colors]
         self._cells, touched = self._label_cells()
         self._column_filter = None if HAS_16_BIT_LUT else ColumnFilter(touched)
@@ -150,9 +152,12 @@ class ColorTable:
         for k, tolerance in enumerate(self._tolerance):
             nearest, farthest = _bounds(center, radius, self._samples[k], self._stretch[k])
             near_other, far_other = _bounds(center, radius, self._others[k], self._stretch[k])
-            may[k] = touched = (nearest < tolerance**2) & (nearest < far_other)
-            whole = (farthest < tolerance**2) & (farthest < near_other) & (cells == 0)
-            cells[touched] = np.where(whole[touched], k + 1, CUT)
+            touched = (nearest < tolerance**2) & (nearest < far_other)
+            whole = (farthest < tolerance**2) & (farthest < near_other)
+            if self._inverted[k]:
+                touched, whole = ~whole, ~touched
+            may[k] = touched
+            cells[touched] = np.where((whole & (cells == 0))[touched], k + 1, CUT)
         return cells, may
 
     def label_colors(self, rgb: NDArray[np.integer]) -> NDArray[np.uint8]:
@@ -166,6 +171,9 @@ class ColorTable:
         smallest = np.full(len(rgb), np.inf)
         for k, tolerance in enumerate(self._tolerance):
             squared = self._squared(k, lab)
+            if self._inverted[k]:
+                labels[(squared >= tolerance**2) & (labels == 0)] = k + 1
+                continue
             nearer = (squared < tolerance**2) & (squared < smallest)
             labels[nearer] = k + 1
             smallest[nearer] = squared[nearer]
@@ -173,6 +181,8 @@ class ColorTable:
 
     def closeness(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
         """1 - D / tolerance to the color of the label; 0 out of tolerance.
+
+        To an inverted one D / tolerance - 1, at most 1.
 
         :param rgb: (N, 3) red, green, blue.
         :param labels: (N,) of colors, not 0.
@@ -182,7 +192,9 @@ class ColorTable:
         for k in np.unique(labels).astype(int) - 1:
             mine = labels == k + 1
             distance[mine] = np.sqrt(self._squared(k, lab[mine])) / self._tolerance[k]
-        return np.maximum(1 - distance, 0)
+            if self._inverted[k]:
+                distance[mine] = 2 - distance[mine]
+        return np.clip(1 - distance, 0, 1)
 
     def _squared(self, k: int, lab: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N,) D^2 to a color; infinite where something that is not it is as near."""

@@ -42,6 +42,9 @@ FEWEST_PIXELS = 20
 LARGEST_SHARE = 0.25
 """Share of the picture that a color may cover; what is larger is its background."""
 
+LARGEST_GROUND = 0.98
+"""Share of the picture that a color may cover of which everything else is looked for."""
+
 LEAST_SPREAD = 2.0
 """Least standard deviation of a thing along an axis [CIELAB units]: that of a cell of the table."""
 
@@ -94,14 +97,17 @@ def find_extent(
     lab: Triple,
     samples: tuple[Triple, ...] = (),
     others: tuple[Triple, ...] = (),
+    largest_share: float = LARGEST_SHARE,
 ) -> Extent | None:
     """The pixels that belong to a color, by the deepest valley around it.
 
     :param counts: (65536,) of :func:`count_colors`.
     :param lab: the color, or one within it.
     :param samples, others: of the color; with them it stays where it is, and has the first shape.
-    :returns: None when it is not in the picture, or no size of it stays below LARGEST_SHARE.
+    :param largest_share: of the picture, that it may cover.
+    :returns: None when it is not in the picture, or no size of it stays below that share.
     """
+    most = largest_share * counts.sum()
     if max(pixels_near(counts, sample) for sample in (lab, *samples)) < FEWEST_PIXELS:
         return None
     (filled,) = (counts > 0).nonzero()
@@ -110,11 +116,11 @@ def find_extent(
     if samples or others:
         away = _nearest(color, (lab, *samples), shape)
         mine = away < _nearest(color, others, shape)
-        return _valley(number[mine], away[mine], center, shape, counts.sum())
+        return _valley(number[mine], away[mine], center, shape, most)
     best: Extent | None = None
     for _ in range(SHAPE_ROUNDS):
         distance = _nearest(color, (center,), shape)
-        found = _valley(number, distance, center, shape, counts.sum())
+        found = _valley(number, distance, center, shape, most)
         if found is None or (best is not None and found.growth > best.growth - DEEPER):
             break
         best = found
@@ -143,7 +149,7 @@ def _valley(
     distance: NDArray[np.float64],
     center: NDArray[np.float64],
     shape: NDArray[np.float64],
-    total: float,
+    most: float,
 ) -> Extent | None:
     """The size at whose surface the count grows least, of ellipsoids of a shape around a center."""
     order = np.argsort(distance)
@@ -155,7 +161,7 @@ def _valley(
         count[2 * SLOPE_STEPS :],
     )
     growth = (larger - smaller) / np.maximum(middle, 1) / (2 * SLOPE_STEPS * SIZE_STEP)
-    growth[(middle < FEWEST_PIXELS) | (larger > LARGEST_SHARE * total)] = np.inf
+    growth[(middle < FEWEST_PIXELS) | (larger > most)] = np.inf
     k = int(growth.argmin())
     if not np.isfinite(growth[k]):
         return None

@@ -11,6 +11,7 @@ from colortrack_ros.detection.extent import count_colors
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import FEWEST_PIXELS
 from colortrack_ros.detection.extent import find_extent
+from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import LIGHTNESS_AXIS
 from colortrack_ros.detection.extent import middle_of
@@ -101,7 +102,7 @@ class ColorFinder:
 
     def _find(self, k: int, counts: NDArray[np.float64]) -> Extent | None:
         color = self._colors[k]
-        return find_extent(counts, color.lab, color.samples, color.others)
+        return find_extent(counts, color.lab, color.samples, color.others, _most_of(color))
 
     def _renew(self, k: int, pool: NDArray[np.float64], stamp: int) -> None:
         """Take the extent that the color has now, unless it is another thing's."""
@@ -112,7 +113,7 @@ class ColorFinder:
             and not self._colors[k].is_sampled
             and (middle := middle_of(pool, known)) is not None
         ):
-            extent = find_extent(pool, middle)
+            extent = find_extent(pool, middle, largest_share=_most_of(self._colors[k]))
         if extent is None:
             return
         is_new = 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
@@ -127,7 +128,9 @@ class ColorFinder:
         for k in self._sought:
             extent = self._found.get(k)
             if extent is None:
-                found[k] = replace(colors[k], lab=NOWHERE, tolerance=NOTHING, samples=())
+                found[k] = replace(
+                    colors[k], lab=NOWHERE, tolerance=NOTHING, samples=(), inverted=False
+                )
                 continue
             dL, da, db = (min(axis, MAX_TOLERANCE) for axis in extent.axes)
             found[k] = replace(
@@ -172,6 +175,11 @@ class ColorFinder:
         kept[kept & mine] = ~_is_piece(blobs.take(kept & mine))
         self._specks = int(np.count_nonzero(~kept))
         return kept
+
+
+def _most_of(color: ReferenceColor) -> float:
+    """The share of the picture that a color may cover."""
+    return LARGEST_GROUND if color.inverted else LARGEST_SHARE
 
 
 def _is_piece(blobs: BlobTable) -> NDArray[np.bool_]:

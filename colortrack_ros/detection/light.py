@@ -92,6 +92,8 @@ class ColorFollower:
         elapsed = 0 if self._stamp is None else max(stamp - self._stamp, 0) / NANOSECONDS
         self._stamp = stamp
         for k in np.unique(color):
+            if self._colors[k].inverted:
+                continue
             mean = lab[color == k].mean(axis=0)
             way = self._way[k]
             way += (mean - self._lab[k] - way) * -np.expm1(-elapsed / FOLLOW_SECONDS)

@@ -41,6 +41,8 @@ class ReferenceColor:
         light and the dark side of a thing.
     :param samples: further colors, as lab, that are it: the nearest counts.
     :param others: colors, as lab, that are not it: what is nearer to one of them is not it either.
+    :param inverted: everything is looked for that is not this color, and of no other that is not
+        inverted: what lies on a cloth, a table or a lawn.
     """
 
     name: str
@@ -49,6 +51,7 @@ class ReferenceColor:
     tolerance_lab: Triple | None = None
     samples: tuple[Triple, ...] = ()
     others: tuple[Triple, ...] = ()
+    inverted: bool = False
 
     def __post_init__(self) -> None:
         expect(self.name != '', 'colors', self.name, 'a name that is not empty')
@@ -150,6 +153,11 @@ class ReferenceColorConfig(Config):
         maximum=255.0,
     )
 
+    inverted: bool = parameter(
+        False,
+        'True: everything that is not this color, or another of the list, is looked for, such as '
+        'what lies on a table.',
+    )
     lab: Triple = parameter(
         float, 'The reference color [L, a, b] in CIELAB (D65); or give rgb or preset.'
     )
@@ -184,8 +192,10 @@ def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColo
     others = _labs_of(f'{name}.others', config.others)
     if samples and not (config.lab or config.rgb or config.preset):
         color = ReferenceColor(name, samples[0], config.tolerance, config.tolerance_lab or None)
-        return replace(color, samples=samples[1:], others=others)
-    return replace(_shade_of(name, config), samples=samples, others=others)
+        samples = samples[1:]
+    else:
+        color = _shade_of(name, config)
+    return replace(color, samples=samples, others=others, inverted=config.inverted)
 
 
 def _labs_of(name: str, rgb: tuple[float, ...]) -> tuple[Triple, ...]:

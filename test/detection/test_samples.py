@@ -1,14 +1,19 @@
 """Colors taught by examples: what is it, and what is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import color_table
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection.color_table import ColorTable
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.reference import reference_color_of
+from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import ReferenceColorConfig
 
 ORANGE, YELLOW, SHADE, WALL = (230, 120, 30), (220, 190, 40), (90, 40, 10), (180, 180, 170)
@@ -71,3 +76,35 @@ def test_half_a_color_is_refused(key):
     config = ReferenceColorConfig(lab=(50.0, 10.0, 10.0), **{key: (1.0, 2.0, 3.0, 4.0)})
     with pytest.raises(ValueError, match=rf'ball\.{key}: expected r, g, b of each color.*got 4'):
         reference_color_of('ball', config)
+
+
+@pytest.mark.parametrize('has_lut', sorted({False, color_table.HAS_16_BIT_LUT}))
+def test_the_table_of_everything_else_says_what_the_distances_say(has_lut, monkeypatch):
+    monkeypatch.setattr(color_table, 'HAS_16_BIT_LUT', has_lut)
+    ground = replace(taught([WALL, SHADE], [(150, 150, 90)], tolerance=30.0), inverted=True)
+    ball = taught([ORANGE], tolerance=35.0)
+    rgb = np.random.default_rng(1).integers(0, 256, (400, 500, 3), np.uint8)
+    lab = lab_from_rgb(rgb)
+
+    def nearest(shades):
+        return np.min([np.linalg.norm(lab - shade, axis=-1) for shade in shades], axis=0)
+
+    mine, other = nearest((ground.lab, *ground.samples)), nearest(ground.others)
+    expected = np.where((mine < 30) & (mine < other), 0, 1)
+    np.testing.assert_array_equal(ColorTable((ground,)).label(rgb, 'rgb8').pixels, expected)
+    expected[nearest([ball.lab]) < 35] = 2
+    np.testing.assert_array_equal(ColorTable((ground, ball)).label(rgb, 'rgb8').pixels, expected)
+
+
+@pytest.mark.parametrize('tolerance', [0.0, 25.0])
+def test_everything_that_is_not_the_color_of_the_ground_is_found(tolerance):
+    ground = replace(taught([WALL], tolerance=tolerance), inverted=True)
+    assert columns(squares(ORANGE, YELLOW, WALL, SHADE), ground) == [0, 1, 3]
+
+
+@pytest.mark.parametrize('lab', [(50.0, 60.0, 40.0), (75.0, 0.0, 0.0)])
+def test_where_the_ground_is_not_in_the_picture_or_is_all_of_it_nothing_is_found(lab):
+    detector = Detector(DetectorConfig(colors=(ReferenceColor('ground', lab, 0.0, inverted=True),)))
+    for k in range(4):
+        empty = Frame(np.full((120, 160, 3), 183, np.uint8), stamp=k * NANOSECONDS)
+        assert len(detector.detect(empty).rows) == 0

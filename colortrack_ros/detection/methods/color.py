@@ -200,7 +200,9 @@ class ColorDistance:
 
 
 def _grown(color: ReferenceColor, factor: float) -> ReferenceColor:
-    """The same color with a larger tolerance."""
+    """The same color with a larger tolerance; an inverted one as it is."""
+    if color.inverted:
+        return color
     first, second, third = (min(factor * axis, MAX_TOLERANCE) for axis in color.axes)
     tolerance = min(factor * color.tolerance, MAX_TOLERANCE)
     return replace(color, tolerance=tolerance, tolerance_lab=(first, second, third))
