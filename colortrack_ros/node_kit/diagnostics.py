@@ -1,5 +1,6 @@
 """What an operator sees of a node: counters on /diagnostics and throttled log lines."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from dataclasses import field
@@ -16,6 +17,7 @@ from rclpy.node import Node
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
+from colortrack_ros.node_kit.runtime import OF_EVERY_NODE
 from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
@@ -158,11 +160,13 @@ class Health:
         lateness = f'{late:.3f} s from stamp to output'
         quiet = f'nothing has come in for {silence:.0f} s'
         refusal = f'{counts.refused} refused: {self._reason}'
+        rival = rival_of(self._node)
         findings = (
             (ERROR, self._trouble(), self._trouble() != ''),
             (ERROR, lateness, late > limit['error_latency']),
             (ERROR, quiet, silence > limit['error_silence']),
             (WARN, NO_CLOCK, lacks_clock(self._node)),
+            (WARN, rival, rival != ''),
             (WARN, refusal, counts.refused > 0),
             (WARN, lateness, late > limit['warn_latency']),
             (WARN, quiet, silence > limit['warn_silence']),
@@ -170,3 +174,18 @@ class Health:
         return next(
             ((level, message) for level, message, found in findings if found), (OK, 'working')
         )
+
+
+def rival_of(node: Node) -> str:
+    """Who else has the name of a node or publishes what it publishes; empty where nobody does."""
+    name = node.get_name(), node.get_namespace()
+    if node.get_node_names_and_namespaces().count(name) > 1:
+        return (
+            f'several nodes are called {node.get_fully_qualified_name()}, and any of them answers '
+            'for it; give one another name, -r __node:=NAME'
+        )
+    own = Counter(publisher.topic_name for publisher in node.publishers)
+    for topic in sorted(set(own) - OF_EVERY_NODE):
+        if node.count_publishers(topic) > own[topic]:
+            return f'others publish on {topic} as well, and subscribers get both; remap one of them'
+    return ''

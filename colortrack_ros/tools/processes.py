@@ -2,12 +2,19 @@
 
 from collections.abc import Collection
 from collections.abc import Mapping
+import ctypes
+from functools import partial
+import os
 import signal
 import subprocess
 import sys
 
 NODES_END = 8.0
 """How long the nodes may take to end after a signal [s]: on their own they need at most 6.5 s."""
+
+LIBC = ctypes.CDLL(None)
+PR_SET_PDEATHSIG = 1
+"""Of <linux/prctl.h>."""
 
 
 class NodeEnded(Exception):
@@ -19,7 +26,15 @@ def start_node(name: str, params: str, *parameters: str) -> subprocess.Popen[byt
     options = [word for parameter in parameters for word in ('-p', parameter)]
     code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
     command = [sys.executable, '-c', code, '--ros-args', '--params-file', params, *options]
-    return subprocess.Popen([*command, '--log-level', 'warn'])
+    bound = partial(_end_with, os.getpid())
+    return subprocess.Popen([*command, '--log-level', 'warn'], preexec_fn=bound)
+
+
+def _end_with(parent: int) -> None:
+    """Have Linux send SIGTERM to this process when the one that started it has ended."""
+    LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:  # it has ended already
+        os._exit(1)
 
 
 def check_nodes(nodes: Mapping[str, subprocess.Popen[bytes]]) -> None:

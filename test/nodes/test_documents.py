@@ -294,6 +294,10 @@ def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
             assert all('expected' in reason for reason in reasons), reasons
 
 
+OPTIONAL_TOPICS = {'window_tracker': {'detections'}, 'overlay': {'tracks/outlines'}}
+"""Topics without a default, under the name that the pages give them."""
+
+
 @pytest.mark.parametrize('node', NODES)
 def test_the_security_policy_gives_each_node_its_own_topics_and_no_others(node):
     enclaves = ElementTree.parse(ROOT / 'params' / 'sros2_policy.xml').iter('enclave')
@@ -302,7 +306,23 @@ def test_the_security_policy_gives_each_node_its_own_topics_and_no_others(node):
     topics = {s.default for n, s in NODES[node].specs.items() if n.endswith('_topic') and s.default}
     if node == 'camera' or 'image_transport' in NODES[node].specs:
         topics.add('camera/image_raw/compressed')
-    assert allowed == topics
+    assert allowed == topics | OPTIONAL_TOPICS.get(node, set())
+
+
+def test_the_security_policy_gives_the_pipeline_what_its_three_nodes_have():
+    tree = ElementTree.parse(ROOT / 'params' / 'sros2_policy.xml')
+    profiles = {
+        enclave.get('path').rpartition('/')[2]: {
+            profile.get('node'): ElementTree.tostring(profile).strip()
+            for profile in enclave.iter('profile')
+        }
+        for enclave in tree.iter('enclave')
+    }
+    setup = (ROOT / 'setup.py').read_text().partition('EXECUTABLES')[2].partition('}')[0]
+    executables = set(re.findall(r"'(\w+)': '(?:nodes|tools|replay)\.", setup))
+    assert executables - {'replay'} == set(profiles)  # which sends nothing
+    names = ('camera', 'detector', 'tracker')
+    assert profiles['pipeline'] == {name: profiles[name][name] for name in names}
 
 
 def test_the_analyzers_find_the_status_of_every_node():

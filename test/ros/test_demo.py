@@ -61,6 +61,15 @@ def test_a_signal_ends_the_demo_and_all_its_nodes(demo):
     assert not any(Path(f'/proc/{node}').exists() for node in nodes)
 
 
+def test_a_demo_that_is_killed_leaves_no_node_behind(demo):
+    process = demo()
+    wait_until(lambda: len(children(process.pid)) == 4)
+    nodes = children(process.pid)
+    process.kill()
+    process.wait()
+    wait_until(lambda: not any(Path(f'/proc/{node}').exists() for node in nodes))
+
+
 @pytest.mark.alone
 @pytest.mark.parametrize('count', [3, 4], ids=['before the camera', 'while it plays'])
 def test_a_node_that_dies_ends_the_demo_with_its_name(demo, tmp_path, count):

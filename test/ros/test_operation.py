@@ -194,6 +194,21 @@ def test_diagnostics_tell_what_is_wrong(ros):
     status_of(ros, diagnostics, '/tracker', DiagnosticStatus.ERROR, 'nothing has come in')
 
 
+def test_rivals_are_warned_of(ros):
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    ros.start('tracker', warn_silence=60.0)
+    status_of(ros, diagnostics, '/tracker', DiagnosticStatus.OK, 'working')
+    other = ros.start('tracker', '-r', '__node:=other', warn_silence=60.0)
+    text = 'others publish on /tracks as well'
+    for node in ('/tracker', '/other'):
+        status_of(ros, diagnostics, node, DiagnosticStatus.WARN, text)
+    assert other.stop() == 0
+    ros.start('tracker', warn_silence=60.0)
+    status_of(
+        ros, diagnostics, '/tracker', DiagnosticStatus.WARN, 'several nodes are called /tracker'
+    )
+
+
 def test_no_subscriber_is_incompatible(ros):
     for name in ('camera', 'detector', 'tracker', 'overlay'):
         ros.start(name, **(LOOP if name == 'camera' else {}))

@@ -57,20 +57,27 @@ def free_domain() -> tuple[int, TextIO]:
             return domain, lock
 
 
-def remove_orphans() -> None:
-    """Remove the shared memory of killed nodes, 64 MiB each, which nobody can use any more.
+def segments() -> set[Path]:
+    """The shared memory of Fast DDS on this machine."""
+    return {path for path in Path('/dev/shm').glob('fastrtps_*') if 'port' not in path.name}
 
-    What other tests have just made is not mapped yet.
+
+def remove_orphans(before: set[Path]) -> None:
+    """Remove the shared memory of nodes that a test has killed, 64 MiB each.
+
+    What other tests have just made is not mapped yet, and what other users map cannot be seen.
+
+    :param before: what was there when the test began.
     """
-    segments = [path for path in Path('/dev/shm').glob('fastrtps_*') if 'port' not in path.name]
     mapped = set()
     for maps in Path('/proc').glob('[0-9]*/maps'):
         with contextlib.suppress(OSError):
             mapped.update(re.findall(r'/dev/shm/(fastrtps_[0-9a-f]+)', maps.read_text()))
-    for segment in segments:
+    for segment in segments() - before:
         with contextlib.suppress(OSError):
-            old = time.time() - segment.stat().st_mtime > NEW
-            if old and segment.name.partition('_el')[0] not in mapped:
+            status = segment.stat()
+            gone = time.time() - status.st_mtime > NEW and status.st_uid == os.getuid()
+            if gone and segment.name.partition('_el')[0] not in mapped:
                 segment.unlink()
 
 
@@ -117,6 +124,7 @@ class Ros:
         self.folder = folder
         self.domain, self._lock = free_domain()
         self.processes: list[Process] = []
+        self._before = segments()
         self.context = Context()
         rclpy.init(context=self.context, domain_id=self.domain)
         self.node = Node('test', context=self.context)
@@ -205,7 +213,7 @@ class Ros:
                 process.popen.kill()
                 process.popen.wait()
         if any(process.popen.returncode == -signal.SIGKILL for process in self.processes):
-            remove_orphans()
+            remove_orphans(self._before)
         self.executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
