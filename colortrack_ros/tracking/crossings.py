@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
-from colortrack_ros.estimation.motion.constant_velocity import ConstantVelocity
+from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.extents import log_fit
@@ -192,10 +192,7 @@ def _compare(
     both, count = np.append(one, other), len(one)
     mean, cov = records['before'][both], records['before_cov'][both]
     T = (stamp - records['met'][both]) / NANOSECONDS
-    model = ConstantVelocity()
-    for i, dt in enumerate(T.tolist()):
-        F, Q = model.transition(dt)[0], model.noise(dt)[0]
-        mean[i], cov[i] = F @ mean[i], F @ cov[i] @ F.T + prediction.noise**2 * Q
+    mean, cov = _coasted(mean, cov, T, prediction.noise**2 * REFERENCE_PERIOD)
     lines, of_lines = _lines(records, both, stamp)
     mean, cov = np.append(mean, lines, axis=0), np.append(cov, of_lines, axis=0)
     k = np.arange(2 * count)
@@ -206,6 +203,20 @@ def _compare(
         for line in (same, crossed)
     )
     return np.asarray((own - exchanged).reshape(2, count).sum(axis=0))
+
+
+def _coasted(mean: Floats, cov: Floats, T: Floats, q: float) -> tuple[Floats, Floats]:
+    """States (K, 4) and covariances (K, 4, 4) after T, (K,) [s]; see ConstantVelocity.
+
+    :param q: density of the process noise [px^2/s^3].
+    """
+    F = np.zeros((len(T), 4, 4))
+    F[:] = np.eye(4)
+    F[:, (0, 1), (2, 3)] = T[:, None]
+    mean, cov = (F @ mean[..., None])[..., 0], F @ cov @ F.swapaxes(1, 2)
+    for i, j, gain in ((0, 0, T**3 / 3), (0, 2, T**2 / 2), (2, 0, T**2 / 2), (2, 2, T)):
+        cov[:, (i, i + 1), (j, j + 1)] += q * gain[:, None]
+    return mean, cov
 
 
 def _compare_sizes(

@@ -198,12 +198,24 @@ class Tracker:
             size = prediction.records['extent'].sum(axis=1)
             self._adaptation.learn_alike(count_alike(size, blobs.size[new]), len(new))
 
+    def _nothing_ends(self, before: NDArray[np.uint8], keep: NDArray[np.bool_]) -> bool:
+        """Whether no track was tentative before, and none is overdue or has left."""
+        if np.count_nonzero(before == TENTATIVE) or np.count_nonzero(keep) < len(keep):
+            return False
+        tracks, learned = self._tracks, self._adaptation
+        present = is_present(tracks, self._clock.now, self._period, learned.image_size, self.config)
+        return np.count_nonzero(present) == len(keep)
+
     def _manage(self, *, again: bool) -> None:
         """Confirmation, deletion and stitching."""
         tracks, now, learned, config = self._tracks, self._clock.now, self._adaptation, self.config
         records = tracks.records
         before = records['state'].copy()
         keep = confirm(tracks, now, config)
+        if self._nothing_ends(before, keep):
+            if not again:
+                learned.learn_new(0, records['origin'][:0])
+            return
         overdue = ~keep & (records['state'] == COASTING)
         gone = overdue & ~records['outside']
         learned.disappearances.learn(records['seen'][gone], returned=False)
