@@ -11,6 +11,7 @@ EXECUTABLES = {
     'camera': 'nodes.camera',
     'contour_tracker': 'nodes.contour_tracker',
     'detector': 'nodes.detector',
+    'evaluate': 'tools.evaluate',
     'follower': 'nodes.follower',
     'locator': 'nodes.locator',
     'overlay': 'nodes.overlay',

@@ -22,8 +22,7 @@ from points import of_scene
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 
-from support.scoring import Tally
-
+from colortrack_ros.evaluation import Tally
 from colortrack_ros.scenes import BLACKOUT
 from colortrack_ros.tracking import adaptation
 from colortrack_ros.tracking import prediction

@@ -16,8 +16,7 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 
-from support.scoring import Tally
-
+from colortrack_ros.evaluation import Tally
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 

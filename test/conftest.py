@@ -20,7 +20,7 @@ settings.load_profile('same')
 
 NEEDS = {
     'rosbags': ('support.recorded', 'colortrack_ros.bags', 'colortrack_ros.replay', 'rosbags'),
-    'motmetrics': ('support.scoring', 'motmetrics'),
+    'motmetrics': ('motmetrics',),
 }
 """Modules that no rosdep key gives, and what cannot be imported without them."""
 

@@ -26,6 +26,7 @@ ROOMS_WITHOUT_ROS = (
     'parameters',
     'world',
     'simulation',
+    'evaluation',
 )
 ALLOWED = {
     'data': set(),
@@ -45,6 +46,7 @@ ALLOWED = {
     'drawing': {'data'},
     'messages': {'data', 'encodings', 'files'},
     'bags': {'data'},
+    'evaluation': {'data', 'scenes'},
     'flow': {'data', 'parameters'},
 }
 
@@ -54,7 +56,7 @@ FLOORS = (
     {'encodings'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},
-    {'contours', 'chain', 'simulation'},
+    {'contours', 'chain', 'simulation', 'evaluation'},
     {'node_kit'},
     {'nodes'},
     {'replay'},

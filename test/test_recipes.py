@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from support.paths import ROOT
 from support.pipeline import flat
-from support.scoring import Tally
 import yaml
 
 from colortrack_ros.data import Frame
@@ -15,6 +14,7 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.evaluation import Tally
 from colortrack_ros.parameters import build
 from colortrack_ros.scenes import open_scene
 from colortrack_ros.tracking import Tracker

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from support.pipeline import run
-from support.scoring import Tally
 
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.evaluation import Tally
 from colortrack_ros.scenes import open_scene
 
 SEEN = 0.25

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 from support.pipeline import run
-from support.scoring import Tally
 
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.evaluation import Tally
 from colortrack_ros.scenes import open_scene
 
 SCENES = ('single', 'enter_exit', 'five', 'crossing', 'occlusion')

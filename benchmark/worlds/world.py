@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 from points import Sequence
-from support.scoring import Score
-from support.scoring import Tally
 
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.evaluation import Score
+from colortrack_ros.evaluation import Tally
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 

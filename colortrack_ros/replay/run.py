@@ -47,7 +47,7 @@ from colortrack_ros.replay.targets import Targets
 
 
 @dataclass
-class Tally:
+class Answers:
     """Counts of what has been done so far."""
 
     frames: int = 0
@@ -96,7 +96,7 @@ def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
     from_bag = is_bag(Path(arguments.input))
     setup = read_setup(arguments, from_bag=from_bag)
     path = arguments.output or default_output(arguments.input)
-    tally = Tally()
+    tally = Answers()
     broken = None
     with contextlib.ExitStack() as stack:
         recording = _open(arguments, setup, from_bag=from_bag)
@@ -137,7 +137,7 @@ def _run(
     recording: Recording,
     setup: Setup,
     outputs: Sequence[Output],
-    tally: Tally,
+    tally: Answers,
     stop: threading.Event,
 ) -> None:
     """Run each frame through the chain, and write the results to the outputs."""
@@ -229,7 +229,7 @@ def _outputs(
 
 
 def summary(
-    recording: Recording, path: Path, tally: Tally, seconds: float, *, interrupted: bool
+    recording: Recording, path: Path, tally: Answers, seconds: float, *, interrupted: bool
 ) -> str:
     """The result in a few lines."""
     speed = tally.frames / max(seconds, 1e-9)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from support.paths import DATA
-from support.scoring import Tally
 
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
@@ -13,6 +12,7 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.evaluation import Tally
 from colortrack_ros.scenes import BLACKOUT
 from colortrack_ros.scenes import detections_of
 from colortrack_ros.scenes import open_scene

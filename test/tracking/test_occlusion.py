@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.scoring import score
 from support.silhouettes import discs
 from support.silhouettes import FRAME
 from support.silhouettes import inside
 from support.silhouettes import run
 
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.evaluation import score
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 

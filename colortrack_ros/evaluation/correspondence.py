@@ -9,24 +9,33 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 from scipy.spatial import cKDTree
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Score:
     """What came out.
 
-    switches: times an object was taken over by another track; idf1: 0..1; mota: up to 1;
-    rmse: of the matched positions [px]; misses: objects unmatched, over all frames; false: track
+    switches: times an object was taken over by another track; fragments: times an object was found
+    again after it had been lost; idf1, precision, recall: 0..1; mota: up to 1; rmse: of the matched
+    positions, in the unit of the distance; misses: objects unmatched, over all frames; false: track
     rows unmatched, over all frames; false_tracks: IDs of tracks unmatched in most of their frames;
     tracks_of: for each object the IDs it had, in order.
     """
 
     switches: int
+    fragments: int
     idf1: float
     mota: float
+    precision: float
+    recall: float
     rmse: float
     misses: int
     false: int
@@ -55,14 +64,15 @@ class Tally:
 
     def __init__(self, max_distance: float) -> None:
         self.max_distance = max_distance
-        self.switches = self.misses = self.false = 0
-        self.squares: list[np.ndarray] = []
+        self.switches = self.misses = self.false = self.fragments = 0
+        self.squares: list[Floats] = []
         self.tracks_of: dict[int, list[int]] = {}
-        self.together: list[np.ndarray] = []
-        self.matched: list[np.ndarray] = []
-        self.seen: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
+        self.together: list[Indices] = []
+        self.matched: list[Indices] = []
+        self.seen: tuple[list[Indices], list[Indices]] = ([], [])
+        self._lost: dict[int, bool] = {}
 
-    def add(self, objects: object, hypotheses: object, hidden: int = 0) -> None:
+    def add(self, objects: ArrayLike, hypotheses: ArrayLike, hidden: int = 0) -> None:
         """Take one frame.
 
         :param objects: rows of (object, u, v).
@@ -78,14 +88,25 @@ class Tally:
             order = np.argsort(-nearest, kind='stable')
             far = np.count_nonzero(nearest > self.max_distance)
             tracks = tracks[order[min(hidden, far) :]]
-        ids, names = truth[:, 0].astype(int), tracks[:, 0].astype(int)
-        self.seen[0].append(ids)
-        self.seen[1].append(names)
         near = objects_at.query_ball_point(tracks[:, 1:], self.max_distance)
         i = np.concatenate([*near, []]).astype(int)
         j = np.repeat(np.arange(len(tracks)), [len(some) for some in near])
-        self.together.append(np.stack([ids[i], names[j]], axis=1))
         distance = np.hypot(*(truth[i, 1:] - tracks[j, 1:]).T)
+        self.add_pairs(truth[:, 0].astype(int), tracks[:, 0].astype(int), i, j, distance)
+
+    def add_pairs(
+        self, ids: Indices, names: Indices, i: Indices, j: Indices, distance: Floats
+    ) -> tuple[Indices, Indices]:
+        """Take one frame of which it is known what is near what.
+
+        :param ids, names: objects (N,) and tracks (M,).
+        :param i, j: (K,) indices of the pairs that may correspond.
+        :param distance: (K,) of them.
+        :return: indices into ids and into names of those that do.
+        """
+        self.seen[0].append(ids)
+        self.seen[1].append(names)
+        self.together.append(np.stack([ids[i], names[j]], axis=1))
         matched = self._match(ids[i], names[j], i, j, distance)
         i, j = i[matched], j[matched]
         self.squares.append(distance[matched] ** 2)
@@ -97,8 +118,16 @@ class Tally:
             if not history or history[-1] != name:
                 self.switches += bool(history)
                 history.append(name)
+        found = set(ids[i].tolist())
+        for one in ids.tolist():
+            self.fragments += one in found and self._lost.get(one, False)
+            if one in found or one in self._lost:
+                self._lost[one] = one not in found
+        return i, j
 
-    def _match(self, ids, names, i, j, distance):
+    def _match(
+        self, ids: Indices, names: Indices, i: Indices, j: Indices, distance: Floats
+    ) -> Indices:
         """Which of the K near pairs correspond: those that did before, then the nearest."""
         last = np.array([self.tracks_of.get(one, [-1])[-1] for one in ids.tolist()])
         kept = np.flatnonzero(last == names)
@@ -110,17 +139,20 @@ class Tally:
         """Sum up."""
         squares = np.concatenate([*self.squares, []])
         names, track_count = np.unique(np.concatenate([*self.seen[1], []]), return_counts=True)
-        total, rows = sum(map(len, self.seen[0])), track_count.sum()
+        total, rows = sum(map(len, self.seen[0])), int(track_count.sum())
         pairs = np.concatenate([*self.together, np.zeros((0, 2), int)])
         pairs, common = np.unique(pairs, axis=0, return_counts=True)
-        true_positives = common[best_pairs(*pairs.T, -common, miss=0.0)].sum()
+        true_positives = common[best_pairs(pairs[:, 0], pairs[:, 1], -common, miss=0.0)].sum()
         hits = np.bincount(
             np.searchsorted(names, np.concatenate([*self.matched, []])), minlength=len(names)
         )
         return Score(
             switches=self.switches,
-            idf1=2 * true_positives / max(total + rows, 1),
+            fragments=self.fragments,
+            idf1=float(2 * true_positives / max(total + rows, 1)),
             mota=1 - (self.misses + self.false + self.switches) / max(total, 1),
+            precision=(rows - self.false) / max(rows, 1),
+            recall=(total - self.misses) / max(total, 1),
             rmse=float(np.sqrt(squares.mean())) if len(squares) else float('nan'),
             misses=self.misses,
             false=self.false,
@@ -129,7 +161,7 @@ class Tally:
         )
 
 
-def best_pairs(one: np.ndarray, other: np.ndarray, cost: np.ndarray, miss: float = 1e9):
+def best_pairs(one: Indices, other: Indices, cost: ArrayLike, miss: float = 1e9) -> Indices:
     """Choose pairs, each name once on each side, with the least cost.
 
     :param one, other: (K,) names.
@@ -137,6 +169,7 @@ def best_pairs(one: np.ndarray, other: np.ndarray, cost: np.ndarray, miss: float
     :param miss: of a name in ``one`` that is in none.
     :return: indices of the pairs chosen.
     """
+    cost = np.asarray(cost, float)
     if not len(cost):
         return np.zeros(0, int)
     rows, row = np.unique(one, return_inverse=True)

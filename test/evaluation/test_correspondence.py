@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
-from support.scoring import score
+
+from colortrack_ros.evaluation import score
 
 
 def wobbly(seed):
@@ -33,11 +34,15 @@ def test_the_numbers_are_those_of_motmetrics(seed):
         d2[d2 > 10**2] = np.nan
         accumulator.update(a[:, 0].astype(int), b[:, 0].astype(int), np.sqrt(d2))
     names = ['num_switches', 'idf1', 'mota', 'num_misses', 'num_false_positives']
+    names += ['num_fragmentations', 'precision', 'recall']
     expected = motmetrics.metrics.create().compute(accumulator, metrics=names).iloc[0]
     found = score(truth, tracks, 10.0)
     assert [found.switches, found.misses, found.false] == [
         expected[n] for n in ('num_switches', 'num_misses', 'num_false_positives')
     ]
+    assert found.fragments == expected['num_fragmentations']
+    assert found.precision == pytest.approx(expected['precision'])
+    assert found.recall == pytest.approx(expected['recall'])
     assert found.idf1 == pytest.approx(expected['idf1'])
     assert found.mota == pytest.approx(expected['mota'])
 

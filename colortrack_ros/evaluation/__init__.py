@@ -1,0 +1,25 @@
+"""evaluation: how tracks compare with the truth, or what can be told of them without it."""
+
+from colortrack_ros.evaluation.comparison import compare
+from colortrack_ros.evaluation.comparison import Comparison
+from colortrack_ros.evaluation.correspondence import Score
+from colortrack_ros.evaluation.correspondence import score
+from colortrack_ros.evaluation.correspondence import Tally
+from colortrack_ros.evaluation.record import Record
+from colortrack_ros.evaluation.record import record_of_scene
+from colortrack_ros.evaluation.statistics import statistics
+from colortrack_ros.evaluation.tables import read_record
+from colortrack_ros.evaluation.tables import RecordError
+
+__all__ = [
+    'Comparison',
+    'Record',
+    'RecordError',
+    'Score',
+    'Tally',
+    'compare',
+    'read_record',
+    'record_of_scene',
+    'score',
+    'statistics',
+]

@@ -1,0 +1,176 @@
+"""Tracks against the truth."""
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.evaluation.correspondence import Score
+from colortrack_ros.evaluation.correspondence import Tally
+from colortrack_ros.evaluation.hota import Hota
+from colortrack_ros.evaluation.hota import HotaTally
+from colortrack_ros.evaluation.record import Record
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+VISIBLE = 0.3
+"""Share of an object in sight from which on it has to be found."""
+
+ELLIPSE_95 = -2 * np.log(0.05)
+"""Squared Mahalanobis radius of an ellipse that holds 95 %, chi-square with two degrees."""
+
+
+class Event(NamedTuple):
+    """A switch, or what else a report points to.
+
+    :param frame: from 0.
+    :param object: whose track it is.
+    :param before, after: IDs of its tracks.
+    :param u, v: where [px].
+    """
+
+    frame: int
+    object: int
+    before: int
+    after: int
+    u: float
+    v: float
+
+
+class Comparison(NamedTuple):
+    """What came out.
+
+    :param measures: by name, for tables and thresholds.
+    :param objects: by ID, the measures of each.
+    :param matches: (K, 3) frame, object and track of each match.
+    :param switches: where an object was taken over by another track.
+    """
+
+    measures: dict[str, float]
+    objects: dict[int, dict[str, float]]
+    matches: Indices
+    switches: list[Event]
+
+
+def compare(
+    truth: Record,
+    tracks: Record,
+    *,
+    radius: float = 0.0,
+    iou: float = 0.5,
+    visible: float = VISIBLE,
+) -> Comparison:
+    """Compare the frames of the truth.
+
+    :param radius: a match's centers are no farther apart [px]; 0: its boxes overlap.
+    :param iou: intersection over union that they have at least.
+    :param visible: objects less in sight need not be found, and tracks on them are not false.
+    """
+    limit = radius or 1 - iou
+    clear, hota = Tally(limit), HotaTally()
+    found = []
+    for frame in truth.frames.tolist():
+        objects, shown = truth.rows_of(frame), tracks.rows_of(frame)
+        far = _distance(objects, shown, radius)
+        hidden = objects['visible'] < visible
+        # A track nearest to what is hidden is neither right nor wrong.
+        on_hidden = _on_hidden(far, hidden, limit)
+        objects, shown, far = objects[~hidden], shown[~on_hidden], far[np.ix_(~hidden, ~on_hidden)]
+        i, j = np.nonzero(far <= limit)
+        i, j = clear.add_pairs(objects['id'], shown['id'], i, j, far[i, j])
+        hota.add(objects['id'], shown['id'], _similarity(far, radius))
+        found.append((objects[i], shown[j]))
+    right, theirs = map(np.concatenate, zip((truth.rows[:0],) * 2, *found, strict=True))
+    judged = np.isin(truth.rows['frame'], truth.frames) & (truth.rows['visible'] >= visible)
+    frames = Counter(truth.rows['id'][judged].tolist())
+    return Comparison(
+        measures=_measures(clear.score(), hota.score()) | _errors(right, theirs),
+        objects={one: _of_object(n, right, theirs, one) for one, n in sorted(frames.items())},
+        matches=np.stack([right['frame'], right['id'], theirs['id']], axis=1),
+        switches=list(_switches(right, theirs)),
+    )
+
+
+def _measures(score: Score, hota: Hota) -> dict[str, float]:
+    """By name."""
+    names = 'idf1', 'mota', 'precision', 'recall', 'switches', 'fragments', 'misses', 'false'
+    values = {name: getattr(score, name) for name in names}
+    return hota._asdict() | values | {'false_tracks': len(score.false_tracks)}
+
+
+def _switches(right: NDArray[np.void], theirs: NDArray[np.void]) -> Iterator[Event]:
+    """Where an object's track is another than when it was last found."""
+    last: dict[int, int] = {}
+    for a, b in zip(right, theirs, strict=True):
+        one, track = int(a['id']), int(b['id'])
+        if last.setdefault(one, track) != track:
+            yield Event(int(a['frame']), one, last[one], track, float(a['u']), float(a['v']))
+        last[one] = track
+
+
+def _distance(objects: NDArray[np.void], shown: NDArray[np.void], radius: float) -> Floats:
+    """Between centers [px], or 1 less the intersection over union of the boxes; (N, M)."""
+    a, b = objects[:, None], shown[None, :]
+    if radius:
+        return np.hypot(a['u'] - b['u'], a['v'] - b['v'])
+    both = np.ones((len(objects), len(shown)))
+    for center, size in (('u', 'w'), ('v', 'h')):
+        low = np.maximum(a[center] - a[size] / 2, b[center] - b[size] / 2)
+        high = np.minimum(a[center] + a[size] / 2, b[center] + b[size] / 2)
+        both = both * np.maximum(high - low, 0)
+    return 1 - both / np.maximum(a['w'] * a['h'] + b['w'] * b['h'] - both, np.finfo(float).tiny)
+
+
+def _similarity(far: Floats, radius: float) -> Floats:
+    """0..1, as HOTA takes it."""
+    return np.maximum(1 - far / radius, 0) if radius else 1 - far
+
+
+def _on_hidden(far: Floats, hidden: NDArray[np.bool_], limit: float) -> NDArray[np.bool_]:
+    """Which tracks are nearest to an object that need not be found."""
+    if not hidden.any() or not far.shape[1]:
+        return np.zeros(far.shape[1], bool)
+    nearest = far.argmin(axis=0)
+    return hidden[nearest] & (far.min(axis=0) <= limit)
+
+
+def _errors(right: NDArray[np.void], theirs: NDArray[np.void]) -> dict[str, float]:
+    """Of the matched positions, and whether their covariances tell it."""
+    e = np.stack([theirs['u'] - right['u'], theirs['v'] - right['v']], axis=1)
+    measures = {'rmse': _root_mean_square(e)}
+    every = np.ones(len(theirs), bool)
+    for name, rows in (('', every), ('coasting_', theirs['coasting'])):
+        P = theirs['covariance'][rows, :2, :2]
+        known = np.isfinite(P).all(axis=(1, 2)) & (np.linalg.det(np.nan_to_num(P)) > 0)
+        if not known.any():
+            continue
+        d = e[rows][known]
+        nees = np.einsum('ki,ki->k', d, np.linalg.solve(P[known], d[..., None])[..., 0])
+        measures[f'{name}nees'] = float(nees.mean()) / 2
+        measures[f'{name}coverage'] = float((nees <= ELLIPSE_95).mean())
+    return measures
+
+
+def _root_mean_square(e: Floats) -> float:
+    return float(np.sqrt((e**2).sum(axis=1).mean())) if len(e) else float('nan')
+
+
+def _of_object(
+    frames: int, right: NDArray[np.void], theirs: NDArray[np.void], one: int
+) -> dict[str, Any]:
+    """The measures of one object that should be found in so many frames."""
+    mine = right['id'] == one
+    e = np.stack([theirs[name][mine] - right[name][mine] for name in ('u', 'v')], axis=1)
+    history = theirs['id'][mine]
+    history = history[np.diff(history, prepend=-1) != 0].tolist()
+    return {
+        'frames': frames,
+        'found': len(e) / max(frames, 1),
+        'switches': max(len(history) - 1, 0),
+        'rmse': _root_mean_square(e),
+        'tracks': history,
+    }

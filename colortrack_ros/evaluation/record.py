@@ -1,0 +1,90 @@
+"""What was where in each frame: tracks, or the truth."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import Tracks
+from colortrack_ros.scenes import Scene
+
+ROW = np.dtype(
+    [
+        ('frame', 'i8'), ('stamp', 'i8'), ('id', 'i8'), ('u', 'f8'), ('v', 'f8'), ('w', 'f8'),
+        ('h', 'f8'), ('visible', 'f8'), ('du', 'f8'), ('dv', 'f8'), ('covariance', 'f8', (4, 4)),
+        ('coasting', '?'),
+    ]
+)  # fmt: skip
+"""One object or track in one frame.
+
+frame: from 0; stamp: of the frame [ns], -1: not known; u, v: center [px]; w, h: box [px]; visible:
+share in sight, 0..1; du, dv: velocity [px/s]; covariance: of (u, v, du, dv); coasting: it was not
+measured in this frame. NaN: not known.
+"""
+
+
+@dataclass(frozen=True)
+class Record:
+    """Rows of all frames, in the order of the frames.
+
+    :param rows: (N,) of dtype ROW.
+    :param frames: (F,) the frames that there are, ascending, also those without rows.
+    :param delays: (F,) from the stamp of each frame to when its tracks were recorded [s], or empty.
+    """
+
+    rows: NDArray[np.void]
+    frames: NDArray[np.int64]
+    delays: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, rows: NDArray[np.void], frames: Iterable[int] | None = None) -> 'Record':
+        """Sorted by frames.
+
+        :param frames: none: those with rows.
+        """
+        rows = rows[np.argsort(rows['frame'], kind='stable')]
+        known = rows['frame'] if frames is None else np.fromiter(frames, np.int64)
+        return cls(rows, np.unique(known), np.zeros(0))
+
+    def rows_of(self, frame: int) -> NDArray[np.void]:
+        """Those of one frame."""
+        first, last = np.searchsorted(self.rows['frame'], [frame, frame + 1])
+        return self.rows[first:last]
+
+
+def empty_rows(count: int) -> NDArray[np.void]:
+    """Rows of which nothing is known."""
+    rows = np.zeros(count, ROW)
+    for name in ('u', 'v', 'w', 'h', 'du', 'dv', 'covariance'):
+        rows[name] = np.nan
+    rows['stamp'], rows['visible'] = -1, 1.0
+    return rows
+
+
+def rows_of_tracks(tracks: Tracks, frame: int) -> NDArray[np.void]:
+    """The confirmed and the coasting tracks of a frame."""
+    shown = tracks.rows[tracks.rows['state'] != TENTATIVE]
+    rows = empty_rows(len(shown))
+    for name in ('u', 'v', 'du', 'dv', 'covariance'):
+        rows[name] = shown[name]
+    rows['id'], rows['w'], rows['h'] = shown['track_id'], shown['box_w'], shown['box_h']
+    rows['frame'], rows['stamp'] = frame, tracks.stamp
+    rows['coasting'] = shown['state'] == COASTING
+    return rows
+
+
+def record_of_scene(scene: Scene) -> Record:
+    """The truth of a scene."""
+    parts = []
+    for k in range(len(scene)):
+        truth = scene.truth(k)
+        rows = empty_rows(len(truth))
+        for name in ('id', 'u', 'v', 'visible'):
+            rows[name] = truth[name]
+        rows['w'] = rows['h'] = 2 * truth['radius']
+        rows['frame'] = k
+        parts.append(rows)
+    return Record.of(np.concatenate([*parts, empty_rows(0)]), range(len(scene)))

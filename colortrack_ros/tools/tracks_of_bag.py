@@ -1,0 +1,48 @@
+"""Reading the tracks of a bag."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+
+from colortrack_ros.bags import BagError
+from colortrack_ros.bags import BagReader
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.evaluation import Record
+from colortrack_ros.evaluation import RecordError
+from colortrack_ros.evaluation.record import rows_of_tracks
+from colortrack_ros.messages import MessageError
+from colortrack_ros.messages import tracks_of_serialized_cloud
+from colortrack_ros.replay.recordings import CLOUD
+
+
+def tracks_of_bag(path: Path, topic: str) -> Record:
+    """The tracks that are recorded there, the n-th message being frame n - 1.
+
+    :param topic: of the tracks; empty: the only one with tracks.
+    :raises RecordError: there is none, or several; or the bag cannot be read to its end.
+    """
+    try:
+        reader = BagReader(path)
+        clouds = [t for t in reader.topics if t.kind == CLOUD and topic in ('', t.name)]
+        read = {}
+        for cloud in clouds:
+            try:
+                read[cloud.name] = [
+                    (when, tracks_of_serialized_cloud(cdr)) for when, cdr in reader.messages(cloud)
+                ]
+            except MessageError as error:
+                if topic:
+                    raise RecordError(f'{path}: {topic}: {error}') from error
+        reader.close()
+    except BagError as error:
+        raise RecordError(str(error)) from error
+    if len(read) != 1:
+        names = ', '.join(read) or 'none'
+        raise RecordError(f'{path}: expected one topic of tracks, --topic chooses; got {names}')
+    (messages,) = read.values()
+    parts = [rows_of_tracks(tracks, k) for k, (_, tracks) in enumerate(messages)]
+    record = Record.of(np.concatenate(parts), range(len(parts)))
+    delays = np.array([when - tracks.stamp for when, tracks in messages]) / NANOSECONDS
+    # What replay wrote carries the time of the picture: its delay says nothing of the tracker.
+    return dataclasses.replace(record, delays=delays) if (delays > 0).any() else record

@@ -1,0 +1,168 @@
+import json
+
+import numpy as np
+import pytest
+from support.paths import DATA
+
+from colortrack_ros.evaluation import compare
+from colortrack_ros.evaluation import read_record
+from colortrack_ros.evaluation import Record
+from colortrack_ros.evaluation import RecordError
+from colortrack_ros.evaluation import statistics
+from colortrack_ros.evaluation.record import empty_rows
+from colortrack_ros.tools.evaluate import main
+
+
+def lines(names, count=40, start=0):
+    """Objects 100 px apart that move to the right, (frame, id, u, v, 20, 20)."""
+    rows = empty_rows(count * len(names))
+    k = np.repeat(np.arange(count), len(names)) + start
+    i = np.tile(np.arange(len(names)), count)
+    rows['frame'], rows['id'] = k, np.array(names)[i]
+    rows['u'], rows['v'], rows['w'], rows['h'] = 2.0 * k, 100.0 * i, 20.0, 20.0
+    return rows
+
+
+def record(rows, count=40):
+    return Record.of(rows, range(count))
+
+
+def write_truth(path, rows):
+    names = ['frame', 'id', 'u', 'v', 'w', 'h']
+    text = '\n'.join(','.join(f'{row[name]:g}' for name in names) for row in rows)
+    path.write_text(','.join(names) + '\n' + text + '\n')
+    return str(path)
+
+
+def write_mot(path, rows):
+    path.write_text(
+        ''.join(
+            f'{r["frame"] + 1},{r["id"]},{r["u"] - 9.5 + 1},{r["v"] - 9.5 + 1},20,20,1,-1,-1,-1\n'
+            for r in rows
+        )
+    )
+    return str(path)
+
+
+def test_the_truth_itself_is_perfect_in_every_measure():
+    rows = lines([3, 5])
+    for options in ({'radius': 10.0}, {'iou': 0.5}):
+        result = compare(record(rows), record(rows), **options)
+        good = {n: result.measures[n] for n in ('hota', 'deta', 'assa', 'idf1', 'mota', 'recall')}
+        assert set(good.values()) == {1.0}
+        assert result.switches == []
+        assert len(result.matches) == 80
+
+
+def test_a_switch_is_told_with_its_frame_object_and_place():
+    tracks = lines([3, 5])
+    late = tracks['frame'] >= 25
+    tracks['id'][late] = np.where(tracks['id'][late] == 3, 5, 3)
+    result = compare(record(lines([1, 2])), record(tracks), radius=10.0)
+    assert [e[:4] for e in result.switches] == [(25, 1, 3, 5), (25, 2, 5, 3)]
+    assert result.switches[0][4:] == (50.0, 0.0)
+    assert result.measures['switches'] == 2
+    assert result.objects[1]['tracks'] == [3, 5]
+
+
+def test_a_gap_is_a_fragment_and_a_stray_track_is_false():
+    tracks = lines([3])
+    tracks = tracks[(tracks['frame'] < 10) | (tracks['frame'] > 14)]
+    stray = lines([9], 5)
+    stray['v'] = 500.0
+    result = compare(record(lines([1])), record(np.concatenate([tracks, stray])), radius=10.0)
+    wanted = {'fragments': 1, 'misses': 5, 'false': 5, 'false_tracks': 1, 'switches': 0}
+    assert {name: result.measures[name] for name in wanted} == wanted
+
+
+def test_tracks_in_frames_without_objects_are_false():
+    result = compare(record(lines([1], 10), 40), record(lines([1])), radius=10.0)
+    assert result.measures['false'] == 30
+
+
+def test_what_is_hidden_need_not_be_found_and_a_track_on_it_is_not_false():
+    truth = lines([1, 2])
+    truth['visible'][(truth['id'] == 2) & (truth['frame'] < 20)] = 0.1
+    both = compare(record(truth), record(lines([3, 5])), radius=10.0)
+    assert (both.measures['false'], both.measures['misses']) == (0, 0)
+    one = lines([3, 5])
+    one = one[(one['id'] == 3) | (one['frame'] >= 20)]
+    assert compare(record(truth), record(one), radius=10.0).measures['misses'] == 0
+
+
+def test_covariances_that_are_right_cover_95_percent():
+    rng = np.random.default_rng(0)
+    truth = lines([1, 2], 2000)
+    tracks = truth.copy()
+    P = np.array([[4.0, 1.0], [1.0, 2.0]])
+    e = rng.multivariate_normal([0, 0], P, len(tracks))
+    tracks['u'] += e[:, 0]
+    tracks['v'] += e[:, 1]
+    tracks['covariance'] = np.eye(4)
+    tracks['covariance'][:, :2, :2] = P
+    measures = compare(record(truth, 2000), record(tracks, 2000), radius=20.0).measures
+    assert measures['nees'] == pytest.approx(1.0, abs=0.05)
+    assert measures['coverage'] == pytest.approx(0.95, abs=0.015)
+    assert measures['rmse'] == pytest.approx(np.sqrt(6), rel=0.03)
+
+
+def test_without_truth_gaps_and_jumps_are_found():
+    tracks = lines([1, 2])
+    tracks['stamp'] = tracks['frame'] * 10**9
+    tracks['du'], tracks['dv'] = 2.0, 0.0
+    tracks['covariance'] = 0.01 * np.eye(4)
+    assert statistics(record(tracks))['jumps'] == 0
+    tracks['v'][tracks['frame'] == 20] += 50
+    values = statistics(record(tracks[tracks['frame'] != 5]))
+    assert values['gaps'] == 2
+    assert values['jumps'] == pytest.approx(4 / 76)
+
+
+def test_csv_and_motchallenge_of_the_same_tracks_are_the_same(tmp_path):
+    rows = lines([3, 5])
+    csv = read_record(tmp_path / write_truth(tmp_path / 'a.csv', rows))
+    mot = read_record(tmp_path / write_mot(tmp_path / 'a.txt', rows))
+    for name in ('frame', 'id', 'u', 'v', 'w', 'h'):
+        assert np.array_equal(csv.rows[name], mot.rows[name])
+
+
+@pytest.mark.parametrize(
+    'text',
+    ['', 'frame,id\n1,2\n', 'frame,id,u,v\n1,2,x,4\n', 'frame,id,u,v\n1,2\n', '\0\0', 'a,b\n"'],
+)
+def test_a_file_that_is_no_table_is_refused_with_its_name(tmp_path, text):
+    for name in ('odd.csv', 'odd.txt'):
+        (tmp_path / name).write_text(text or 'x')
+        with pytest.raises(RecordError, match=name):
+            read_record(tmp_path / name)
+
+
+def test_thresholds_decide_the_exit_status(tmp_path, capsys):
+    truth = write_truth(tmp_path / 'truth.csv', lines([1, 2]))
+    tracks = write_mot(tmp_path / 'tracks.txt', lines([3]))
+    arguments = [tracks, '--truth', truth, '--radius', '10']
+    assert main([*arguments, '--min', 'recall=0.5', '--max', 'switches=0']) == 0
+    assert main([*arguments, '--min', 'recall=0.9']) == 3
+    assert 'recall is 0.5, expected at least 0.9' in capsys.readouterr().err
+    assert main([*arguments, '--max', 'speling=0']) == 3
+    assert 'speling is not known' in capsys.readouterr().err
+    assert main([str(tmp_path / 'none.csv'), '--truth', truth]) == 1
+    with pytest.raises(SystemExit):
+        main([*arguments, '--min', 'idf1'])
+
+
+def test_all_figures_are_in_the_json(tmp_path):
+    truth = write_truth(tmp_path / 'truth.csv', lines([1, 2]))
+    tracks = write_mot(tmp_path / 'tracks.txt', lines([3, 5]))
+    out = tmp_path / 'out.json'
+    assert main([tracks, '--truth', truth, '--json', str(out)]) == 0
+    (result,) = json.loads(out.read_text()).values()
+    assert result['measures']['hota'] == 1.0
+    assert result['objects']['1']['found'] == 1.0
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason=f'needs the recordings in {DATA}')
+def test_real_truth_is_read_with_the_frames_that_are_labeled():
+    truth = read_record(DATA / 'real' / 'cups.csv')
+    assert len(truth.frames) < truth.frames[-1]
+    assert compare(truth, truth, radius=30.0).measures['idf1'] == 1.0
