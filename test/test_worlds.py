@@ -9,6 +9,7 @@ sys.path.append(str(ROOT / 'benchmark'))
 from worlds.following import follow
 from worlds.following import kept
 from worlds.following import known
+from worlds.identities import post
 from worlds.motions import bouncing
 from worlds.motions import straight
 from worlds.motions import weaving
@@ -110,3 +111,10 @@ def test_worlds_are_chosen_by_point_and_by_name():
     assert len(choose(['1'])) == 6
     with pytest.raises(ValueError, match=r'unknown world .zebra.: there are 1 noise'):
         choose(['zebra'])
+
+
+@pytest.mark.parametrize('seed', [2, 3, 5])
+def test_pairs_of_unlike_sizes_that_bounce_behind_a_post_keep_their_ids(seed):
+    swapped, own = post(seed, [])
+    assert swapped.now == 0
+    assert own.now == 100

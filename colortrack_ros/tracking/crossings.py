@@ -21,6 +21,7 @@ from colortrack_ros.tracking.extents import log_fit
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.maneuvers import maneuver_chance
+from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.stitching import log_likelihood_ratio
 
@@ -47,23 +48,26 @@ OWN = ('track_id', 'born', 'origin', 'color', 'hits')
 
 
 def find_rivals(
-    hypotheses: Hypotheses, gain: Floats, associated: Association, count: int, *, sized: bool
+    hypotheses: Hypotheses,
+    gain: Floats,
+    associated: Association,
+    prediction: Prediction,
+    blobs: Measurements,
 ) -> tuple[Indices, Indices]:
     """Find pairs of tracks that might as well have each other's detections.
 
-    :param hypotheses: K pairs, of which some were chosen.
-    :param gain: (K,) their scores.
+    Sizes tell of two on one blob (see merged), and count by what they will have said of these when
+    it is decided. Where there are none, a track that has no blob may have that of the other.
+
+    :param hypotheses, gain: K pairs, of which some were chosen, and their scores.
     :param associated: those chosen; where not by a hard decision, nothing has to be deferred.
-    :param count: of tracks.
-    :param sized: there are sizes, which tell of two objects on one blob (see merged); if not, one
-        that has none may have that of the other.
     :return: (P,) and (P,) tracks, each the other's nearest rival; both ways round.
     """
     none = np.zeros(0, np.intp)
     track, blob, pairs = hypotheses.track, hypotheses.blob, associated.pairs
     if len(track) == len(pairs) or not (associated.probability == 1).all():
         return none, none
-    width = len(associated.free)
+    width, count, sized = len(blobs), len(prediction.records), prediction.sized
     owner, taken = np.full(width, -1), np.full(count, -1)
     owner[pairs.blob], taken[pairs.track] = pairs.track, pairs.blob
     worth = np.zeros(count)
@@ -74,17 +78,38 @@ def find_rivals(
         cross = cross[taken[track[cross]] >= 0]
     one, other = track[cross], owner[blob[cross]]
     loss = worth[one] + worth[other] - gain[cross]
+    if sized:
+        loss += (SCANS - 1) * _fit_better(prediction, blobs, one, other, taken)
     near = loss - worth[one] < DOUBTFUL
     one, other, loss = one[near], other[near], loss[near]
     if not len(one):
         return none, none
-    key = track * width + blob
-    order = key.argsort()
-    back = other * width + taken[one]
-    place = order[np.minimum(key[order].searchsorted(back), len(key) - 1)]
-    value = np.where(key[place] == back, gain[place], -np.inf)
-    loss -= np.where(taken[one] >= 0, value, 0.0)
+    loss -= np.where(taken[one] >= 0, _gain_of(hypotheses, gain, other, taken[one], width), 0.0)
     return _mutual(np.append(one, other), np.append(other, one), np.append(loss, loss), count)
+
+
+def _gain_of(
+    hypotheses: Hypotheses, gain: Floats, track: Indices, blob: Indices, width: int
+) -> Floats:
+    """Gains of pairs of a track and one of so many blobs, (P,); -inf for what is no hypothesis."""
+    key = hypotheses.track * width + hypotheses.blob
+    order, wanted = key.argsort(), track * width + blob
+    place = order[np.minimum(key[order].searchsorted(wanted), len(key) - 1)]
+    return np.where(key[place] == wanted, gain[place], -np.inf)
+
+
+def _fit_better(
+    prediction: Prediction, blobs: Measurements, one: Indices, other: Indices, taken: Indices
+) -> Floats:
+    """Log-likelihood ratio of the sizes, (P,), of pairs that have their blobs against exchanged.
+
+    :param taken: (N,) the blob of each track.
+    """
+    size, both = prediction.records['extent'].sum(axis=1), np.append(one, other)
+    own, crossed = blobs.size[taken[both]], blobs.size[taken[np.append(other, one)]]
+    better = log_fit(size[both], own, prediction.alike)
+    better -= log_fit(size[both], crossed, prediction.alike)
+    return np.asarray(better.reshape(2, len(one)).sum(axis=0))
 
 
 def _mutual(one: Indices, other: Indices, loss: Floats, count: int) -> tuple[Indices, Indices]:

@@ -119,7 +119,7 @@ class Tracker:
         hypotheses = hypothesize(prediction, blobs, track, blob)
         gain = score(hypotheses, prediction, blobs, config)
         associated = self._associate(hypotheses, gain, len(blobs))
-        rivals = find_rivals(hypotheses, gain, associated, len(tracks), sized=prediction.sized)
+        rivals = find_rivals(hypotheses, gain, associated, prediction, blobs)
         if len(rivals[0]):
             remember(prediction, *rivals, now)
         blobs, associated = merge_split(prediction, blobs, associated)
