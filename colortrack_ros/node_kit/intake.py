@@ -55,7 +55,7 @@ class BacklogConfig(Protocol):
         """Of :class:`Order`."""
 
 
-def max_lag(default: float, items: str) -> Any:
+def lag_limit(default: float, items: str) -> Any:
     """The field that says when a node that is too slow begins to skip.
 
     :param items: what it skips.
@@ -74,7 +74,7 @@ def max_lag(default: float, items: str) -> Any:
 class IntakeConfig(Config):
     """Where pictures come from, and which of them are worked on."""
 
-    max_lag: float = max_lag(0.05, 'images')
+    max_lag: float = lag_limit(0.05, 'images')
     order: OrderConfig = part(OrderConfig)
     image_topic: str = topic_name('camera/image_raw', 'the images')
     image_transport: str = parameter(

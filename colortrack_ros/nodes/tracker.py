@@ -23,7 +23,7 @@ from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.diagnostics import TOLD_EVERY
 from colortrack_ros.node_kit.intake import configure
-from colortrack_ros.node_kit.intake import max_lag
+from colortrack_ros.node_kit.intake import lag_limit
 from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
@@ -42,7 +42,7 @@ class TrackerSetup(NodeSetup):
     """The parameters of the tracker node."""
 
     config: TrackerConfig = part(TrackerConfig)
-    max_lag: float = max_lag(0.5, 'detections')
+    max_lag: float = lag_limit(0.5, 'detections')
     order: OrderConfig = part(OrderConfig)
     detections_topic: str = topic_name('detections', 'the detections')
     camera_info_topic: str = topic_name(
