@@ -24,6 +24,7 @@ from colortrack_ros.node_kit.intake import receive_images
 from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
+from colortrack_ros.node_kit.services import offer
 from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.tracks_output import TracksOutput
 from colortrack_ros.node_kit.tracks_output import TracksOutputConfig
@@ -89,7 +90,7 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         detects = isinstance(self._tracking, Worker)
         self._chain = ImageChain(self._pictures, self._tracking, detects=detects)
         self._output = TracksOutput(self, self.setup.output)
-        self.create_service(Trigger, '~/reset', self._reset)
+        offer(self, Trigger, '~/reset', self._reset)
         receive_images(self, self._pictures, self.setup.intake)
 
     def set_active(self, active: bool) -> None:
@@ -123,12 +124,10 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         self._output.publish(tracks, self.setup.output.marker_scale)
         self.health.gave_out(tracks.stamp)
 
-    def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _reset(self, _: Trigger.Request) -> str:
         with self.lock:
             self.tracker.reset('a call of ~/reset')
-        response.success = True
-        response.message = 'all tracks are dropped with the next picture'
-        return response
+        return 'all tracks are dropped with the next picture'
 
     def release(self) -> None:
         """End the threads that work."""

@@ -27,6 +27,7 @@ from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.node_kit.services import offer
 from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.nodes.camera_setup import CameraSetup
@@ -92,7 +93,7 @@ class CameraNode(ManagedNode[CameraSetup]):
         self._listen(self.setup)
         self._closing = threading.Event()
         self._going.clear()
-        self.create_service(SetBool, '~/pause', self._pause)
+        offer(self, SetBool, '~/pause', self._pause)
         self._pacer = Pacer(self._closing.wait)
         self._base: int | None = None
         self._thread = threading.Thread(target=self._play, name='camera')
@@ -166,12 +167,10 @@ class CameraNode(ManagedNode[CameraSetup]):
             self._publish(stamped)
         return None
 
-    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    def _pause(self, request: SetBool.Request) -> str:
         self._paused = request.data
         self.set_active(self.active)
-        response.success = True
-        response.message = 'paused' if request.data else 'playing'
-        return response
+        return 'paused' if request.data else 'playing'
 
     def _is_held(self) -> bool:
         """Wait while a recording is paused; whether this frame is not to be published."""

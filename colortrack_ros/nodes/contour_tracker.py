@@ -10,6 +10,7 @@ from colortrack_ros.contours import ContourTracker
 from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.services import offer
 from colortrack_ros.node_kit.tracks_output import OutlinesOutputConfig
 from colortrack_ros.parameters import part
 
@@ -33,18 +34,16 @@ class ContourTrackerNode(ImageTrackerNode[ContourTrackerSetup]):
     def configure(self) -> None:
         """Make what every such node has, and the service."""
         super().configure()
-        self.create_service(Trigger, '~/learn_background', self._learn_background)
+        offer(self, Trigger, '~/learn_background', self._learn_background)
 
     def make(self, setup: ContourTrackerSetup) -> ContourTracker:
         """The tracker of the room."""
         return ContourTracker(setup.config)
 
-    def _learn_background(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _learn_background(self, _: Trigger.Request) -> str:
         with self.lock:
             self.tracker.learn_background()
-        response.success = True
-        response.message = 'the background is learned anew from the next picture on'
-        return response
+        return 'the background is learned anew from the next picture on'
 
 
 def main() -> int:

@@ -24,6 +24,7 @@ from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.services import offer
 from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.node_kit.topics import topic_name
@@ -67,8 +68,8 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         self.health = Health(self, lambda: self._trouble, skipped=lambda: self.stage.skipped)
         self._publisher = publish_on(self, PointCloud2, self.setup.detections_topic)
         self._debug_publisher = publish_on(self, Image, self.setup.debug_topic)
-        self.create_service(SetBool, '~/pause', self._pause)
-        self.create_service(Trigger, '~/learn_background', self._learn_background)
+        offer(self, SetBool, '~/pause', self._pause)
+        offer(self, Trigger, '~/learn_background', self._learn_background)
         if self._subscribe:
             receive_images(self, self.stage, self.setup.intake)
 
@@ -103,19 +104,15 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         self._publisher.publish(cloud_of_detections(detections))
         self.health.gave_out(detections.stamp)
 
-    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    def _pause(self, request: SetBool.Request) -> str:
         self._paused = request.data
         self.set_active(self.active)
-        response.success = True
-        response.message = 'paused' if request.data else 'working'
-        return response
+        return 'paused' if request.data else 'working'
 
-    def _learn_background(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _learn_background(self, _: Trigger.Request) -> str:
         with self.lock:
             self._detector.learn_background()
-        response.success = True
-        response.message = 'the background is learned anew from the next frame on'
-        return response
+        return 'the background is learned anew from the next frame on'
 
     def apply(self, setup: DetectorSetup) -> None:
         """Take changed parameters into use."""

@@ -25,6 +25,7 @@ from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.odometry import OdometryConfig
 from colortrack_ros.node_kit.odometry import OdometryReceiver
 from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.services import offer
 from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
@@ -90,8 +91,8 @@ class FollowerNode(ManagedNode[FollowerSetup]):
             subscribe_to(self, PoseStamped, setup.target_pose_topic, self._take_pose)
         else:
             subscribe_to(self, PointCloud2, setup.locations_topic, self._take_locations)
-        self.create_service(Trigger, '~/stop', self._stop)
-        self.create_service(Trigger, '~/start', self._go)
+        offer(self, Trigger, '~/stop', self._stop)
+        offer(self, Trigger, '~/start', self._go)
         self._timer = self.create_timer(LONGEST_PERIOD, self._step, clock=STEADY)
         self._timer.cancel()
 
@@ -173,16 +174,14 @@ class FollowerNode(ManagedNode[FollowerSetup]):
             command = TwistStamped(header=header, twist=command)
         self._commands.publish(command)
 
-    def _stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _stop(self, _: Trigger.Request) -> str:
         self._following.stop()
         self._publish(self.get_clock().now().nanoseconds, 0.0, 0.0)
-        response.success, response.message = True, 'stopped; ~/start follows again'
-        return response
+        return 'stopped; ~/start follows again'
 
-    def _go(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _go(self, _: Trigger.Request) -> str:
         self._following.go()
-        response.success, response.message = True, 'following'
-        return response
+        return 'following'
 
     def apply(self, setup: FollowerSetup) -> None:
         """Take changed parameters into use."""

@@ -28,6 +28,7 @@ from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.runtime import run
+from colortrack_ros.node_kit.services import offer
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.node_kit.tracks_output import TracksOutput
@@ -84,7 +85,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
             skipped=lambda: self.stage.skipped,
         )
         self._output = TracksOutput(self, self.setup.output)
-        self.create_service(Trigger, '~/reset', self._reset)
+        offer(self, Trigger, '~/reset', self._reset)
         if self._subscribe:
             subscribe_to(self, PointCloud2, self.setup.detections_topic, self._receive)
             subscribe_to(self, CameraInfo, self.setup.camera_info_topic, self._learn_size)
@@ -148,12 +149,10 @@ class TrackerNode(ManagedNode[TrackerSetup]):
     def _look(self) -> None:
         self.stage.look(lambda: lacks_clock(self))
 
-    def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _reset(self, _: Trigger.Request) -> str:
         with self.lock:
             self._tracker.reset('a call of ~/reset')
-        response.success = True
-        response.message = 'all tracks are dropped with the next frame'
-        return response
+        return 'all tracks are dropped with the next frame'
 
     def apply(self, setup: TrackerSetup) -> None:
         """Take changed parameters into use."""
