@@ -9,11 +9,15 @@ from collections.abc import Sequence
 import json
 from pathlib import Path
 import sys
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
 from colortrack_ros.bags.reader import is_bag
+from colortrack_ros.encodings import writable_bgr
 from colortrack_ros.evaluation import compare
 from colortrack_ros.evaluation import Comparison
 from colortrack_ros.evaluation import read_record
@@ -21,7 +25,13 @@ from colortrack_ros.evaluation import Record
 from colortrack_ros.evaluation import record_of_scene
 from colortrack_ros.evaluation import RecordError
 from colortrack_ros.evaluation import statistics
+from colortrack_ros.evaluation.comparison import Event
+from colortrack_ros.evaluation.report import html_of
+from colortrack_ros.evaluation.report import picture_of
+from colortrack_ros.evaluation.report import Run
 from colortrack_ros.scenes import open_scene
+from colortrack_ros.sources import open_source
+from colortrack_ros.sources import SourceError
 from colortrack_ros.sources.scene import SCENE_PREFIX
 from colortrack_ros.tools.tracks_of_bag import tracks_of_bag
 
@@ -35,29 +45,21 @@ def main(args: Sequence[str] | None = None) -> int:
         wrong; 3 if a threshold is missed.
     """
     arguments = _parse(args)
-    results: dict[str, dict[str, float]] = {}
-    details: dict[str, Comparison] = {}
     try:
-        truth = _read(arguments.truth, arguments.topic) if arguments.truth else None
-        for spec in arguments.tracks:
-            tracks = _read(spec, arguments.topic)
-            results[spec] = statistics(tracks)
-            if truth is not None:
-                details[spec] = compare(
-                    truth, tracks,
-                    radius=arguments.radius, iou=arguments.iou, visible=arguments.visible,
-                )  # fmt: skip
-                results[spec] = details[spec].measures
+        runs = _runs(arguments)
         if arguments.json is not None:
-            _write_json(arguments.json, results, details)
-    except (RecordError, OSError) as error:
+            arguments.json.write_text(json.dumps([_content(r) for r in runs], indent=1) + '\n')
+        if arguments.html is not None:
+            arguments.html.write_text(html_of(runs), encoding='utf-8')
+    except (RecordError, SourceError, OSError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 1
+    results = {run.name: run.measures for run in runs}
     console = Console()
     console.print(table_of(results))
-    for spec, detail in details.items():
-        if detail.switches:
-            console.print(switches_of(spec, detail))
+    for run in runs:
+        if run.comparison is not None and run.comparison.switches:
+            console.print(switches_of(run.name, run.comparison))
     missed = list(_missed(results, arguments.min, arguments.max))
     print(*missed, sep='\n', end='\n' if missed else '', file=sys.stderr)
     return 3 if missed else 0
@@ -112,6 +114,10 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument('--topic', default='', help='of the tracks in a bag')
     parser.add_argument('--json', type=Path, help='a file for all figures')
+    parser.add_argument('--html', type=Path, help='a page with timelines, that stands alone')
+    parser.add_argument(
+        '--pictures', metavar='SOURCE', help='video, pictures or scene: shows switches on the page'
+    )
     for name, text in (('min', 'at least'), ('max', 'at most')):
         parser.add_argument(
             f'--{name}', action='append', default=[], type=_threshold, metavar='NAME=VALUE',
@@ -152,18 +158,52 @@ def _read(spec: str, topic: str) -> Record:
     return tracks_of_bag(path, topic) if is_bag(path) else read_record(path)
 
 
-def _write_json(
-    path: Path, results: Mapping[str, Mapping[str, float]], details: Mapping[str, Comparison]
-) -> None:
-    content = {
-        spec: {
-            'measures': measures,
-            'objects': details[spec].objects if spec in details else {},
-            'switches': [e._asdict() for e in details[spec].switches] if spec in details else [],
-        }
-        for spec, measures in results.items()
-    }
-    path.write_text(json.dumps(content, indent=1, default=float) + '\n')
+def _runs(arguments: argparse.Namespace) -> list[Run]:
+    """Each of the runs, compared."""
+    truth = _read(arguments.truth, arguments.topic) if arguments.truth else None
+    runs = []
+    for spec in arguments.tracks:
+        tracks = _read(spec, arguments.topic)
+        if truth is None:
+            runs.append(Run(spec, statistics(tracks), tracks, None, {}))
+            continue
+        options = {name: getattr(arguments, name) for name in ('radius', 'iou', 'visible')}
+        result = compare(truth, tracks, **options)
+        pictures = {}
+        if arguments.html is not None and arguments.pictures:
+            pictures = _pictures(arguments.pictures, result.switches)
+        runs.append(Run(spec, result.measures, tracks, result, pictures))
+    return runs
+
+
+def _pictures(source: str, switches: Sequence[Event]) -> dict[Event, NDArray[np.uint8]]:
+    """The surroundings of each switch in a video, pictures or a scene.
+
+    :raises SourceError: it cannot be opened.
+    """
+    wanted: dict[int, list[Event]] = {}
+    for event in switches:
+        wanted.setdefault(event.frame, []).append(event)
+    found: dict[Event, NDArray[np.uint8]] = {}
+    frames = open_source(source)
+    try:
+        for number in range(max(wanted, default=-1) + 1):
+            frame = frames.read()
+            if frame is None:
+                break
+            for event in wanted.get(number, []):
+                found[event] = picture_of(event, writable_bgr(frame))
+    finally:
+        frames.close()
+    return found
+
+
+def _content(run: Run) -> dict[str, Any]:
+    """What the JSON holds of a run."""
+    detail = run.comparison
+    switches = [] if detail is None else [event._asdict() for event in detail.switches]
+    objects = {} if detail is None else detail.objects
+    return {'run': run.name, 'measures': run.measures, 'objects': objects, 'switches': switches}
 
 
 def _missed(

@@ -156,7 +156,7 @@ def test_all_figures_are_in_the_json(tmp_path):
     tracks = write_mot(tmp_path / 'tracks.txt', lines([3, 5]))
     out = tmp_path / 'out.json'
     assert main([tracks, '--truth', truth, '--json', str(out)]) == 0
-    (result,) = json.loads(out.read_text()).values()
+    (result,) = json.loads(out.read_text())
     assert result['measures']['hota'] == 1.0
     assert result['objects']['1']['found'] == 1.0
 
@@ -166,3 +166,22 @@ def test_real_truth_is_read_with_the_frames_that_are_labeled():
     truth = read_record(DATA / 'real' / 'cups.csv')
     assert len(truth.frames) < truth.frames[-1]
     assert compare(truth, truth, radius=30.0).measures['idf1'] == 1.0
+
+
+def test_the_page_stands_alone_and_shows_each_switch(tmp_path):
+    tracks = lines([3])
+    tracks['id'][25:] = 4
+    truth = write_truth(tmp_path / 'truth.csv', lines([1]))
+    page = tmp_path / 'report.html'
+    run = write_mot(tmp_path / '<b>.txt', tracks)
+    arguments = [run, '--truth', truth, '--html', str(page), '--pictures', 'scene:single']
+    assert main(arguments) == 0
+    text = page.read_text()
+    assert '<b>' not in text
+    assert 'http' not in text
+    assert 'track 3, frames 0 to 24' in text
+    assert 'track 4, frames 25 to 39' in text
+    assert text.count('<img') == 1
+    assert main([run, '--html', str(page)]) == 0
+    assert main([*arguments[:-1], 'nothing.mp4']) == 1
+    assert main([run, '--html', str(tmp_path / 'none' / 'page.html')]) == 1

@@ -1,0 +1,175 @@
+"""One HTML file that stands alone: measures, who was tracked when and as what, and the switches."""
+
+import base64
+from collections.abc import Iterator
+from collections.abc import Mapping
+from collections.abc import Sequence
+from html import escape
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.evaluation.comparison import Comparison
+from colortrack_ros.evaluation.comparison import Event
+from colortrack_ros.evaluation.record import Record
+
+PALETTE = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#8a7a00', '#666666')
+"""Told apart by people who are color-blind (Okabe and Ito 2008; a darker yellow, on white)."""
+
+WIDTH, LINE = 900, 22
+"""Of a timeline, and the height of one of its lines [px]."""
+
+AROUND = 120
+"""Half of the side of the picture of a switch [px]."""
+
+STYLE = """
+:root { color-scheme: light dark; --line: #8886; }
+body { font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 62em; padding: 0 1em; }
+table { border-collapse: collapse; margin: 1em 0; }
+th, td { border-bottom: 1px solid var(--line); padding: .15em .8em; text-align: right; }
+th:first-child, td:first-child { text-align: left; }
+svg { width: 100%; height: auto; }
+svg text { font: 11px system-ui, sans-serif; fill: currentColor; }
+figure { display: inline-block; margin: .5em; } img { max-width: 240px; }
+.scroll { overflow-x: auto; }
+"""
+
+
+class Run(NamedTuple):
+    """One run to report.
+
+    :param name: of it.
+    :param measures: of it.
+    :param tracks: what was tracked.
+    :param comparison: with the truth, if there is one.
+    :param pictures: of some of its switches, BGR.
+    """
+
+    name: str
+    measures: Mapping[str, float]
+    tracks: Record
+    comparison: Comparison | None
+    pictures: Mapping[Event, NDArray[np.uint8]]
+
+
+def html_of(runs: Sequence[Run]) -> str:
+    """The page."""
+    parts = [
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width"><title>Tracks evaluated</title>',
+        f'<style>{STYLE}</style></head><body><h1>Tracks evaluated</h1>',
+        _measures(runs),
+    ]
+    for run in runs:
+        parts += [f'<h2>{escape(run.name)}</h2>', *_run(run)]
+    return '\n'.join([*parts, '</body></html>\n'])
+
+
+def _measures(runs: Sequence[Run]) -> str:
+    names = dict.fromkeys(name for run in runs for name in run.measures)
+    head = ''.join(f'<th>{escape(run.name)}</th>' for run in runs)
+    lines = ''.join(
+        f'<tr><td>{name}</td>'
+        + ''.join(f'<td>{run.measures.get(name, float("nan")):.4g}</td>' for run in runs)
+        + '</tr>'
+        for name in names
+    )
+    return f'<div class="scroll"><table><tr><th>measure</th>{head}</tr>{lines}</table></div>'
+
+
+def _run(run: Run) -> Iterator[str]:
+    if run.comparison is None:
+        yield '<p>When each track was there; pale: it coasted.</p>'
+        yield _timeline([(f'track {k}', bars) for k, bars in _tracks(run.tracks)], run.tracks)
+        return
+    yield '<p>As which track each object was found; empty: it was not.</p>'
+    found = [(f'object {k}', bars) for k, bars in _objects(run.comparison)]
+    yield _timeline(found, run.tracks)
+    if run.comparison.switches:
+        yield '<h3>Switches</h3>'
+    for event in run.comparison.switches:
+        if event in run.pictures:
+            said = f'frame {event.frame}: object {event.object}, {event.before} → {event.after}'
+            coded = base64.b64encode(
+                cv2.imencode('.jpg', run.pictures[event])[1].tobytes()
+            ).decode()
+            yield f'<figure><img alt="{said}" src="data:image/jpeg;base64,{coded}">'
+            yield f'<figcaption>{said}</figcaption></figure>'
+    lines = ''.join(
+        '<tr>' + ''.join(f'<td>{value:.0f}</td>' for value in event) + '</tr>'
+        for event in run.comparison.switches
+    )
+    if lines:
+        names = ''.join(f'<th>{name}</th>' for name in Event._fields)
+        yield f'<div class="scroll"><table><tr>{names}</tr>{lines}</table></div>'
+
+
+Bar = tuple[int, int, int, bool]
+"""First frame, last frame, track, and whether it coasted."""
+
+
+def _objects(comparison: Comparison) -> Iterator[tuple[int, list[Bar]]]:
+    for one in comparison.objects:
+        rows = comparison.matches[comparison.matches[:, 1] == one]
+        yield one, _bars(rows[:, 0], rows[:, 2], np.zeros(len(rows), bool))
+
+
+def _tracks(record: Record) -> Iterator[tuple[int, list[Bar]]]:
+    for one in np.unique(record.rows['id']).tolist():
+        rows = record.rows[record.rows['id'] == one]
+        yield one, _bars(rows['frame'], rows['id'], rows['coasting'])
+
+
+def _bars(frames: NDArray[np.int64], names: NDArray, coasting: NDArray[np.bool_]) -> list[Bar]:
+    """Frames that follow one another with the same track, and alike coasting or not."""
+    if not len(frames):
+        return []
+    new = (np.diff(names) != 0) | (np.diff(coasting.astype(int)) != 0)
+    # Truth may be labeled in every fifth frame: a gap is more than the usual step.
+    steps = np.diff(frames)
+    new |= steps > (np.median(steps) if len(steps) else 1) * 1.5
+    first = np.flatnonzero(np.append(True, new))
+    last = np.append(first[1:] - 1, len(frames) - 1)
+    columns = frames[first], frames[last], names[first], coasting[first]
+    return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def _timeline(lines: Sequence[tuple[str, Sequence[Bar]]], tracks: Record) -> str:
+    end = int(tracks.frames[-1]) + 1 if len(tracks.frames) else 1
+    left, scale = 80, (WIDTH - 80) / end
+    height = LINE * (len(lines) + 1)
+    parts = [f'<svg viewBox="0 0 {WIDTH} {height}" role="img" aria-label="timeline of tracks">']
+    for row, (name, bars) in enumerate(lines):
+        top = row * LINE
+        parts.append(f'<text x="0" y="{top + 15}">{escape(name)}</text>')
+        for first, last, track, coasting in bars:
+            x, width = left + first * scale, max((last + 1 - first) * scale, 1.0)
+            parts.append(
+                f'<rect x="{x:.1f}" y="{top + 3}" width="{width:.1f}" height="{LINE - 6}" '
+                f'fill="{PALETTE[track % len(PALETTE)]}" opacity="{0.35 if coasting else 1}">'
+                f'<title>track {track}, frames {first} to {last}</title></rect>'
+            )
+            if width > 24:
+                parts.append(
+                    f'<text x="{x + 3:.1f}" y="{top + 15}" style="fill:#fff">{track}</text>'
+                )
+    parts += [
+        f'<text x="{left + frame * scale:.1f}" y="{height - 6}" text-anchor="end">{frame}</text>'
+        for frame in np.linspace(0, end - 1, 6).astype(int).tolist()
+    ]
+    return '\n'.join([*parts, '</svg>'])
+
+
+def picture_of(event: Event, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """What is around a switch, with a cross where it is."""
+    u, v = round(event.u), round(event.v)
+    rows = slice(max(v - AROUND, 0), max(v + AROUND, 1))
+    columns = slice(max(u - AROUND, 0), max(u + AROUND, 1))
+    part = image[rows, columns].copy()
+    cv2.drawMarker(
+        part, (u - columns.start, v - rows.start), (255, 255, 255), cv2.MARKER_CROSS, 18, 3
+    )
+    cv2.drawMarker(part, (u - columns.start, v - rows.start), (0, 0, 0), cv2.MARKER_CROSS, 18, 1)
+    return part
