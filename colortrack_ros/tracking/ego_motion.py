@@ -36,6 +36,9 @@ stands exceeds once in 10,000 frames."""
 LEAST_SIGMA = 0.1
 """Of a detection beside its prediction [px]: of what stands still to the bit."""
 
+DENSE = 10_000
+"""Up to this many pairs all are compared with all, which has less overhead than a tree."""
+
 MAD_TO_SIGMA = 1.4826
 """From the median of absolute deviations of a Gaussian to its standard deviation."""
 
@@ -91,13 +94,12 @@ def find_ego_motion(expected: Floats, variance: Floats, z: Floats) -> EgoMotion 
     """
     if min(len(expected), len(z)) < FEWEST:
         return None
-    tree, sigma = cKDTree(z), np.sqrt(variance)
-    motion = STANDING
-    agrees, nearest = _agreeing(tree, expected, sigma)
+    sigma, motion = np.sqrt(variance), STANDING
+    agrees, nearest = _agreeing(z, expected, sigma)
     if np.count_nonzero(agrees) < MOST * min(len(expected), len(z)):
-        for start in (STANDING, EgoMotion(STANDING.A, _vote(tree, expected, sigma))):
-            other = _refined(tree, expected, sigma, start)
-            others, their_nearest = _agreeing(tree, other.of(expected), sigma)
+        for start in (STANDING, EgoMotion(STANDING.A, _vote(z, expected, sigma))):
+            other = _refined(z, expected, sigma, start)
+            others, their_nearest = _agreeing(z, other.of(expected), sigma)
             if others.sum() >= max(FEWEST, len(expected) / 2, agrees.sum() + 2):
                 motion, agrees, nearest = other, others, their_nearest
     if agrees.sum() < max(FEWEST, len(expected) / 2):
@@ -108,14 +110,22 @@ def find_ego_motion(expected: Floats, variance: Floats, z: Floats) -> EgoMotion 
     return found.after(motion)
 
 
-def _agreeing(tree: cKDTree, expected: Floats, sigma: Floats) -> tuple[Bools, NDArray[np.intp]]:
+def _nearest(z: Floats, x: Floats) -> NDArray[np.intp]:
+    """Which of the detections, (M, 2), is nearest to each of the positions x, (N, 2)."""
+    if len(z) * len(x) > DENSE:
+        return np.asarray(cKDTree(z).query(x)[1])
+    u, v = z[:, 0] - x[:, :1], z[:, 1] - x[:, 1:]
+    return np.asarray((u * u + v * v).argmin(axis=1))
+
+
+def _agreeing(z: Floats, expected: Floats, sigma: Floats) -> tuple[Bools, NDArray[np.intp]]:
     """Which predictions, (N,), have a detection beside them, and which is nearest."""
-    _, nearest = tree.query(expected)
-    error = np.abs(tree.data[nearest] - expected)
-    return (error <= NEAR_SIGMAS * sigma).all(axis=1), nearest
+    nearest = _nearest(z, expected)
+    near = np.abs(z[nearest] - expected) <= NEAR_SIGMAS * sigma
+    return near[:, 0] & near[:, 1], nearest
 
 
-def _refined(tree: cKDTree, expected: Floats, sigma: Floats, start: EgoMotion) -> EgoMotion:
+def _refined(z: Floats, expected: Floats, sigma: Floats, start: EgoMotion) -> EgoMotion:
     """A motion and what turn and zoom bring predictions nearer to their nearest detections.
 
     Iterated closest points (Besl and McKay 1992), of which those beyond a shrinking reach are left
@@ -124,11 +134,12 @@ def _refined(tree: cKDTree, expected: Floats, sigma: Floats, start: EgoMotion) -
     apart = cKDTree(expected).query(expected, 2)[0][:, 1]
     near, motion = NEAR_SIGMAS * float(np.median(sigma)), start
     for reach in (float(np.median(apart)) / 3, float(np.median(apart)) / 6, near):
-        distance, nearest = tree.query(motion.of(expected))
-        close = distance <= max(reach, near)
+        moved = motion.of(expected)
+        nearest = _nearest(z, moved)
+        close = np.hypot(*(z[nearest] - moved).T) <= max(reach, near)
         if np.count_nonzero(close) <= FEWEST:
             return start
-        motion = _similarity(expected[close], tree.data[nearest[close]])
+        motion = _similarity(expected[close], z[nearest[close]])
     return motion
 
 
@@ -143,23 +154,37 @@ def _similarity(x: Floats, z: Floats) -> EgoMotion:
     return EgoMotion(A, other - A @ middle)
 
 
-def _vote(tree: cKDTree, expected: Floats, sigma: Floats) -> Floats:
+def _vote(z: Floats, expected: Floats, sigma: Floats) -> Floats:
     """The shift, (2,), that brings most predictions to a detection."""
     some = np.linspace(0, len(expected) - 1, min(len(expected), VOTERS)).astype(int)
-    lists = tree.query_ball_point(expected[some], REACH)
+    lists = cKDTree(z).query_ball_point(expected[some], REACH)
     who = np.repeat(some, [len(one) for one in lists])
     if not len(who):
         return np.zeros(2)
     which = np.concatenate([np.array(one, int) for one in lists])
-    shifts = tree.data[which] - expected[who]
+    shifts = z[which] - expected[who]
     votes = cKDTree(shifts)
     reach = float(np.median(sigma[who])) * NEAR_SIGMAS
     best = votes.query_ball_point(shifts, reach, return_length=True).argmax()
     return np.median(shifts[votes.query_ball_point(shifts[best], reach)], axis=0)
 
 
+def _may_be(x: Floats, error: Floats, sigma: Floats) -> bool:
+    """Whether least squares find any shift, turn or zoom, of which half would be significant.
+
+    :param x: (K, 2) positions, error: (K, 2) of them over sigma, (K, 2).
+    """
+    r = (x - x.mean(axis=0)) / sigma
+    shift, size = error.sum(axis=0), max(float((r * r).sum()), 1e-9)
+    zoom, turn = (r * error).sum(), (r[:, 0] * error[:, 1] - r[:, 1] * error[:, 0]).sum()
+    gain = (shift @ shift / len(x) + (zoom * zoom + turn * turn) / size) / 2
+    return bool(gain > SIGNIFICANT / 2 * min((error * error).mean(), 1.0))
+
+
 def _fit(expected: Floats, z: Floats, sigma: Floats) -> EgoMotion | None:
     """The shift, or turn and zoom with it, of pairs that agree, (K, 2) each; None if it is none."""
+    if not _may_be(expected, (z - expected) / sigma, sigma):
+        return None
     candidates = [EgoMotion(STANDING.A, np.median(z - expected, axis=0))]
     if len(z) > FEWEST:
         candidates.append(_similarity(expected, z))
