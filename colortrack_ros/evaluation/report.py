@@ -15,7 +15,16 @@ from colortrack_ros.evaluation.comparison import Comparison
 from colortrack_ros.evaluation.comparison import Event
 from colortrack_ros.evaluation.record import Record
 
-PALETTE = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#8a7a00', '#666666')
+TRACK_COLORS = (
+    '#0072b2',
+    '#e69f00',
+    '#009e73',
+    '#cc79a7',
+    '#56b4e9',
+    '#d55e00',
+    '#8a7a00',
+    '#666666',
+)
 """Told apart by people who are color-blind (Okabe and Ito 2008; a darker yellow, on white)."""
 
 WIDTH, LINE = 900, 22
@@ -148,7 +157,7 @@ def _timeline(lines: Sequence[tuple[str, Sequence[Bar]]], tracks: Record) -> str
             x, width = left + first * scale, max((last + 1 - first) * scale, 1.0)
             parts.append(
                 f'<rect x="{x:.1f}" y="{top + 3}" width="{width:.1f}" height="{LINE - 6}" '
-                f'fill="{PALETTE[track % len(PALETTE)]}" opacity="{0.35 if coasting else 1}">'
+                f'fill="{TRACK_COLORS[track % len(TRACK_COLORS)]}" opacity="{0.35 if coasting else 1}">'
                 f'<title>track {track}, frames {first} to {last}</title></rect>'
             )
             if width > 24:
