@@ -155,9 +155,10 @@ def _timeline(lines: Sequence[tuple[str, Sequence[Bar]]], tracks: Record) -> str
         parts.append(f'<text x="0" y="{top + 15}">{escape(name)}</text>')
         for first, last, track, coasting in bars:
             x, width = left + first * scale, max((last + 1 - first) * scale, 1.0)
+            color = TRACK_COLORS[track % len(TRACK_COLORS)]
             parts.append(
                 f'<rect x="{x:.1f}" y="{top + 3}" width="{width:.1f}" height="{LINE - 6}" '
-                f'fill="{TRACK_COLORS[track % len(TRACK_COLORS)]}" opacity="{0.35 if coasting else 1}">'
+                f'fill="{color}" opacity="{0.35 if coasting else 1}">'
                 f'<title>track {track}, frames {first} to {last}</title></rect>'
             )
             if width > 24:
