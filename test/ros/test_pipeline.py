@@ -1,3 +1,5 @@
+import time
+
 import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo
@@ -6,6 +8,8 @@ from sensor_msgs.msg import PointCloud2
 from support.recorded import frames
 from support.recorded import of_topic
 from support.recorded import write_bag
+from support.ros_domain import Process
+from support.waiting import PATIENCE
 
 from colortrack_ros.data import Frame
 from colortrack_ros.messages import image_of_frame
@@ -20,14 +24,36 @@ RELIABLE = 'qos_overrides./camera/image_raw.subscription.reliability:=reliable'
 """However busy the machine is, nothing is skipped."""
 
 
-def start_three(ros, source: str, **camera: object) -> None:
-    """The camera starts to play when the detector listens, so start it after the others."""
-    ros.start('tracker', *ALL)
-    ros.start('detector', *ALL, '-p', RELIABLE)
-    assert ros.spin(
-        lambda: ros.node.count_subscribers('detections') == ros.node.count_publishers('tracks') == 1
-    ), ros.outputs()
+SIZE = ('-p', 'tracker:image_size:=[640, 480]')
+"""Known from the first picture on, whichever topic is heard first."""
+
+
+def start_two(ros, tracks: list, topic: str = 'tracks') -> list[Process]:
+    """Tracker and detector, and a list of tracks that fills once they know each other.
+
+    They do when tracks come of a black picture; it is of a time to come, so that whatever follows
+    it starts afresh.
+    """
+    started = [
+        ros.start('tracker', *ALL, *SIZE, tracks_topic=topic),
+        ros.start('detector', *ALL, '-p', RELIABLE),
+    ]
+    publisher = ros.node.create_publisher(Image, 'camera/image_raw', 10)
+    black = image_of_frame(Frame(np.zeros((480, 640, 3), np.uint8), stamp=2 * 10**18))
+    end = time.monotonic() + PATIENCE
+    while not tracks:
+        assert time.monotonic() < end, ros.outputs()
+        publisher.publish(black)
+        ros.spin(lambda: bool(tracks), 2.0)
     ros.settle()
+    ros.node.destroy_publisher(publisher)
+    tracks.clear()
+    return started
+
+
+def start_three(ros, tracks: list, source: str, **camera: object) -> None:
+    """The camera starts to play when the detector listens, so start it after the others."""
+    start_two(ros, tracks)
     camera |= {'source': source, 'wait_for_subscribers': 1, 'image_queue_depth': 200}
     ros.start('camera', **camera)
 
@@ -38,7 +64,7 @@ def stamp(message) -> tuple[int, int]:
 
 def test_no_frame_is_lost_between_camera_and_tracks_in_20_seconds(ros):
     infos, tracks = ros.listen(CameraInfo, 'camera/camera_info'), ros.listen(PointCloud2, 'tracks')
-    start_three(ros, SCENE.format(20), rate=60.0)
+    start_three(ros, tracks, SCENE.format(20), rate=60.0)
     assert ros.spin(lambda: len(tracks) == 600), f'{len(tracks)} of 600; {ros.outputs()}'
     times = [stamp(message)[0] * 10**9 + stamp(message)[1] for message in tracks]
     np.testing.assert_allclose(np.diff(times), 1e9 / 30, atol=1)
@@ -66,13 +92,7 @@ def test_the_tracks_do_not_depend_on_how_fast_a_recording_is_played(ros):
     for rate in (-1.0, 60.0):
         topic = f'tracks{len(played)}'
         tracks = ros.listen(PointCloud2, topic)
-        nodes = [
-            ros.start('tracker', *ALL, tracks_topic=topic),
-            ros.start('detector', *ALL, '-p', RELIABLE),
-        ]
-        assert ros.spin(lambda topic=topic: ros.node.count_publishers(topic) == 1), ros.outputs()
-        assert ros.spin(lambda: ros.node.count_publishers('detections') == 1), ros.outputs()
-        ros.settle()
+        nodes = start_two(ros, tracks, topic)
         waiting = {'wait_for_subscribers': 1, 'image_queue_depth': 200, 'exit_at_end': True}
         camera = ros.start('camera', source=SCENE.format(4), rate=rate, **waiting)
         assert ros.spin(lambda tracks=tracks: len(tracks) == 120), f'{len(tracks)} {ros.outputs()}'
@@ -86,7 +106,7 @@ def test_the_tracks_do_not_depend_on_how_fast_a_recording_is_played(ros):
 def test_the_pipeline_gives_what_the_three_nodes_give(ros):
     source = SCENE.format(4)
     apart = ros.listen(PointCloud2, 'tracks')
-    start_three(ros, source)
+    start_three(ros, apart, source)
     assert ros.spin(lambda: len(apart) == 120), ros.outputs()
     for process in ros.processes:
         process.stop()
@@ -97,7 +117,7 @@ def test_the_pipeline_gives_what_the_three_nodes_give(ros):
         '/**/camera:\n  ros__parameters:\n'
         f'    source: {source}\n    wait_for_subscribers: 1\n    exit_at_end: true\n'
     )
-    pipeline = ros.start('pipeline', '-r', '__ns:=/one', '--params-file', str(path), *ALL)
+    pipeline = ros.start('pipeline', '-r', '__ns:=/one', '--params-file', str(path), *ALL, *SIZE)
     assert ros.spin(lambda: ros.node.count_publishers('one/tracks') == 1), ros.outputs()
     assert ros.spin(lambda: {'camera', 'detector', 'tracker'} <= set(ros.node.get_node_names()))
     ros.settle()
