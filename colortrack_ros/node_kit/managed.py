@@ -34,7 +34,7 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
     ) -> None:
         ParameterNode.__init__(self, name, config, beside, **options)
         LifecycleNodeMixin.__init__(self)
-        self.active = self._configured = False
+        self.active = self._configured = self._starting = False
         self._failure = ''
         self._before: set[Any] = set()
         change = self._service_change_state.callback
@@ -60,8 +60,10 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
         if not self.setup.autostart:
             self.get_logger().info('autostart is false: waits for a lifecycle manager')
             return
+        self._starting = True
         if self.trigger_configure() != TransitionCallbackReturn.SUCCESS:
             raise StartError(self._failure)
+        self._starting = False
         self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -71,7 +73,8 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
             self.configure()
         except Exception as error:  # whoever configures a node must not be able to end it
             self._failure = ' '.join(str(error).split()) or type(error).__name__
-            self.get_logger().error(f'Not configured: {self._failure}')
+            if not self._starting:  # then it ends the node, which tells it
+                self.get_logger().error(f'Not configured: {self._failure}')
             self._unmake()
             return TransitionCallbackReturn.FAILURE
         self._configured = True
