@@ -18,9 +18,15 @@ class ContourConfig(TimeLimits):
 
     start: str = parameter(
         'background',
-        'What new targets differ from: the learned background, or the picture start_interval '
-        'before (frame differencing).',
+        'What moving things differ from: the learned background, or the pictures start_interval '
+        'and twice that before (frame differencing).',
         choices=STARTS,
+    )
+    follow_foreground: bool = parameter(
+        True,
+        'Whether edges are believed where the foreground agrees alone, and elsewhere targets '
+        'follow that; if not, as in the document, it starts targets and does no more.',
+        audience=DOCUMENT,
     )
     outline: str = parameter(
         'area',
@@ -199,7 +205,25 @@ class ContourConfig(TimeLimits):
         maximum=3600.0,
     )
     start_interval: float = parameter(
-        0.5, 'Time between two searches for new targets.', unit='s', minimum=0.0, maximum=3600.0
+        0.5,
+        'Time between the pictures that are compared for start difference.',
+        unit='s',
+        minimum=0.0,
+        maximum=3600.0,
+    )
+    min_motion: float = parameter(
+        0.3,
+        'A new target is confirmed when it has moved by so much of its size within 3 s: what '
+        'only flickers, or was put there, does not; 0 confirms whatever differs.',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    min_score: float = parameter(
+        0.5,
+        'Confirmed targets less likely to exist than this are not published; they go on, and come '
+        'back with their object.',
+        minimum=0.0,
+        maximum=1.0,
     )
     max_targets: int = parameter(
         100, 'Targets that are followed at a time.', minimum=1, maximum=500

@@ -104,7 +104,13 @@ class Contours(Columns):
         return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
     def correct(
-        self, offset: Floats, found: Bools, normals: Floats, T: float, config: ContourConfig
+        self,
+        offset: Floats,
+        found: Bools,
+        normals: Floats,
+        T: float,
+        config: ContourConfig,
+        variance: float | None = None,
     ) -> None:
         """Take edges in: by the gain of the one filter, or by those of (7) and then (8).
 
@@ -116,7 +122,7 @@ class Contours(Columns):
         :param T: time since the last frame [frames].
         """
         count, n = self.nodes.shape[:2]
-        R = np.where(found, config.edge_variance, UNMEASURED)
+        R = np.where(found, variance or config.edge_variance, UNMEASURED)
         PH = self._along_normals(self.cov, normals)
         if config.filters == 'two':
             K = self._gain_of_two_filters(found, normals, T, config)

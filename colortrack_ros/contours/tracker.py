@@ -3,29 +3,38 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.contours.agreement import believed
+from colortrack_ros.contours.agreement import expected_boxes
+from colortrack_ros.contours.agreement import follow
+from colortrack_ros.contours.areas import Areas
+from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.filters import Floats
+from colortrack_ros.contours.foreground import Foreground
 from colortrack_ros.contours.gating import gate
-from colortrack_ros.contours.initiation import Areas
 from colortrack_ros.contours.initiation import Initiation
 from colortrack_ros.contours.lines import find_edges
+from colortrack_ros.contours.placing import along_outline
+from colortrack_ros.contours.placing import equally_spaced
 from colortrack_ros.contours.position import positions
+from colortrack_ros.contours.records import FIELDS
+from colortrack_ros.contours.records import hold_unmoved
+from colortrack_ros.contours.regions import is_double
+from colortrack_ros.contours.regions import is_same
+from colortrack_ros.contours.regions import is_within
+from colortrack_ros.contours.regions import match
+from colortrack_ros.contours.regions import OwnAreas
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.encodings import plain
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable
-
-FIELDS = [('edge_share', 'f4'), ('placed_area', 'f8'), ('misfit', 'f8')]
-"""What is recorded of a target besides what is of every track.
-
-edge_share: share of its lines that had an edge when it was last measured; placed_area: when its
-nodes were placed [px]; misfit: what the curve missed of its outline then [root of that area].
-"""
 
 CONFIRM_HITS = 3
 """Measurements that confirm a target, as many as the tracker of detections wants by default."""
@@ -51,8 +60,8 @@ value the mean squared error on `silhouette` is 0.032 instead of 0.037 px^2, on 
 instead of 0.025; at half of it, always renewing, 0.042 and 0.033 (``benchmark/contours.py
 --constants tracker.RENEWAL_SCALE``)."""
 
-SAME_TARGET = 0.3
-"""What area and position of an area differ by at most if it is that of a target, relatively."""
+LEAVES = 2
+"""Targets that come so near to the border and are not seen have left [px]."""
 
 LEAST_AREA = 16.0
 """A target whose contour encloses less has collapsed [px]: nothing so small starts, see
@@ -67,7 +76,8 @@ class ContourTracker:
 
     def __init__(self, config: ContourConfig | None = None) -> None:
         self.config = config or ContourConfig()
-        self._initiation, self._clock = Initiation(self.config), Clock()
+        self._foreground, self._initiation = Foreground(self.config), Initiation()
+        self._clock = Clock()
         self._start(1)
 
     def _start(self, first_id: int) -> None:
@@ -83,16 +93,18 @@ class ContourTracker:
         """
         self._clock.restart(why)
         self._initiation.restart()
+        self._foreground.restart()
         self._start(self._tracks.next_id)
 
     def learn_background(self) -> None:
         """Forget the background: what stands still from the next frame on is background."""
-        self._initiation.learn_background()
+        self._foreground.learn_background()
+        self._initiation.restart()
 
     def configure(self, config: ContourConfig) -> None:
         """Change the configuration; the targets live on, unless their nodes do not."""
         old, self.config = self.config, config
-        self._initiation.configure(config)
+        self._foreground.configure(config)
         if (old.points, old.interpolating) != (config.points, config.interpolating):
             self._clock.restarted = 'points or interpolating were set'
             self._start(self._tracks.next_id)
@@ -106,23 +118,96 @@ class ContourTracker:
         dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
         frames = dt * self.config.rate
         self._tracks.filters.predict(frames, self.config)
-        self._correct(frame, frames)
-        self._delete(frame)
-        if self._initiation.is_time(self._clock.now):
-            outlines = self._spline.outline(self._tracks.filters.nodes)
-            new, again = self._initiation.search(frame, outlines, self._outgrown())
-            self._renew(frame, again)
-            self._initiate(frame, new)
-        outlines, why = self._spline.outline(self._tracks.filters.nodes), self._clock.tell_restart()
-        return Tracks(self._rows(outlines), frame.stamp, frame.frame_id, why, outlines)
+        unseen = self._tracks.unmeasured(self._clock.now) - dt
+        predicted = expected_boxes(self._tracks.filters, self._spline, unseen)
+        areas = self._foreground.areas(frame, predicted[self._is_known()])
+        if areas is None:
+            self._tracks.keep(self._is_known())  # what is new may be background that moves
+            self._correct(frame, frames)
+            self._delete(frame)
+        else:
+            regions, nobodys = match(predicted, areas)
+            single = ~is_double(predicted, regions, self._tracks.records['inner'])
+            if not single.all():
+                self._tracks.keep(single)
+                regions, nobodys = match(predicted[single], areas)
+            follows = self.config.follow_foreground
+            self._correct(frame, frames, regions if follows else None)
+            self._place_anew(frame, areas, regions)
+            self._delete(frame)
+            self._initiate(areas.take(nobodys & (follows | ~areas.cut.any(axis=1))), predicted)
+            outlines = self._spline.outline(self._tracks.filters.nodes[self._is_known()])
+            self._foreground.learn_clutter(boxes(outlines), dt)
+        rows, outlines = self._published()
+        return Tracks(rows, frame.stamp, frame.frame_id, self._clock.tell_restart(), outlines)
 
-    def _correct(self, frame: Frame, frames: float) -> None:
-        """Update filters and records with the edges of the frame."""
-        contours, records = self._tracks.filters, self._tracks.records
+    def _is_known(self) -> Bools:
+        return np.asarray(self._tracks.records['state'] != TENTATIVE)
+
+    def _correct(self, frame: Frame, frames: float, regions: OwnAreas | None = None) -> None:
+        """Update filters and records with the edges of the frame where the foreground agrees.
+
+        Elsewhere with the foreground; nothing is there where there is none. Without regions the
+        edges are believed.
+        """
+        contours, records, now = self._tracks.filters, self._tracks.records, self._clock.now
+        predicted = contours.take(np.arange(len(contours)))
         measured, share = self._measure(frame, contours, frames, self.config.min_found)
         records['edge_share'][measured] = share[measured]
-        self._tracks.record_hits(measured, self._clock.now)
+        if regions is not None and len(contours):
+            before, after = (boxes(self._spline.outline(c.nodes)) for c in (predicted, contours))
+            longest = round(self.config.max_time_since_update * NANOSECONDS)
+            recent = now - records['agreed'] <= longest
+            rigid = ~records['by_area']
+            clear = share >= self.config.start_found
+            good = measured & believed(before, after, regions, recent, rigid, clear)
+            found = regions.first >= 0
+            if self.config.start == 'difference':  # that does not see what stands still
+                good |= measured & ~found
+            wrong = np.flatnonzero(~good)
+            contours.put(wrong, predicted.take(wrong))
+            wrong = wrong[found[wrong]]
+            part = contours.take(wrong)
+            own = regions.take(wrong), recent[wrong], rigid[wrong]
+            follow(part, *own, frames, self._spline, self.config)
+            contours.put(wrong, part)
+            records['by_area'] |= ~good & found & ~(rigid & recent)
+            records['edge_share'][wrong] = 1.0
+            measured = good | found
+            records['agreed'][~measured] += round(frames / self.config.rate * NANOSECONDS)
+        self._tracks.record_hits(measured, now)
         contours.hold_size(~measured)
+
+    def _place_anew(self, frame: Frame, areas: Areas, regions: OwnAreas) -> None:
+        """Give targets that follow their areas, or have outgrown their nodes, new nodes.
+
+        Along the outlines, for one of them where the curve follows it best: that takes time.
+        """
+        records, contours = self._tracks.records, self._tracks.filters
+        same = is_same(boxes(self._spline.outline(contours.nodes)), regions)
+        records['agreed'][same] = self._clock.now
+        for i in np.flatnonzero(same & records['by_area']).tolist():
+            contours.nodes[i] = equally_spaced(self._outline(areas, regions.first[i]), self._spline)
+        wants = same & ~regions.cut.any(axis=1) & (records['by_area'] | self._outgrown())
+        if not wants.any():
+            return
+        which = np.flatnonzero(wants)
+        which = which[[np.argmin(records['placed'][which])]]
+        records['placed'][which] = self._clock.now
+        nodes, misfit = along_outline(self._outline(areas, regions.first[which[0]]), self._spline)
+        new = contours.renewed(which, nodes[None], self.config)
+        area, good = self._fitted(frame, new)
+        if good.all():
+            contours.put(which, new)
+            records['by_area'][which] = False
+            records['placed_area'][which] = area = np.maximum(area, 1.0)
+            records['misfit'][which] = misfit / area**0.5
+
+    def _outline(self, areas: Areas, k: int) -> Floats:
+        """Where the first nodes lie: on an area's outline, or as in Figure 2 on its box."""
+        if self.config.outline == 'area':
+            return areas.outline(k)
+        return areas.box[k][[[0, 1], [2, 1], [2, 3], [0, 3]]]
 
     def _measure(
         self, frame: Frame, contours: Contours, frames: float, least: float
@@ -157,25 +242,39 @@ class ContourTracker:
         """
         tracks, nodes, now = self._tracks, self._tracks.filters.nodes, self._clock.now
         tentative = tracks.update_states(now, CONFIRM_HITS)
+        speed = self.config.rate * np.hypot(*tracks.filters.motion[:, :2].T)
+        tentative |= hold_unmoved(tracks.records, nodes, speed, self.config.min_motion, now)
         lost = tracks.is_overdue(now, self.config.max_time_since_update)
         lost |= tentative & tracks.is_overdue(now, 0.0)
         keep = is_inside(nodes.mean(axis=1), *frame.image.shape[:2]) & ~lost
         keep &= self._spline.area(nodes) >= LEAST_AREA
+        box = boxes(self._spline.outline(nodes))
+        far = np.array(frame.image.shape[1::-1]) - 1 - LEAVES
+        leaves = (box[:, :2] <= LEAVES).any(axis=1) | (box[:, 2:] >= far).any(axis=1)
+        keep &= ~leaves | (tracks.records['updated'] == now)
         if not keep.all():
             tracks.keep(keep)
 
-    def _initiate(self, frame: Frame, new: Areas) -> None:
-        """Begin what was found by its motion and has the edges of a contour."""
+    def _initiate(self, nobodys: Areas, predicted: Floats) -> None:
+        """Begin what is nobody's in two frames, on its outline.
+
+        :param predicted: boxes of the other targets.
+        """
+        new = self._initiation.candidates(nobodys, self._clock.now)
         free = self.config.max_targets - len(self._tracks)
         new = new.take(np.arange(len(new)) < free)
         if not len(new):
             return
-        contours = Contours.new(new.nodes, new.velocity / self.config.rate, self.config)
-        area, good = self._fitted(frame, contours)
-        records = self._tracks.initiate(contours.take(good), self._clock.now)
-        records['edge_share'] = 1
-        records['placed_area'] = np.maximum(area[good], 1.0)
-        records['misfit'] = new.misfit[good] / np.sqrt(records['placed_area'])
+        spline = self._spline
+        outlines = [self._outline(new.areas, k) for k in range(len(new))]
+        nodes = [equally_spaced(points, spline) for points in outlines]
+        contours = Contours.new(np.array(nodes), new.velocity / self.config.rate, self.config)
+        records = self._tracks.initiate(contours, self._clock.now)
+        records['edge_share'], records['by_area'] = 1.0, True
+        records['inner'] = is_within(new.areas.box, predicted)
+        records['agreed'] = records['from'] = self._clock.now
+        records['placed_area'] = np.maximum(spline.area(contours.nodes), 1.0)
+        records['from_u'], records['from_v'] = contours.nodes.mean(axis=1).T
 
     def _fitted(self, frame: Frame, contours: Contours) -> tuple[Floats, Bools]:
         """Measure contours for the first time; return their areas, and which are sound, (K,)."""
@@ -184,40 +283,22 @@ class ContourTracker:
         return area, good & (area >= LEAST_AREA)
 
     def _outgrown(self) -> Bools:
-        """The target whose size has changed most, if by much; one, as placing nodes takes time."""
-        records = self._tracks.records
+        """The targets whose size has changed by much."""
         area = np.maximum(self._spline.area(self._tracks.filters.nodes), 1.0)
-        log_growth = np.abs(np.log(area / records['placed_area']))
-        log_growth[records['updated'] < self._clock.now] = 0.0
-        most = max(log_growth.max(initial=0.0), np.log(RENEWAL_SCALE))
-        return np.asarray(log_growth >= most)
+        log_growth = np.abs(np.log(area / self._tracks.records['placed_area']))
+        return np.asarray(log_growth >= np.log(RENEWAL_SCALE))
 
-    def _renew(self, frame: Frame, areas: Areas) -> None:
-        """Give targets whose size has changed much new nodes, on outlines that are theirs still."""
-        if not len(areas):
-            return
-        area, own = self._spline.area(areas.nodes), self._tracks.filters
-        old = self._spline.area(own.nodes)[areas.target]
-        center = self._spline.centroid(own.nodes)[0][areas.target]
-        away = np.linalg.norm(areas.center - center, axis=1)
-        with np.errstate(divide='ignore', invalid='ignore'):
-            same = (np.abs(np.log(area / old)) < SAME_TARGET) & (away < SAME_TARGET * np.sqrt(old))
-        areas = areas.take(same)
-        contours = own.renewed(areas.target, areas.nodes, self.config)
-        area, good = self._fitted(frame, contours)
-        track, area, records = areas.target[good], np.maximum(area[good], 1.0), self._tracks.records
-        own.put(track, contours.take(good))
-        records['placed_area'][track] = area
-        records['misfit'][track] = areas.misfit[good] / area**0.5
-
-    def _rows(self, outlines: Floats) -> NDArray[np.void]:
-        """The tracks as they are published; the outlines are (N, P, 2) [px]."""
-        tracks, contours, now = self._tracks, self._tracks.filters, self._clock.now
-        area = self._spline.area(contours.nodes)
+    def _published(self) -> tuple[NDArray[np.void], Floats]:
+        """Rows and outlines of all but confirmed tracks that probably do not exist any more."""
+        tracks = self._tracks
+        fresh = tracks.freshness(self._clock.now, self.config.max_time_since_update)
+        score = np.clip(tracks.records['edge_share'], 0, 1) * fresh
+        shown = (score >= self.config.min_score) | ~self._is_known()
+        tracks, score = tracks.take(shown), score[shown]
+        contours, now = tracks.filters, self._clock.now
+        area, outlines = self._spline.area(contours.nodes), self._spline.outline(contours.nodes)
         misfit = (CORRELATED_MISFIT * tracks.records['misfit']) ** 2 * np.maximum(area, 0.0)
         rows = tracks.rows(now, *positions(contours, self._spline, self.config.rate, misfit))
-        rows['area'] = area
+        rows['area'], rows['score'] = area, score
         rows['box_w'], rows['box_h'] = np.ptp(outlines, axis=1).T
-        fresh = tracks.freshness(now, self.config.max_time_since_update)
-        rows['score'] = np.clip(tracks.records['edge_share'], 0, 1) * fresh
-        return rows
+        return rows, outlines

@@ -21,7 +21,7 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
 from colortrack_ros.scenes import open_scene
 
-QUICK = ContourConfig(learn_seconds=0.0, start_interval=0.1)
+QUICK = ContourConfig(learn_seconds=0.0)
 
 
 @cache
@@ -33,7 +33,7 @@ def played(name, size='width=640&height=480', duration='15.2'):
 
 @cache
 def measured(name, config, size='width=640&height=480', duration='15.2'):
-    """By object (frame, error u, v [px], normalized squared error, overlap), and its IDs."""
+    """By object wholly in view, its (frame, error u, v [px], NSE, overlap), and IDs."""
     scene, frames = played(name, size, duration)
     tracker, seen, ids = ContourTracker(config), {}, {}
     for k, one in enumerate(frames):
@@ -44,6 +44,9 @@ def measured(name, config, size='width=640&height=480', duration='15.2'):
             i = np.hypot(*e.T).argmin()
             nees = e[i] @ np.linalg.solve(row['covariance'][:2, :2], e[i])
             name = int(truth['id'][i])
+            size = np.array(one.image.shape[1::-1]) - 1
+            if not ((outlines[name] > 0) & (outlines[name] < size)).all():
+                continue
             alike = overlap(outline, outlines[name], one.image.shape[:2])
             seen.setdefault(name, []).append((k, *e[i], nees, alike))
             ids.setdefault(name, set()).add(int(row['track_id']))
@@ -75,9 +78,9 @@ def test_errors_are_what_the_covariance_says(name):
 
 
 DOCUMENT = ContourConfig(
-    outline='box', interpolating=False, filters='two', edge_variance=0.4, motion_noise=0.001,
-    scale_noise=1e-8, shape_noise=0.001, no_edge=0.0, inside_deviation=0.0, outside_deviation=0.0,
-    outlier=0.0, min_found=0.0, start_found=0.0,
+    follow_foreground=False, outline='box', interpolating=False, filters='two',
+    edge_variance=0.4, motion_noise=0.001, scale_noise=1e-8, shape_noise=0.001, no_edge=0.0,
+    inside_deviation=0.0, outside_deviation=0.0, outlier=0.0, min_found=0.0, start_found=0.0,
 )  # fmt: skip
 
 
@@ -99,14 +102,26 @@ def straight(k, start=(40.0, 120.0), speed=(2.5, 0.3), radius=26.0):
     return (start[0] + j * speed[0], start[1] + j * speed[1]), radius
 
 
+def known(tracks):
+    """Which tracks are confirmed."""
+    return tracks.rows['state'] != TENTATIVE
+
+
+def only(track_id, tracks):
+    """One of the tracks."""
+    own = tracks.rows['track_id'] == track_id
+    return replace(tracks, rows=tracks.rows[own], outlines=tracks.outlines[own])
+
+
 def errors(shape, results, place):
-    """(frame, error [px], overlap) of the only track of each picture."""
+    """(frame, error [px], overlap) of the only confirmed track of each picture."""
     out = []
     for k, tracks in enumerate(results):
-        if len(tracks.rows):
-            (row,), center = tracks.rows, place(k)[0]
+        if known(tracks).any():
+            (row,), center = tracks.rows[known(tracks)], place(k)[0]
+            (outline,) = tracks.outlines[known(tracks)]
             far = np.hypot(row['u'] - center[0], row['v'] - center[1])
-            out.append((k, far, overlap(tracks.outlines[0], corners_of(shape, *place(k)))))
+            out.append((k, far, overlap(outline, corners_of(shape, *place(k)))))
     return np.array(out)
 
 
@@ -123,10 +138,11 @@ def pictures(shape, count, place=straight, **options):
 def test_a_target_behind_a_cover_comes_back_with_its_shape(shape, width, level):
     cover = (slice(None), slice(150, 150 + width)), level
     results = follow(pictures(shape, 110, cover=cover), QUICK)
-    assert {int(i) for tracks in results for i in tracks.rows['track_id']} == {1}
-    seen = errors(shape, results, straight)
+    assert {i for t in results for i in t.rows['track_id'][known(t)].tolist()} <= {1, 2}
+    assert results[-1].rows['track_id'].tolist() == [1]
+    seen = errors(shape, [only(1, tracks) for tracks in results], straight)
     states = np.concatenate([tracks.rows['state'] for tracks in results])
-    assert COASTING in states or (level, width) == (45, 30)
+    assert COASTING in states or width == 30
     assert seen[:, 1].max() < 5.0
     assert seen[-8:, 1].max() < 0.7
     assert seen[-8:, 2].min() > 0.92
@@ -140,7 +156,7 @@ def test_a_target_that_was_growing_keeps_its_size_while_it_is_hidden():
     results = follow(pictures('quadrilateral', 75, place, cover=cover), QUICK)
     rows = np.concatenate([tracks.rows for tracks in results])
     hidden = np.flatnonzero(rows['state'] == COASTING)
-    assert len(hidden) > 10
+    assert len(hidden) > 5
     np.testing.assert_allclose(rows['area'][hidden[1:]], rows['area'][hidden[0]], rtol=1e-4)
     assert rows['area'][hidden[0]] > 1.5 * rows['area'][0]
 
@@ -155,7 +171,7 @@ def test_once_a_target_is_known_the_background_may_move(shape, speed):
         shown.append(picture(shape, *place, background=wide[:, at : at + 320], seed=k))
     results = follow(shown, QUICK)
     seen = errors(shape, results, straight)
-    assert len(seen) > 90
+    assert len(seen) > 80
     assert seen[:, 1].max() < 1.0
     assert seen[:, 2].min() > 0.92
 
@@ -207,10 +223,36 @@ def test_a_track_has_the_fields_of_its_message():
     assert (np.linalg.eigvalsh(row['covariance']) > 0).all()
 
 
-def test_a_target_is_tentative_at_first():
-    results = follow(pictures('quadrilateral', 20), QUICK)
+@pytest.mark.parametrize(('speed', 'within'), [(2.5, 10), (1.0, 20)])
+def test_a_target_is_tentative_until_it_has_moved(speed, within):
+    def place(k):
+        return straight(k, speed=(speed, 0.0))
+
+    results = follow(pictures('quadrilateral', 40, place), QUICK)
+    states = [int(tracks.rows['state'][0]) for tracks in results if len(tracks.rows)]
+    assert states == sorted(states)
+    first = states.index(CONFIRMED)
+    assert 3 <= first <= within
+    assert first * speed == pytest.approx(0.3 * 52, abs=2 * speed + 4)
+
+
+def test_what_trembles_in_its_place_is_never_confirmed():
+    def place(k):
+        return (160.0 + 3 * (-1) ** k, 120 + 3 * (-1) ** (k // 2)), 20 + 2 * (k % 2)
+
+    results = follow(pictures('quadrilateral', 120, place), QUICK)
+    assert not any(known(tracks).any() for tracks in results)
+
+
+def test_without_min_motion_a_third_measurement_confirms():
+    results = follow(pictures('quadrilateral', 20), replace(QUICK, min_motion=0.0))
     states = [int(tracks.rows['state'][0]) for tracks in results if len(tracks.rows)]
     assert states[:4] == [TENTATIVE, TENTATIVE, CONFIRMED, CONFIRMED]
+
+
+def test_what_was_put_somewhere_is_never_confirmed():
+    results = follow(pictures('quadrilateral', 120, lambda k: ((160.0, 120.0), 20.0)), QUICK)
+    assert not any(known(tracks).any() for tracks in results)
 
 
 def test_a_tentative_target_that_is_not_seen_again_is_dropped_at_once():
@@ -238,7 +280,7 @@ def test_what_was_there_from_the_beginning_leaves_no_ghost():
         return (60 + 3.0 * k, 120.0), 26.0
 
     shown = [picture('quadrilateral', *place(k), seed=k) for k in range(70)]
-    results = follow(shown, ContourConfig(start_interval=0.1))
+    results = follow(shown, ContourConfig())
     rows = results[-1].rows
     assert len(rows) == 1
     assert abs(rows['u'][0] - place(69)[0][0]) < 0.5
@@ -246,10 +288,21 @@ def test_what_was_there_from_the_beginning_leaves_no_ghost():
 
 def test_a_target_that_is_gone_coasts_and_is_given_up_in_time():
     shown = pictures('quadrilateral', 30) + pictures('quadrilateral', EMPTY)[:1] * 30
-    results = follow(shown, replace(QUICK, max_time_since_update=0.5))
-    states = [tracks.rows['state'].tolist() for tracks in results[30:]]
-    assert states[:12] == [[COASTING]] * 12
-    assert states[12:] == [[]] * 18
+    config = replace(QUICK, max_time_since_update=0.5)
+    for least, count in ((0.0, 12), (0.5, 6)):
+        results = follow(shown, replace(config, min_score=least))
+        states = [tracks.rows['state'].tolist() for tracks in results[30:]]
+        assert states == [[COASTING]] * count + [[]] * (30 - count)
+
+
+def test_what_is_gone_where_the_background_has_edges_is_given_up_all_the_same():
+    wall = np.full((240, 320), 215.0)
+    wall[90:150, 100:160] = 120
+    shown = pictures('quadrilateral', 46, background=wall)
+    shown += [picture('quadrilateral', None, 0.0, background=wall, seed=k) for k in range(60)]
+    results = follow(shown, QUICK)
+    assert known(results[40]).any()
+    assert not len(results[-1].rows)
 
 
 def test_a_target_ends_when_it_leaves_the_picture_and_ids_go_on():
@@ -257,9 +310,34 @@ def test_a_target_ends_when_it_leaves_the_picture_and_ids_go_on():
         return (300 - 5.0 * ((k * 1.0 - EMPTY) % 64), 120.0), 20.0
 
     results = follow(pictures('quadrilateral', 2 * 64 + 50, place), QUICK)
-    ids = [tracks.rows['track_id'].tolist() for tracks in results]
-    assert sorted({i for own in ids for i in own}) == [1, 2, 3]
+    ids = [tracks.rows['track_id'][known(tracks)].tolist() for tracks in results]
     assert max(map(len, ids)) == 1
+    seen = [i for own in ids for i in own]
+    assert (len(set(seen)), seen) == (3, sorted(seen))
+
+
+def test_a_target_starts_while_it_comes_in_and_is_followed_to_the_border():
+    def place(k):
+        return (-30 + 4.0 * (k - EMPTY), 120.0), 26.0
+
+    results = follow(pictures('quadrilateral', 110, place), QUICK)
+    seen = errors('quadrilateral', results, place)
+    first, last = (place(int(k))[0][0] for k in seen[[0, -1], 0])
+    assert first < 26
+    assert last > 320 - 26
+    inside = [one for one in seen if 40 < place(int(one[0]))[0][0] < 280]
+    assert max(one[1] for one in inside) < 1.0
+    assert {i for t in results for i in t.rows['track_id'][known(t)].tolist()} == {1}
+
+
+def test_what_crosses_the_picture_in_half_a_second_is_followed():
+    def place(k):
+        return (-30 + 30.0 * (k - EMPTY), 120.0), 26.0
+
+    results = follow(pictures('quadrilateral', 20, place), QUICK)
+    seen = errors('quadrilateral', results, place)
+    assert len(seen) >= 6
+    assert seen[:, 2].mean() > 0.5
 
 
 @pytest.mark.parametrize('k', [-5, 400])

@@ -23,7 +23,7 @@ from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.scenes import open_scene
 
 START = 10**18
-FAST = {'learn_seconds': 0.0, 'start_interval': 0.1}
+FAST = {'learn_seconds': 0.0, 'min_motion': 0.0}
 
 
 @cache

@@ -1,0 +1,103 @@
+"""Whether edges and foreground agree on where targets are, and how targets follow the latter."""
+
+import numpy as np
+
+from colortrack_ros.contours.boxes import boxes
+from colortrack_ros.contours.boxes import Floats
+from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.contours.filters import Bools
+from colortrack_ros.contours.filters import Contours
+from colortrack_ros.contours.regions import in_common
+from colortrack_ros.contours.regions import is_same
+from colortrack_ros.contours.regions import OwnAreas
+from colortrack_ros.contours.regions import resized
+from colortrack_ros.contours.regions import shifts
+from colortrack_ros.contours.regions import slack
+from colortrack_ros.contours.spline import Spline
+
+REGION_SIGMA = 3.0
+"""Standard deviation of where a foreground's sides are [px]: as that of edges, `sigma`."""
+
+SIZE_SECONDS, COVERED_SECONDS = 0.2, 1.0
+"""Time constants of sizes that follow their foreground: the longer one where it shrinks and had
+the target's size until recently, because something may cover it."""
+
+
+def expected_boxes(contours: Contours, spline: Spline, unseen: Floats) -> Floats:
+    """Boxes of predicted contours, (N, 4); of unseen ones as much wider as they are uncertain.
+
+    :param unseen: (N,) time without a measurement until the last frame [s].
+    """
+    n = 2 * contours.nodes.shape[1]
+    sigma = np.sqrt(contours.cov[:, :n, :n].trace(axis1=1, axis2=2) / n) * (unseen > 0)
+    return boxes(spline.outline(contours.nodes)) + sigma[:, None] * [-1, -1, 1, 1]
+
+
+def believed(
+    before: Floats,
+    after: Floats,
+    regions: OwnAreas,
+    recent: Bools,
+    rigid: Bools,
+    clear: Bools,
+) -> Bools:
+    """Where edges are believed, (N,): where the foreground is where they say.
+
+    A contour larger than its foreground may be covered in part, and one that is smaller may have
+    joined something else, if they agreed until recently. Where several share the foreground they
+    have to be in it, and to keep their sizes. At the border lines end, and edges with them: what
+    had its shape before it came there is as good as covered.
+
+    :param before: (N, 4) boxes of the prediction; after: those that edges make of them [px].
+    :param recent: (N,) whether edges and foreground have agreed lately.
+    :param rigid: (N,) whether a contour has its shape of edges.
+    :param clear: (N,) whether there are edges on nearly all lines.
+    """
+    off, most = regions.box - after, slack(after)
+    inward = np.hstack([off[:, :2], -off[:, 2:]])
+    part = (inward >= -most).all(axis=1) & recent
+    grown = (after[:, 2:] - after[:, :2]) - (before[:, 2:] - before[:, :2])
+    inside = (inward <= most).all(axis=1)
+    part |= inside & recent & rigid & clear
+    within = inside & (np.abs(grown) <= most[:, :2]).all(axis=1)
+    good = np.where(regions.shared, within, is_same(after, regions) | part)
+    return np.asarray(good & (recent & rigid | ~regions.cut.any(axis=1)))
+
+
+def follow(
+    contours: Contours,
+    regions: OwnAreas,
+    recent: Bools,
+    rigid: Bools,
+    frames: float,
+    spline: Spline,
+    config: ContourConfig,
+) -> None:
+    """Move contours to the foreground that is theirs.
+
+    Where they have agreed lately they shrink slowly, and rigid ones not at all: they may be
+    covered. At the border they grow with it at once: there they come in.
+
+    :param regions: of these contours, all with an area.
+    :param recent: (N,) whether a contour and its foreground have agreed lately.
+    :param rigid: (N,) whether a contour has its shape of edges.
+    :param frames: time passed.
+    """
+    own = boxes(spline.outline(contours.nodes))
+    together = in_common(own, regions.box, regions.first)
+    shift = shifts(own, regions.box, regions.cut)
+    shift[regions.shared] = together[regions.shared]
+    normals = spline.normals(contours.nodes)
+    offset, all_of_them = (normals * shift[:, None]).sum(axis=2), np.ones(normals.shape[:2], bool)
+    contours.correct(offset, all_of_them, normals, frames, config, REGION_SIGMA**2)
+    alone = ~regions.shared
+    own = boxes(spline.outline(contours.nodes))
+    off = regions.box - own
+    shrinks = off * [-1, -1, 1, 1] < 0
+    off[shrinks & (recent & rigid)[:, None]] = 0.0
+    seconds = np.where(shrinks & recent[:, None], COVERED_SECONDS, SIZE_SECONDS)
+    part = -np.expm1(-frames / config.rate / seconds)
+    comes_in = np.asarray(regions.cut.any(axis=1))
+    part[~shrinks & comes_in[:, None]] = 1.0
+    wanted = own + off * part
+    contours.nodes[alone] = resized(contours.nodes[alone], own[alone], wanted[alone])

@@ -1,0 +1,29 @@
+"""Boxes: first and last column and row of something, left, top, right, bottom [px]."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def boxes(outlines: Floats) -> Floats:
+    """Boxes of outlines (N, P, 2): left, top, right, bottom, (N, 4) [px]."""
+    return np.concatenate([outlines.min(axis=1), outlines.max(axis=1)], axis=1)
+
+
+def intersections(one: Floats, other: Floats) -> Floats:
+    """Areas that boxes (N, 4) and (K, 4) have in common, (N, K) [px^2]."""
+    low = np.maximum(one[:, None, :2], other[None, :, :2])
+    high = np.minimum(one[:, None, 2:], other[None, :, 2:])
+    return np.asarray(np.clip(high - low + 1, 0, None).prod(axis=2))
+
+
+def extents(box: Floats) -> Floats:
+    """Areas of boxes, (N,) [px^2]."""
+    return np.asarray((box[:, 2:] - box[:, :2] + 1).prod(axis=1))
+
+
+def overlaps(one: Floats, other: Floats) -> Floats:
+    """Intersections over union of boxes (N, 4) and (K, 4), (N, K)."""
+    common = intersections(one, other)
+    return np.asarray(common / (extents(one)[:, None] + extents(other) - common))

@@ -1,0 +1,118 @@
+"""What moves in a frame: the segmentation of De Bem 2007, section 3, in every frame."""
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.contours.areas import Areas
+from colortrack_ros.contours.areas import find_areas
+from colortrack_ros.contours.areas import Mask
+from colortrack_ros.contours.boxes import Floats
+from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+
+MAX_FOREGROUND = 0.3
+"""Where more of the picture differs it is the background that moves: most of a picture is
+background, by definition."""
+
+CLUTTER_SECONDS = 10.0
+CLUTTER_SHARE = 0.3
+"""Where for so much of this time something differed, and nothing moved on, only flickers."""
+
+
+class Foreground:
+    """Background subtraction with the detector's method `background`, or frame differencing.
+
+    Subtraction, Gaussian, threshold, area opening and opening are the detector's. Differencing is
+    that of three pictures: what differs from both earlier ones is where something is now.
+    """
+
+    def __init__(self, config: ContourConfig) -> None:
+        self._detector = Detector(DetectorConfig())
+        self.configure(config)
+        self.restart()
+
+    def configure(self, config: ContourConfig) -> None:
+        """Take another configuration; what was learned of the background stays."""
+        detector = DetectorConfig(
+            method='background',
+            difference_threshold=config.difference_threshold,
+            blur_sigma=config.blur_sigma,
+            min_area=config.min_area,
+            erosion_size=1,
+            opening_size=config.opening_size,
+            learn_seconds=config.learn_seconds,
+        )
+        self._detector.configure(detector)
+        self._config = config
+
+    def learn_background(self) -> None:
+        """Forget the background: the next picture is the first of a new one."""
+        self._detector.learn_background()
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the pictures before, but not the background."""
+        self._earlier: list[Frame] = []
+        self._clutter = np.zeros((0, 0), np.float32)
+
+    def areas(self, frame: Frame, known: Floats) -> Areas | None:
+        """What differs; None where too much does, and it is the camera that moves.
+
+        :param known: see find_areas.
+        """
+        if self._config.start == 'difference':
+            self._mask = self._difference(frame)
+        else:
+            self._detector.detect(frame)
+            self._mask = self._detector.mask
+        if self._clutter.shape != self._mask.shape:
+            self._clutter = np.zeros(self._mask.shape, np.float32)
+        unknown = self._mask.copy()
+        for left, top, right, bottom in np.maximum(known.astype(int), 0).tolist():
+            unknown[top : bottom + 1, left : right + 1] = 0
+        if cv2.countNonZero(unknown) > MAX_FOREGROUND * unknown.size:
+            return None
+        still = self._clutter > CLUTTER_SHARE
+        mask = np.where(still, np.uint8(0), self._mask)
+        return find_areas(mask, self._config.min_area, known)
+
+    def learn_clutter(self, moving: Floats, seconds: float) -> None:
+        """Learn where something differs, but nothing moves on: what flickers, or was put there.
+
+        :param moving: (N, 4) boxes of what does move on [px].
+        :param seconds: since the last frame.
+        """
+        usual, share = self._clutter.copy(), min(seconds / CLUTTER_SECONDS, 1.0)
+        cv2.accumulateWeighted(self._mask // 255, self._clutter, share)
+        for left, top, right, bottom in np.maximum(moving.astype(int), 0).tolist():
+            part = np.s_[top : bottom + 1, left : right + 1]
+            self._clutter[part] = usual[part]
+
+    def _difference(self, frame: Frame) -> Mask:
+        """What differs from the pictures start_interval and twice that before."""
+        picture, size = frame.image, self._config.opening_size
+        earlier = [f for f in self._earlier if f.stamp < frame.stamp]
+        earlier = [f for f in earlier if f.image.shape == picture.shape]
+        interval = round(self._config.start_interval * NANOSECONDS)
+        once, twice = frame.stamp - interval, frame.stamp - 2 * interval
+        before = [f for f in earlier if f.stamp <= once]
+        long_before = [f for f in earlier if f.stamp <= twice]
+        self._earlier = [*long_before[-1:], *(f for f in earlier if f.stamp > twice), frame]
+        if not long_before:
+            return np.zeros(picture.shape[:2], np.uint8)
+        least: NDArray[Any] = np.full(picture.shape[:2], 255, np.uint8)
+        for one in (before[-1], long_before[-1]):
+            apart = cv2.absdiff(picture, one.image).reshape(*picture.shape[:2], -1)
+            mean = np.full((1, apart.shape[2]), 1 / apart.shape[2])
+            least = cv2.min(least, cv2.transform(apart, mean))
+        if self._config.blur_sigma > 0:
+            least = cv2.GaussianBlur(least, (0, 0), self._config.blur_sigma)
+        _, mask = cv2.threshold(least, self._config.difference_threshold, 255, cv2.THRESH_BINARY)
+        square = np.ones((size, size), np.uint8)
+        return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, square), np.uint8)

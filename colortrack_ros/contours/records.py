@@ -1,0 +1,52 @@
+"""What is recorded of a target, and whether it has moved."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.contours.filters import Bools
+from colortrack_ros.contours.filters import Floats
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+
+FIELDS = [
+    ('edge_share', 'f4'), ('placed_area', 'f8'), ('misfit', 'f8'), ('by_area', '?'),
+    ('inner', '?'), ('agreed', 'i8'), ('placed', 'i8'), ('moved', '?'), ('from', 'i8'),
+    ('from_u', 'f8'), ('from_v', 'f8'),
+]  # fmt: skip
+"""What is recorded of a target besides what is of every track.
+
+edge_share: share of its lines that had an edge when it was last measured, 1 by its foreground;
+placed_area: when its nodes were placed [px]; misfit: what the curve missed of its outline then
+[root of that area]; by_area: whether its nodes are those of its foreground; inner: whether it
+began where another one was; agreed: when it was last as large as its foreground, later by as long
+as it was unseen since [ns]; placed: when its nodes were last tried to be placed [ns]; moved:
+whether it has ever moved by much; from, from_u, from_v: since when and where its motion is counted
+[ns, px].
+"""
+
+MOTION_SECONDS = 3.0
+"""Time within which a new target has to move by min_motion: then its motion is counted anew."""
+
+
+def hold_unmoved(
+    records: NDArray[np.void], nodes: Floats, speed: Floats, min_motion: float, stamp: int
+) -> Bools:
+    """Keep those tentative that have not moved yet: what flickers, or lies there, is no target.
+
+    :param records: (N,) with FIELDS; their states are set.
+    :param nodes: (N, n, 2) [px].
+    :param speed: (N,) as the filters have it [px/s].
+    :param min_motion: that it takes [size].
+    :param stamp: now [ns].
+    :return: which those are, (N,).
+    """
+    place = nodes.mean(axis=1)
+    way = np.hypot(place[:, 0] - records['from_u'], place[:, 1] - records['from_v'])
+    least = min_motion * np.sqrt(np.ptp(nodes, axis=1).prod(axis=1))
+    records['moved'] |= (way >= least) & (speed * MOTION_SECONDS >= least)
+    anew = stamp - records['from'] > round(MOTION_SECONDS * NANOSECONDS)
+    records['from'][anew] = stamp
+    records['from_u'][anew], records['from_v'][anew] = place[anew].T
+    still = ~records['moved']
+    records['state'][still] = TENTATIVE
+    return np.asarray(still)

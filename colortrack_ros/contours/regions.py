@@ -1,0 +1,158 @@
+"""Which areas are whose: areas of the foreground to predicted contours."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from colortrack_ros.contours.areas import Areas
+from colortrack_ros.contours.boxes import extents
+from colortrack_ros.contours.boxes import Floats
+from colortrack_ros.contours.boxes import intersections
+from colortrack_ros.contours.filters import Bools
+from colortrack_ros.data import Columns
+
+LEAST_OVERLAP = 0.1
+"""Intersection over union of an area's box and a target's, at least, for it to be the target's."""
+
+MOST_OF = 0.5
+"""An area, or a target, belongs to what covers more than half of its box."""
+
+SLACK, SLACK_SHARE = 3.0, 0.1
+"""Sides of a contour and of its foreground agree within so many px and so much of its size."""
+
+
+@dataclass(frozen=True)
+class OwnAreas(Columns):
+    """What of the foreground is each target's.
+
+    :ivar box: (N, 4) of its areas together [px], NaN where there is none.
+    :ivar shared: (N,) whether another target is in the same area.
+    :ivar cut: (N, 4) which sides of the box are those of the picture.
+    :ivar first: (N,) index of its largest area, -1 where there is none.
+    """
+
+    box: Floats
+    shared: Bools
+    cut: Bools
+    first: NDArray[np.intp]
+
+
+def match(own: Floats, areas: Areas) -> tuple[OwnAreas, Bools]:
+    """Assign areas to targets with boxes own, (N, 4) [px].
+
+    An area goes to the target whose box it overlaps best, and with it smaller areas that lie in
+    that box: parts of one thing. Targets that are covered by an area of another share it.
+
+    :return: also which areas are nobody's, (K,).
+    """
+    count, others = len(own), len(areas)
+    first, mine = np.full(count, -1), np.zeros((count, others), bool)
+    if not count or not others:
+        no = np.zeros((count, 4), bool)
+        return OwnAreas(np.full((count, 4), np.nan), no[:, 0], no, first), np.ones(others, bool)
+    common = intersections(own, areas.box)
+    of_own, of_area = common / extents(own)[:, None], common / extents(areas.box)
+    overlap = common / (extents(own)[:, None] + extents(areas.box) - common)
+    row, column = linear_sum_assignment(-np.where(overlap >= LEAST_OVERLAP, overlap, 0.0))
+    good = overlap[row, column] >= LEAST_OVERLAP
+    first[row[good]] = column[good]
+    cover = of_own.argmax(axis=1)
+    joins = (first < 0) & (of_own.max(axis=1) > MOST_OF) & np.isin(cover, column[good])
+    first[joins] = cover[joins]
+    has = np.flatnonzero(first >= 0)
+    mine[has, first[has]] = True
+    taken: Bools = np.asarray(mine.any(axis=0))
+    holder = of_area.argmax(axis=0)
+    part = ~taken & ~areas.piece & (of_area.max(axis=0) > MOST_OF)
+    part = part & _above_or_below(areas.box, first[holder])
+    mine[holder[part], part] = True
+    low = np.where(mine[..., None], areas.box[:, :2], np.inf).min(axis=1)
+    high = np.where(mine[..., None], areas.box[:, 2:], -np.inf).max(axis=1)
+    owns: Bools = np.asarray(mine.any(axis=1))
+    box = np.where(owns[:, None], np.concatenate([low, high], axis=1), np.nan)
+    first = np.where((first < 0) & owns, mine.argmax(axis=1), first)
+    users = np.bincount(first[first >= 0], minlength=others)
+    shared: Bools = np.asarray((first >= 0) & (users[first] > 1))
+    box[shared] = areas.box[first[shared]]
+    cut = np.asarray((mine[..., None] & areas.cut).any(axis=1))
+    return OwnAreas(box, shared, cut, first), ~(taken | part)
+
+
+def _above_or_below(box: Floats, main: NDArray[np.intp]) -> Bools:
+    """Which areas, boxes (K, 4), have columns in common with others, main (K,), -1 for none."""
+    other = box[main]
+    common = np.minimum(box[:, 2], other[:, 2]) - np.maximum(box[:, 0], other[:, 0])
+    return np.asarray((main < 0) | (common >= 0))
+
+
+def slack(box: Floats) -> Floats:
+    """How far the sides of boxes (N, 4) may be off, (N, 4) [px]."""
+    return np.tile(SLACK + SLACK_SHARE * (box[:, 2:] - box[:, :2]), 2)
+
+
+def is_same(box: Floats, regions: OwnAreas) -> Bools:
+    """Which boxes, (N, 4), are those of their own foreground, but for the slack."""
+    return np.asarray((np.abs(regions.box - box) <= slack(box)).all(axis=1) & ~regions.shared)
+
+
+def is_within(box: Floats, others: Floats) -> Bools:
+    """Which boxes, (K, 4), lie for the most part in one of others, (N, 4)."""
+    common = intersections(others, box) / extents(box)
+    return np.asarray(common.max(axis=0, initial=0.0) > MOST_OF)
+
+
+def is_double(own: Floats, regions: OwnAreas, inner: Bools) -> Bools:
+    """Which targets are parts of another one, (N,).
+
+    They began in it, and the area that both are in now is as large as that one alone: the rest of
+    something that came out behind a bar.
+
+    :param own: (N, 4) boxes of the predicted targets [px].
+    :param inner: (N,) which began in another one.
+    """
+    fits = (np.abs(regions.box - own) <= slack(own)).all(axis=1) & regions.shared & ~inner
+    return np.asarray(regions.shared & inner & np.isin(regions.first, regions.first[fits]))
+
+
+def shifts(own: Floats, region: Floats, cut: Bools) -> Floats:
+    """How far boxes own, (N, 4), have to go to be where their regions are, (N, 2) [px].
+
+    The mean of both sides, or, where the size is another, the one that is nearer to its prediction:
+    what covers a part of a target, or joins it, leaves the other side alone. The border of the
+    picture is no side.
+
+    :param region: (N, 4) boxes [px].
+    :param cut: (N, 4) which of their sides are at the border.
+    """
+    off = region - own
+    low, high = off[:, :2], off[:, 2:]
+    nearer = np.where(np.abs(low) < np.abs(high), low, high)
+    shift = np.where(np.abs(high - low) > slack(own)[:, :2], nearer, (low + high) / 2)
+    shift = np.where(cut[:, :2] & ~cut[:, 2:], high, shift)
+    return np.asarray(np.where(cut[:, 2:] & ~cut[:, :2], low, shift))
+
+
+def in_common(own: Floats, region: Floats, group: NDArray[np.intp]) -> Floats:
+    """The same for targets that share a region: by the sides on which they are outermost, (N, 2).
+
+    :param own: (N, 4) boxes; region: (N, 4) boxes of what they share [px].
+    :param group: (N,) equal for those that share one.
+    """
+    off, result = region - own, np.zeros((len(own), 2))
+    for k in np.unique(group):
+        rows = np.flatnonzero(group == k)
+        low, high = own[rows, :2], own[rows, 2:]
+        near = (high - low) / 4
+        first, last = low <= low.min(axis=0) + near, high >= high.max(axis=0) - near
+        a, b = off[rows, :2], off[rows, 2:]
+        either = np.where(np.abs(a) < np.abs(b), a, b)
+        result[rows] = np.where(first & last, either, np.where(first, a, np.where(last, b, 0.0)))
+    return result
+
+
+def resized(nodes: Floats, own: Floats, box: Floats) -> Floats:
+    """Nodes (N, n, 2) whose boxes own, (N, 4), are stretched to other ones, (N, 4)."""
+    scale = (box[:, 2:] - box[:, :2]) / np.maximum(own[:, 2:] - own[:, :2], 1.0)
+    return np.asarray(box[:, None, :2] + (nodes - own[:, None, :2]) * scale[:, None])
