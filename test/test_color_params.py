@@ -75,3 +75,16 @@ def test_what_is_no_params_file_is_left_alone(tmp_path, text):
     with pytest.raises(ValueError, match='expected a params file with a detector'):
         write_color(path, BALL, 70)
     assert path.read_text() == text
+
+
+def test_samples_take_the_place_of_a_shade_and_a_shade_that_of_samples(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    taught = ReferenceColor('ball', BALL.lab, 20.0, (30.0, 20.0, 20.0), (BALL.lab,), (BALL.lab,))
+    write_color(path, BALL, 70)
+    write_color(path, taught, 70)
+    entry = yaml.safe_load(path.read_text())['/**/detector']['ros__parameters']['ball']
+    assert set(entry) == {'samples', 'others', 'tolerance_lab'}
+    assert all(isinstance(level, float) for level in entry['samples'])
+    write_color(path, BALL, 70)
+    entry = yaml.safe_load(path.read_text())['/**/detector']['ros__parameters']['ball']
+    assert set(entry) == {'lab', 'tolerance_lab'}

@@ -98,6 +98,7 @@ def find_extent(
     samples: tuple[Triple, ...] = (),
     others: tuple[Triple, ...] = (),
     largest_share: float = LARGEST_SHARE,
+    least: float = 0.0,
 ) -> Extent | None:
     """The pixels that belong to a color, by the deepest valley around it.
 
@@ -105,6 +106,7 @@ def find_extent(
     :param lab: the color, or one within it.
     :param samples, others: of the color; with them it stays where it is, and has the first shape.
     :param largest_share: of the picture, that it may cover.
+    :param least: half axis of a and b that it has at least, with samples or others.
     :returns: None when it is not in the picture, or no size of it stays below that share.
     """
     most = largest_share * counts.sum()
@@ -112,14 +114,22 @@ def find_extent(
         return None
     (filled,) = (counts > 0).nonzero()
     number, color = counts[filled], cell_bounds()[0].T[filled]
-    center, shape = np.array(lab), np.array([LIGHTNESS_AXIS, 1.0, 1.0])
     if samples or others:
-        away = _nearest(color, (lab, *samples), shape)
-        mine = away < _nearest(color, others, shape)
-        return _valley(number[mine], away[mine], center, shape, most)
+        shape = np.array([LIGHTNESS_AXIS, 1.0, 1.0])
+        away = nearest_sample(color, (lab, *samples), shape)
+        mine = away < nearest_sample(color, others, shape)
+        return _valley(number[mine], away[mine], np.array(lab), shape, most, least)
+    return _deepest_valley(number, color, lab, most)
+
+
+def _deepest_valley(
+    number: NDArray[np.float64], color: NDArray[np.float64], lab: Triple, most: float
+) -> Extent | None:
+    """The valley around one color, whose center and shape follow what is inside."""
+    center, shape = np.array(lab), np.array([LIGHTNESS_AXIS, 1.0, 1.0])
     best: Extent | None = None
     for _ in range(SHAPE_ROUNDS):
-        distance = _nearest(color, (center,), shape)
+        distance = nearest_sample(color, (center,), shape)
         found = _valley(number, distance, center, shape, most)
         if found is None or (best is not None and found.growth > best.growth - DEEPER):
             break
@@ -133,7 +143,7 @@ def find_extent(
     return best
 
 
-def _nearest(
+def nearest_sample(
     color: NDArray[np.float64], samples: Iterable[ArrayLike], shape: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """(N,) distance to the nearest sample, infinite where there is none."""
@@ -150,6 +160,7 @@ def _valley(
     center: NDArray[np.float64],
     shape: NDArray[np.float64],
     most: float,
+    least: float = 0.0,
 ) -> Extent | None:
     """The size at whose surface the count grows least, of ellipsoids of a shape around a center."""
     order = np.argsort(distance)
@@ -162,6 +173,7 @@ def _valley(
     )
     growth = (larger - smaller) / np.maximum(middle, 1) / (2 * SLOPE_STEPS * SIZE_STEP)
     growth[(middle < FEWEST_PIXELS) | (larger > most)] = np.inf
+    growth[SIZES[SLOPE_STEPS:-SLOPE_STEPS] < least] = np.inf
     k = int(growth.argmin())
     if not np.isfinite(growth[k]):
         return None

@@ -71,3 +71,16 @@ def lab_from_rgb(rgb: NDArray[np.integer]) -> NDArray[np.float64]:
     :returns: (..., 3) L 0..100, a and b signed.
     """
     return lab_from_linear(LINEAR[rgb])
+
+
+def rgb_from_lab(lab: ArrayLike) -> NDArray[np.intp]:
+    """The 8-bit sRGB colors nearest to colors of CIELAB; undoes :func:`lab_from_rgb`.
+
+    :param lab: (..., 3); what is outside of sRGB is cut.
+    """
+    L, a, b = np.moveaxis(np.asarray(lab, np.float64), -1, 0)
+    root = np.stack([(L + 16) / 116 + a / 500, (L + 16) / 116, (L + 16) / 116 - b / 200], axis=-1)
+    xyz = np.where(root**3 > _CUBE_ROOT_FROM, root**3, (root - 4 / 29) / _SLOPE)
+    linear = np.clip(xyz @ np.linalg.inv(WHITE_TO_ONE).T, 0, 1)
+    curved = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.rint(255 * curved).astype(np.intp)

@@ -49,7 +49,7 @@ class PickedColor:
     """A color that was read, and what the detector makes of it in the same picture.
 
     :param color: with an ellipsoid.
-    :param area: expected [px], of the detected blob nearest to where the color was picked.
+    :param area: expected [px], of the detected blob where the color was picked.
     :param share: of the picture, that the color covers.
     """
 
@@ -67,50 +67,34 @@ def pick_color(
     frame: Frame,
     u: int,
     v: int,
-    width: int = 1,
-    height: int = 1,
     name: str = 'picked',
     config: DetectorConfig | None = None,
 ) -> PickedColor:
-    """Read the color of what is at a pixel, or of a box.
+    """Read the color of what is at a pixel.
 
-    A single pixel's color reaches to where others begin in the picture (:func:`find_extent`). Where
-    they do not, it is that of the first region around it that hardly grows with the tolerance
-    (Matas 2004 calls such regions maximally stable). Of a box it is the spread of its pixels.
+    It reaches to where others begin in the picture (:func:`find_extent`). Where they do not, it is
+    that of the first region around the pixel that hardly grows with the tolerance (Matas 2004 calls
+    such regions maximally stable).
 
-    :param u, v: the pixel, or the top left one of the box [px].
-    :param width, height: of the box [px]; 1 and 1 for a pixel.
+    :param u, v: the pixel [px].
     :param name: of the color.
     :param config: of the detector that the area is measured with, but for its colors.
-    :raises ValueError: when the pixel or the box is not inside of the picture.
+    :raises ValueError: when the pixel is not inside of the picture.
     """
     check(frame)
     frame = plain(frame)
     rows, columns = frame.image.shape[:2]
-    valid = width >= 1 and height >= 1 and 0 <= u <= columns - width and 0 <= v <= rows - height
-    given = (u, v, width, height)
-    expect(valid, 'box', given, f'u, v, width, height in the picture of {columns} x {rows} px')
-    color, region = _read(frame, (slice(v, v + height), slice(u, u + width)), name)
-    detector = Detector(replace(config or DetectorConfig(), colors=(color,)))
-    found = detector.detect(frame).rows
-    away = np.hypot(found['u'] - u - (width - 1) / 2, found['v'] - v - (height - 1) / 2)
-    area = int(found['area'][away.argmin()]) if len(found) else int(region.sum())
-    return PickedColor(color, area, float(np.mean(detector.mask > 0)))
-
-
-def _read(
-    frame: Frame, box: tuple[slice, slice], name: str
-) -> tuple[ReferenceColor, NDArray[np.bool_]]:
-    """The color of a box or of what is at a pixel, and the pixels it was read from, (H, W)."""
+    valid = 0 <= u < columns and 0 <= v < rows
+    expect(valid, 'pixel', (u, v), f'u, v in the picture of {columns} x {rows} px')
     rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
-    region = np.zeros(rgb.shape[:2], bool)
-    region[box] = True
-    if region.sum() > 1:
-        return _color_of(rgb, region, name), region
-    v, u = (side.start for side in box)
     region = _stable_region(rgb, u, v)
     extent = find_extent(count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v))
-    return (_of_extent(extent, name) if extent else _color_of(rgb, region, name)), region
+    color = _of_extent(extent, name) if extent else _color_of(rgb, region, name)
+    detector = Detector(replace(config or DetectorConfig(), colors=(color,)))
+    found = detector.detect(frame).rows
+    away = np.hypot(found['u'] - u, found['v'] - v)
+    area = int(found['area'][away.argmin()]) if len(found) else int(region.sum())
+    return PickedColor(color, area, float(np.mean(detector.mask > 0)))
 
 
 def _of_extent(extent: Extent, name: str) -> ReferenceColor:

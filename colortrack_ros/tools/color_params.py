@@ -1,14 +1,20 @@
 """Writes a picked color into a params file, and changes nothing else in its text."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.lab import rgb_from_lab
 
-SHADES = ('lab', 'rgb', 'preset')
+SHADES = ('lab', 'rgb', 'preset', 'samples')
 """The entries of which one says what color a name is."""
+
+REPLACED = (*SHADES, 'others', 'tolerance')
+"""What another color has no use for."""
 
 Splice = tuple[int, int, str]
 """Begin and end of a text, and what replaces it."""
@@ -48,7 +54,7 @@ def _changed(text: str, color: ReferenceColor, min_area: int) -> str:
         return f'{text}/**/detector:\n  ros__parameters:\n    {block}\n'
     node, old = _parameters(text)
     names = [name for name in old.get('colors', []) if name != color.name and _chosen(name, old)]
-    kept = {k: v for k, v in old.get(color.name, {}).items() if k not in (*SHADES, 'tolerance')}
+    kept = {k: v for k, v in old.get(color.name, {}).items() if k not in REPLACED}
     least = min(old.get('min_area', min_area), min_area) if names else min_area
     new = {
         'colors': [*names, color.name],
@@ -117,7 +123,15 @@ def _end(node: Any) -> int:
 
 
 def _entry(color: ReferenceColor) -> dict[str, Any]:
-    return {'lab': list(color.lab), 'tolerance_lab': list(color.axes)}
+    if not color.is_sampled:
+        return {'lab': list(color.lab), 'tolerance_lab': list(color.axes)}
+    entry = {'samples': _levels([color.lab, *color.samples]), 'others': _levels(color.others)}
+    return {k: v for k, v in entry.items() if v} | {'tolerance_lab': list(color.axes)}
+
+
+def _levels(labs: Sequence[tuple[float, float, float]]) -> list[float]:
+    """Red, green and blue of colors, one after the other, as rcl takes them."""
+    return rgb_from_lab(np.reshape(labs, (-1, 3))).reshape(-1).astype(float).tolist()
 
 
 def _flow(value: Any) -> str:

@@ -21,6 +21,8 @@ from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.pick import pick_color
 from colortrack_ros.detection.pick import PickedColor
 from colortrack_ros.detection.pick import side_by_side
+from colortrack_ros.detection.teach import Example
+from colortrack_ros.detection.teach import teach_color
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.runtime import StartError
@@ -43,8 +45,7 @@ def main(args: Sequence[str] | None = None) -> int:
     arguments = _parse(args)
     try:
         frame = _frame_of(arguments.source, arguments.frame)
-        u, v, width, height = arguments.box or (round(arguments.u), round(arguments.v), 1, 1)
-        picked = pick_color(frame, u, v, width, height, arguments.name)
+        picked = _pick(frame, arguments)
         config = DetectorConfig(colors=(picked.color,), min_area=picked.min_area)
         _save(arguments.output, side_by_side(frame, Detector(config)))
         if arguments.write:
@@ -58,12 +59,54 @@ def main(args: Sequence[str] | None = None) -> int:
     return 0
 
 
+def _pick(frame: Frame, arguments: argparse.Namespace) -> PickedColor:
+    """The color of what is given: by itself, or with others as examples.
+
+    :raises SourceError, ValueError: a picture cannot be read, or a place is not inside of it.
+    """
+    pixels = np.rint(np.reshape(arguments.pixels, (-1, 2))).astype(int).tolist()
+    boxes = [tuple(box) for box in arguments.box] + [(u, v, 1, 1) for u, v in pixels]
+    if len(boxes) == 1 and pixels and not arguments.other and not arguments.also:
+        ((u, v),) = pixels
+        return pick_color(frame, u, v, arguments.name)
+    examples = [Example(frame, box) for box in boxes]
+    for source, number, u, v in arguments.also:
+        examples.append(Example(_frame_of(source, number), (round(u), round(v), 1, 1)))
+    others = [Example(frame, (round(u), round(v), 1, 1)) for u, v in arguments.other]
+    return teach_color(examples, others, arguments.name)
+
+
 def _parse(args: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='pick_color', description=__doc__)
     parser.add_argument('source', help='a picture, a video, scene:NAME, or the topic of an Image')
-    parser.add_argument('u', nargs='?', type=float, help='of the pixel, to the right [px]')
-    parser.add_argument('v', nargs='?', type=float, help='of the pixel, down [px]')
-    parser.add_argument('--box', nargs=4, type=int, metavar=('U', 'V', 'W', 'H'), help='a region')
+    parser.add_argument('pixels', nargs='*', type=float, metavar='U V', help='pixels that are it')
+    parser.add_argument(
+        '--box',
+        nargs=4,
+        type=int,
+        action='append',
+        default=[],
+        metavar=tuple('UVWH'),
+        help='a region',
+    )
+    parser.add_argument(
+        '--not',
+        dest='other',
+        nargs=2,
+        type=float,
+        action='append',
+        default=[],
+        metavar=tuple('UV'),
+        help='a pixel that is not it',
+    )
+    parser.add_argument(
+        '--also',
+        nargs=4,
+        action='append',
+        default=[],
+        metavar=('SOURCE', 'FRAME', 'U', 'V'),
+        help='a pixel of another picture that is it',
+    )
     parser.add_argument('--frame', type=int, default=0, help='of a video, from 0')
     parser.add_argument('--name', default='picked', help='of the color')
     parser.add_argument(
@@ -71,9 +114,17 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument('--output', type=Path, default=Path('pick_color.png'), help='the picture')
     given = sys.argv if args is None else ['pick_color', *args]
-    arguments = parser.parse_args(remove_ros_args(given)[1:])
-    if (arguments.v is None) == (arguments.box is None):
-        parser.error('expected a pixel, u and v, or a region, --box u v w h')
+    return _checked(parser, parser.parse_intermixed_args(remove_ros_args(given)[1:]))
+
+
+def _checked(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> argparse.Namespace:
+    """The arguments, with numbers where they are due; ends the program where they are not."""
+    if len(arguments.pixels) % 2 or not (arguments.pixels or arguments.box):
+        parser.error('expected pixels, u and v of each, or a region, --box u v w h')
+    try:
+        arguments.also = [(s, int(n), float(u), float(v)) for s, n, u, v in arguments.also]
+    except ValueError:
+        parser.error('expected --also SOURCE FRAME U V, three numbers after the source')
     return arguments
 
 

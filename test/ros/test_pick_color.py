@@ -1,4 +1,5 @@
 import cv2
+import numpy as np
 import pytest
 import yaml
 
@@ -70,12 +71,19 @@ def test_pictures_and_videos_are_read_at_a_pixel_or_in_a_box(tmp_path, capsys, n
         for _ in range(3):
             video.write(scene.render(0))
         video.release()
-    for place in ([str(u), str(v)], ['--box', str(u - 4), str(v - 4), '9', '9']):
-        assert main([str(tmp_path / name), *place, '--output', str(tmp_path / 'picked.png')]) == 0
-        lightness, a, b = yaml.safe_load(capsys.readouterr().out)['picked']['lab']
-        assert 30 < lightness < 60
-        assert a > 30
-        assert b > 20
+    source, output = str(tmp_path / name), ['--output', str(tmp_path / 'picked.png')]
+    assert main([source, str(u), str(v), *output]) == 0
+    lightness, a, b = yaml.safe_load(capsys.readouterr().out)['picked']['lab']
+    assert 30 < lightness < 60
+    assert a > 30
+    assert b > 20
+    box = ['--box', str(u - 4), str(v - 4), '9', '9']
+    for more in ([], ['--not', '5', '5', '--also', source, '0', str(u + 4), str(v)]):
+        assert main([source, *box, *more, *output]) == 0
+        entry = yaml.safe_load(capsys.readouterr().out)['picked']
+        assert ('others' in entry) == bool(more)
+        red, green, blue = np.reshape(entry['samples'], (-1, 3)).T
+        assert (red > 1.5 * np.maximum(green, blue)).all()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,132 @@
+"""A reference color taught by examples: pixels and boxes that are it, and that are not."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+from colortrack_ros.detection.config import DetectorConfig
+from colortrack_ros.detection.detector import Detector
+from colortrack_ros.detection.extent import count_colors
+from colortrack_ros.detection.extent import find_extent
+from colortrack_ros.detection.extent import LIGHTNESS_AXIS
+from colortrack_ros.detection.extent import NEAR
+from colortrack_ros.detection.extent import nearest_sample
+from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.pick import PickedColor
+from colortrack_ros.detection.pick import SEED_REACH
+from colortrack_ros.detection.pixels import split_rgb
+from colortrack_ros.detection.reference import expect
+from colortrack_ros.detection.reference import MAX_TOLERANCE
+from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.reference import Triple
+from colortrack_ros.encodings import check
+from colortrack_ros.encodings import plain
+
+SHADES_OF_BOX = 3
+"""Shades that are taken of a box: the dark, the middle and the light third of it."""
+
+SHOWN_PERCENT = 80.0
+"""Part of what is shown that the color takes in at least [%]: a box has corners, and highlights."""
+
+
+@dataclass(frozen=True)
+class Example:
+    """Something in a picture.
+
+    :param frame: the picture.
+    :param box: u, v, width, height [px]; width and height 1 for a pixel and those around it.
+    """
+
+    frame: Frame
+    box: tuple[int, int, int, int]
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """(N, 3) red, green and blue of its pixels.
+
+        :raises ValueError: it is not inside of the picture.
+        """
+        check(self.frame)
+        frame = plain(self.frame)
+        rows, columns = frame.image.shape[:2]
+        u, v, width, height = self.box
+        valid = width >= 1 and height >= 1 and 0 <= u <= columns - width and 0 <= v <= rows - height
+        given = f'u, v, width, height in the picture of {columns} x {rows} px'
+        expect(valid, 'box', self.box, given)
+        reach = SEED_REACH if self.is_pixel else 0
+        part = frame.image[max(v - reach, 0) : v + height + reach]
+        part = part[:, max(u - reach, 0) : u + width + reach]
+        return np.stack(split_rgb(part, frame.encoding), axis=-1).reshape(-1, 3)
+
+    @property
+    def is_pixel(self) -> bool:
+        """Whether it is a pixel with those around it, which have one shade."""
+        return self.box[2:] == (1, 1)
+
+    def shades(self) -> NDArray[np.float64]:
+        """(N, 3) its shades in CIELAB, each of which a pixel can have.
+
+        :raises ValueError: it is not inside of its picture.
+        """
+        rgb = self.pixels()
+        order = np.argsort(lab_from_rgb(rgb)[:, 0])
+        parts = np.array_split(order, 1 if self.is_pixel else SHADES_OF_BOX)
+        medians = [np.median(rgb[part], axis=0) for part in parts if len(part)]
+        return lab_from_rgb(np.rint(medians).astype(np.intp))
+
+
+def teach_color(
+    examples: Sequence[Example],
+    others: Sequence[Example] = (),
+    name: str = 'taught',
+    config: DetectorConfig | None = None,
+) -> PickedColor:
+    """The color of examples, which reaches in all their pictures to where other colors begin.
+
+    :param examples: of what is it, at least one.
+    :param others: of what is not.
+    :param config: of the detector that the area is measured with, but for its colors.
+    :raises ValueError: an example is not inside of its picture, or the color fills the pictures.
+    """
+    samples, not_it = _distinct(examples), _distinct(others)
+    frames = {id(example.frame): plain(example.frame) for example in examples}.values()
+    counts = np.sum([count_colors(frame.image, frame.encoding) for frame in frames], axis=0)
+    shown = lab_from_rgb(np.concatenate([example.pixels() for example in examples]))
+    away = nearest_sample(shown, samples, np.array([LIGHTNESS_AXIS, 1.0, 1.0]))
+    least = float(np.percentile(away, SHOWN_PERCENT))
+    extent = find_extent(counts, samples[0], samples[1:], not_it, least=least)
+    if extent is None:
+        raise ValueError(
+            f'{name}: expected a color that ends somewhere, got one that fills the pictures: give '
+            'examples of what is not it'
+        )
+    L, a, b = (round(min(axis, MAX_TOLERANCE), 1) for axis in extent.axes)
+    color = ReferenceColor(name, samples[0], max(a, b), (L, a, b), samples[1:], not_it)
+    detector = Detector(replace(config or DetectorConfig(), colors=(color,)))
+    areas, shares = [], []
+    for example in examples:
+        areas.append(_area_of(detector.detect(example.frame).rows, example.box))
+        shares.append(np.mean(detector.mask > 0))
+    found = [area for area in areas if area > 0]
+    return PickedColor(color, min(found, default=0), float(np.mean(shares)))
+
+
+def _area_of(rows: NDArray[np.void], box: tuple[int, int, int, int]) -> int:
+    """The largest area of the blobs whose boxes hold the middle of an example, 0 if none does."""
+    u, v, width, height = box
+    right, down = u + width / 2 - rows['box_u'], v + height / 2 - rows['box_v']
+    holds = (right >= 0) & (right <= rows['box_w']) & (down >= 0) & (down <= rows['box_h'])
+    return int(rows['area'][holds].max(initial=0))
+
+
+def _distinct(examples: Sequence[Example]) -> tuple[Triple, ...]:
+    """The shades of the examples, without those that are like another."""
+    kept: list[Triple] = []
+    for shade in (shade for example in examples for shade in example.shades()):
+        if all(np.linalg.norm(shade - other) > NEAR / 2 for other in kept):
+            L, a, b = shade.tolist()
+            kept.append((L, a, b))
+    return tuple(kept)

@@ -1,0 +1,86 @@
+"""Colors that are taught by pixels and boxes, in one picture or several."""
+
+import numpy as np
+import pytest
+
+from colortrack_ros.data import ENCODINGS
+from colortrack_ros.data import Frame
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.lab import rgb_from_lab
+from colortrack_ros.detection.teach import Example
+from colortrack_ros.detection.teach import teach_color
+
+RED, DARK, PINK, WALL = (200, 40, 50), (90, 15, 20), (235, 130, 140), (170, 170, 160)
+
+
+def squares(*colors, light=1.0, encoding='rgb8'):
+    """Squares of 40 px, 60 px apart, on a wall; their middles are at (40 + 60 k, 60)."""
+    image = np.full((120, 60 * len(colors) + 20, 3), WALL, float)
+    for k, color in enumerate(colors):
+        image[40:80, 60 * k + 20 : 60 * k + 60] = color
+    noise = np.random.default_rng(0).normal(0, 2, image.shape)
+    rgb = np.clip(light * image + noise, 0, 255).astype(np.uint8)
+    if encoding == 'mono8':
+        return Frame(rgb[..., 1].copy(), encoding)
+    alpha = np.full((*rgb.shape[:2], ENCODINGS[encoding] - 3), 255, np.uint8)
+    order = rgb if encoding.startswith('rgb') else rgb[..., ::-1]
+    return Frame(np.concatenate([order, alpha], axis=2), encoding)
+
+
+def at(frame, k):
+    return Example(frame, (40 + 60 * k, 60, 1, 1))
+
+
+def columns(frame, picked):
+    config = DetectorConfig(colors=(picked.color,), min_area=picked.min_area)
+    return sorted((Detector(config).detect(frame).rows['u'] // 60).astype(int).tolist())
+
+
+def test_each_color_that_is_shown_is_it_and_what_is_shown_as_another_is_not():
+    frame = squares(RED, DARK, PINK)
+    assert columns(frame, teach_color([at(frame, 0)])) == [0]
+    assert columns(frame, teach_color([at(frame, 0), at(frame, 1)])) == [0, 1]
+    both = teach_color([at(frame, 0), at(frame, 1)], [at(frame, 2)])
+    assert columns(frame, both) == [0, 1]
+
+
+def test_pictures_in_different_light_give_one_color_for_both():
+    bright, dim = squares(RED, PINK), squares(RED, PINK, light=0.5)
+    picked = teach_color([at(bright, 0), at(dim, 0)], [at(bright, 1), at(dim, 1)])
+    assert columns(bright, picked) == columns(dim, picked) == [0]
+    assert columns(dim, teach_color([at(bright, 0)])) != [0]
+
+
+@pytest.mark.parametrize('encoding', ENCODINGS)
+def test_a_box_gives_its_dark_and_its_light_shades(encoding):
+    frame = squares(RED, WALL, encoding=encoding)
+    picked = teach_color([Example(frame, (22, 42, 36, 36))])
+    assert picked.area == pytest.approx(38 * 38, rel=0.02)
+    assert columns(frame, picked) == [0]
+
+
+def test_a_box_of_two_colors_takes_both_in():
+    frame = squares(RED, WALL)
+    frame.image[60:80, 20:60] = DARK
+    picked = teach_color([Example(frame, (22, 42, 36, 36))])
+    assert picked.area == pytest.approx(38 * 38, rel=0.05)
+
+
+def test_what_fills_the_pictures_is_refused_with_what_to_do():
+    wall = Frame(np.full((60, 80, 3), 170, np.uint8))
+    with pytest.raises(ValueError, match='fills the pictures: give examples of what is not it'):
+        teach_color([Example(wall, (40, 30, 1, 1)), Example(wall, (10, 10, 20, 20))])
+
+
+@pytest.mark.parametrize('box', [(-1, 0, 1, 1), (30, 0, 1, 1), (5, 5, 26, 1), (0, 0, 0, 1)])
+def test_a_box_outside_of_the_picture_is_refused(box):
+    frame = Frame(np.zeros((20, 30, 3), np.uint8))
+    with pytest.raises(ValueError, match=r'box: expected .* in the picture of 30 x 20 px, got '):
+        teach_color([Example(frame, box)])
+
+
+def test_colors_come_back_from_cielab():
+    rgb = np.random.default_rng(0).integers(0, 256, (5000, 3))
+    np.testing.assert_array_equal(rgb_from_lab(lab_from_rgb(rgb)), rgb)
