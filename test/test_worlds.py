@@ -93,6 +93,7 @@ def test_an_option_that_the_tracker_does_not_have_is_left_out():
     assert len(play(world.detections, no_such_option=1)[-1]) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['3 time', '9 hidden for 1.4 s'])
 def test_a_world_gives_the_same_figures_for_the_same_seed(name):
     assert repr(measure(WORLDS[name], [1], [])) == repr(measure(WORLDS[name], [1], []))

@@ -48,6 +48,7 @@ def textbook(line, config, sigma, usual):
     return best - middle + np.clip((c - a) / (2 * (2 * b - a - c)), -0.5, 0.5)
 
 
+@pytest.mark.slow
 @given(
     st.integers(0, 10_000), st.sampled_from([8, 15, 30]), st.floats(1, 8), st.floats(0, 30),
     st.sampled_from([(-1.2, -2.0, 0.0, 2.0, 1.2), (-1.0, 0.0, 1.0), (-1, -1, -1, 0, 1, 1, 1)]),

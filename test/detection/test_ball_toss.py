@@ -40,6 +40,7 @@ POSITIONS = {
 RADIUS = {'ball': 22, 'ball2': 26, 'ball4': 50}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not VIDEOS.is_dir(), reason=f'no videos at {VIDEOS}; set COLORTRACK_DATA')
 @pytest.mark.parametrize('name', TOLERANCE)
 def test_the_ball_is_found_and_nothing_else(name):

@@ -79,6 +79,7 @@ def test_what_erosion_takes_away_starts_no_blob():
     assert (row['box_u'], row['area']) == (6, 18 * 18)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'parameters', [{'white_balance': 'gray_world'}, {'follow_light': 60.0}], ids=str
 )

@@ -139,6 +139,7 @@ def test_a_ball_partly_out_of_the_picture_is_as_far_from_its_center_as_it_is_sai
     assert row['cov_vv'] < 0.1
 
 
+@pytest.mark.slow
 def test_a_ball_before_things_of_its_color_is_known_worse():
     """Three sigma where one is due: at 15 px a frame and a tight tolerance blur shifts it."""
     scene = open_scene('clutter?duration=6')

@@ -103,6 +103,7 @@ def test_as_many_pixels_as_are_allowed_are_decoded(name):
     assert read(FILES[name], max_pixels=1200).image.shape == (30, 40, 3)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.data())
 def test_mutated_files_are_refused_or_read_but_never_raise_anything_else(data):

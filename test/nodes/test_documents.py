@@ -255,6 +255,7 @@ def insert(path, line, anchor):
     path.write_text(f'{text[:end]}\n{line}{text[end:]}')
 
 
+@pytest.mark.slow
 def test_each_way_to_extend_the_package_is_one_file_and_one_line(tmp_path):
     shutil.copytree(ROOT / 'colortrack_ros', tmp_path / 'colortrack_ros')
     page = ROOT / 'doc' / 'extending.md'

@@ -60,6 +60,7 @@ def test_touching_objects_of_collision_are_one_blob_around_both():
         assert blob['box_h'] == pytest.approx(np.ptp(pair['v']) + 2 * pair['radius'][0], abs=2)
 
 
+@pytest.mark.slow
 def test_swarm_has_fifty_objects_that_never_leave():
     path = paths(open_scene('swarm'))
     assert path.shape == (500, 50)
@@ -114,6 +115,7 @@ def test_objects_of_turns_come_out_where_straight_motion_does_not_lead():
     assert (path['visible'][:, 5][~np.isnan(path['u'][:, 5])] > 0).all()
 
 
+@pytest.mark.slow
 def test_objects_of_flicker_change_brightness_and_break_up():
     scene = open_scene('flicker?noise=0')
     broken, red = 0, []

@@ -33,6 +33,7 @@ def test_a_perfect_detector_sees_each_visible_object_where_it_is(five):
             assert nearest['box_u'] == pytest.approx(row['u'] - row['radius'], abs=1.1)
 
 
+@pytest.mark.slow
 def test_a_hidden_object_is_not_detected():
     scene = open_scene('occlusion?duration=9')
     seen = hidden = 0
@@ -58,6 +59,7 @@ def test_the_same_arguments_give_the_same_detections_in_any_order(blackout):
     assert len(other.rows) != len(first.rows) or (other.rows['u'] != first.rows['u']).any()
 
 
+@pytest.mark.slow
 def test_share_of_detections_and_clutter_and_noise_are_as_asked(blackout):
     frames = range(0, len(blackout), 2)
     perfect = [detections_of(blackout, k).rows for k in frames]

@@ -59,6 +59,7 @@ def test_the_light_of_light_falls_to_a_third_and_turns_yellow():
         assert len(scene.truth(k)) == 3
 
 
+@pytest.mark.slow
 def test_balls_of_fast_move_more_than_their_diameter_a_frame_and_are_smeared():
     scene = open_scene('fast?noise=0')
     background = open_scene('five?noise=0').render(0)

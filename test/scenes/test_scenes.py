@@ -73,6 +73,7 @@ def test_a_rendered_frame_is_never_overwritten(name):
     np.testing.assert_array_equal(frame, before)
 
 
+@pytest.mark.slow
 def test_scenes_last_as_long_as_pegorettis_videos():
     for name in SCENES:
         scene = open_scene(name)
@@ -154,6 +155,7 @@ def test_truth_is_where_the_picture_shows_the_ball(name):
     assert np.abs(np.mean(errors, axis=0)).max() < 0.05
 
 
+@pytest.mark.slow
 def test_visible_is_the_part_of_the_disc_that_the_picture_shows():
     scene = open_scene('occlusion?noise=0')
     background = scene.render(0)

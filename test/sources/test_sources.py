@@ -229,6 +229,7 @@ def test_a_video_without_damage_loses_nothing(recordings):
     assert source.lost == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not DATA.exists(), reason='needs ../shared/data')
 def test_pictures_at_uneven_times_keep_their_times():
     source = open_source(str(DATA / 'ball_toss' / 'ball4.mp4'))

@@ -71,6 +71,7 @@ def within(values, freedom):
     return low < values.mean() < high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', MOTION_MODELS)
 @pytest.mark.parametrize('frames', [1, 2, 40])
 def test_nees_after_so_many_frames(name, frames):
@@ -81,6 +82,7 @@ def test_nees_after_so_many_frames(name, frames):
     assert within(nis, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', MOTION_MODELS)
 @pytest.mark.parametrize('coasting', [1, 5, 20])
 def test_nees_after_coasting(name, coasting):

@@ -70,6 +70,7 @@ def squared(e, P):
     return (e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('motion', [straight, weaving, bouncing, stopping])
 def test_ellipses_hold_the_truth_seen_and_unseen(motion):
     several = [watch(motion, seed) for seed in range(3)]

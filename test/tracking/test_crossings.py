@@ -32,6 +32,7 @@ def play(position, size=(0.0, 0.0), seen=None, seed=0):
     return names
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('degrees', [20, 30, 60])
 def test_two_that_go_straight_through_one_point_keep_their_ids(degrees):
     angle = np.radians([0, degrees])

@@ -60,6 +60,7 @@ def test_objects_keep_their_tracks(name, idf1):
     assert played(scene, detected(scene)).idf1 >= idf1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('name', 'worse', 'idf1'),
     [('blackout', BLACKOUT, 0.8), ('flicker', {}, 0.97), ('vanish', {}, 0.95)],
@@ -88,6 +89,7 @@ def test_tracks_go_on_while_the_light_falls_to_a_third_and_turns_yellow(toleranc
     assert score.switches == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not JUGGLING.is_dir(), reason=f'no {JUGGLING}; set COLORTRACK_DATA')
 @pytest.mark.parametrize(('drop', 'idf1'), [(0.0, 0.985), (0.1, 0.96)])
 def test_juggled_balls_keep_their_tracks(drop, idf1):

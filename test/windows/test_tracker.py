@@ -184,6 +184,7 @@ def test_boxes_that_cannot_be_followed_are_refused_and_counted():
     assert tracker.refused == len(bad) + 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('size', [(1, 1), (2, 3), (40, 24), (320, 240), (5000, 10)])
 def test_boxes_of_any_size_do_no_harm(size):
     center = np.array([160.0, 120.0])
