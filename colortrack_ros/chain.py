@@ -15,6 +15,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import Tracks
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.flow.pairing import MAX_UNPAIRED
 from colortrack_ros.flow.pairing import Pair
 from colortrack_ros.flow.pairing import Pairing
 from colortrack_ros.flow.stage import Stage
@@ -61,6 +62,7 @@ class ImageChain:
     :param tracking: makes the tracks after a pair.
     :param detects: whether frames wait for their detections.
     :param detection: makes them here; None if :meth:`put` gets those of another node.
+    :param most: frames that wait for their detections.
     """
 
     def __init__(
@@ -70,8 +72,9 @@ class ImageChain:
         *,
         detects: bool,
         detection: Stage[Frame, Detections] | None = None,
+        most: int = MAX_UNPAIRED,
     ) -> None:
-        self._pairing = Pairing(tracking.put)
+        self._pairing = Pairing(tracking.put, most)
         self._intakes: list[Stage[Frame, Any]] = [pictures, *([detection] if detection else [])]
         self._tracking = tracking
         if detects:

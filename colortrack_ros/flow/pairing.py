@@ -10,8 +10,7 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 
 MAX_UNPAIRED = 30
-"""Most pictures that may wait, the default depth of a subscription's queue: a detector that has
-ended holds nobody up."""
+"""Most pictures that wait by default, as many as the queue of a subscription holds."""
 
 
 class Pair(NamedTuple):
@@ -39,10 +38,11 @@ class Pairing:
     recording may loop. Pictures and detections may come from two threads.
 
     :param hand_on: takes each pair, in the order of the pictures, and the context of its picture.
+    :param most: pictures that wait: a detector that has ended holds nobody up.
     """
 
-    def __init__(self, hand_on: Callable[[Pair, Any], object]) -> None:
-        self._hand_on = hand_on
+    def __init__(self, hand_on: Callable[[Pair, Any], object], most: int = MAX_UNPAIRED) -> None:
+        self._hand_on, self._most = hand_on, most
         self._lock = threading.Lock()
         self._frames: deque[tuple[Frame, Any]] = deque()
         self._detections: dict[int, Detections] = {}
@@ -52,13 +52,13 @@ class Pairing:
         with self._lock:
             self._frames.append((frame, context))
             known = frame.stamp in self._detections
-            self._release(len(self._frames) - (0 if known else MAX_UNPAIRED))
+            self._release(len(self._frames) - (0 if known else self._most))
 
     def put_detections(self, detections: Detections, _: Any = None) -> None:
         """Take detections."""
         with self._lock:
             self._detections[detections.stamp] = detections
-            if len(self._detections) > MAX_UNPAIRED:
+            if len(self._detections) > self._most:
                 self._detections.pop(next(iter(self._detections)))
             stamps = [frame.stamp for frame, _ in self._frames]
             found = detections.stamp in stamps

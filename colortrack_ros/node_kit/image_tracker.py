@@ -88,7 +88,12 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         self._tracking = self.make_tracking()
         self._tracking.then(self._publish)
         detects = isinstance(self._tracking, Worker)
-        self._chain = ImageChain(self._pictures, self._tracking, detects=detects)
+        self._chain = ImageChain(
+            self._pictures,
+            self._tracking,
+            detects=detects,
+            most=self.setup.pictures.image_queue_depth,
+        )
         self._output = TracksOutput(self, self.setup.output)
         offer(self, Trigger, '~/reset', self._reset)
         receive_images(self, self._pictures, self.setup.intake)

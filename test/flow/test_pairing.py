@@ -9,9 +9,9 @@ from colortrack_ros.flow.pairing import Pairing
 class Stamps:
     """A pairing and the stamps of what it hands on."""
 
-    def __init__(self):
+    def __init__(self, *most):
         self.out = []
-        self.pairing = Pairing(lambda pair, context: self.out.append((pair, context)))
+        self.pairing = Pairing(lambda pair, context: self.out.append((pair, context)), *most)
 
     def frame(self, stamp):
         frame = Frame(np.zeros((1, 1), np.uint8), 'mono8', stamp)
@@ -48,6 +48,12 @@ def test_a_detector_that_has_ended_stops_nobody():
     stamps = Stamps()
     out = [pair for k in range(100) for pair in stamps.frame(k)]
     assert out == [(k, None) for k in range(100 - MAX_UNPAIRED)]
+
+
+def test_a_detector_far_behind_misses_no_picture_where_as_many_may_wait():
+    stamps = Stamps(100)
+    assert [stamps.frame(k) for k in range(100)] == [[]] * 100
+    assert [stamps.detections(k) for k in range(100)] == [[(k, k)] for k in range(100)]
 
 
 def test_a_loop_changes_no_pair_whoever_is_ahead():
