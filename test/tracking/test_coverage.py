@@ -36,7 +36,7 @@ def stopping(rng, t):
 
 
 def watch(motion, seed, noise=1.0):
-    """Squared normalized errors of position, seen and coasting, and of velocity while seen.
+    """Squared normalized errors of position, seen and coasting, of velocity and of both while seen.
 
     Eight objects in lanes so far apart that who is who is no question; each is hidden for 16
     frames, once in 60.
@@ -46,7 +46,7 @@ def watch(motion, seed, noise=1.0):
     u, v = motion(rng, t)
     truth = np.stack([u + 3000.0 * np.arange(8), v + np.zeros((FRAMES, 8))], axis=-1)
     velocity = np.gradient(truth, 1 / RATE, axis=0)
-    tracker, seen, coasting, speeds = Tracker(), [], [], []
+    tracker, seen, coasting, speeds, both = Tracker(), [], [], [], []
     unseen = np.zeros(8, int)
     for k in range(FRAMES):
         phase = k - 60 - np.arange(8) * 7
@@ -63,7 +63,9 @@ def watch(motion, seed, noise=1.0):
         seen += list(d2[shown & here])
         coasting += list(d2[(unseen >= 6) & (unseen <= 15) & here])
         speeds += list(squared(state[:, 2:] - velocity[k], P[:, 2:, 2:])[shown & here])
-    return np.array(seen), np.array(coasting), np.array(speeds)
+        error = state - np.concatenate([truth[k], velocity[k]], axis=1)
+        both += list(squared(error, P)[shown & here])
+    return tuple(np.array(part) for part in (seen, coasting, speeds, both))
 
 
 def squared(e, P):
@@ -74,8 +76,11 @@ def squared(e, P):
 @pytest.mark.parametrize('motion', [straight, weaving, bouncing, stopping])
 def test_ellipses_hold_the_truth_seen_and_unseen(motion):
     several = [watch(motion, seed) for seed in range(3)]
-    seen, coasting, speeds = (np.concatenate(part) < ELLIPSE for part in zip(*several, strict=True))
+    seen, coasting, speeds, both = (np.concatenate(part) for part in zip(*several, strict=True))
+    seen, coasting, speeds = (d2 < ELLIPSE for d2 in (seen, coasting, speeds))
     assert len(coasting) > 500
     assert np.mean(seen) >= 0.9
     assert np.mean(speeds) >= 0.88
     assert np.mean(coasting) >= 0.88
+    # Position and velocity, 4 degrees of freedom: less between maneuvers, which may come any time.
+    assert 2.0 <= np.mean(both) <= 5.0
