@@ -1,5 +1,6 @@
 """The node that drives a robot after the target."""
 
+import contextlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,6 +8,7 @@ from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import Twist
 from geometry_msgs.msg import TwistStamped
 import numpy as np
+from rclpy.duration import Duration
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
@@ -38,6 +40,9 @@ from colortrack_ros.world.following import LONGEST_PERIOD
 from colortrack_ros.world.following import Target
 from colortrack_ros.world.selection import rule_of
 from colortrack_ros.world.selection import Selector
+
+LAST_COMMAND = 0.5
+"""How long the command to stand may take to arrive [s], of the 1.5 s that a node has to end."""
 
 
 @dataclass(frozen=True)
@@ -195,6 +200,8 @@ class FollowerNode(ManagedNode[FollowerSetup]):
             return
         self._timer.cancel()
         self._publish(self.get_clock().now().nanoseconds, 0.0, 0.0)
+        with contextlib.suppress(RuntimeError):  # of a middleware that cannot tell
+            self._commands.wait_for_all_acked(Duration(seconds=LAST_COMMAND))
 
 
 def main() -> int:

@@ -18,7 +18,7 @@ Rays = NDArray[np.float32]
 TILE = 0.5
 """Side of the tiles of the floor [m]."""
 
-PALETTE = np.array(
+SURFACES = np.array(
     [
         (96, 92, 88), (116, 112, 106), (196, 200, 204), (184, 188, 192), (206, 208, 210),
         (176, 180, 184), (226, 226, 224),
@@ -91,7 +91,7 @@ class Renderer:
         shape = self._camera.height, self._camera.width
         rays = (optical.R.astype(np.float32) @ self._rays).reshape(3, *shape)
         depth, surface = self._walls(rays, optical.t.astype(np.float32))
-        image = np.take(PALETTE, surface, axis=0)
+        image = np.take(SURFACES, surface, axis=0)
         pillars = self._room.pillars
         stands = [[*p.config.path, p.config.height / 2] for p in pillars]
         centers = np.concatenate([centers, np.reshape(stands, (-1, 3))])

@@ -57,7 +57,7 @@ PARTS = {
 """What a picture of the video is made of, by topic."""
 KEPT = 120
 """Stamps whose parts are waited for: 2 seconds of odometry."""
-SILENCE = 30.0
+SILENCE = 60.0
 """The demo has failed when no picture has come for so long [s]."""
 
 
