@@ -127,16 +127,15 @@ class Adaptation:
         from_border = np.minimum(z, np.array(self.image_size) - z) / self.image_size
         return np.asarray(from_border.min(axis=1) < BORDER)
 
-    def learn_size(self, z: Floats, image_size: tuple[int, int]) -> None:
-        """Take the detections of a frame, (M, 2) [px]: the box around all so far is the picture.
-
-        :param image_size: of the picture, if it is known; once known it holds on.
-        """
+    def know_size(self, image_size: tuple[int, int]) -> None:
+        """Take the size of the picture [px], if it is known; once known it holds on."""
         if all(image_size):
             self.image_size = image_size
-        if all(self.image_size):
-            self.area = float(self.image_size[0] * self.image_size[1])
-        elif len(z):
+            self.area = float(image_size[0] * image_size[1])
+
+    def learn_size(self, z: Floats) -> None:
+        """Take the detections of a frame, (M, 2) [px]: the box around all so far is the picture."""
+        if len(z) and not all(self.image_size):
             self._low = np.minimum(self._low, z.min(axis=0))
             self._high = np.maximum(self._high, z.max(axis=0))
             self.area = max(float(np.prod(self._high - self._low)), FIRST_AREA)

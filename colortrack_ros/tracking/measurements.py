@@ -11,6 +11,7 @@ from colortrack_ros.data import DETECTION
 from colortrack_ros.tracking.config import TrackerConfig
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
 """Where a row of DETECTION, seen as doubles, holds u, v, cov_uu, cov_uv, cov_vv, and, seen as
@@ -26,9 +27,13 @@ FARTHEST = 1e6
 LIMITS = np.array([FARTHEST, FARTHEST, FARTHEST**2, FARTHEST**2, FARTHEST**2])
 """Bounds of a valid row: no picture is that wide [px]; the square bounds covariances and areas."""
 
+TOUCHING = 1.0
+"""A blob this near to the picture's border touches it [px]: erosion takes a pixel off it."""
+
 CUT_SIGMA, LEAST_CUT = 0.2, 2.0
-"""A standard deviation beyond this share of the blob's size and this many px is no noise: a blob at
-the picture's border goes on behind it."""
+"""Where the size of the picture is not known, a standard deviation beyond this share of the blob's
+size and this many px is no noise: the blob is cut by the border. Assumed: of a disc of which half
+is out of sight the centroid is off by 0.4 of what is left."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +46,7 @@ class Measurements(Columns):
     :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px]; a
         detection without a box is a point.
     :param joined: (M,) put together of several.
-    :param cut: (M, 2) by axis: its covariance says that part of the object is out of sight.
+    :param cut: (M, 2) by axis: part of the object is out of the picture, see _cut().
     :param factor: (M,) of R over what was given, see noise.MeasurementNoise.
     """
 
@@ -102,13 +107,34 @@ def largest(rows: NDArray[np.void], most: int) -> NDArray[np.void]:
     return rows[np.sort(np.argsort(-rows['area'], kind='stable')[:most])]
 
 
-def accept(rows: NDArray[np.void], config: TrackerConfig) -> Measurements:
+def _cut(
+    box: Floats, size: NDArray[np.float32], variance: Floats, image_size: tuple[int, int]
+) -> Bools:
+    """Which blobs, (M,), go on behind the picture's border, by axis, (M, 2).
+
+    Those that touch it; where nobody knows its size, those of which the centroid is so uncertain.
+
+    :param box, size, variance: of the blobs and of their centroids, see Measurements.
+    :param image_size: of the picture [px]; 0 where it is not known.
+    """
+    if all(image_size):
+        beyond = np.array(image_size) - 0.5 - TOUCHING
+        touches = (box[:, 0] <= TOUCHING - 0.5) | (box[:, 1] >= beyond)
+    else:
+        touches = variance > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2
+    return np.asarray(touches & (size > 0))
+
+
+def accept(
+    rows: NDArray[np.void], config: TrackerConfig, image_size: tuple[int, int] = (0, 0)
+) -> Measurements:
     """Leave out rows that are not finite or absurdly large, or have no valid covariance.
 
     A covariance is positive definite, or all zero where it is not known.
 
     :param rows: (N,) of dtype DETECTION.
     :param config: says where the covariance comes from, and whether boxes are used.
+    :param image_size: of the picture [px]; 0 where it is not known.
     :return: the rows left, M <= N.
     """
     rows = np.ascontiguousarray(rows)
@@ -130,8 +156,8 @@ def accept(rows: NDArray[np.void], config: TrackerConfig) -> Measurements:
         R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
     box, size = _boxes(singles, z, config), singles[:, 3:5]
     cut = np.zeros((len(rows), 2), bool)
-    if config.use_boxes and config.detection_covariance:
-        cut = (doubles[:, 2::2] > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2) & (size > 0)
+    if config.use_boxes:
+        cut = _cut(box, size, doubles[:, 2::2] * config.detection_covariance, image_size)
     return Measurements(rows, z, R, box, np.zeros(len(rows), bool), cut, np.ones(len(rows)))
 
 

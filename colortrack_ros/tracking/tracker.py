@@ -110,9 +110,10 @@ class Tracker:
         now, period, config = self._clock.now, self._period, self.config
         tracks, learned = self._tracks, self._adaptation
 
-        blobs = self._measurements(detections.rows, again=again)
         given = all(config.image_size)
-        learned.learn_size(blobs.z, config.image_size if given else detections.image_size)
+        learned.know_size(config.image_size if given else detections.image_size)
+        blobs = self._measurements(detections.rows, again=again)
+        learned.learn_size(blobs.z)
         prediction = predict(tracks, blobs, learned, config, now=now, dt=dt, period=period)
         self._follow_camera()
         track, blob = gate(prediction, blobs, config)
@@ -171,7 +172,7 @@ class Tracker:
             self._known_rows = np.ascontiguousarray(rows)
         few = largest(rows, self.config.max_detections)
         self.crowded_out += len(rows) - len(few)
-        blobs = accept(few, self.config)
+        blobs = accept(few, self.config, self._adaptation.image_size)
         self.dropped += len(few) - len(blobs.rows)
         if not self.config.detection_covariance:
             return blobs

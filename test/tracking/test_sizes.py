@@ -6,6 +6,8 @@ import pytest
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.measurements import accept
 
 RATE = 30
 
@@ -52,3 +54,19 @@ def test_an_object_that_comes_into_view_has_the_size_that_is_in_view():
     tracker, _ = play(frames)
     size = tracker._tracks.records['extent'][0].sum(axis=0)
     assert size == pytest.approx([76, 60], abs=6)
+
+
+@pytest.mark.parametrize(
+    ('corner', 'cut'),
+    [
+        ((0, 100), [True, False]), ((2, 100), [False, False]), ((100, 450), [False, True]),
+        ((610, 100), [True, False]), ((608, 100), [False, False]), ((0, 0), [True, True]),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize('sigma', [0.2, 20.0])
+def test_a_blob_at_the_border_is_cut_and_one_that_is_covered_is_not(corner, cut, sigma):
+    rows = np.zeros(1, DETECTION)
+    rows['box_u'], rows['box_v'], rows['box_w'], rows['box_h'] = *corner, 30, 30
+    rows['u'], rows['v'] = rows['box_u'] + 14.5, rows['box_v'] + 14.5
+    rows['cov_uu'] = rows['cov_vv'] = sigma**2
+    assert accept(rows, TrackerConfig(), (640, 480)).cut.tolist() == [cut]
