@@ -92,7 +92,7 @@ class TrackerConfig(TimeLimits):
     ego_motion: str = parameter(
         'none',
         "How the camera's own motion is known: none, it stands; detections, by what the motions of "
-        'most objects have in common.',
+        'most objects, at least five, have in common.',
         choices=('none', 'detections'),
     )
     max_detections: int = parameter(
