@@ -28,7 +28,7 @@ define environment
 	$(RUN) $(PYTHON) -m venv $*
 endef
 
-BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py,$(wildcard benchmark/*.py))
+BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py %/faults.py,$(wildcard benchmark/*.py))
 
 .PHONY: bench soak demo test quick test-ubuntu lint docs doc/demo.webp clean
 

@@ -1,0 +1,208 @@
+"""Everything at once: nodes killed, stalled, misconfigured, fed nonsense, on a busy machine.
+
+python benchmark/faults.py [SECONDS] prints a table and writes out/benchmark_faults.json. An attempt
+is survived when every node that was not killed still runs and tracks go on. The exit status is 1
+when one is not, when a node has printed a traceback, or when a node holds more threads, or 32 MiB
+more, than 10 s after its start. More files are told alone: a peer that is started anew has shared
+memory of its own.
+"""
+
+from collections import Counter
+import json
+import os
+from pathlib import Path
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
+
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import Parameter
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import SetParameters
+import rclpy
+from rclpy.serialization import serialize_message
+from rich.console import Console
+from rich.table import Table
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import Image
+from sensor_msgs.msg import PointCloud2
+from soak import held
+
+from colortrack_ros.node_kit.runtime import use_transport_profile
+
+OUT = Path(__file__).parents[1] / 'out' / 'benchmark_faults.json'
+NODES = ('tracker', 'detector', 'camera', 'overlay')
+TOPICS = {'camera/image_raw': Image, 'detections': PointCloud2, 'camera/camera_info': CameraInfo}
+PATIENCE = 60.0
+"""How long tracks may take to go on [s], on a machine that does ten other things."""
+SETTLED = 10.0
+"""Age of a node at which what it holds is first looked at [s]."""
+MOST = 32 * 2**20
+BUSY = 'while True: pass'
+VALUES = (
+    ParameterValue(type=1, bool_value=True), ParameterValue(type=2, integer_value=-(2**62)),
+    ParameterValue(type=3, double_value=float('nan')), ParameterValue(type=3, double_value=1e300),
+    ParameterValue(type=4, string_value='../' * 1000), ParameterValue(type=4, string_value='/'),
+    ParameterValue(type=9, string_array_value=['x'] * 1000), ParameterValue(type=0),
+)  # fmt: skip
+
+
+class Chain:
+    """The nodes as processes, and what is done to them."""
+
+    def __init__(self, folder: Path, chance: random.Random) -> None:
+        rclpy.init()
+        self.node, self.chance, self.folder = rclpy.create_node('faults'), chance, folder
+        self.heard = 0
+        self.node.create_subscription(PointCloud2, 'tracks', self._hear, 10, raw=True)
+        self.publishers = {
+            name: self.node.create_publisher(k, name, 10) for name, k in TOPICS.items()
+        }
+        self.processes: dict[str, subprocess.Popen] = {}
+        self.first: dict[int, tuple[float, dict[str, int]]] = {}
+        self.grown = Counter()
+        for name in NODES:
+            self.start(name)
+
+    def _hear(self, _: bytes) -> None:
+        self.heard += 1
+
+    def start(self, name: str) -> None:
+        """Start a node, and note when."""
+        code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
+        command = [sys.executable, '-c', code, '--ros-args']
+        if name == 'camera':
+            command += ['-p', 'source:=scene:five?width=320&height=240', '-p', 'loop:=true']
+        log = (self.folder / f'{name}_{time.monotonic_ns()}.log').open('w')
+        self.processes[name] = subprocess.Popen(command, stderr=log, stdout=log)
+        self.first[self.processes[name].pid] = (time.monotonic(), {})
+
+    def look(self) -> None:
+        """Note what each node holds when it has settled, and how much more since."""
+        for process in self.processes.values():
+            began, first = self.first[process.pid]
+            if process.poll() is None and time.monotonic() - began > SETTLED:
+                now = held(process.pid)
+                first.update({} if first else now)
+                for name in now:
+                    self.grown[name] = max(self.grown[name], now[name] - first[name])
+
+    def spin(self, seconds: float) -> None:
+        """Hear for a time [s]."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            rclpy.spin_once(self.node, timeout_sec=0.05)
+
+    def goes_on(self) -> bool:
+        """Whether all nodes run, and new tracks come."""
+        before, end = self.heard, time.monotonic() + PATIENCE
+        while self.heard < before + 3 and time.monotonic() < end:
+            rclpy.spin_once(self.node, timeout_sec=0.05)
+        self.look()
+        return self.heard >= before + 3 and all(p.poll() is None for p in self.processes.values())
+
+    def call(self, kind: type, name: str, request: object) -> None:
+        """Call a service, and wait for the answer."""
+        client = self.node.create_client(kind, name)
+        if client.wait_for_service(timeout_sec=PATIENCE):
+            future = client.call_async(request)
+            rclpy.spin_until_future_complete(self.node, future, timeout_sec=PATIENCE)
+        self.node.destroy_client(client)
+
+    def kill(self) -> None:
+        """SIGKILL, and a new node in its place."""
+        name = self.chance.choice(NODES)
+        self.processes[name].kill()
+        self.processes[name].wait()
+        self.start(name)
+
+    def stall(self) -> None:
+        """SIGSTOP for 1 s."""
+        process = self.processes[self.chance.choice(NODES)]
+        process.send_signal(signal.SIGSTOP)
+        self.spin(1.0)
+        process.send_signal(signal.SIGCONT)
+
+    def set_parameters(self) -> None:
+        """Values that no parameter can have, in one call."""
+        name = self.chance.choice(NODES)
+        keys = ('colors', 'min_area', 'rate', 'source', 'mask', 'camera_info_url', 'use_sim_time',
+                'motion_model', 'max_dt', 'tracks_topic', 'red.lab', 'x' * 1000)  # fmt: skip
+        values = [Parameter(name=key, value=self.chance.choice(VALUES[1:])) for key in keys]
+        self.call(SetParameters, f'{name}/set_parameters', SetParameters.Request(parameters=values))
+
+    def change_state(self) -> None:
+        """Transitions that there are and that there are not; active at the end."""
+        name = self.chance.choice(NODES)
+        for number in (self.chance.randrange(256), 4, 2, 1, 3):
+            if number not in (5, 6, 7):  # which end a node for good
+                transition = Transition(id=number)
+                self.call(
+                    ChangeState, f'{name}/change_state', ChangeState.Request(transition=transition)
+                )
+
+    def publish(self) -> None:
+        """200 messages of random bytes, cut short, or with some bytes changed."""
+        for _ in range(200):
+            name = self.chance.choice(list(TOPICS))
+            good = bytearray(serialize_message(TOPICS[name]()))
+            for _ in range(self.chance.randrange(8)):
+                good[self.chance.randrange(4, len(good))] = self.chance.randrange(256)
+            noise = self.chance.randbytes(self.chance.randrange(4, 400))
+            self.publishers[name].publish(bytes(self.chance.choice((good, good[:4] + noise))))
+        self.spin(0.2)
+
+    def close(self) -> Counter:
+        """End the nodes; exit statuses."""
+        for process in self.processes.values():
+            process.send_signal(signal.SIGINT)
+        return Counter(process.wait(PATIENCE) for process in self.processes.values())
+
+
+def main() -> int:
+    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 1800.0
+    use_transport_profile()
+    tried, survived = Counter(), Counter()
+    busy = [subprocess.Popen([sys.executable, '-c', BUSY]) for _ in range(2)]
+    with tempfile.TemporaryDirectory() as folder:
+        chain = Chain(Path(folder), random.Random(1))
+        names = ('kill', 'stall', 'set_parameters', 'change_state', 'publish')
+        try:
+            ready, end = chain.goes_on(), time.monotonic() + seconds
+            while ready and time.monotonic() < end:
+                name = chain.chance.choice(names)
+                getattr(chain, name)()
+                tried[name] += 1
+                survived[name] += chain.goes_on()
+            statuses = chain.close()
+        finally:
+            for process in (*busy, *chain.processes.values()):
+                process.kill()
+        logs = [path.read_text(errors='replace') for path in Path(folder).iterdir()]
+    tracebacks = sum('Traceback' in log for log in logs)
+    table = Table('attempt', 'tried', 'survived', title=f'Everything at once for {seconds:g} s')
+    for name in tried:
+        table.add_row(getattr(Chain, name).__doc__, str(tried[name]), str(survived[name]))
+    console = Console()
+    console.print(table)
+    console.print(f'held more than when settled, at most: {dict(chain.grown)}')
+    console.print(f'exit statuses {dict(statuses)}, logs with a traceback: {tracebacks}')
+    OUT.parent.mkdir(exist_ok=True)
+    OUT.write_text(
+        json.dumps({'tried': tried, 'survived': survived, 'grown': chain.grown}, indent=2)
+    )
+    grown = chain.grown['resident'] > MOST or chain.grown['threads'] > 0
+    return int(
+        not ready or tried != survived or bool(grown) or tracebacks > 0 or set(statuses) != {0}
+    )
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())
