@@ -270,7 +270,7 @@ class ContourTracker:
         nodes = [equally_spaced(points, spline) for points in outlines]
         contours = Contours.new(np.array(nodes), new.velocity / self.config.rate, self.config)
         records = self._tracks.initiate(contours, self._clock.now)
-        records['edge_share'], records['by_area'] = 1.0, True
+        records['edge_share'], records['by_area'] = 1.0, self.config.outline == 'area'
         records['inner'] = is_within(new.areas.box, predicted)
         records['agreed'] = records['from'] = self._clock.now
         records['placed_area'] = np.maximum(spline.area(contours.nodes), 1.0)
