@@ -38,6 +38,10 @@ OUTAGE, DIM = 0.01, 0.1
 """Probability that in a frame the camera or the detector fails, and that an object is detected
 then all the same. Assumed: a frame in 3 s, and one object in ten."""
 
+SURE = 0.9
+"""Tracks that can be seen with at least this probability say whether there is an outage. Tentative
+ones on clutter, which is detected once, would tell of one in every frame. Assumed."""
+
 LOST, JUST_LOST = 4.5, 1.5
 """Frames after which an object was out of sight and not just missed, which in 95 % detected happens
 four times on end once in 160,000; and within which it was measured in the last."""
@@ -126,8 +130,9 @@ def _missed(visible: Floats, measured: Indices, p: float) -> float:
     :param measured: (K,) tracks that are measured, ascending.
     :param p: probability that one is, where there is no outage.
     """
-    hits = np.count_nonzero(np.diff(measured, prepend=-1))
-    misses = max(float(visible.sum()) - 1 - hits, 0.0)
+    sure = visible > SURE
+    hits = np.count_nonzero(sure[np.unique(measured)])
+    misses = max(np.count_nonzero(sure) - 1 - hits, 0)
     log_odds = hits * math.log(DIM / p) + misses * math.log((1 - DIM) / (1 - p))
     outage = 1 / (1 + math.exp(min(-log_odds, 700.0)) * (1 - OUTAGE) / OUTAGE)
     return outage * (1 - DIM) + (1 - outage) * (1 - p)
