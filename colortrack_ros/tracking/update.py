@@ -131,8 +131,8 @@ def _missed(visible: Floats, measured: Indices, p: float) -> float:
     :param p: probability that one is, where there is no outage.
     """
     sure = visible > SURE
-    hits = np.count_nonzero(sure[np.unique(measured)])
-    misses = max(np.count_nonzero(sure) - 1 - hits, 0)
+    hits = int(np.count_nonzero(sure[np.unique(measured)]))
+    misses = max(int(np.count_nonzero(sure)) - 1 - hits, 0)
     log_odds = hits * math.log(DIM / p) + misses * math.log((1 - DIM) / (1 - p))
     outage = 1 / (1 + math.exp(min(-log_odds, 700.0)) * (1 - OUTAGE) / OUTAGE)
     return outage * (1 - DIM) + (1 - outage) * (1 - p)

@@ -229,10 +229,11 @@ def test_an_object_that_has_rested_long_is_not_lost_when_it_starts():
     np.testing.assert_allclose(rows['u'], [z[0][0], 50], atol=1)
 
 
-def test_what_a_first_detection_could_not_decide_three_do():
+@pytest.mark.parametrize('seed', range(2, 8))
+def test_what_a_first_detection_could_not_decide_three_do(seed):
     """Amid clutter a lost object is not known again by one detection, but by its velocity."""
     tracker = Tracker()
-    rng = np.random.default_rng(2)
+    rng = np.random.default_rng(seed)
     ids = []
     for k in range(60):
         clutter = rng.uniform(0, 600, (6, 2))
