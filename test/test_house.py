@@ -130,11 +130,6 @@ def constants_of(file):
             yield from (name.id for name in names if getattr(name, 'id', '').isupper())
 
 
-STILL_LONG = ('contours',)
-STILL_OF_ONE_NAME = ('contours', 'tracking')
-"""Where longer functions and files, and constants of one name, are still left."""
-
-
 def test_files_and_functions_fit_on_the_screen():
     long = []
     for file in FILES:
@@ -147,7 +142,7 @@ def test_files_and_functions_fit_on_the_screen():
             if isinstance(node, ast.FunctionDef)
             if node.end_lineno - node.lineno + 1 > MAX_FUNCTION
         ]
-    assert [name for name in long if not name.startswith(STILL_LONG)] == []
+    assert long == []
 
 
 def test_no_two_classes_have_one_name():
@@ -161,8 +156,7 @@ def test_no_two_classes_have_one_name():
 
 
 def test_no_two_constants_have_one_name():
-    files = [f for f in FILES if not str(f.relative_to(PACKAGE)).startswith(STILL_OF_ONE_NAME)]
-    names = Counter(name for file in files for name in constants_of(file))
+    names = Counter(name for file in FILES for name in constants_of(file))
     assert [name for name, count in names.items() if count > 1] == []
 
 

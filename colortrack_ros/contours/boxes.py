@@ -3,7 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
+
+LEAVES = 2
+"""A target that comes so near to the border and is not seen has left [px]."""
 
 
 def boxes(outlines: Floats) -> Floats:
@@ -27,3 +31,9 @@ def overlaps(one: Floats, other: Floats) -> Floats:
     """Intersections over union of boxes (N, 4) and (K, 4), (N, K)."""
     common = intersections(one, other)
     return np.asarray(common / (extents(one)[:, None] + extents(other) - common))
+
+
+def is_at_border(box: Floats, height: int, width: int) -> Bools:
+    """Which boxes, (N, 4), come as near to the border of the picture as what leaves it, (N,)."""
+    far = np.array([width, height]) - 1 - LEAVES
+    return np.asarray((box[:, :2] <= LEAVES).any(axis=1) | (box[:, 2:] >= far).any(axis=1))

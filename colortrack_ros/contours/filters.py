@@ -26,7 +26,7 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 MOTION_SIZE = 4
-UNMEASURED = 1e12
+NO_EDGE_VARIANCE = 1e12
 """Variance of what has not been measured [px^2]: of 1e6 px, beyond any picture."""
 
 NODE_SIGMA = 2.0
@@ -122,7 +122,7 @@ class Contours(Columns):
         :param T: time since the last frame [frames].
         """
         count, n = self.nodes.shape[:2]
-        R = np.where(found, variance or config.edge_variance, UNMEASURED)
+        R = np.where(found, variance or config.edge_variance, NO_EDGE_VARIANCE)
         PH = self._along_normals(self.cov, normals)
         if config.filters == 'two':
             K = self._gain_of_two_filters(found, normals, T, config)

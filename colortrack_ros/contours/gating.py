@@ -8,7 +8,7 @@ from colortrack_ros.contours.filters import Floats
 from colortrack_ros.contours.filters import motion_matrix
 from colortrack_ros.contours.filters import MOTION_SIZE
 
-FITS = 4
+FIT_ROUNDS = 4
 """Times that a motion is fitted with new weights."""
 
 RIDGE = 1e-3
@@ -41,7 +41,7 @@ def gate(
     offset, found, limit = offset[rest], found[rest], limit[rest]
     H = _seen_motion(nodes[rest], normals[rest], rotation=config.rotation)
     residual = np.zeros_like(offset)
-    for _ in range(FITS):
+    for _ in range(FIT_ROUNDS):
         weighted = H * (found / np.maximum(residual, limit))[..., None]
         square = weighted.swapaxes(1, 2) @ H + RIDGE * np.eye(H.shape[2])
         fit = np.linalg.solve(square, weighted.swapaxes(1, 2) @ offset[..., None])

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from colortrack_ros.contours.config import ContourConfig
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
 SIDE_SAMPLES = np.array([[-6, -5, -4, -3, -2], [2, 3, 4, 5, 6]])
@@ -76,20 +77,14 @@ def find_edges(
     points, normals = points.reshape(-1, 2), normals.reshape(-1, 2)
     samples = sampled(image, points, normals, half + margin)
     contrast = _responses(samples, config.mask)[:, margin - 1 : margin + 2 * half + 2]
-    here = contrast[:, 1:-1]
-    peaks = (here >= contrast[:, :-2]) & (here > contrast[:, 2:]) & (here >= config.min_contrast)
-    line, place = np.nonzero(peaks)
+    line, place = _peaks(contrast, config.min_contrast)
     sides = samples[line[:, None, None], (place + margin)[:, None, None] + SIDE_SAMPLES].sum(axis=2)
     sides = sides / SIDE_SAMPLES.shape[1]
     squared = _squared_deviation(sides, usual.reshape(-1, 2)[line], config)
     squared += np.square((place - half) / sigma.reshape(-1)[line])
-    score = here[line, place] * np.exp(-0.5 * squared)
-    order = np.argsort(score, kind='stable')
-    order = order[score[order] > config.no_edge]
-    best = np.full(len(points), -1)
-    best[line[order]] = order  # of several on a line, the last stays
-    line = np.flatnonzero(best >= 0)
-    best = best[line]
+    score = contrast[line, place + 1] * np.exp(-0.5 * squared)
+    best = _strongest(line, score, config.no_edge)
+    line = line[best]
     before, at, after = (contrast[line, place[best] + k].astype(float) for k in range(3))
     curvature = np.maximum(2 * at - before - after, 1e-9)
     step = place[best] - half + np.clip((after - before) / (2 * curvature), -0.5, 0.5)
@@ -101,6 +96,21 @@ def find_edges(
     edges.offset.reshape(-1)[line] = step[seen]
     edges.sides.reshape(-1, 2)[line] = sides[best[seen]]
     return edges
+
+
+def _peaks(contrast: NDArray, least: float) -> tuple[Indices, Indices]:
+    """Line and place, (K,) each, of the local maxima of contrasts (N, m) but the first and last."""
+    here = contrast[:, 1:-1]
+    peaks = (here >= contrast[:, :-2]) & (here > contrast[:, 2:]) & (here >= least)
+    line, place = np.nonzero(peaks)
+    return line, place
+
+
+def _strongest(line: Indices, score: NDArray, least: float) -> Indices:
+    """Which of the peaks has the greatest score of its line, more than the least; by lines."""
+    order = np.lexsort((score, line))
+    order = order[score[order] > least]
+    return order[np.diff(line[order], append=-1) != 0]
 
 
 def _squared_deviation(sides: Floats, usual: Floats, config: ContourConfig) -> Floats:

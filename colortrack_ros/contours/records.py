@@ -8,7 +8,7 @@ from colortrack_ros.contours.filters import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 
-FIELDS = [
+CONTOUR_FIELDS = [
     ('edge_share', 'f4'), ('placed_area', 'f8'), ('misfit', 'f8'), ('by_area', '?'),
     ('inner', '?'), ('agreed', 'i8'), ('placed', 'i8'), ('moved', '?'), ('from', 'i8'),
     ('from_u', 'f8'), ('from_v', 'f8'),
@@ -33,7 +33,7 @@ def hold_unmoved(
 ) -> Bools:
     """Keep those tentative that have not moved yet: what flickers, or lies there, is no target.
 
-    :param records: (N,) with FIELDS; their states are set.
+    :param records: (N,) with CONTOUR_FIELDS; their states are set.
     :param nodes: (N, n, 2) [px].
     :param speed: (N,) as the filters have it [px/s].
     :param min_motion: that it takes [size].

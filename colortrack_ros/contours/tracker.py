@@ -8,6 +8,7 @@ from colortrack_ros.contours.agreement import expected_boxes
 from colortrack_ros.contours.agreement import follow
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.boxes import boxes
+from colortrack_ros.contours.boxes import is_at_border
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.filters import Contours
@@ -19,7 +20,7 @@ from colortrack_ros.contours.lines import find_edges
 from colortrack_ros.contours.placing import along_outline
 from colortrack_ros.contours.placing import equally_spaced
 from colortrack_ros.contours.position import positions
-from colortrack_ros.contours.records import FIELDS
+from colortrack_ros.contours.records import CONTOUR_FIELDS
 from colortrack_ros.contours.records import hold_unmoved
 from colortrack_ros.contours.regions import is_double
 from colortrack_ros.contours.regions import is_same
@@ -60,12 +61,8 @@ value the mean squared error on `silhouette` is 0.032 instead of 0.037 px^2, on 
 instead of 0.025; at half of it, always renewing, 0.042 and 0.033 (``benchmark/contours.py
 --constants tracker.RENEWAL_SCALE``)."""
 
-LEAVES = 2
-"""Targets that come so near to the border and are not seen have left [px]."""
-
 LEAST_AREA = 16.0
-"""A target whose contour encloses less has collapsed [px]: nothing so small starts, see
-min_area."""
+"""A target whose contour encloses less has collapsed [px]: nothing so small starts (min_area)."""
 
 
 class ContourTracker:
@@ -84,7 +81,7 @@ class ContourTracker:
         n = self.config.points
         self._spline = Spline(n, interpolating=self.config.interpolating)
         none = Contours.new(np.zeros((0, n, 2)), np.zeros((0, 2)), self.config)
-        self._tracks = TrackTable(none, FIELDS, first_id)
+        self._tracks = TrackTable(none, CONTOUR_FIELDS, first_id)
 
     def reset(self, why: str = '') -> None:
         """Forget all targets, but not the background. IDs go on: none is used twice.
@@ -248,9 +245,7 @@ class ContourTracker:
         lost |= tentative & tracks.is_overdue(now, 0.0)
         keep = is_inside(nodes.mean(axis=1), *frame.image.shape[:2]) & ~lost
         keep &= self._spline.area(nodes) >= LEAST_AREA
-        box = boxes(self._spline.outline(nodes))
-        far = np.array(frame.image.shape[1::-1]) - 1 - LEAVES
-        leaves = (box[:, :2] <= LEAVES).any(axis=1) | (box[:, 2:] >= far).any(axis=1)
+        leaves = is_at_border(boxes(self._spline.outline(nodes)), *frame.image.shape[:2])
         keep &= ~leaves | (tracks.records['updated'] == now)
         if not keep.all():
             tracks.keep(keep)

@@ -19,7 +19,7 @@ from colortrack_ros.data import Locations
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.messages.header import header_of
 
-STANDING = 0.1
+HEADING_SPEED = 0.1
 """Below this speed [m/s] an object has no heading, and its pose has that of the frame."""
 
 UNKNOWN_DIAMETER = 0.1
@@ -31,7 +31,9 @@ ANY_TURN = math.pi**2
 
 def pose_of(row: np.void) -> Pose:
     """The pose of an object, x along its velocity."""
-    yaw = math.atan2(row['vy'], row['vx']) if np.hypot(row['vx'], row['vy']) > STANDING else 0.0
+    yaw = (
+        math.atan2(row['vy'], row['vx']) if np.hypot(row['vx'], row['vy']) > HEADING_SPEED else 0.0
+    )
     return Pose(
         position=Point(x=float(row['x']), y=float(row['y']), z=float(row['z'])),
         orientation=Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2)),

@@ -55,7 +55,7 @@ PARTS = {
     'odom': Odometry,
 }
 """What a picture of the video is made of, by topic."""
-KEPT = 120
+PARTS_KEPT = 120
 """Stamps whose parts are waited for: 2 seconds of odometry."""
 SILENCE = 60.0
 """The demo has failed when no picture has come for so long [s]."""
@@ -91,7 +91,7 @@ class RoomRecorder(Node):
         self._parts.setdefault(stamp, {})[topic] = message
         if len(self._parts[stamp]) == len(PARTS):
             self._compose(stamp, *(self._parts[stamp][topic] for topic in PARTS))
-        while len(self._parts) > KEPT:
+        while len(self._parts) > PARTS_KEPT:
             del self._parts[min(self._parts)]
 
     def _compose(

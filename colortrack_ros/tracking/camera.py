@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 UNSTEADINESS_MEMORY = 5
 """Frames over which the changes of its motion are averaged. Assumed: a pan starts and ends."""
 
-STEADY = 3
+STEADY_FRAMES = 3
 """Frames after which a motion that has not changed is given to the objects as their own, since the
 filters of all know it better than what two frames say. Assumed."""
 
@@ -60,7 +60,7 @@ class Camera:
     @property
     def is_steady(self) -> bool:
         """Whether it moves, but in the last frames alike."""
-        return not self.stands and self._steady >= STEADY
+        return not self.stands and self._steady >= STEADY_FRAMES
 
     def stop(self) -> None:
         """Stand from now on."""

@@ -14,7 +14,7 @@ REMEMBERED = 200
 BESIDE = 30.0
 """How far the place of another tells of a cover [px]: its weight is 61 % there. Assumed."""
 
-ANYWHERE = 2.0
+ANYWHERE_WEIGHT = 2.0
 """Of each kind so many may have been anywhere in the picture. Assumed."""
 
 
@@ -50,7 +50,7 @@ class Disappearances:
         density = []
         for share, kind in ((HIDDEN_SHARE, self._returned), (1 - HIDDEN_SHARE, 1 - self._returned)):
             count = float(kind.sum())
-            anywhere = ANYWHERE * (count + share) / (count + 1) / area
+            anywhere = ANYWHERE_WEIGHT * (count + share) / (count + 1) / area
             density.append(weight @ kind + anywhere)
         returned, gone = density
         return np.asarray(returned / (returned + gone))

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from colortrack_ros.tracking.rectangles import DENSE
+
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
@@ -35,9 +37,6 @@ stands exceeds once in 10,000 frames."""
 
 LEAST_SIGMA = 0.1
 """Of a detection beside its prediction [px]: of what stands still to the bit."""
-
-DENSE = 10_000
-"""Up to this many pairs all are compared with all, which has less overhead than a tree."""
 
 MAD_TO_SIGMA = 1.4826
 """From the median of absolute deviations of a Gaussian to its standard deviation."""

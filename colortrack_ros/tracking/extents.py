@@ -35,7 +35,7 @@ LASTING = 4.0
 """Number of frames in which the doubt about the side makes the same error: variances are multiplied
 by it, as the filter takes errors of successive frames to be independent. Assumed."""
 
-FOLLOWING = 0.2
+FOLLOWING_SHARE = 0.2
 """Share of a whole blob's size in the learned size, a memory of five frames. Assumed."""
 
 GROWING, SHRINKING = 0.3, 2.0
@@ -217,5 +217,5 @@ def learn(
     steady = (np.abs(blob - last) < TOLERANCE).all(axis=1)[:, None]
     time = np.where((excess > 0) | steady, GROWING, np.where(cut, np.inf, SHRINKING))
     slow = 1 - np.exp(-dt / time)
-    rate = np.where(excess == 0, FOLLOWING, np.where(growing, 1.0, slow))
+    rate = np.where(excess == 0, FOLLOWING_SHARE, np.where(growing, 1.0, slow))
     return extent + rate[:, None] * (reach - extent)

@@ -17,7 +17,7 @@ Indices = NDArray[np.intp]
 UNBOUNDED = 1e9
 """Half width of the gate when there is none: far beyond any picture [px]."""
 
-CROWD = 20
+NEAREST_IN_CROWD = 20
 """Candidates of a track on average beyond which only its nearest are compared. Objects that can be
 told apart have a few; 3000 detections on one point would have nine million pairs."""
 
@@ -29,8 +29,8 @@ def gate(
 
     With the score ln p / (1 - p) + ln N(e; 0, S) - ln density that is d^2 below a bound that S
     sets. The gate is a rectangle that holds the gates of going on and of having maneuvered.
-    Without a gate every pair is a candidate; in a crowd the nearest CROWD of each track are. None
-    has a track that was measured at this stamp before, or two colors if color gates.
+    Without a gate every pair is a candidate; in a crowd the nearest NEAREST_IN_CROWD of each track
+    are. None has a track that was measured at this stamp before, or two colors if color gates.
 
     :return: (K,) tracks, ascending, and (K,) blobs.
     """
@@ -52,7 +52,7 @@ def gate(
         half += size / 2
     if not config.gating:
         half[:] = UNBOUNDED
-    track, blob = points_inside(prediction.center, half, blobs.z, CROWD * config.gating)
+    track, blob = points_inside(prediction.center, half, blobs.z, NEAREST_IN_CROWD * config.gating)
     fit = prediction.unmeasured[track] > 0
     if config.color_gating:
         fit &= prediction.records['color'][track] == blobs.rows['color'][blob]

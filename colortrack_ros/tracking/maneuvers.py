@@ -24,7 +24,7 @@ WINDOW = 1 / 3
 LONGEST = 1.0
 """A glance back over a longer time is left out [s]."""
 
-FORMED = 12
+FORMED_RATE = 12
 """Hits after which a track can coast by its velocity, and the noise of its detections is
 known (noise.RING)."""
 
@@ -41,13 +41,13 @@ CROWD_TIME = 2.0
 CROWD_GLANCES = 3.0
 """Glances of its own that let a track count as much as the crowd. Assumed."""
 
-MEMORY = 10.0
+MANEUVER_MEMORY = 10.0
 """Time after which a glance counts 1/e [s]. Assumed."""
 
 RATE_RANGE = (0.003, 20.0)
 """Where the rates stay [1/s]: bounds so wide that they only keep the learning finite."""
 
-FIELDS = [
+MANEUVER_FIELDS = [
     ('anchor', 'f8', 4),
     ('anchor_cov', 'f8', 3),
     ('anchored', 'i8'),
@@ -105,7 +105,7 @@ class Maneuvers:
     ) -> None:
         """Glance back.
 
-        :param records: (N,) of all tracks, with FIELDS.
+        :param records: (N,) of all tracks, with MANEUVER_FIELDS.
         :param track: (K,) which were measured.
         :param z: (K, 2) their measurements [px].
         :param variance: (K,) of these on each axis [px^2].
@@ -119,7 +119,7 @@ class Maneuvers:
         old = np.flatnonzero((T <= LONGEST) & (records['anchor_cov'][track, 0] > 0))
         if len(old):
             self._glance(records, track[old], z[old], variance[old], T[old], speed, passed)
-        ready = track[records['hits'][track] >= FORMED]
+        ready = track[records['hits'][track] >= FORMED_RATE]
         records['anchor'][ready] = mean[ready, :4]
         P = cov[ready]
         records['anchor_cov'][ready] = (
@@ -157,7 +157,7 @@ class Maneuvers:
         odds = np.exp((turning - going_on).clip(-50, 50)) * chance / (1 - chance)
         turned = odds / (1 + odds)
         kept = 1 - turned
-        remembered = math.exp(-passed / MEMORY)
+        remembered = math.exp(-passed / MANEUVER_MEMORY)
         strayed = (kept / cube)[:, None] * (e * e - known[:, None])
         for name, new in (
             ('turns', turned), ('watched', T), ('strayed', strayed),
@@ -172,7 +172,7 @@ class Maneuvers:
     def conclude(self, records: NDArray[np.void], filtered: Floats) -> None:
         """What follows for each track, if anything is new.
 
-        :param records: (N,) of all tracks, with FIELDS.
+        :param records: (N,) of all tracks, with MANEUVER_FIELDS.
         :param filtered: (N, 2) sigma_s^2 of their filters [px^2/s^4].
         """
         if self._concluded and np.count_nonzero(records['rate']) == len(records):

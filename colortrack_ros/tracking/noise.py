@@ -20,7 +20,7 @@ from colortrack_ros.tracking.recent import Z
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-MEMORY = 10.0
+NOISE_MEMORY = 10.0
 """Time after which what was learned counts 1/e [s]. Assumed: detections change with light and
 distance, in seconds."""
 
@@ -59,7 +59,7 @@ OWN_RANGE = 4.0
 LEAST_SQUARE = 1e-4
 """Of a normalized difference: of what stands still to the bit."""
 
-FIELDS = [('evidence', 'f8', 4), ('own_factor', 'f8')]
+NOISE_FIELDS = [('evidence', 'f8', 4), ('own_factor', 'f8')]
 """What is recorded of a track: its evidence, see MeasurementNoise; and its own factor over that of
 its color, less 1."""
 
@@ -98,7 +98,7 @@ class MeasurementNoise:
     def learn(self, records: NDArray[np.void], track: Indices, recent: Recent) -> Floats:
         """Take the differences of the last frames.
 
-        :param records: (N,) of all tracks, with FIELDS and those of Recent.
+        :param records: (N,) of all tracks, with NOISE_FIELDS and those of Recent.
         :param track: (K,) which were measured in the last frame.
         :param recent: where the frames are in the records.
         :return: (K,) by how much the factors of their colors have grown, 1 for those that have not.
@@ -122,7 +122,7 @@ class MeasurementNoise:
         new = (new * whole).sum(axis=2).T
         colors, latest = records['color'][track], variance[:, 0]
         before = self.factors(colors, latest)
-        self._sum(records, track, new, math.exp((stamps[EVERY] - stamps[0]) / MEMORY))
+        self._sum(records, track, new, math.exp((stamps[EVERY] - stamps[0]) / NOISE_MEMORY))
         return np.maximum(self.factors(colors, latest) / before, 1.0)
 
     def _sum(

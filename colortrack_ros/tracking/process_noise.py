@@ -18,7 +18,7 @@ from colortrack_ros.tracking.noise import MEAN_LOG
 from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.recent import MANEUVERED
 from colortrack_ros.tracking.recent import Recent
-from colortrack_ros.tracking.recent import STEADY
+from colortrack_ros.tracking.recent import STEADY_CAMERA
 from colortrack_ros.tracking.recent import UNMEASURED
 from colortrack_ros.tracking.recent import VARIANCE
 from colortrack_ros.tracking.recent import Z
@@ -34,14 +34,14 @@ EFFICIENCY = 6 / math.pi**2
 """What the mean logarithm of a squared normal pair is worth beside its mean as a measure of its
 variance: the variance of ln X is pi^2 / 6 where that of X, exponential of mean 1, is 1."""
 
-MEMORY = 5.0
+STEP_MEMORY = 5.0
 """Time after which an innovation counts 1/e [s]. Assumed."""
 
-CROWD = 30.0
+CROWD_WORTH = 30.0
 """Innovations that all others together are worth for a track. Assumed: a second of its own counts
 as much."""
 
-FORMED = 5
+FORMED_AGE = 5
 """Measurements after which the innovations of a probe are counted."""
 
 FIRST_NOISE, SPREAD = 1000.0, math.log(10)
@@ -52,17 +52,17 @@ LOG_RANGE = math.log(30.0), math.log(1e5)
 """Where the logarithm of the process noise stays. Anything may stray by a pixel a second from one
 frame to the next, however straight it went so far. Assumed."""
 
-TURNED, SETTLED = 0.5, 15
+TURNED, SETTLED_AGE = 0.5, 15
 """Probability of a maneuver above which the probes begin anew, unless they have done so in as many
 measurements: a filter that takes a steady pull for one maneuver after another is not believed."""
 
 LEVEL_COUNT = 20.0
 """Innovations that what is known of R is worth. Assumed: it is itself learned."""
 
-CHUNK = 100
+TRACKS_AT_ONCE = 100
 """Tracks that are worked on at once, so that what is computed of them stays in the cache."""
 
-LEAST = 1e-4
+LEAST_NOISE = 1e-4
 """Of a squared innovation over the variance of a measurement: of what stands still to the bit."""
 
 
@@ -87,7 +87,7 @@ ALPHA, BETA = _gains()
 LOG_EXCESS = -np.log(1 - ALPHA[-1])
 """Log of the covariance of an innovation over R, (G,): alpha = P / (P + R)."""
 
-FIELDS = [
+STEP_FIELDS = [
     ('probe', 'f8', (2, 2, len(INDICES))),
     ('probe_age', 'i8'),
     ('fit', 'f8', len(INDICES)),
@@ -115,17 +115,17 @@ class ProcessNoise:
     ) -> None:
         """Take what was measured in the last EVERY frames.
 
-        :param records: (N,) of all tracks, with FIELDS and those of Recent.
+        :param records: (N,) of all tracks, with STEP_FIELDS and those of Recent.
         :param track: (K,) which were measured in the last frame.
         :param recent: where the frames are in the records.
         :param period: since the last frame [s].
         """
         oldest_first = recent.newest_first()[EVERY::-1]
         stamps = recent.stamps[oldest_first]
-        remembered = np.exp((stamps[:-1] - stamps[1:]) / MEMORY)
+        remembered = np.exp((stamps[:-1] - stamps[1:]) / STEP_MEMORY)
         self._fit, self._count = self._fit * remembered.prod(), self._count * remembered.prod()
-        for first in range(0, len(records), CHUNK):
-            self._take(records[first : first + CHUNK], oldest_first[1:], remembered)
+        for first in range(0, len(records), TRACKS_AT_ONCE):
+            self._take(records[first : first + TRACKS_AT_ONCE], oldest_first[1:], remembered)
         self._conclude(records, track, period)
 
     def _take(self, records: NDArray[np.void], slots: Indices, remembered: Floats) -> None:
@@ -138,9 +138,9 @@ class ProcessNoise:
         measured = some[..., UNMEASURED] > 0
         age = _ages(records['probe_age'], measured, some[..., MANEUVERED] > TURNED)
         squares = _follow(records, some, measured, age)
-        known = measured & (some[..., STEADY] > 0) & (age > FORMED)
+        known = measured & (some[..., STEADY_CAMERA] > 0) & (age > FORMED_AGE)
         variance = some[..., VARIANCE]
-        squares += LEAST * variance[..., None]
+        squares += LEAST_NOISE * variance[..., None]
         fit = np.log(np.where(known[..., None], squares, 1.0))
         count = np.zeros((*known.shape, 2))
         count[..., 0] = known
@@ -164,7 +164,7 @@ class ProcessNoise:
         log_sigma = (np.log(INDICES) + typical + noise - math.log(REFERENCE_PERIOD)) / 2
         prior = -0.5 * ((log_sigma - math.log(FIRST_NOISE)) / SPREAD) ** 2
         crowd = prior + _log_likelihood(self._fit, count, typical)
-        worth = min(1.0, CROWD / count)
+        worth = min(1.0, CROWD_WORTH / count)
         fit = records['fit'][track] + worth * self._fit
         own = records['fit_count'][track] + worth * self._count
         level = own[:, 1] / own[:, 0]
@@ -215,7 +215,7 @@ def _ages(
         return np.asarray(age + measured.cumsum(axis=0))
     ages = np.empty(measured.shape, np.int64)
     for i in range(len(ages)):
-        age = np.where(turned[i] & (age > SETTLED), 0, age) + measured[i]
+        age = np.where(turned[i] & (age > SETTLED_AGE), 0, age) + measured[i]
         ages[i] = age
     return ages
 

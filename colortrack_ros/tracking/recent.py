@@ -13,12 +13,12 @@ RING = EVERY + 5
 """Measurements that are kept for that: a third difference takes four, and is compared with those
 one and two frames before."""
 
-Z, GIVEN, VARIANCE, UNMEASURED, MANEUVERED, STEADY = slice(0, 2), 2, 3, 4, 5, 6
+Z, GIVEN, VARIANCE, UNMEASURED, MANEUVERED, STEADY_CAMERA = slice(0, 2), 2, 3, 4, 5, 6
 """Columns of what is kept of a measurement: position [px]; variance on each axis as given, and as
 used [px^2]; time since the one before [s], 0 for none; probability that the track has maneuvered in
 it; 1 if the track was measured in the last frame as well, and wholly."""
 
-FIELDS = [('measured', 'f8', (RING, 7)), ('in_a_row', 'i8')]
+RECENT_FIELDS = [('measured', 'f8', (RING, 7)), ('in_a_row', 'i8')]
 """What is recorded of a track: its last measurements by frame, the oldest overwritten, and how many
 there were in a row."""
 
@@ -47,7 +47,7 @@ class Recent:
     ) -> bool:
         """Take what was measured in a frame; tell whether it is time to look at it.
 
-        :param records: (N,) of all tracks, with FIELDS.
+        :param records: (N,) of all tracks, with RECENT_FIELDS.
         :param track: (K,) which were measured, each once; for the rest see the columns.
         :param dt: since the last frame [s].
         """
@@ -56,7 +56,11 @@ class Recent:
         new = np.empty((len(track), 7))
         new[:, Z] = z
         new[:, GIVEN], new[:, VARIANCE] = given, variance
-        new[:, UNMEASURED], new[:, MANEUVERED], new[:, STEADY] = unmeasured, maneuvered, steady
+        new[:, UNMEASURED], new[:, MANEUVERED], new[:, STEADY_CAMERA] = (
+            unmeasured,
+            maneuvered,
+            steady,
+        )
         ring = records['measured'][:, slot]
         ring[:, UNMEASURED] = 0.0
         ring[track] = new

@@ -38,10 +38,10 @@ FIELDS = [
     ('before_size', 'f8', 2),
     ('sums', 'f8', 7),
     ('scans', 'u4'),
-    *recent.FIELDS,
-    *noise.FIELDS,
-    *maneuvers.FIELDS,
-    *process_noise.FIELDS,
+    *recent.RECENT_FIELDS,
+    *noise.NOISE_FIELDS,
+    *maneuvers.MANEUVER_FIELDS,
+    *process_noise.STEP_FIELDS,
 ]
 """What is recorded of a track besides the COMMON fields.
 

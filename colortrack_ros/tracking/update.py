@@ -13,7 +13,7 @@ from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.extents import centers
 from colortrack_ros.tracking.extents import difference
-from colortrack_ros.tracking.extents import FOLLOWING
+from colortrack_ros.tracking.extents import FOLLOWING_SHARE
 from colortrack_ros.tracking.extents import learn
 from colortrack_ros.tracking.extents import slack
 from colortrack_ros.tracking.extents import total
@@ -46,7 +46,7 @@ LOST, JUST_LOST = 4.5, 1.5
 """Frames after which an object was out of sight and not just missed, which in 95 % detected happens
 four times on end once in 160,000; and within which it was measured in the last."""
 
-FORMED = 2
+FORMED_VELOCITY = 2
 """Hits after which a filter has a velocity that was measured (two-point differencing), so that its
 innovations tell of the motion."""
 
@@ -207,7 +207,7 @@ def learn_extents(
     :param excess: (K, 2) of the blobs' sizes, see difference() [px].
     """
     reach = blobs.reach(taken.blob)
-    now = extent + FOLLOWING * (reach - extent)
+    now = extent + FOLLOWING_SHARE * (reach - extent)
     one = ((excess[:, 0] != 0) | (excess[:, 1] != 0)).nonzero()[0]
     if len(one):
         track, blob, records = taken.track[one], taken.blob[one], prediction.records
@@ -243,7 +243,7 @@ def _learn(
     steady = whole & (unmeasured <= period)
     if np.count_nonzero(blobs.cut):
         steady &= ~blobs.cut[blob].any(axis=1)
-    known = records['hits'][track] > FORMED
+    known = records['hits'][track] > FORMED_VELOCITY
     learned.learn_speed(known & steady, prediction.velocity[track], period)
     variance = blobs.mean_variance[blob]
     due = learned.recent.take(

@@ -536,13 +536,13 @@ def test_a_signal_ends_a_replay_that_waits_for_a_picture(tmp_path, monkeypatch, 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr('colortrack_ros.replay.recordings.open_source', lambda *_: Silent())
     stop = threading.Event()
-    add = run.Tally.add
+    add = run.Answers.add
 
     def add_and_stop(tally, *arguments):
         add(tally, *arguments)
         threading.Timer(0.5, stop.set).start()  # when it waits for the next one
 
-    monkeypatch.setattr(run.Tally, 'add', add_and_stop)
+    monkeypatch.setattr(run.Answers, 'add', add_and_stop)
     assert run.replay(['shots'], stop) == 0
     assert 'frames      1, interrupted' in capfd.readouterr().out
     assert len(of_topic('shots_tracks', '/tracks')) == 1

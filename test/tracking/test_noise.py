@@ -7,10 +7,10 @@ from support.silhouettes import points
 
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
-from colortrack_ros.tracking.noise import FIELDS
 from colortrack_ros.tracking.noise import MeasurementNoise
-from colortrack_ros.tracking.recent import FIELDS as RECENT
+from colortrack_ros.tracking.noise import NOISE_FIELDS
 from colortrack_ros.tracking.recent import Recent
+from colortrack_ros.tracking.recent import RECENT_FIELDS
 
 LEARNED = 24
 """Frames at the start that are not judged: a second."""
@@ -19,7 +19,7 @@ LEARNED = 24
 def factor(noise, given, acceleration=0.0, count=8, frames=90, steps=None, seed=0):
     """What is learned of detections with that noise that bring a variance given^2."""
     rng = np.random.default_rng(seed)
-    records = np.zeros(count, [('color', 'u4'), *RECENT, *FIELDS])
+    records = np.zeros(count, [('color', 'u4'), *RECENT_FIELDS, *NOISE_FIELDS])
     learned, recent, track = MeasurementNoise(), Recent(), np.arange(count)
     x, v = np.zeros((count, 2)), rng.normal(0, 200, (count, 2))
     for k in range(frames):

@@ -8,7 +8,7 @@ from colortrack_ros.tracking.association.base import Indices
 ROUNDS = 50
 """Rounds of messages at most. They converge geometrically; 50 bound the time of a frame."""
 
-LEAST = 1e-4
+NEGLIGIBLE_SHARE = 1e-4
 """Probability below which a pair is dropped, and change of a message that ends the rounds."""
 
 LARGEST = 25.0
@@ -33,9 +33,9 @@ def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices
         to_detection = weight / (1 + np.bincount(track, offered, tracks)[track] - offered)
         total = np.bincount(detection, to_detection, detections)[detection]
         change, message = message, 1 / (1 + total - to_detection)
-        if np.abs(change - message).max() < LEAST:
+        if np.abs(change - message).max() < NEGLIGIBLE_SHARE:
             break
     offered = weight * message
     share = offered / (1 + np.bincount(track, offered, tracks)[track])
-    pairs = np.flatnonzero(share > LEAST)
+    pairs = np.flatnonzero(share > NEGLIGIBLE_SHARE)
     return pairs, share[pairs]
