@@ -86,6 +86,7 @@ def bag(tmp_path):
     return write_bag(tmp_path / 'run', {'/camera/image_raw': images})
 
 
+@pytest.mark.alone
 @pytest.mark.slow
 def test_pauses_and_speeds_change_nothing_and_a_loop_restarts_once(ros, bag, tmp_path):
     params = tmp_path / 'robot.yaml'
