@@ -45,21 +45,19 @@ class Pairing:
         self._hand_on, self._most = hand_on, most
         self._lock = threading.Lock()
         self._frames: deque[tuple[Frame, Any]] = deque()
-        self._detections: dict[int, Detections] = {}
+        self._detections: deque[Detections] = deque(maxlen=most)
 
     def put_frame(self, frame: Frame, context: Any = None) -> None:
         """Take a picture."""
         with self._lock:
             self._frames.append((frame, context))
-            known = frame.stamp in self._detections
+            known = any(found.stamp == frame.stamp for found in self._detections)
             self._release(len(self._frames) - (0 if known else self._most))
 
     def put_detections(self, detections: Detections, _: Any = None) -> None:
         """Take detections."""
         with self._lock:
-            self._detections[detections.stamp] = detections
-            if len(self._detections) > self._most:
-                self._detections.pop(next(iter(self._detections)))
+            self._detections.append(detections)
             stamps = [frame.stamp for frame, _ in self._frames]
             found = detections.stamp in stamps
             self._release(stamps.index(detections.stamp) + 1 if found else 0)
@@ -67,4 +65,12 @@ class Pairing:
     def _release(self, count: int) -> None:
         for _ in range(count):
             frame, context = self._frames.popleft()
-            self._hand_on(Pair(frame, self._detections.pop(frame.stamp, None)), context)
+            self._hand_on(Pair(frame, self._take(frame.stamp)), context)
+
+    def _take(self, stamp: int) -> Detections | None:
+        """The first detections of a stamp, which are there twice where a loop is done."""
+        for k, detections in enumerate(self._detections):
+            if detections.stamp == stamp:
+                del self._detections[k]
+                return detections
+        return None
