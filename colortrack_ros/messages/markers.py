@@ -157,6 +157,9 @@ def _ellipses(
     covariance: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Angle [rad] of the major axis, and the standard deviations along both axes [px], (N,)."""
-    values, vectors = np.linalg.eigh(covariance)
-    minor, major = np.sqrt(np.maximum(values, 0.0)).T
-    return np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1]), major, minor
+    # Not by LAPACK, whose last bits differ by where the arrays lie.
+    a, b, c = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
+    mean, half = (a + c) / 2, (a - c) / 2
+    spread = np.sqrt(half * half + b * b)
+    major, minor = (np.sqrt(np.maximum(v, 0.0)) for v in (mean + spread, mean - spread))
+    return np.arctan2(b, half) / 2, major, minor
