@@ -33,6 +33,7 @@ ALLOWED = {
     'encodings': {'data'},
     'parameters': set(),
     'files': set(),
+    'ellipses': set(),
     'scenes': {'data'},
     'sources': {'data', 'encodings', 'parameters', 'scenes'},
     'estimation': {'data', 'parameters'},
@@ -43,16 +44,16 @@ ALLOWED = {
     'contours': {'data', 'detection', 'encodings', 'estimation', 'parameters'},
     'world': {'data', 'estimation', 'parameters'},
     'simulation': {'data', 'parameters', 'world'},
-    'drawing': {'data'},
-    'messages': {'data', 'encodings', 'files'},
+    'drawing': {'data', 'ellipses'},
+    'messages': {'data', 'ellipses', 'encodings', 'files'},
     'bags': {'data'},
-    'evaluation': {'data', 'scenes'},
+    'evaluation': {'data', 'ellipses', 'scenes'},
     'flow': {'data', 'parameters'},
 }
 
 
 FLOORS = (
-    {'data', 'files', 'parameters'},
+    {'data', 'ellipses', 'files', 'parameters'},
     {'encodings'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},

@@ -15,10 +15,7 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.drawing.trails import TRAIL_LENGTH
 from colortrack_ros.drawing.trails import Trails
-
-CHI2_95 = 5.991
-"""Squared Mahalanobis distance that holds 95 % of a two-dimensional normal distribution:
--2 ln 0.05."""
+from colortrack_ros.ellipses import outlines
 
 FRACTION_BITS = 4
 """Fractional bits of the coordinates that OpenCV draws (up to 16): 1/16 px is finer than its
@@ -40,8 +37,6 @@ GOLDEN_RATIO = 0.61803398875
 LUMA = (0.114, 0.587, 0.299)
 """Brightness of blue, green and red (ITU-R BT.601)."""
 
-_TURN = np.linspace(0, 2 * np.pi, 65)
-_CIRCLE = np.stack([np.cos(_TURN), np.sin(_TURN)], axis=1)
 _CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) / 2
 
 BGR = tuple[int, int, int]
@@ -71,7 +66,8 @@ def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> Non
     for i, outline in enumerate(tracks.outlines):
         if np.isfinite(outline).all():
             shapes[i] = np.concatenate([outline, outline[:1]])
-    for row, box, ellipse, color in zip(rows, shapes, _ellipses(rows), colors, strict=True):
+    ellipses = outlines(_centers(rows), rows['covariance'][:, :2, :2], 65)
+    for row, box, ellipse, color in zip(rows, shapes, ellipses, colors, strict=True):
         width = 1 if row['state'] == TENTATIVE else thickness
         if row['state'] == COASTING:
             box, ellipse = _dashed(box, max(12, len(box) // 2)), _dashed(ellipse, 32)
@@ -94,18 +90,11 @@ def track_color(track_id: int) -> BGR:
 def _boxes(rows: NDArray[np.void]) -> NDArray[np.float64]:
     """Return (N, 5, 2), the closed outlines of the boxes around the estimated positions."""
     size = np.stack([rows['box_w'], rows['box_h']], axis=1).astype(float)
-    return _centers(rows) + _CORNERS * size[:, None, :]
-
-
-def _ellipses(rows: NDArray[np.void]) -> NDArray[np.float64]:
-    """Return (N, 65, 2), the outlines that hold the position with 95 % probability."""
-    variances, axes = np.linalg.eigh(rows['covariance'][:, :2, :2])
-    lengths = np.sqrt(CHI2_95 * np.maximum(variances, 0))
-    return _centers(rows) + (_CIRCLE * lengths[:, None, :]) @ axes.transpose(0, 2, 1)
+    return _centers(rows)[:, None] + _CORNERS * size[:, None, :]
 
 
 def _centers(rows: NDArray[np.void]) -> NDArray[np.float64]:
-    return np.stack([rows['u'], rows['v']], axis=1)[:, None, :]
+    return np.stack([rows['u'], rows['v']], axis=1)
 
 
 def _dashed(outline: NDArray[np.float64], dashes: int) -> NDArray[np.float64]:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Locations
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.drawing.overlay import BGR
-from colortrack_ros.drawing.overlay import CHI2_95
 from colortrack_ros.drawing.overlay import track_color
+from colortrack_ros.ellipses import outlines
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -71,11 +71,8 @@ class TopView:
         color = (round(color[0] * 0.7), round(color[1] * 0.7), round(color[2] * 0.7))
         center = np.array([row['x'], row['y']], float)
         self._way(image, number, center, color)
-        variances, axes = np.linalg.eigh(row['covariance'][:2, :2])
-        turn = np.linspace(0, 2 * np.pi, 33)
-        circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        ellipse = (circle * np.sqrt(CHI2_95 * np.maximum(variances, 0))) @ axes.T
-        self._line(image, center + ellipse, color, 1)
+        ellipse = outlines(center[None], row['covariance'][None, :2, :2], 33)[0]
+        self._line(image, ellipse, color, 1)
         self._disc(image, center, max(row['diameter'] / 2, 0.05), color, cv2.FILLED)
         x, y = self._pixels(center[None])[0] / (1 << FRACTION)
         cv2.putText(

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.ellipses import ELLIPSE_95
 from colortrack_ros.evaluation.correspondence import Score
 from colortrack_ros.evaluation.correspondence import Tally
 from colortrack_ros.evaluation.hota import Hota
@@ -19,9 +20,6 @@ Indices = NDArray[np.intp]
 
 VISIBLE = 0.3
 """Share of an object in sight from which on it has to be found."""
-
-ELLIPSE_95 = -2 * np.log(0.05)
-"""Squared Mahalanobis radius of an ellipse that holds 95 %, chi-square with two degrees."""
 
 
 class Event(NamedTuple):

@@ -8,6 +8,7 @@ from colortrack_ros.data import COASTING
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
+from colortrack_ros.ellipses import ellipses
 from colortrack_ros.messages.marker_cdr import array_of
 from colortrack_ros.messages.marker_cdr import MarkerKind
 from colortrack_ros.messages.marker_cdr import Rows
@@ -88,7 +89,7 @@ def _added(
     position, ahead = np.zeros((2, count, 3))
     position[:, 0], position[:, 1] = rows['u'] * scale, rows['v'] * scale
     ahead[:, 0], ahead[:, 1] = rows['du'] * scale, rows['dv'] * scale
-    angle, major, minor = _ellipses(rows['covariance'][:, :2, :2])
+    angle, major, minor = ellipses(rows['covariance'][:, :2, :2])
     size = np.maximum(rows['box_h'].astype(float) * scale, 1e-6)
     nothing = np.zeros(count)
     common = {
@@ -151,15 +152,3 @@ def _labels(
             **{name: values[some] for name, values in common.items()},
         )  # fmt: skip
     return labels
-
-
-def _ellipses(
-    covariance: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Angle [rad] of the major axis, and the standard deviations along both axes [px], (N,)."""
-    # Not by LAPACK, whose last bits differ by where the arrays lie.
-    a, b, c = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
-    mean, half = (a + c) / 2, (a - c) / 2
-    spread = np.sqrt(half * half + b * b)
-    major, minor = (np.sqrt(np.maximum(v, 0.0)) for v in (mean + spread, mean - spread))
-    return np.arctan2(b, half) / 2, major, minor
