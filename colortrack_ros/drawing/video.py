@@ -1,4 +1,4 @@
-"""A video of drawn pictures on disk."""
+"""Drawn pictures on disk, one by one or as a video."""
 
 import errno
 from pathlib import Path
@@ -43,3 +43,12 @@ class VideoFile:
         if count < self._count:
             reason = f'{count} of {self._count} frames have been written; is the disk full?'
             raise OSError(errno.ENOSPC, reason, str(self._path))
+
+
+def write_picture(path: Path, image: NDArray[np.uint8]) -> None:
+    """Write a picture in bgr8, in the format that the name of the file ends in.
+
+    :raises OSError: it cannot be written.
+    """
+    if not cv2.imwrite(str(path), image):
+        raise OSError(errno.EIO, 'cannot be written; is the disk full?', str(path))

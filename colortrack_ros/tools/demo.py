@@ -2,26 +2,14 @@
 
 import argparse
 from collections.abc import Iterable
-from collections.abc import Mapping
 from collections.abc import Sequence
-import errno
-import os
 from pathlib import Path
-import random
-import signal
-import subprocess
-import sys
-import threading
 import time
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
-from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
@@ -34,14 +22,13 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.drawing import VideoFile
+from colortrack_ros.drawing import write_picture
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.node_kit.runtime import share_file
-from colortrack_ros.node_kit.runtime import use_transport_profile
-from colortrack_ros.tools.processes import check_nodes
-from colortrack_ros.tools.processes import end_nodes
 from colortrack_ros.tools.processes import NodeEnded
-from colortrack_ros.tools.processes import start_node
+from colortrack_ros.tools.processes import NodeGroup
+from colortrack_ros.tools.processes import told
 
 STATES = ('tentative', 'confirmed', 'coasting')
 QUIET = 3.0
@@ -91,18 +78,13 @@ class Recorder(Node):
         alive = int(np.count_nonzero(state == CONFIRMED) - np.count_nonzero(state == COASTING))
         if alive > self._best and self.frames > 24:
             self._best = alive
-            self._write_picture(frame.image)
+            write_picture(self._out / 'demo.png', frame.image)
 
     def _open(self, period: int, shape: tuple[int, ...]) -> None:
         assert self._first is not None
         rate = NANOSECONDS / max(period, 1)
         self._video = VideoFile(self._out / 'demo.mp4', rate, (shape[1], shape[0]))
         self._video.write(self._first[1])
-
-    def _write_picture(self, image: NDArray[np.uint8]) -> None:
-        path = self._out / 'demo.png'
-        if not cv2.imwrite(str(path), image):
-            raise OSError(errno.EIO, 'cannot be written; is the disk full?', str(path))
 
     def is_complete(self) -> bool:
         """Whether all nodes but the camera are there."""
@@ -162,66 +144,47 @@ def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demo."""
     arguments = _arguments(args)
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: stop.set())
     arguments.out.mkdir(parents=True, exist_ok=True)
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
-    use_transport_profile()
-    color = [f'red.rgb:={arguments.color}'] if arguments.color else []
-    tolerance = [f'red.tolerance:={arguments.tolerance}'] if arguments.tolerance else []
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    recorder = Recorder(arguments.out)
     params = arguments.params or str(share_file('params/colortrack.yaml'))
-    nodes = {
-        'tracker': start_node('tracker', params),
-        'detector': start_node('detector', params, *color, *tolerance),
-        'overlay': start_node('overlay', params),
-    }
-    executor = SingleThreadedExecutor()
-    executor.add_node(recorder)
     try:
-        while not recorder.is_complete() and not stop.is_set():
-            executor.spin_once(timeout_sec=0.1)
-            check_nodes(nodes)
-        play = (f'source:={arguments.source}', 'wait_for_subscribers:=2', 'exit_at_end:=true')
-        nodes['camera'] = start_node('camera', params, *play)
-        status = _watch(recorder, executor, nodes, arguments.seconds, stop)
-        recorder.close()
-    except OSError as error:
-        print(f'demo: {error.filename or "output"}: {error.strerror}', file=sys.stderr)
-        return 1
-    except NodeEnded as error:
-        print(f'demo: {error}', file=sys.stderr)
-        return 1
-    finally:
-        end_nodes(nodes.values())
+        with NodeGroup(params, may_end='camera') as nodes:
+            recorder = Recorder(arguments.out)
+            nodes.watch_with(recorder)
+            _start(nodes, recorder, arguments)
+            status = _watch(recorder, nodes, arguments.seconds)
+            recorder.close()
+    except (OSError, NodeEnded) as error:
+        return told(error)
     return status or _report(recorder, arguments.out)
 
 
-def _watch(
-    recorder: Recorder,
-    executor: SingleThreadedExecutor,
-    nodes: Mapping[str, subprocess.Popen[bytes]],
-    seconds: float,
-    stop: threading.Event,
-) -> int:
+def _start(nodes: NodeGroup, recorder: Recorder, arguments: argparse.Namespace) -> None:
+    """Start the nodes, the camera when all others are there."""
+    color = [f'red.rgb:={arguments.color}'] if arguments.color else []
+    tolerance = [f'red.tolerance:={arguments.tolerance}'] if arguments.tolerance else []
+    nodes.start('tracker')
+    nodes.start('detector', *color, *tolerance)
+    nodes.start('overlay')
+    nodes.spin_until(recorder.is_complete)
+    source = f'source:={arguments.source}'
+    nodes.start('camera', source, 'wait_for_subscribers:=2', 'exit_at_end:=true')
+
+
+def _watch(recorder: Recorder, nodes: NodeGroup, seconds: float) -> int:
     """Show the table until the camera ends, the time is over, or a signal comes."""
     end: float | None = None
-    camera = nodes['camera']
     with Live(refresh_per_second=10, transient=True) as live:
-        while not stop.is_set():
-            executor.spin_once(timeout_sec=0.1)
-            check_nodes(nodes)
+        while not nodes.stopped:
+            nodes.spin()
             title = f'tracks of frame {recorder.messages}'
             live.update(table_of(recorder.tracks.rows, title))
             now = time.monotonic()
             if end is None and recorder.messages:
                 end = now + seconds
-            ended = camera.poll() is not None and now - recorder.heard > QUIET
+            status = nodes.status_of('camera')
+            ended = status is not None and now - recorder.heard > QUIET
             if ended or (end is not None and now > end):
-                return camera.poll() or 0
+                return status or 0
     return 0
 
 

@@ -1,13 +1,21 @@
-"""Nodes as processes of their own, for the demos."""
+"""Nodes as processes of their own, and one node of this process that watches them, for demos."""
 
-from collections.abc import Collection
-from collections.abc import Mapping
+from collections.abc import Callable
 import ctypes
 from functools import partial
 import os
+import random
 import signal
 import subprocess
 import sys
+import threading
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from colortrack_ros.node_kit.runtime import use_transport_profile
 
 NODES_END = 8.0
 """How long the nodes may take to end after a signal [s]: on their own they need at most 6.5 s."""
@@ -18,16 +26,79 @@ PR_SET_PDEATHSIG = 1
 
 
 class NodeEnded(Exception):
-    """One of the nodes has ended before the camera did."""
+    """One of the nodes has ended that others wait for."""
 
 
-def start_node(name: str, params: str, *parameters: str) -> subprocess.Popen[bytes]:
-    """Start a node in its own process, with a params file and further parameters."""
-    options = [word for parameter in parameters for word in ('-p', parameter)]
-    code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
-    command = [sys.executable, '-c', code, '--ros-args', '--params-file', params, *options]
-    bound = partial(_end_with, os.getpid())
-    return subprocess.Popen([*command, '--log-level', 'warn'], preexec_fn=bound)
+class NodeGroup:
+    """Starts nodes on a domain of their own on this machine, and ends them when it is left.
+
+    :param params: file of their parameters.
+    :param may_end: the node that may end before the others, when it has shown all pictures.
+    """
+
+    def __init__(self, params: str, may_end: str = '') -> None:
+        self._params, self._may_end = params, may_end
+        self._nodes: dict[str, subprocess.Popen[bytes]] = {}
+        self._stop = threading.Event()
+
+    def __enter__(self) -> 'NodeGroup':
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, lambda *_: self._stop.set())
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+        os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
+        use_transport_profile()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        self._executor = SingleThreadedExecutor()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the nodes in order, and kill those that do not end."""
+        for node in self._nodes.values():
+            node.send_signal(signal.SIGINT)
+        for node in self._nodes.values():
+            try:
+                node.wait(NODES_END)
+            except subprocess.TimeoutExpired:
+                node.kill()
+                node.wait()
+
+    @property
+    def stopped(self) -> bool:
+        """Whether a signal asks for the end."""
+        return self._stop.is_set()
+
+    def watch_with(self, node: Node) -> None:
+        """Let a node of this process take messages whenever spin() is called."""
+        self._executor.add_node(node)
+
+    def start(self, name: str, *parameters: str) -> None:
+        """Start a node in its own process, with further parameters."""
+        options = [word for parameter in parameters for word in ('-p', parameter)]
+        code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
+        command = [sys.executable, '-c', code, '--ros-args', '--params-file', self._params]
+        bound = partial(_end_with, os.getpid())
+        self._nodes[name] = subprocess.Popen(
+            [*command, *options, '--log-level', 'warn'], preexec_fn=bound
+        )
+
+    def spin(self) -> None:
+        """Take what comes within 0.1 s.
+
+        :raises NodeEnded: messages of that node would be waited for in vain.
+        """
+        self._executor.spin_once(timeout_sec=0.1)
+        for name, node in self._nodes.items():
+            if name != self._may_end and node.poll() is not None:
+                raise NodeEnded(f'the node {name} has ended with status {node.returncode}')
+
+    def spin_until(self, ready: Callable[[], bool]) -> None:
+        """Spin until something holds, or a signal asks for the end."""
+        while not ready() and not self.stopped:
+            self.spin()
+
+    def status_of(self, name: str) -> int | None:
+        """Exit status of a node, None while it runs."""
+        return self._nodes[name].poll()
 
 
 def _end_with(parent: int) -> None:
@@ -37,20 +108,10 @@ def _end_with(parent: int) -> None:
         os._exit(1)
 
 
-def check_nodes(nodes: Mapping[str, subprocess.Popen[bytes]]) -> None:
-    """Raise NodeEnded if a node has ended: the demo would wait for its messages in vain."""
-    for name, node in nodes.items():
-        if name != 'camera' and node.poll() is not None:
-            raise NodeEnded(f'the node {name} has ended with status {node.returncode}')
-
-
-def end_nodes(nodes: Collection[subprocess.Popen[bytes]]) -> None:
-    """End the nodes in order, and kill those that do not end."""
-    for node in nodes:
-        node.send_signal(signal.SIGINT)
-    for node in nodes:
-        try:
-            node.wait(NODES_END)
-        except subprocess.TimeoutExpired:
-            node.kill()
-            node.wait()
+def told(error: OSError | NodeEnded) -> int:
+    """Say why a demo has ended; its exit status."""
+    reason = (
+        f'{error.filename or "output"}: {error.strerror}' if isinstance(error, OSError) else error
+    )
+    print(f'demo: {reason}', file=sys.stderr)
+    return 1

@@ -1,18 +1,10 @@
 """``make demo ROBOT=1``: a simulated robot follows a ball; a live table, and a video of it."""
 
 import argparse
-from collections.abc import Mapping
 from collections.abc import Sequence
-import errno
 from functools import partial
 import math
-import os
 from pathlib import Path
-import random
-import signal
-import subprocess
-import sys
-import threading
 import time
 from typing import Any
 
@@ -20,11 +12,8 @@ import cv2
 from nav_msgs.msg import Odometry
 import numpy as np
 from numpy.typing import NDArray
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
-from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
@@ -35,16 +24,15 @@ from colortrack_ros.data import Locations
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.drawing import TopView
 from colortrack_ros.drawing import VideoFile
+from colortrack_ros.drawing import write_picture
 from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import locations_of_cloud
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.node_kit.runtime import share_file
-from colortrack_ros.node_kit.runtime import use_transport_profile
 from colortrack_ros.simulation.rooms import ROOMS
-from colortrack_ros.tools.processes import check_nodes
-from colortrack_ros.tools.processes import end_nodes
 from colortrack_ros.tools.processes import NodeEnded
-from colortrack_ros.tools.processes import start_node
+from colortrack_ros.tools.processes import NodeGroup
+from colortrack_ros.tools.processes import told
 
 ROOM = ROOMS['balls']
 NODES = ('tracker', 'detector', 'locator', 'follower', 'overlay')
@@ -116,14 +104,18 @@ class RoomRecorder(Node):
         self._video.write(self._last)
         self.frames += 1
 
+    def is_complete(self) -> bool:
+        """Whether all nodes but the simulator are there."""
+        publishers = ('detections', 'tracks', 'locations', 'cmd_vel', 'overlay/image_raw')
+        return all(self.count_publishers(topic) for topic in publishers)
+
     def close(self) -> None:
         """Finish the video, and write its last picture to a PNG.
 
         :raises OSError: not all of it could be written.
         """
-        path = self._out / 'demo.png'
-        if self.frames and not cv2.imwrite(str(path), self._last):
-            raise OSError(errno.EIO, 'cannot be written; is the disk full?', str(path))
+        if self.frames:
+            write_picture(self._out / 'demo.png', self._last)
         self._video.close()
 
 
@@ -148,55 +140,29 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument('--seconds', type=float, default=40.0, help='of the simulated time')
     parser.add_argument('--out', type=Path, default=Path('out'), help='folder for the results')
     arguments = parser.parse_args(args)
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: stop.set())
     arguments.out.mkdir(parents=True, exist_ok=True)
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
-    use_transport_profile()
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    params = str(share_file('params/world.yaml'))
-    nodes = {name: start_node(name, params, 'use_sim_time:=true') for name in NODES}
     try:
-        recorder = RoomRecorder(arguments.out)
-        executor = SingleThreadedExecutor()
-        executor.add_node(recorder)
-        while not _is_ready(recorder) and not stop.is_set():
-            executor.spin_once(timeout_sec=0.1)
-            check_nodes(nodes)
-        # not in real time: on any machine the robot sees all pictures
-        paced = ('real_time:=false', 'publish_clock:=true')
-        nodes['simulator'] = start_node('simulator', params, *paced)
-        _watch(recorder, executor, nodes, arguments.seconds, stop)
-        recorder.close()
+        with NodeGroup(str(share_file('params/world.yaml'))) as nodes:
+            recorder = RoomRecorder(arguments.out)
+            nodes.watch_with(recorder)
+            for name in NODES:
+                nodes.start(name, 'use_sim_time:=true')
+            nodes.spin_until(recorder.is_complete)
+            # not in real time: on any machine the robot sees all pictures
+            nodes.start('simulator', 'real_time:=false', 'publish_clock:=true')
+            _watch(recorder, nodes, arguments.seconds)
+            recorder.close()
     except (OSError, NodeEnded) as error:
-        print(f'demo: {error}', file=sys.stderr)
-        return 1
-    finally:
-        end_nodes(nodes.values())
+        return told(error)
     return _report(recorder, arguments.out)
 
 
-def _is_ready(recorder: RoomRecorder) -> bool:
-    """Whether all nodes but the simulator are there."""
-    publishers = ('detections', 'tracks', 'locations', 'cmd_vel', 'overlay/image_raw')
-    return all(recorder.count_publishers(topic) for topic in publishers)
-
-
-def _watch(
-    recorder: RoomRecorder,
-    executor: SingleThreadedExecutor,
-    nodes: Mapping[str, subprocess.Popen[bytes]],
-    seconds: float,
-    stop: threading.Event,
-) -> None:
+def _watch(recorder: RoomRecorder, nodes: NodeGroup, seconds: float) -> None:
     """Show the table until the time is over, or a signal comes."""
     recorder.heard = time.monotonic()
     with Live(refresh_per_second=10, transient=True) as live:
-        while not stop.is_set() and recorder.seconds < seconds:
-            executor.spin_once(timeout_sec=0.1)
-            check_nodes(nodes)
+        while not nodes.stopped and recorder.seconds < seconds:
+            nodes.spin()
             title = f'objects after {recorder.seconds:.1f} s'
             live.update(table_of_locations(recorder.known, title))
             if time.monotonic() - recorder.heard > SILENCE:
