@@ -69,9 +69,14 @@ class Detector:
         return self._method.trouble
 
     @property
+    def labels(self) -> NDArray[np.uint8]:
+        """(H, W) of the last frame, k + 1 where a blob of color k may be, 0 elsewhere; a view."""
+        return self._mask.pixels
+
+    @property
     def mask(self) -> NDArray[np.uint8]:
         """(H, W) of the last frame, 255 where a blob may be, 0 elsewhere."""
-        return np.where(self._mask.pixels != 0, np.uint8(255), np.uint8(0))
+        return np.where(self.labels != 0, np.uint8(255), np.uint8(0))
 
     def detect(self, frame: Frame) -> Detections:
         """The blobs of a frame, largest area first; at equal area, in raster order.

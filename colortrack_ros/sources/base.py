@@ -26,11 +26,13 @@ class Source(ABC):
     :ivar live: frames come when they come, stamped with the clock; else a recording.
     :ivar period: time from frame to frame of a recording [ns]; 0 for live sources.
     :ivar lost: pictures of a recording that could not be read, so far.
+    :ivar total: frames that a recording has according to itself; 0 where that is not known.
     """
 
     live: bool
     period: int
     lost: int = 0
+    total: int = 0
 
     @staticmethod
     @abstractmethod

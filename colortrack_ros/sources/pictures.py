@@ -39,6 +39,7 @@ class PicturesSource(RecordedSource):
                 f'{", ".join(PICTURE_SUFFIXES)}'
             )
         self._paths = sorted(paths, key=natural)
+        self.total = len(paths)
         self._next = 0
         self.read()
         self.rewind()
@@ -53,7 +54,7 @@ class PicturesSource(RecordedSource):
 
     def read(self) -> Frame | None:
         """Return the next picture."""
-        if self._next == len(self._paths):
+        if self._next == self.total:
             return None
         path = self._paths[self._next]
         self._next += 1

@@ -22,6 +22,7 @@ class SceneSource(RecordedSource):
         except ValueError as error:
             raise SourceError(f'source {spec!r}: {error}') from None
         super().__init__(self._scene.rate)
+        self.total = len(self._scene)
         self._next = 0
 
     @staticmethod
@@ -31,7 +32,7 @@ class SceneSource(RecordedSource):
 
     def read(self) -> Frame | None:
         """Render the next frame."""
-        if self._next == len(self._scene):
+        if self._next == self.total:
             return None
         frame = self._frame(self._scene.render(self._next))
         self._next += 1

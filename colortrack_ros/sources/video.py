@@ -50,7 +50,7 @@ class VideoSource(RecordedSource):
         self._path = spec
         self._capture = cv2.VideoCapture(spec, cv2.CAP_FFMPEG)
         own_rate = self._capture.get(cv2.CAP_PROP_FPS)
-        self._total = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
+        self.total = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
         if not self._capture.grab():
             raise SourceError(
                 f'source {spec!r}: no video can be read from this file; expected mp4, mkv, avi, '
@@ -87,7 +87,7 @@ class VideoSource(RecordedSource):
 
     def _next_image(self) -> tuple[NDArray[np.uint8] | None, int]:
         """The next picture that can be read, None at the end, and how many before it cannot."""
-        tries = 1 + max(READ_ON, self._total - self._given)
+        tries = 1 + max(READ_ON, self.total - self._given)
         for failed in range(tries if not self._ended else 0):
             read, image = self._capture.read()
             if read:
@@ -101,17 +101,17 @@ class VideoSource(RecordedSource):
         if abs(frames - round(frames)) <= ROUNDING * self._rate:
             frames = round(frames)
         frames += self._first
-        possible = self._last < frames < self._first + max(self._total, self._given) + 1
+        possible = self._last < frames < self._first + max(self.total, self._given) + 1
         self._last = frames if possible else float(self._count)
         return self._last
 
     def _tell_missing(self) -> None:
         """Tell of pictures that the container has according to itself, and nobody saw."""
-        missing, self._ended = self._total - self._given - self._missing, True
+        missing, self._ended = self.total - self._given - self._missing, True
         if missing > ESTIMATE:
             self.lost += missing
             raise SourceError(
-                f'{self._path}: should have {self._total} pictures, {missing} more are missing'
+                f'{self._path}: should have {self.total} pictures, {missing} more are missing'
             )
 
     def rewind(self) -> None:
