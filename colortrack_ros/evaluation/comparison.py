@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from collections.abc import Mapping
 from typing import Any
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.ellipses import ELLIPSE_95
 from colortrack_ros.evaluation.correspondence import Score
+from colortrack_ros.evaluation.correspondence import Takeover
 from colortrack_ros.evaluation.correspondence import Tally
 from colortrack_ros.evaluation.hota import Hota
 from colortrack_ros.evaluation.hota import HotaTally
@@ -69,8 +71,7 @@ def compare(
     :param visible: objects less in sight need not be found, and tracks on them are not false.
     """
     limit = radius or 1 - iou
-    clear, hota = Tally(limit), HotaTally()
-    found = []
+    clear, hota, found = Tally(limit), HotaTally(), []
     for frame in truth.frames.tolist():
         objects, shown = truth.rows_of(frame), tracks.rows_of(frame)
         far = _distance(objects, shown, radius)
@@ -87,9 +88,9 @@ def compare(
     frames = Counter(truth.rows['id'][judged].tolist())
     return Comparison(
         measures=_measures(clear.score(), hota.score()) | _errors(right, theirs),
-        objects={one: _of_object(n, right, theirs, one) for one, n in sorted(frames.items())},
+        objects=dict(_of_objects(frames, clear.tracks_of, right, theirs)),
         matches=np.stack([right['frame'], right['id'], theirs['id']], axis=1),
-        switches=list(_switches(right, theirs)),
+        switches=[_event(found[takeover.number][0], takeover) for takeover in clear.takeovers],
     )
 
 
@@ -98,16 +99,6 @@ def _measures(score: Score, hota: Hota) -> dict[str, float]:
     names = 'idf1', 'mota', 'precision', 'recall', 'switches', 'fragments', 'misses', 'false'
     values = {name: getattr(score, name) for name in names}
     return hota._asdict() | values | {'false_tracks': len(score.false_tracks)}
-
-
-def _switches(right: NDArray[np.void], theirs: NDArray[np.void]) -> Iterator[Event]:
-    """Where an object's track is another than when it was last found."""
-    last: dict[int, int] = {}
-    for a, b in zip(right, theirs, strict=True):
-        one, track = int(a['id']), int(b['id'])
-        if last.setdefault(one, track) != track:
-            yield Event(int(a['frame']), one, last[one], track, float(a['u']), float(a['v']))
-        last[one] = track
 
 
 def _distance(objects: NDArray[np.void], shown: NDArray[np.void], radius: float) -> Floats:
@@ -136,6 +127,12 @@ def _on_hidden(far: Floats, hidden: NDArray[np.bool_], limit: float) -> NDArray[
     return hidden[nearest] & (far.min(axis=0) <= limit)
 
 
+def _event(found: NDArray[np.void], takeover: Takeover) -> Event:
+    """Where it happened, among the objects found in that frame."""
+    (row,) = found[found['id'] == takeover.object]
+    return Event(int(row['frame']), *takeover[1:], float(row['u']), float(row['v']))
+
+
 def _errors(right: NDArray[np.void], theirs: NDArray[np.void]) -> dict[str, float]:
     """Of the matched positions, and whether their covariances tell it."""
     e = np.stack([theirs['u'] - right['u'], theirs['v'] - right['v']], axis=1)
@@ -157,18 +154,27 @@ def _root_mean_square(e: Floats) -> float:
     return float(np.sqrt((e**2).sum(axis=1).mean())) if len(e) else float('nan')
 
 
-def _of_object(
-    frames: int, right: NDArray[np.void], theirs: NDArray[np.void], one: int
-) -> dict[str, Any]:
-    """The measures of one object that should be found in so many frames."""
-    mine = right['id'] == one
-    e = np.stack([theirs[name][mine] - right[name][mine] for name in ('u', 'v')], axis=1)
-    history = theirs['id'][mine]
-    history = history[np.diff(history, prepend=-1) != 0].tolist()
-    return {
-        'frames': frames,
-        'found': len(e) / max(frames, 1),
-        'switches': max(len(history) - 1, 0),
-        'rmse': _root_mean_square(e),
-        'tracks': history,
-    }
+def _of_objects(
+    frames: Mapping[int, int],
+    tracks_of: Mapping[int, list[int]],
+    right: NDArray[np.void],
+    theirs: NDArray[np.void],
+) -> Iterator[tuple[int, dict[str, Any]]]:
+    """The measures of each object.
+
+    :param frames: in which it should be found.
+    """
+    for one, count in sorted(frames.items()):
+        mine = right['id'] == one
+        e = np.stack([theirs[name][mine] - right[name][mine] for name in ('u', 'v')], axis=1)
+        history = tracks_of.get(one, [])
+        yield (
+            one,
+            {
+                'frames': count,
+                'found': len(e) / count,
+                'switches': max(len(history) - 1, 0),
+                'rmse': _root_mean_square(e),
+                'tracks': history,
+            },
+        )

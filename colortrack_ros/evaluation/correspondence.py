@@ -7,6 +7,7 @@ anew; identities are matched once over the whole sequence (Ristani et al. 2016).
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,20 @@ from scipy.spatial import cKDTree
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+
+class Takeover(NamedTuple):
+    """An object is found as another track than when it was last found.
+
+    :param number: of the frame in the order in which they were added, from 0.
+    :param object: whose track it is.
+    :param before, after: IDs of its tracks.
+    """
+
+    number: int
+    object: int
+    before: int
+    after: int
 
 
 @dataclass(frozen=True)
@@ -60,11 +75,14 @@ class Tally:
     """The same, a frame at a time.
 
     :param max_distance: of a match [px].
+    :ivar takeovers: so far, in order.
+    :ivar tracks_of: for each object the IDs it had, in order.
     """
 
     def __init__(self, max_distance: float) -> None:
         self.max_distance = max_distance
-        self.switches = self.misses = self.false = self.fragments = 0
+        self.misses = self.false = self.fragments = 0
+        self.takeovers: list[Takeover] = []
         self.squares: list[Floats] = []
         self.tracks_of: dict[int, list[int]] = {}
         self.together: list[Indices] = []
@@ -116,7 +134,8 @@ class Tally:
         for one, name in zip(ids[i].tolist(), names[j].tolist(), strict=True):
             history = self.tracks_of.setdefault(one, [])
             if not history or history[-1] != name:
-                self.switches += bool(history)
+                if history:
+                    self.takeovers.append(Takeover(len(self.seen[0]) - 1, one, history[-1], name))
                 history.append(name)
         found = set(ids[i].tolist())
         for one in ids.tolist():
@@ -147,10 +166,10 @@ class Tally:
             np.searchsorted(names, np.concatenate([*self.matched, []])), minlength=len(names)
         )
         return Score(
-            switches=self.switches,
+            switches=len(self.takeovers),
             fragments=self.fragments,
             idf1=float(2 * true_positives / max(total + rows, 1)),
-            mota=1 - (self.misses + self.false + self.switches) / max(total, 1),
+            mota=1 - (self.misses + self.false + len(self.takeovers)) / max(total, 1),
             precision=(rows - self.false) / max(rows, 1),
             recall=(total - self.misses) / max(total, 1),
             rmse=float(np.sqrt(squares.mean())) if len(squares) else float('nan'),

@@ -1,5 +1,6 @@
 """Reading the tracks of a bag."""
 
+import contextlib
 import dataclasses
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 from colortrack_ros.bags import BagError
 from colortrack_ros.bags import BagReader
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import Tracks
 from colortrack_ros.evaluation import Record
 from colortrack_ros.evaluation import RecordError
 from colortrack_ros.evaluation.record import rows_of_tracks
@@ -23,20 +25,12 @@ def tracks_of_bag(path: Path, topic: str) -> Record:
     :raises RecordError: there is none, or several; or the bag cannot be read to its end.
     """
     try:
-        reader = BagReader(path)
-        clouds = [t for t in reader.topics if t.kind == CLOUD and topic in ('', t.name)]
-        read = {}
-        for cloud in clouds:
-            try:
-                read[cloud.name] = [
-                    (when, tracks_of_serialized_cloud(cdr)) for when, cdr in reader.messages(cloud)
-                ]
-            except MessageError as error:
-                if topic:
-                    raise RecordError(f'{path}: {topic}: {error}') from error
-        reader.close()
+        with contextlib.closing(BagReader(path)) as reader:
+            read = _read(reader, topic)
     except BagError as error:
         raise RecordError(str(error)) from error
+    except MessageError as error:
+        raise RecordError(f'{path}: {topic}: {error}') from error
     if len(read) != 1:
         names = ', '.join(read) or 'none'
         raise RecordError(f'{path}: expected one topic of tracks, --topic chooses; got {names}')
@@ -46,3 +40,22 @@ def tracks_of_bag(path: Path, topic: str) -> Record:
     delays = np.array([when - tracks.stamp for when, tracks in messages]) / NANOSECONDS
     # What replay wrote carries the time of the picture: its delay says nothing of the tracker.
     return dataclasses.replace(record, delays=delays) if (delays > 0).any() else record
+
+
+def _read(reader: BagReader, topic: str) -> dict[str, list[tuple[int, Tracks]]]:
+    """By topic, when each message of tracks was recorded [ns], and what it holds.
+
+    :raises MessageError: the topic that was asked for holds something else.
+    """
+    read = {}
+    for cloud in reader.topics:
+        if cloud.kind != CLOUD or topic not in ('', cloud.name):
+            continue
+        try:
+            read[cloud.name] = [
+                (when, tracks_of_serialized_cloud(cdr)) for when, cdr in reader.messages(cloud)
+            ]
+        except MessageError:
+            if topic:
+                raise
+    return read
