@@ -49,6 +49,7 @@ def test_channel_difference_is_that_of_the_document(frame, channel, threshold):
         method='channel_difference',
         channel=channel,
         channel_threshold=threshold,
+        largest_object='region',
         min_area=1,
         **PLAIN,
     )
@@ -63,13 +64,37 @@ def test_channel_difference_is_that_of_the_document(frame, channel, threshold):
     assert 0 < row['score'] <= 1
 
 
-def test_channel_difference_takes_the_largest_object():
-    image = np.full((100, 200, 3), 90, np.uint8)
-    image[20:30, 20:30] = image[60:90, 140:170] = (20, 20, 250)
+def red_rectangles(*boxes):
+    """A gray picture (240, 320, 3) with plain red rectangles (left, top, width, height)."""
+    image = np.full((240, 320, 3), 90, np.uint8)
+    for left, top, width, height in boxes:
+        image[top : top + height, left : left + width] = (20, 20, 250)
+    return Frame(image)
+
+
+@pytest.mark.parametrize(
+    ('others', 'largest'),
+    [
+        ([(20, 20, 30, 30)], (140, 60, 40, 40)),
+        ([(20, 200, 120, 10)], (200, 20, 20, 100)),
+        ([(20, 200, 120, 12), (10, 10, 12, 120)], (150, 40, 90, 110)),
+        ([(20, y, 20, 20) for y in (10, 40, 70)] + [(200, 10, 20, 20)], (120, 150, 30, 30)),
+        ([(62, 60, 20, 60)], (90, 60, 60, 60)),
+    ],
+    ids=['smaller', 'peak_in_h_alone', 'larger_than_the_region', 'in_rows', 'right_beside'],
+)
+def test_channel_difference_finds_all_of_the_largest_object_whatever_else_is_there(others, largest):
     config = DetectorConfig(method='channel_difference', channel_threshold=100, **PLAIN)
-    (row,) = Detector(config).detect(Frame(image)).rows
-    assert 140 <= row['u'] < 170
-    assert 60 <= row['v'] < 90
+    (row,) = Detector(config).detect(red_rectangles(*others, largest)).rows
+    found = [row[name] for name in ('box_u', 'box_v', 'box_w', 'box_h')]
+    np.testing.assert_array_equal(found, largest)
+    assert row['area'] == largest[2] * largest[3]
+
+
+def test_two_objects_with_a_peak_each_leave_the_region_of_the_document_empty():
+    frame = red_rectangles((20, 200, 120, 10), (200, 20, 20, 100))
+    config = DetectorConfig(method='channel_difference', largest_object='region', **PLAIN)
+    assert len(Detector(config).detect(frame).rows) == 0
 
 
 def film(path, light=lambda k: 1.0, encoding='bgr8', shape=(120, 160)):

@@ -10,6 +10,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.blobs import as_one
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.pixels import split_rgb
@@ -41,40 +42,47 @@ class ChannelDifferenceConfig(Config):
         maximum=254,
         audience=DOCUMENT,
     )
+    largest_object: str = parameter(
+        'blob',
+        'Of method channel_difference: what is taken for the largest object. blob: the connected '
+        'pixels of the greatest area; region: as in the document, all pixels within 10 % of the '
+        'picture around the peaks of the projections, which cuts large objects, and finds nothing '
+        'where two objects have a peak each.',
+        choices=('blob', 'region'),
+        audience=DOCUMENT,
+    )
 
 
 class ChannelDifference:
     """R - G - B above a threshold, or another channel minus the other two.
 
-    With the mask O, the row sums H (8) and the column sums V (9), the object is where V and H are
-    greatest, x = argmax V, y = argmax H (10). Its centroid is that of all mask pixels in the
-    region of plus and minus 10 % of the picture around (x, y), (11) and (12), connected or not.
+    The document means the largest object, and takes the mask pixels in a region for it: with the
+    mask O, the row sums H (8) and the column sums V (9), x = argmax V, y = argmax H (10); the
+    centroid is that of all mask pixels within 10 % of the picture around (x, y), (11) and (12),
+    connected or not. Of two objects one may peak in H and the other in V, and what is larger than
+    the region is cut; the largest blob has neither fault.
     """
 
     labels = 1
     whole = None
     trouble = ''
-    connect = staticmethod(as_one)
 
     def __init__(self, config: ChannelDifferenceConfig, background: BackgroundModel) -> None:
         self._channel = CHANNELS.index(config.channel)
         self._threshold = config.channel_threshold
+        self._by_region = config.largest_object == 'region'
+        self.connect = as_one if self._by_region else connect
 
     def label(self, frame: Frame) -> LabelImage:
-        """1 for the mask inside the region of interest."""
-        height, width = frame.image.shape[:2]
+        """1 for the mask, inside the region of interest if there is one."""
         channels = split_rgb(frame.image, frame.encoding)
         minuend = channels.pop(self._channel)
         # Saturates at 0, which is below any threshold.
         difference = cv2.subtract(cv2.subtract(minuend, channels[0]), channels[1])
-        image = LabelImage.empty(height, width)
+        image = LabelImage.empty(*frame.image.shape[:2])
         cv2.threshold(difference, self._threshold, 1, cv2.THRESH_BINARY, dst=image.pixels)
-        v, u = np.divmod(image.positions(), image.stride)
-        if not v.size:
-            return image
-        y, x = np.bincount(v).argmax(), np.bincount(u).argmax()
-        outside = (np.abs(v - y) > REGION_SHARE * height) | (np.abs(u - x) > REGION_SHARE * width)
-        image.pixels[v[outside], u[outside]] = 0
+        if self._by_region:
+            _clear_outside(image)
         return image
 
     def closeness(
@@ -86,11 +94,22 @@ class ChannelDifference:
         return np.clip((rgb[:, self._channel] - others) / 255, 0, 1)
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
-        """All of them."""
-        return np.ones(len(blobs.area), bool)
+        """The first: blobs come largest first."""
+        return np.arange(len(blobs.area)) == 0
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Nothing: every frame stands for itself."""
 
     def restart(self) -> None:
         """Nothing was learned."""
+
+
+def _clear_outside(image: LabelImage) -> None:
+    """Set the mask outside the region of interest to 0, in place."""
+    height, width = image.pixels.shape
+    v, u = np.divmod(image.positions(), image.stride)
+    if not v.size:
+        return
+    y, x = np.bincount(v).argmax(), np.bincount(u).argmax()
+    outside = (np.abs(v - y) > REGION_SHARE * height) | (np.abs(u - x) > REGION_SHARE * width)
+    image.pixels[v[outside], u[outside]] = 0
