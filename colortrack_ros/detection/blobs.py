@@ -33,8 +33,9 @@ class Runs(Columns):
 
     def ends(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """(R,) each: the row, the first column and the one after the last."""
-        row, left = np.divmod(self.start, self.stride)
-        return row, left, left + self.end - self.start
+        row = self.start // self.stride
+        before = row * self.stride
+        return row, self.start - before, self.end - before
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ class BlobTable:
     :param box: (N, 4) left, top, width, height [px].
     :param runs: the runs of all blobs, those of a blob together.
     :param first_run: (N,) index into runs of each blob's first.
+    :param run_count: (N,) number of its runs.
     """
 
     label: NDArray[np.uint8]
@@ -57,6 +59,7 @@ class BlobTable:
     box: NDArray[np.int64]
     runs: Runs
     first_run: NDArray[np.intp]
+    run_count: NDArray[np.intp]
 
     @property
     def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -72,10 +75,11 @@ class BlobTable:
 
     def take(self, kept: NDArray[np.bool_]) -> 'BlobTable':
         """Some of the blobs, in the same order; their runs are rows of a table of its own."""
-        size = np.diff(self.first_run, append=len(self.runs))
+        if kept.all():
+            return self
         columns = {k: v[kept] for k, v in vars(self).items() if isinstance(v, np.ndarray)}
-        columns['first_run'] = np.cumsum(size[kept]) - size[kept]
-        return replace(self, runs=self.runs.take(np.repeat(kept, size)), **columns)
+        columns['first_run'] = np.cumsum(columns['run_count']) - columns['run_count']
+        return replace(self, runs=self.runs.take(np.repeat(kept, self.run_count)), **columns)
 
 
 Connect = Callable[[Runs], tuple[int, NDArray[np.intp]]]
@@ -173,7 +177,8 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
     if not len(first):
         none = np.zeros((0, 4))
         mean, spread = none[:, :2], none.reshape(0, 2, 2)
-        return BlobTable(runs.label, area, mean, spread, none.astype(np.int64), runs, first)
+        box = none.astype(np.int64)
+        return BlobTable(runs.label, area, mean, spread, box, runs, first, first)
     length = runs.end - runs.start
     row, left, right = runs.ends()
     top = row[first]
@@ -182,8 +187,8 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
     behind = np.append(first[1:], len(row))
     height = row[behind - 1] + 1 - top
     # Counted from the corner of the box, which keeps the sums small.
-    size = behind - first
-    left, row = left - np.repeat(box_left, size), row - np.repeat(top, size)
+    count = behind - first
+    left, row = left - np.repeat(box_left, count), row - np.repeat(top, count)
     sum_u = length * left + length * (length - 1) // 2
     sum_uu = length * left * (left + length - 1) + (length - 1) * length * (2 * length - 1) // 6
     sums = np.array([sum_u, row * length, sum_uu, row * sum_u, row * row * length])
@@ -197,6 +202,7 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
         np.array([box_left, top, width, height]).T,
         runs,
         first,
+        count,
     )
 
 

@@ -41,27 +41,33 @@ def outline_blur(picture: NDArray[np.uint8], blobs: BlobTable) -> NDArray[np.flo
     reach = np.maximum(REACH_SHARE * 2 * np.sqrt(minor), PROFILE_SAMPLES)
     gap = np.ones((len(reach), PROFILE_SAMPLES))
     gap[:, CLOSE:] = ((reach - CLOSE) / (PROFILE_SAMPLES - CLOSE))[:, None]
-    beyond = np.rint(np.cumsum(gap, axis=1)).astype(np.intp)
+    beyond = np.rint(gap.cumsum(axis=1)).astype(np.intp)
     # 0 is the last pixel of the blob.
     out, weight = np.hstack([1 - beyond[:, ::-1], beyond]), np.hstack([gap[:, ::-1], gap])
     row, left, right = _middle_rows(blobs)
     column, top, bottom = _middle_columns(blobs)
-    u, v = _across(left, right, out, width), _across(top, bottom, out, height)
-    across = row[:, :, None, None] * width + u
-    down = v * width + column[:, :, None, None]
-    f = _shares(pixels.take(np.stack([across, down], axis=1), axis=0))
-    blur = 6 * np.einsum('nakes,ns->nake', f * (1 - f), weight)
-    return np.asarray(np.median(blur.reshape(*blur.shape[:2], -1), axis=2))
+    u = _across(left, right, out, width)
+    u += (row * width)[..., None, None]
+    v = _across(top, bottom, out, height)
+    v *= width
+    v += column[..., None, None]
+    f = _shares(pixels.take(np.concatenate([u, v], axis=1), axis=0))
+    # Two ends of each of PROFILES rows, and of as many columns.
+    blur = 6 * np.einsum('nkes,ns->nke', f * (1 - f), weight).reshape(-1, 2, 2 * PROFILES)
+    blur.sort(axis=2)
+    return np.asarray((blur[..., PROFILES - 1] + blur[..., PROFILES]) / 2)
 
 
 def _across(
     low: NDArray[np.intp], high: NDArray[np.intp], out: NDArray[np.intp], size: int
 ) -> NDArray[np.intp]:
     """(N, PROFILES, 2, 2 PROFILE_SAMPLES) positions at both ends of [low, high), to its middle."""
-    middle = ((low + high) // 2)[..., None]
-    beyond = np.maximum(high[..., None] - 1 + out[:, None], middle)
-    before = np.minimum(low[..., None] - out[:, None], middle)
-    return np.stack([beyond, before], axis=2).clip(0, size - 1)
+    low, high, out = low[..., None], high[..., None], out[:, None]
+    middle = (low + high) // 2
+    ends = np.empty((*low.shape[:2], 2, out.shape[2]), np.intp)
+    np.maximum(high - 1 + out, middle, out=ends[:, :, 0])
+    np.minimum(low - out, middle, out=ends[:, :, 1])
+    return ends.clip(0, size - 1, out=ends)
 
 
 def _middle(low: NDArray[np.integer], size: NDArray[np.integer]) -> NDArray[np.intp]:
@@ -73,7 +79,7 @@ def _middle(low: NDArray[np.integer], size: NDArray[np.integer]) -> NDArray[np.i
 def _middle_rows(blobs: BlobTable) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """(N, PROFILES) each: rows, the blob's first column in them, the one after its last."""
     row, left, right = blobs.runs.ends()
-    run = _middle(blobs.first_run, np.diff(blobs.first_run, append=len(row)))
+    run = _middle(blobs.first_run, blobs.run_count)
     return row[run], left[run], right[run]
 
 
@@ -83,7 +89,7 @@ def _middle_columns(
     """(N, PROFILES) each: columns, the blob's first row in them, the one after its last."""
     row, left, right = blobs.runs.ends()
     column = _middle(blobs.box[:, 0], blobs.box[:, 2])
-    mine = np.repeat(column, np.diff(blobs.first_run, append=len(row)), axis=0)
+    mine = np.repeat(column, blobs.run_count, axis=0)
     meets = (left[:, None] <= mine) & (mine < right[:, None])
     below = np.where(meets, row[:, None], -1)
     bottom = np.maximum.reduceat(below, blobs.first_run, axis=0)

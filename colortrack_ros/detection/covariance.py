@@ -167,4 +167,4 @@ def open_part(blobs: BlobTable, image: LabelImage, whole: LabelImage) -> NDArray
     if not len(row):
         return np.zeros(0)
     count = np.add.reduceat(dropped, blobs.first_run, axis=1, dtype=float).max(axis=0)
-    return np.asarray(count / np.diff(blobs.first_run, append=len(row)))
+    return np.asarray(count / blobs.run_count)

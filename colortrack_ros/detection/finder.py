@@ -165,6 +165,8 @@ class ColorFinder:
 
     def keep(self, blobs: BlobTable, stamp: int) -> NDArray[np.bool_]:
         """(N,) whether a blob is large enough beside the largest of its color."""
+        if not self._sought:
+            return np.ones(len(blobs.area), bool)
         elapsed = max(stamp - self._measured, 0) / NANOSECONDS
         self._measured = stamp
         self._largest *= np.exp(-elapsed / LARGEST_SECONDS)

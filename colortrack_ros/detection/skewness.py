@@ -86,8 +86,7 @@ def three_fold_skewness(blobs: BlobTable) -> Column:
 def _third_moments(blobs: BlobTable) -> NDArray[np.float64]:
     """(4, N) central moments of u^3, u^2 v, u v^2, v^3 [px^3], run by run."""
     row, left, right = blobs.runs.ends()
-    size = np.diff(blobs.first_run, append=len(row))
-    mean = np.repeat(blobs.mean, size, axis=0)
+    mean = np.repeat(blobs.mean, blobs.run_count, axis=0)
     length = (right - left).astype(np.float64)
     u, v = (left + right - 1) / 2 - mean[:, 0], row - mean[:, 1]
     own = (length**2 - 1) / 12  # of a run about its middle
