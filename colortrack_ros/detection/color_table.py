@@ -189,8 +189,8 @@ class ColorTable:
         """
         lab = lab_from_rgb(rgb)
         distance = np.zeros(len(labels))
-        for k in np.unique(labels).astype(int) - 1:
-            mine = labels == k + 1
+        for label in set(labels.tolist()):
+            mine, k = labels == label, label - 1
             distance[mine] = np.sqrt(self._squared(k, lab[mine])) / self._tolerance[k]
             if self._inverted[k]:
                 distance[mine] = 2 - distance[mine]
@@ -219,37 +219,51 @@ class ColorTable:
         strips = round(height * width / (STRIP if self._threads == 1 else LONG_STRIP))
         rows = -(-height // min(max(strips, 1), height))
 
-        def label_strip(top: int) -> None:
+        def label_strip(top: int) -> NDArray[np.intp]:
             bottom = top + rows
-            self._label_strip(picture[top:bottom], encoding, image.strip(top, bottom))
+            filled = self._label_strip(picture[top:bottom], encoding, image.strip(top, bottom))
+            return filled + top * (image.stride // WORD)
 
-        for _ in self._map(label_strip, range(0, height, rows)):
-            pass
+        if encoding == 'mono8':
+            cv2.LUT(picture.reshape(height, width), self._gray, dst=image.pixels)
+        else:
+            image.filled = np.concatenate(list(self._map(label_strip, range(0, height, rows))))
         return image
 
-    def _label_strip(self, picture: NDArray[np.uint8], encoding: str, image: LabelImage) -> None:
-        shape = picture.shape[:2]
-        if encoding == 'mono8':
-            cv2.LUT(picture.reshape(shape), self._gray, dst=image.pixels)
-            return
+    def _label_strip(
+        self, picture: NDArray[np.uint8], encoding: str, image: LabelImage
+    ) -> NDArray[np.intp]:
+        """Set the labels of an image.
+
+        :returns: the words that may hold any.
+        """
         if self._column_filter is None:
             cv2.LUT(cells_of(picture, encoding), self._cells, dst=image.pixels)
         else:
             image.padded[...] = 0
             parts = self._column_filter.parts(picture, encoding)
-            if not parts:
-                return
             for left, right in parts:
                 cells = cv2.cvtColor(picture[:, left:right], _TO_CELL[encoding]).view(np.uint16)
                 image.pixels[:, left:right] = self._cells.take(cells[..., 0], mode='clip')
-        self._look_closer(picture, encoding, image)
-
-    def _look_closer(self, picture: NDArray[np.uint8], encoding: str, image: LabelImage) -> None:
-        """Replace CUT by the label of the single color, in place."""
         words, found = image.content()
         (cut,) = (found.reshape(-1) == CUT).nonzero()
-        if not cut.size:
-            return
+        if cut.size:
+            self._look_closer(picture, encoding, image, words, cut)
+        return words
+
+    def _look_closer(
+        self,
+        picture: NDArray[np.uint8],
+        encoding: str,
+        image: LabelImage,
+        words: NDArray[np.intp],
+        cut: NDArray[np.intp],
+    ) -> None:
+        """Replace CUT by the label of the single color, in place.
+
+        :param words: numbers of the words that are not empty.
+        :param cut: positions of CUT in them, one behind the other.
+        """
         position = (words * WORD)[cut >> 3] + (cut & 7)
         row = words // (image.stride // WORD)
         pixel = position - (row * (image.stride - image.width))[cut >> 3]

@@ -9,7 +9,7 @@ WORD = 8
 """Bytes of a uint64, which are looked at together."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class LabelImage:
     """One byte for each pixel: 0 for none of the colors, k + 1 for color k.
 
@@ -18,10 +18,13 @@ class LabelImage:
 
     :param padded: (H, stride) contiguous, 0 from column width on.
     :param width: of the picture [px].
+    :param filled: (N,) ascending numbers of the words that may hold labels, None where any may:
+        who sets labels beyond them has to set it to None, who clears labels may leave it.
     """
 
     padded: NDArray[np.uint8]
     width: int
+    filled: NDArray[np.intp] | None = None
 
     @classmethod
     def empty(cls, height: int, width: int) -> 'LabelImage':
@@ -51,15 +54,33 @@ class LabelImage:
 
     def copy(self) -> 'LabelImage':
         """The same labels in a picture of their own."""
-        return LabelImage(self.padded.copy(), self.width)
+        return LabelImage(self.padded.copy(), self.width, self.filled)
 
     def content(self) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
         """The words that are not empty.
 
         :returns: their numbers, (N,) ascending, and a copy of their labels, (N, 8).
         """
-        (filled,) = (self.words != 0).nonzero()
+        if self.filled is None:
+            (filled,) = (self.words != 0).nonzero()
+        else:
+            filled = self.filled[self.words[self.filled] != 0]
         return filled, self.words[filled].view(np.uint8).reshape(-1, WORD)
+
+    def row_groups(self, apart: int) -> list[tuple[int, int]]:
+        """The first row and the one after the last of each group of rows that hold all labels.
+
+        :param apart: empty rows that lie between two groups, at least.
+        """
+        if self.filled is None:
+            return [(0, len(self.padded))]
+        if not len(self.filled):
+            return []
+        row = self.filled // (self.stride // WORD)
+        (last,) = (row[1:] - row[:-1] > apart).nonzero()
+        first = np.concatenate([row[:1], row[last + 1]])
+        behind = np.concatenate([row[last], row[-1:]]) + 1
+        return list(zip(first.tolist(), behind.tolist(), strict=True))
 
     def positions(self) -> NDArray[np.intp]:
         """(N,) the labeled pixels, v stride + u."""

@@ -20,6 +20,9 @@ from colortrack_ros.parameters import parameter
 MAX_ELEMENT_SIZE = 99
 """Greatest side of a structuring element [px]: bounds the time that a parameter can cost."""
 
+EMPTY_ROWS = 32
+"""Rows without labels that it is worth to leave out: fewer cost less than one more call."""
+
 
 def _odd(size: int) -> None:
     if size % 2 == 0:
@@ -69,7 +72,10 @@ def erode(image: LabelImage, size: int, count: int) -> None:
     if size == 1:
         return
     most = cv2.dilate(image.padded, _square(size)) if count > 1 and _colors_touch(image) else None
-    cv2.erode(image.pixels, _square(size), dst=image.pixels)
+    margin = size // 2
+    for top, bottom in image.row_groups(EMPTY_ROWS + size):
+        part = image.pixels[max(top - margin, 0) : bottom + margin]
+        cv2.erode(part, _square(size), dst=part)
     if most is not None:
         image.padded[image.padded != most] = 0
 
@@ -101,7 +107,7 @@ def close(image: LabelImage, size: int, count: int) -> None:
     """Closing, Pegoretti 2021, (2.7); where colors meet, the first one fills."""
     if size == 1:
         return
-    labels = image.pixels
+    labels, image.filled = image.pixels, None
     for label in range(1, count + 1):
         mask = (labels == label).view(np.uint8)
         closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _square(size))

@@ -66,6 +66,19 @@ def test_a_disc_is_found_where_it_is():
     assert row['color'] == 0
 
 
+@pytest.mark.parametrize('closing', [1, 9])
+def test_groups_of_rows_with_nothing_between_are_eroded_as_the_whole_picture_is(closing):
+    discs = [(30, 0, 9), (70, 2, 4), (20, 55, 6), (60, 63, 5), (9, 200, 7), (50, 299, 8)]
+    frame = scene(discs, shape=(300, 90))
+    config = DetectorConfig(colors=(RED,), erosion_size=5, closing_size=closing, min_area=1)
+    rows = Detector(config).detect(frame).rows
+    found = [tuple(float(row[k]) for k in ('u', 'v', 'area', 'box_v', 'box_h')) for row in rows]
+    expected = [(u, v, area, top, high) for area, u, v, _, top, _, high, _ in (
+        map(float, row) for row in textbook.detect(frame, config)
+    )]  # fmt: skip
+    np.testing.assert_allclose(sorted(found), sorted(expected))
+
+
 def test_a_blob_of_exactly_the_reference_color_scores_one():
     detector = Detector(CONFIG)
     (exact,) = detector.detect(scene([(60, 50, 12)])).rows
