@@ -79,7 +79,7 @@ def learn(
 def _elsewhere(frame: Frame, record: np.void) -> Floats:
     """Where to look for a lost target: around its last place, in cycles twice as long each time."""
     size = np.array(frame.image.shape[1::-1])
-    place = record['seen'] + SPIRAL * record['appearance'].reach
+    place = np.clip(record['seen'], 0, size - 1) + SPIRAL * record['appearance'].reach
     place = place[((place >= 0) & (place < size)).all(axis=1)]
     turn = int(record['looks']) + 1
     return np.asarray(place[(turn - (1 << turn.bit_length() - 1)) % len(place)])
