@@ -7,14 +7,11 @@ from pathlib import Path
 
 import yaml
 
+from colortrack_ros.bags.bag_file import BAG_SUFFIXES
+from colortrack_ros.bags.bag_file import BagFile
+from colortrack_ros.bags.bag_file import Topic
 from colortrack_ros.bags.errors import BagError
-from colortrack_ros.bags.salvage import BagFile
-from colortrack_ros.bags.salvage import IndexedFile
-from colortrack_ros.bags.salvage import salvage
-from colortrack_ros.bags.salvage import Topic
-
-BAG_SUFFIXES = ('.mcap', '.db3')
-"""What the files of a rosbag2 end in, by storage plugin: mcap, sqlite3."""
+from colortrack_ros.bags.library import open_bag
 
 
 def is_bag(path: Path) -> bool:
@@ -44,7 +41,7 @@ class BagReader:
         self._expected: Counter[tuple[str, str]] | None = None
         with self._explained():
             try:
-                self._files: list[BagFile] = [IndexedFile(path)]
+                self._files: list[BagFile] = [open_bag(path)]
             except Exception:
                 self._expected = _recorded(path)
                 self._files = _salvaged(path)
@@ -87,7 +84,11 @@ class BagReader:
 
 
 def _salvaged(path: Path) -> list[BagFile]:
-    """What is left of each file of a bag, by number."""
+    """What is left of each file of a bag, by number; nothing without the libraries for it."""
+    try:
+        from colortrack_ros.bags.salvage import salvage
+    except ImportError:  # on a robot, which has rosbag2_py alone
+        return []
     paths = [p for p in path.iterdir() if p.suffix in BAG_SUFFIXES] if path.is_dir() else [path]
     files: list[BagFile] = []
     for part in sorted(paths, key=lambda p: (len(p.name), p.name)):

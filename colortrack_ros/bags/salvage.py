@@ -7,11 +7,12 @@ from pathlib import Path
 import struct
 from typing import Any
 from typing import BinaryIO
-from typing import NamedTuple
-from typing import Protocol
 
 import apsw
-from rosbags.rosbag2 import Reader
+
+from colortrack_ros.bags.bag_file import BagFile
+from colortrack_ros.bags.bag_file import Topic
+from colortrack_ros.bags.portable import PortableFile
 
 MAGIC = b'\x89MCAP0\r\n'
 RECORD = struct.Struct('<BQ')
@@ -29,66 +30,12 @@ SKIPPED = RECORD.pack(0x80, UNCOMPRESSED[2] - RECORD.size)
 """Beginning of a private record, which readers skip, as long as that of such a chunk."""
 
 
-class Topic(NamedTuple):
-    """What a bag holds of one topic.
-
-    :param name: of the topic, with its namespace.
-    :param kind: type of its messages, such as ``sensor_msgs/msg/Image``.
-    :param size: number of its messages.
-    """
-
-    name: str
-    kind: str
-    size: int
-
-
-class BagFile(Protocol):
-    """A recording, or a part of one, that is open."""
-
-    topics: list[Topic]
-    duration: int
-
-    def messages(self, topic: Topic) -> Iterator[tuple[int, bytes]]:
-        """Log time [ns] and serialized content of each message of a topic."""
-
-    def close(self) -> None:
-        """Let go of the file."""
-
-
-class IndexedFile:
-    """A bag, or one of its files, as rosbags reads it.
-
-    :ivar topics: with at least one message.
-    :ivar duration: from the first message to the last [ns].
-    """
-
-    def __init__(self, path: Any) -> None:
-        self._reader = Reader(path)
-        self._reader.open()
-        self.duration = self._reader.duration
-        self.topics = [
-            Topic(c.topic, c.msgtype, c.msgcount) for c in self._reader.connections if c.msgcount
-        ]
-
-    def messages(self, topic: Topic) -> Iterator[tuple[int, bytes]]:
-        """Log time [ns] and serialized content of each message of a topic, by log time."""
-        connections = [
-            c for c in self._reader.connections if (c.topic, c.msgtype) == (topic.name, topic.kind)
-        ]
-        for _, log_time, cdr in self._reader.messages(connections) if connections else ():
-            yield log_time, bytes(cdr)
-
-    def close(self) -> None:
-        """Let go of the files."""
-        self._reader.close()
-
-
 def salvage(path: Path) -> BagFile:
     """The part of an .mcap or .db3 file that can still be read.
 
     :raises Exception: nothing of it can be read; of whatever kind the libraries have.
     """
-    return CutDatabase(path) if path.suffix == '.db3' else IndexedFile(CutMcap(path))
+    return CutDatabase(path) if path.suffix == '.db3' else PortableFile(CutMcap(path))
 
 
 class CutMcap:

@@ -5,54 +5,15 @@ from collections.abc import Mapping
 import contextlib
 from pathlib import Path
 
-from rosbags.interfaces import Qos
-from rosbags.interfaces import QosDurability
-from rosbags.interfaces import QosHistory
-from rosbags.interfaces import QosLiveliness
-from rosbags.interfaces import QosReliability
-from rosbags.interfaces import QosTime
-from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer
-from rosbags.typesys import get_typestore
-from rosbags.typesys import Stores
 import yaml
 
+from colortrack_ros.bags.bag_file import BAG_SUFFIXES
 from colortrack_ros.bags.errors import BagError
 from colortrack_ros.bags.errors import BagWriteError
-from colortrack_ros.bags.reader import BAG_SUFFIXES
-
-STORAGES = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}
-"""What a bag may be stored in; the first is what `ros2 bag record` takes."""
+from colortrack_ros.bags.library import create_bag
 
 MARK = 'written_by', 'colortrack_ros'
 """Key and value in the metadata of what this package has written, and may therefore replace."""
-
-_INFINITE = QosTime(9223372036, 854775807)
-"""RMW_DURATION_INFINITE: 2^63 - 1 ns."""
-
-_QOS = Qos(
-    history=QosHistory.KEEP_LAST,
-    depth=10,
-    reliability=QosReliability.RELIABLE,
-    durability=QosDurability.VOLATILE,
-    deadline=_INFINITE,
-    lifespan=_INFINITE,
-    liveliness=QosLiveliness.AUTOMATIC,
-    liveliness_lease_duration=_INFINITE,
-    avoid_ros_namespace_conventions=False,
-)
-"""What `ros2 bag play` publishes with: every subscriber hears a reliable publisher."""
-
-_TYPES = get_typestore(Stores.ROS2_JAZZY)
-
-
-def canonical(cdr: bytes, kind: str) -> bytes:
-    """The same message with zeros between its fields, where Fast CDR leaves what was in memory.
-
-    :param cdr: a serialized message.
-    :param kind: its type.
-    """
-    return bytes(_TYPES.serialize_cdr(_TYPES.deserialize_cdr(cdr, kind), kind))
 
 
 class BagWriter:
@@ -69,18 +30,11 @@ class BagWriter:
     def __init__(self, path: Path, topics: Mapping[str, str], storage: str = 'mcap') -> None:
         if path.exists():
             raise BagError(f'{path}: is there already; it is not overwritten')
-        self._writer = Writer(path, version=Writer.VERSION_LATEST, storage_plugin=STORAGES[storage])
-        self._writer.set_custom_data(*MARK)
         try:
-            self._writer.open()
-        except OSError as error:
-            raise BagError(f'{path}: cannot be written: {error.strerror}') from error
-        self._connections = {
-            topic: self._writer.add_connection(
-                topic, kind, typestore=_TYPES, offered_qos_profiles=[_QOS]
-            )
-            for topic, kind in topics.items()
-        }
+            self._bag = create_bag(path, topics, storage, MARK)
+        except Exception as error:  # the libraries raise of all kinds
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise BagError(f'{path}: cannot be written: {reason}') from error
 
     def write(self, topic: str, log_time: int, cdr: bytes) -> None:
         """Add a message.
@@ -91,7 +45,7 @@ class BagWriter:
         :raises BagWriteError: it cannot be written, as on a full disk.
         """
         with _explained():
-            self._writer.write(self._connections[topic], log_time, cdr)
+            self._bag.write(topic, log_time, cdr)
 
     def close(self) -> None:
         """Write the index and the metadata.
@@ -99,7 +53,7 @@ class BagWriter:
         :raises BagWriteError: as :meth:`write`.
         """
         with _explained():
-            self._writer.close()
+            self._bag.close()
 
 
 @contextlib.contextmanager

@@ -1,5 +1,7 @@
 import re
 import sqlite3
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -7,11 +9,14 @@ from rclpy.serialization import serialize_message
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import CompressionFormat
 from rosbags.rosbag2 import CompressionMode
+from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer
 from rosbags.typesys import get_typestore
 from rosbags.typesys import Stores
 from std_msgs.msg import String
+from support import rosbag2_py
 from support.full_disk import file_size_limit
+from support.paths import ROOT
 import yaml
 
 from colortrack_ros.bags import BagError
@@ -25,6 +30,17 @@ from colortrack_ros.bags import Topic
 
 TOPICS = {'/talk': 'std_msgs/msg/String', '/more/talk': 'std_msgs/msg/String'}
 START = 1_700_000_000_000_000_000
+PLUGINS = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}
+
+
+@pytest.fixture(params=['rosbags', 'rosbag2_py'])
+def library(request, monkeypatch):
+    """What reads and writes bags: as without ROS, and as with it."""
+    if request.param == 'rosbag2_py':
+        monkeypatch.setitem(sys.modules, 'rosbag2_py', rosbag2_py)
+    else:
+        monkeypatch.setitem(sys.modules, 'rosbag2_py', None)
+    return request.param
 
 
 def write(path, storage='mcap', count=5):
@@ -43,7 +59,7 @@ def only_file(path):
 
 @pytest.mark.parametrize('storage', STORAGES)
 @pytest.mark.parametrize('single', [False, True], ids=['folder', 'file'])
-def test_what_is_written_is_read_again(tmp_path, storage, single):
+def test_what_is_written_is_read_again(library, tmp_path, storage, single):
     path = write(tmp_path / 'bag', storage)
     path = only_file(path) if single else path
     assert is_bag(path)
@@ -91,13 +107,13 @@ def test_players_find_definitions_hashes_and_quality_of_service(tmp_path, storag
         assert count == 10
 
 
-def test_an_empty_bag_is_a_bag(tmp_path):
+def test_an_empty_bag_is_a_bag(library, tmp_path):
     reader = BagReader(write(tmp_path / 'bag', count=0))
     assert reader.topics == []
     reader.close()
 
 
-def test_a_bag_that_is_there_is_not_overwritten(tmp_path):
+def test_a_bag_that_is_there_is_not_overwritten(library, tmp_path):
     path = write(tmp_path / 'bag')
     with pytest.raises(BagError, match='is there already'):
         BagWriter(path, TOPICS)
@@ -115,7 +131,7 @@ def test_a_bag_that_is_there_is_not_overwritten(tmp_path):
 
 
 @pytest.mark.parametrize('storage', STORAGES)
-def test_a_bag_that_cannot_be_written_is_an_error(tmp_path, storage):
+def test_a_bag_that_cannot_be_written_is_an_error(library, tmp_path, storage):
     bag = BagWriter(tmp_path / 'bag', TOPICS, storage)
     message = serialize_message(String(data='much ' * 10_000))
 
@@ -148,7 +164,7 @@ def read_all(path):
 
 @pytest.mark.parametrize('storage', STORAGES)
 @pytest.mark.parametrize('how', ['cut', 'empty', 'noise'])
-def test_a_broken_file_is_an_error_in_one_line(tmp_path, storage, how):
+def test_a_broken_file_is_an_error_in_one_line(library, tmp_path, storage, how):
     path = broken(write(tmp_path / 'bag', storage, 2000), how)
     for part in (path, only_file(path)):
         with pytest.raises(BagError, match=re.escape(str(part))) as caught:
@@ -156,7 +172,7 @@ def test_a_broken_file_is_an_error_in_one_line(tmp_path, storage, how):
         assert '\n' not in str(caught.value)
 
 
-def test_a_folder_without_its_metadata_says_what_to_do(tmp_path):
+def test_a_folder_without_its_metadata_says_what_to_do(library, tmp_path):
     path = write(tmp_path / 'bag')
     (path / 'metadata.yaml').unlink()
     assert is_bag(path)
@@ -167,7 +183,7 @@ def test_a_folder_without_its_metadata_says_what_to_do(tmp_path):
 def recorded(folder, storage, compressed=False):
     """A bag of 200 messages of up to 20 kB on two topics, by another recorder."""
     types = get_typestore(Stores.ROS2_JAZZY)
-    bag = Writer(folder, version=9, storage_plugin=STORAGES[storage])
+    bag = Writer(folder, version=9, storage_plugin=PLUGINS[storage])
     if compressed:
         bag.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     random = np.random.default_rng(1)
@@ -221,10 +237,48 @@ def test_a_bag_cut_anywhere_gives_what_is_there_and_tells_what_is_lost(
 
 
 @pytest.mark.parametrize('storage', STORAGES)
-def test_a_file_of_which_only_the_beginning_was_written_is_an_error(tmp_path, storage):
+def test_a_file_of_which_only_the_beginning_was_written_is_an_error(library, tmp_path, storage):
     file = only_file(recorded(tmp_path / 'bag', storage))
     content = file.read_bytes()
     for size in (0, 1, 8, 9, 17, 60, 100):
         file.write_bytes(content[:size])
         with pytest.raises(BagError, match='cannot be read'):
             BagReader(file)
+
+
+def test_both_libraries_read_what_the_other_has_written(tmp_path, monkeypatch):
+    bags = {}
+    for name, module in (('rosbags', None), ('rosbag2_py', rosbag2_py)):
+        monkeypatch.setitem(sys.modules, 'rosbag2_py', module)
+        bags[name] = write(tmp_path / name)
+    written = read_all(bags['rosbag2_py'])
+    monkeypatch.setitem(sys.modules, 'rosbag2_py', rosbag2_py)
+    assert read_all(bags['rosbags']) == written
+    assert is_own_bag(bags['rosbag2_py'])
+
+
+def test_ros_reads_what_a_recorder_has_compressed(tmp_path, monkeypatch):
+    bag = recorded(tmp_path / 'bag', 'mcap', compressed=True)
+    plain = read_all(bag)
+    monkeypatch.setitem(sys.modules, 'rosbag2_py', rosbag2_py)
+    assert read_all(bag) == plain
+    assert len(plain[0]) == 100
+
+
+def test_a_robot_replays_bags_with_nothing_but_what_ros_has(tmp_path):
+    bag = write(tmp_path / 'bag')
+    code = f"""
+import sys
+from support import rosbag2_py
+sys.modules['rosbag2_py'] = rosbag2_py
+for name in [*sys.modules, 'rosbags', 'apsw']:
+    if name.partition('.')[0] in ('rosbags', 'apsw'):
+        sys.modules[name] = None
+from pathlib import Path
+import colortrack_ros.replay
+from colortrack_ros.bags import BagReader, canonical
+reader = BagReader(Path({str(bag)!r}))
+assert [len(list(reader.messages(topic))) for topic in reader.topics] == [5, 5]
+assert canonical(b'any', 'std_msgs/msg/String') == b'any'
+"""
+    subprocess.run([sys.executable, '-c', code], check=True, cwd=ROOT / 'test')

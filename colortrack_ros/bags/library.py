@@ -1,0 +1,70 @@
+"""The library that reads and writes bags: rosbag2_py where ROS is installed, rosbags elsewhere."""
+
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Protocol
+
+from colortrack_ros.bags.bag_file import BagFile
+
+
+def has_ros() -> bool:
+    """Whether bags are read and written as ROS itself does."""
+    return find_spec('rosbag2_py') is not None
+
+
+class BagToWrite(Protocol):
+    """A bag that is written."""
+
+    def write(self, topic: str, log_time: int, cdr: bytes) -> None:
+        """Add a message of one of its topics."""
+
+    def close(self) -> None:
+        """Write the index and the metadata."""
+
+
+def open_bag(path: Path) -> BagFile:
+    """Open a bag, or one of its files.
+
+    :raises Exception: it cannot be opened; of whatever kind the library has.
+    """
+    if has_ros():
+        from colortrack_ros.bags.native import NativeFile
+
+        return NativeFile(path)
+    from colortrack_ros.bags.portable import PortableFile
+
+    return PortableFile(path)
+
+
+def create_bag(
+    path: Path, topics: Mapping[str, str], storage: str, mark: tuple[str, str]
+) -> BagToWrite:
+    """Begin a bag.
+
+    :param topics: type of the messages of each topic, by the topic's name.
+    :param storage: one of STORAGES.
+    :param mark: key and value in its metadata.
+    """
+    if has_ros():
+        from colortrack_ros.bags.native import NativeBag
+
+        return NativeBag(path, topics, storage, mark)
+    from colortrack_ros.bags.portable import PortableBag
+
+    return PortableBag(path, topics, storage, mark)
+
+
+def canonical(cdr: bytes, kind: str) -> bytes:
+    """The same message with zeros between its fields, where Fast CDR leaves what was in memory.
+
+    Without rosbags, on a robot, it stays as it is: equal but for those bytes.
+
+    :param cdr: a serialized message.
+    :param kind: its type.
+    """
+    if find_spec('rosbags') is None:
+        return cdr
+    from colortrack_ros.bags.portable import rewritten
+
+    return rewritten(cdr, kind)
