@@ -20,6 +20,11 @@ from colortrack_ros.scenes.pegoretti import enter_exit
 from colortrack_ros.scenes.pegoretti import five
 from colortrack_ros.scenes.pegoretti import occlusion
 from colortrack_ros.scenes.pegoretti import single
+from colortrack_ros.scenes.red_object import red_curve
+from colortrack_ros.scenes.red_object import red_hidden
+from colortrack_ros.scenes.red_object import red_object
+from colortrack_ros.scenes.red_object import red_pair
+from colortrack_ros.scenes.red_object import red_throw
 from colortrack_ros.scenes.rooms import clutter
 from colortrack_ros.scenes.rooms import fast
 from colortrack_ros.scenes.rooms import light
@@ -56,6 +61,11 @@ SCENES: dict[str, Callable[[Options], Scene]] = {
     'window_jump': window_jump,
     'silhouette': silhouette,
     'approach': approach,
+    'red_object': red_object,
+    'red_pair': red_pair,
+    'red_hidden': red_hidden,
+    'red_throw': red_throw,
+    'red_curve': red_curve,
 }
 """Every scene by its name: a function that builds it."""
 

@@ -33,6 +33,11 @@ DIGESTS = {
     'window_jump': '64be306c64324f10',
     'silhouette': 'bcded963cb4519cc',
     'approach': '7be16d6f1dd006ee',
+    'red_object': '7d831611572d0c50',
+    'red_pair': 'a0fda0886514d68d',
+    'red_hidden': '148c3947c17ae8c4',
+    'red_throw': 'cfeee5cc4f65b314',
+    'red_curve': 'b8939d6df6f32453',
 }
 """SHA-256 of frame 250 with all options at their defaults, first 16 digits."""
 
