@@ -43,13 +43,16 @@ class Bank(Columns):
         self.weight = np.zeros((model.modes, 0))
         self.design = None if model.trust is None else self.cov.copy()
 
-    def predict(self, dt: float, variance: float | Floats) -> None:
+    def predict(
+        self, dt: float, variance: float | Floats, acceleration: Floats | None = None
+    ) -> None:
         """One step of all filters (Pegoretti 2021, (2.21)-(2.22)).
 
         F P F^T is linear in the entries of P: with F the same for all, one matrix product.
 
         :param dt: [s].
         :param variance: sigma_s^2 [px^2/s^4], of all tracks or (N, 2) of each on each axis.
+        :param acceleration: (N, 2) known of each track [px/s^2]; None for the model's own.
         """
         if self.model.modes > 1 and not self.model.selected:
             self._interact(self.model.switching(dt))
@@ -62,7 +65,7 @@ class Bank(Columns):
         modes, n, _ = F.shape
         FF = F[:, :, None, :, None] * F[:, None, :, None, :]
         FF = FF.reshape(modes, n * n, n * n).swapaxes(1, 2)
-        self.mean = self.mean @ F.swapaxes(1, 2) + self.model.drift(dt)
+        self.mean = self.mean @ F.swapaxes(1, 2) + self.model.drift(dt, acceleration)
         self.cov = (self.cov.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape) + Q
         if self.design is not None:
             Q = np.square(self.model.trust or ())[:, None, None, None] * Q

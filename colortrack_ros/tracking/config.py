@@ -58,6 +58,26 @@ class TrackerConfig(TimeLimits):
         maximum=1e6,
         audience=EXPERT,
     )
+    acceleration_span: float = parameter(
+        0.0,
+        'Of motion models known_acceleration and switched_pair: the acceleration of a track is '
+        'the second difference of its past positions, measured at least so far apart, and stays '
+        'while it is hidden. Its error is in no covariance: 2.4 measurement_noise / span^2. '
+        '0: acceleration holds for all.',
+        unit='s',
+        minimum=0.0,
+        maximum=10.0,
+        audience=DOCUMENT,
+    )
+    trust: tuple[float, float] = parameter(
+        (10.0, 0.1),
+        'Of motion model switched_pair: how many times larger than it is its two filters take the '
+        'process noise to be. The first, of what is measured, trusts the measurement for more '
+        'than 1, the second, of what is hidden, the model for less.',
+        minimum=1e-6,
+        maximum=1e6,
+        audience=DOCUMENT,
+    )
     maneuvers: bool = parameter(
         True, 'Whether objects may turn or bounce; how often is learned.', audience=EXPERT
     )

@@ -83,7 +83,7 @@ def predict(
     learned.maneuvers.conclude(records, variance)
     if config.process_noise:
         records['astray'] = 0.0  # what is given holds, unseen as well
-    bank.predict(dt, variance)
+    bank.predict(dt, variance, records['acceleration'] if config.acceleration_span else None)
     if config.ego_motion == 'detections' and dt > 0:
         _follow_camera(tracks, measurements, learned, now=now, dt=dt)
     records['visible'], records['hidden'] = predict_existence(

@@ -13,6 +13,7 @@ from colortrack_ros.tracking import process_noise
 from colortrack_ros.tracking import recent
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.population import Population
+from colortrack_ros.tracking.second_difference import ACCELERATION_FIELDS
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -42,6 +43,7 @@ FIELDS = [
     *noise.NOISE_FIELDS,
     *maneuvers.MANEUVER_FIELDS,
     *process_noise.STEP_FIELDS,
+    *ACCELERATION_FIELDS,
 ]
 """What is recorded of a track besides the COMMON fields.
 

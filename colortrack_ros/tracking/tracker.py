@@ -46,6 +46,9 @@ from colortrack_ros.tracking.update import update
 FIRST_PERIOD = 1 / 30
 """Of the frames, until there have been two [s]: a usual camera's."""
 
+AFRESH = ('motion_model', 'acceleration', 'trust', 'population')
+"""Parameters that the tracks stand on: a tracker that gets others begins with none."""
+
 MOST_NEW = 10
 """Blobs of no track whose sizes are looked at in a frame, to bound its time."""
 
@@ -68,7 +71,8 @@ class Tracker:
         self._start(1)
 
     def _start(self, first_id: int) -> None:
-        model = MOTION_MODELS[self.config.motion_model](self.config.acceleration)
+        config = self.config
+        model = MOTION_MODELS[config.motion_model](config.acceleration, config.trust)
         self._population = Population(self.config.population)
         first_id = max(first_id, self._population.total + 1)
         self._tracks = TrackTable(Bank(model), FIELDS, first_id)
@@ -86,14 +90,15 @@ class Tracker:
         self._start(self._tracks.next_id)
 
     def configure(self, config: TrackerConfig) -> None:
-        """Change the configuration; motion model and population start afresh, others do not."""
+        """Change the configuration; a model or a population starts afresh, others do not."""
         old, self.config = self.config, config
         if old.ego_motion != config.ego_motion:
             self._stop_camera()
-        if old.motion_model != config.motion_model:
-            self.reset(f'motion_model changed from {old.motion_model} to {config.motion_model}')
-        elif old.population != config.population:
-            self.reset(f'population changed from {old.population} to {config.population}')
+        for name in AFRESH:
+            before, now = getattr(old, name), getattr(config, name)
+            if before != now:
+                self.reset(f'{name} changed from {before} to {now}')
+                return
 
     def update(self, detections: Detections) -> Tracks:
         """Take the detections of one frame.

@@ -22,6 +22,7 @@ from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.records import record_size
+from colortrack_ros.tracking.second_difference import learn_acceleration
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -78,6 +79,8 @@ def update(
     if not again:
         _learn(learned, prediction, blobs, taken, whole, config, period)
     _maneuver(tracks.filters, prediction, taken)
+    if config.acceleration_span:
+        learn_acceleration(tracks.records, taken.track, taken.z, now, config.acceleration_span)
     tracks.filters.correct(pairs.track, pairs.z, pairs.R, None if hard else probability)
     if learned.maneuvers.is_due(now):
         variance = (taken.R[whole, 0, 0] + taken.R[whole, 1, 1]) / 2

@@ -20,6 +20,7 @@ class MotionModel(ABC):
     several modes, filters side by side for the same track.
 
     :param acceleration: (u, v), known in advance [px/s^2]; most models have no use for it.
+    :param trust: of a model with such gains, see below; most have no use for it, either.
     """
 
     size = 4
@@ -34,7 +35,11 @@ class MotionModel(ABC):
     trust: tuple[float, ...] | None = None
     """(M,) how many times the process noise that sets a mode's gain is larger than there is."""
 
-    def __init__(self, acceleration: tuple[float, float] = (0.0, 0.0)) -> None:
+    def __init__(
+        self,
+        acceleration: tuple[float, float] = (0.0, 0.0),
+        trust: tuple[float, float] = (10.0, 0.1),
+    ) -> None:
         self.acceleration = acceleration
 
     @abstractmethod
@@ -45,8 +50,12 @@ class MotionModel(ABC):
     def noise(self, dt: float) -> Floats:
         """Q / sigma_s^2, (M, n, n), for a step of dt [s]."""
 
-    def drift(self, dt: float) -> Floats:
-        """B u, (n,), for a step of dt [s]."""
+    def drift(self, dt: float, acceleration: Floats | None = None) -> Floats:
+        """B u, for a step of dt [s].
+
+        :param acceleration: (N, 2) of each track [px/s^2]; None for that known in advance.
+        :return: (N, n), or (n,) for all tracks.
+        """
         return np.zeros(self.size)
 
     def switching(self, dt: float) -> Floats:

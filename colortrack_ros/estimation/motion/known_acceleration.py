@@ -15,6 +15,7 @@ class KnownAcceleration(ConstantVelocity):
               [dt    ]
     """
 
-    def drift(self, dt: float) -> Floats:
-        """B u, (4,)."""
-        return np.outer([dt**2 / 2, dt], self.acceleration).ravel()
+    def drift(self, dt: float, acceleration: Floats | None = None) -> Floats:
+        """B u, (4,), or (N, 4) by the acceleration of each track."""
+        a = np.asarray(self.acceleration) if acceleration is None else acceleration
+        return np.concatenate([dt**2 / 2 * a, dt * a], axis=-1)

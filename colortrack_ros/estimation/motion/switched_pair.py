@@ -9,14 +9,21 @@ from colortrack_ros.estimation.motion.known_acceleration import KnownAcceleratio
 class SwitchedPair(KnownAcceleration):
     """The first filter speaks while the object is measured, the second while it is hidden.
 
-    Red object, figure 10: both take every measurement, the first with gains for ten times the
-    process noise, the second for a tenth. Their covariances are those of the errors that such
-    gains make.
+    Red object, figure 10: both take every measurement, the first with gains for more
+    process noise than there is, the second for less (see trust). Their covariances are those of
+    the errors that such gains make.
     """
 
     modes = 2
     selected = True
-    trust = (10.0, 0.1)
+
+    def __init__(
+        self,
+        acceleration: tuple[float, float] = (0.0, 0.0),
+        trust: tuple[float, float] = (10.0, 0.1),
+    ) -> None:
+        super().__init__(acceleration)
+        self.trust = trust
 
     def transition(self, dt: float) -> Floats:
         """F, (2, 4, 4), twice the same."""
