@@ -22,6 +22,9 @@ SETTLED = 1e3
 """Time after which the modes have forgotten how they began, for the weights of new tracks [s]; the
 IMM stays in a mode for 1 s on average at most."""
 
+MOST_STEPS = 8
+"""Lengths of a step of which the matrices are kept: at a steady rate stamps are rounded to two."""
+
 
 class Bank(Columns):
     """N tracks, with M filters each; the filters' weights are the probabilities of the modes.
@@ -42,6 +45,7 @@ class Bank(Columns):
         self.cov = np.zeros((model.modes, 0, model.size, model.size))
         self.weight = np.zeros((model.modes, 0))
         self.design = None if model.trust is None else self.cov.copy()
+        self._by_dt: dict[float, tuple[Floats, Floats, Floats]] = {}
 
     def predict(
         self, dt: float, variance: float | Floats, acceleration: Floats | None = None
@@ -56,21 +60,29 @@ class Bank(Columns):
         """
         if self.model.modes > 1 and not self.model.selected:
             self._interact(self.model.switching(dt))
-        F, Q = self.model.transition(dt), self.model.noise(dt)[:, None]
+        F, FF, Q = self._matrices(dt)
         if isinstance(variance, np.ndarray):
-            axes = np.arange(self.model.size) % 2
-            Q = Q * variance.take(axes, axis=1)[..., None]
+            Q = Q * variance[:, np.arange(self.model.size) % 2, None]
         else:
             Q = Q * variance
-        modes, n, _ = F.shape
-        FF = F[:, :, None, :, None] * F[:, None, :, None, :]
-        FF = FF.reshape(modes, n * n, n * n).swapaxes(1, 2)
-        self.mean = self.mean @ F.swapaxes(1, 2) + self.model.drift(dt, acceleration)
+        modes, n = len(F), self.model.size
+        self.mean = self.mean @ F + self.model.drift(dt, acceleration)
         self.cov = (self.cov.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape) + Q
         if self.design is not None:
             Q = np.square(self.model.trust or ())[:, None, None, None] * Q
             self.design = (self.design.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape)
             self.design += Q
+
+    def _matrices(self, dt: float) -> tuple[Floats, Floats, Floats]:
+        """F^T, F (x) F transposed, and Q / sigma_s^2 for a step of dt [s], kept by dt."""
+        if dt not in self._by_dt:
+            if len(self._by_dt) == MOST_STEPS:
+                self._by_dt.clear()
+            F, (modes, n) = self.model.transition(dt), (self.model.modes, self.model.size)
+            FF = F[:, :, None, :, None] * F[:, None, :, None, :]
+            FF = FF.reshape(modes, n * n, n * n).swapaxes(1, 2)
+            self._by_dt[dt] = F.swapaxes(1, 2), FF, self.model.noise(dt)[:, None]
+        return self._by_dt[dt]
 
     def _interact(self, switching: Floats) -> None:
         """Mix the modes (Blom and Bar-Shalom 1988; Vidal 2009, 2.3.1.2).

@@ -65,8 +65,8 @@ class TrackTable(Columns, Generic[Filters]):
         self.records = np.concatenate([self.records, new])
         return self.records[len(self.records) - count :]
 
-    def record_hits(self, track: Indices | Bools, stamp: int) -> None:
-        """Note that tracks, indices or a mask, were measured at the stamp [ns]."""
+    def record_hits(self, track: Indices | Bools | slice, stamp: int) -> None:
+        """Note that tracks, indices, a mask or a slice, were measured at the stamp [ns]."""
         self.records['updated'][track] = stamp
         self.records['hits'][track] += 1
 

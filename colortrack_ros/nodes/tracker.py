@@ -81,7 +81,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         self.health = Health(
             self,
             tracks=lambda: self._output.alive,
-            repeated_detections=lambda: self._tracker.repeated,
+            repeated_detections=lambda: self._tracker.screening.repeated,
             skipped=lambda: self.stage.skipped,
         )
         self._output = TracksOutput(self, self.setup.output)
@@ -107,7 +107,8 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         self.health.took_in()
         with self.lock:  # in a pipeline, detections come from the detector's thread
             tracks = self._tracker.update(detections)
-            dropped, crowded = self._tracker.dropped, self._tracker.crowded_out
+            screening = self._tracker.screening
+            dropped, crowded = screening.dropped, screening.crowded_out
         if crowded > self._crowded:
             self.health.refuse(
                 f'{crowded - self._crowded} of {len(detections.rows)} detections, the smallest: '

@@ -17,12 +17,12 @@ from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.extents import log_fit
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.sizes import log_fit
 from colortrack_ros.tracking.stitching import log_likelihood_ratio
 
 Floats = NDArray[np.float64]
@@ -47,7 +47,27 @@ OWN = ('track_id', 'born', 'origin', 'color', 'hits')
 """What a track keeps when it goes on as another that it was taken for."""
 
 
-def find_rivals(
+def defer(
+    hypotheses: Hypotheses,
+    gain: Floats,
+    associated: Association,
+    prediction: Prediction,
+    blobs: Measurements,
+) -> None:
+    """Remember pairs of tracks that might as well have each other's detections.
+
+    :param hypotheses, gain: K pairs, of which some were chosen, and their scores.
+    :param associated: those chosen; where not by a hard decision, nothing has to be deferred.
+    """
+    if len(hypotheses.track) == len(associated.pairs.track):
+        return
+    if np.count_nonzero(associated.probability == 1) == len(associated.probability):
+        one, other = _find_rivals(hypotheses, gain, associated, prediction, blobs)
+        if len(one):
+            _remember(prediction, one, other)
+
+
+def _find_rivals(
     hypotheses: Hypotheses,
     gain: Floats,
     associated: Association,
@@ -59,14 +79,9 @@ def find_rivals(
     Sizes tell of two on one blob (see merged), and count by what they will have said of these when
     it is decided. Where there are none, a track that has no blob may have that of the other.
 
-    :param hypotheses, gain: K pairs, of which some were chosen, and their scores.
-    :param associated: those chosen; where not by a hard decision, nothing has to be deferred.
     :return: (P,) and (P,) tracks, each the other's nearest rival; both ways round.
     """
-    none = np.zeros(0, np.intp)
     track, blob, pairs = hypotheses.track, hypotheses.blob, associated.pairs
-    if len(track) == len(pairs) or not (associated.probability == 1).all():
-        return none, none
     width, count, sized = len(blobs), len(prediction.records), prediction.sized
     owner, taken = np.full(width, -1), np.full(count, -1)
     owner[pairs.blob], taken[pairs.track] = pairs.track, pairs.blob
@@ -83,7 +98,7 @@ def find_rivals(
     near = loss - worth[one] < DOUBTFUL
     one, other, loss = one[near], other[near], loss[near]
     if not len(one):
-        return none, none
+        return one, other
     loss -= np.where(taken[one] >= 0, _gain_of(hypotheses, gain, other, taken[one], width), 0.0)
     return _mutual(np.append(one, other), np.append(other, one), np.append(loss, loss), count)
 
@@ -105,7 +120,7 @@ def _fit_better(
 
     :param taken: (N,) the blob of each track.
     """
-    size, both = prediction.records['extent'].sum(axis=1), np.append(one, other)
+    size, both = prediction.size, np.append(one, other)
     own, crossed = blobs.size[taken[both]], blobs.size[taken[np.append(other, one)]]
     better = log_fit(size[both], own, prediction.alike)
     better -= log_fit(size[both], crossed, prediction.alike)
@@ -121,12 +136,9 @@ def _mutual(one: Indices, other: Indices, loss: Floats, count: int) -> tuple[Ind
     return mutual, rival[mutual]
 
 
-def remember(prediction: Prediction, one: Indices, other: Indices, stamp: int) -> None:
-    """Note rivals, (P,) and (P,) both ways round, and how they were predicted when they met.
-
-    :param stamp: of the frame in which they are near each other [ns].
-    """
-    records = prediction.records
+def _remember(prediction: Prediction, one: Indices, other: Indices) -> None:
+    """Note rivals, (P,) and (P,) both ways round, and how they were predicted when they met."""
+    records, stamp = prediction.records, prediction.step.now
     fit = (records['state'] != TENTATIVE) & (records['hits'] >= ESTABLISHED)
     fit = fit[one] & fit[other]
     ids, rival = records['track_id'], records['rival']
@@ -135,7 +147,7 @@ def remember(prediction: Prediction, one: Indices, other: Indices, stamp: int) -
     fresh = one[new]
     records['rival'][fresh] = ids[other[new]]
     records['met'][fresh] = stamp
-    records['before_size'][fresh] = records['extent'][fresh].sum(axis=1)
+    records['before_size'][fresh] = prediction.size[fresh]
     records['before'][fresh], records['before_cov'][fresh] = mean[fresh, :4], cov[fresh, :4, :4]
     again = one[records['rival'][one] == ids[other]]
     records['apart'][again] = stamp
@@ -147,15 +159,12 @@ def tell_apart(
     pairs: Hypotheses,
     prediction: Prediction,
     config: TrackerConfig,
-    *,
-    stamp: int,
 ) -> None:
     """Take what rivals have measured, and exchange those that were taken for each other.
 
     :param pairs: measured in this frame.
-    :param stamp: now [ns].
     """
-    records = tracks.records
+    records, stamp = tracks.records, prediction.step.now
     if not records['rival'].any():
         return
     _sum_up(records, pairs, stamp)

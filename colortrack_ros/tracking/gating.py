@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.extents import most_fitting
-from colortrack_ros.tracking.extents import total
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
+from colortrack_ros.tracking.sizes import most_fitting
 
 Indices = NDArray[np.intp]
 
@@ -45,11 +44,10 @@ def gate(
     bound = 2 * (prediction.log_odds - (prediction.log_density + math.log(math.pi)))
     bound -= np.log(S[:, 0] * S[:, 1])
     if prediction.sized:
-        size = total(prediction.records['extent'])
-        bound += 2 * most_fitting(size, prediction.alike)
+        bound += 2 * most_fitting(prediction.size, prediction.alike)
     half = np.sqrt(np.maximum(bound, 0.0)[:, None] * (turned + widest)) + np.abs(way)
     if prediction.sized:
-        half += size / 2
+        half += prediction.size / 2
     if not config.gating:
         half[:] = UNBOUNDED
     track, blob = points_inside(prediction.center, half, blobs.z, NEAREST_IN_CROWD * config.gating)

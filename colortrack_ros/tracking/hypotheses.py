@@ -9,17 +9,11 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Columns
 from colortrack_ros.estimation.innovations import compare
 from colortrack_ros.estimation.innovations import Innovations
+from colortrack_ros.tracking.centers import measure_centers
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.extents import centers
-from colortrack_ros.tracking.extents import centroid_variance
-from colortrack_ros.tracking.extents import EDGE_VARIANCE
-from colortrack_ros.tracking.extents import log_fit
-from colortrack_ros.tracking.extents import measure
-from colortrack_ros.tracking.extents import sides_of_one
-from colortrack_ros.tracking.extents import total
 from colortrack_ros.tracking.measurements import Measurements
-from colortrack_ros.tracking.merged import sides_of_several
 from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.sizes import log_fit
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -78,64 +72,11 @@ def hypothesize(
     :param blob: (K,).
     :param shared: (K,) pairs whose blob is shared by several tracks.
     """
-    z, R = blobs.z.take(blob, axis=0), blobs.R.take(blob, axis=0)
-    if prediction.sized:
-        size = total(prediction.records['extent'].take(track, axis=0))
-        variance = centroid_variance(blobs, blob, size)
-        R.reshape(-1, 4)[:, ::3] = variance
-        by_axis = (variance > EDGE_VARIANCE) & (size > 0)
-        unlike = by_axis[:, 0] | by_axis[:, 1]
-        if shared is not None:
-            unlike |= shared
-        one = unlike.nonzero()[0]
-        if len(one):
-            ours = None if shared is None else shared[one]
-            z[one], R[one] = _by_sides(prediction, blobs, track[one], blob[one], ours)
-    R = R * (1 + prediction.records['own_factor'][track])[:, None, None]
+    z, R = measure_centers(prediction, blobs, track, blob, shared)
+    R *= (1 + prediction.records['own_factor'][track])[:, None, None]
     chance, T = prediction.maneuvered[track], prediction.unmeasured[track]
     compared = compare(prediction.bank, track, z, R, chance, T, prediction.speed)
     return Hypotheses(track, blob, z, R, compared)
-
-
-def _count_sizes(
-    ratio: Floats, prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices
-) -> None:
-    """Add to ratios, (K,), what sizes say, where it may decide: several want a blob, or none does.
-
-    A blob that fits nobody's size is merged, cut or broken, and may be anybody's.
-    """
-    open_ = ((ratio < UNDOUBTED) | (np.bincount(blob)[blob] > 1)).nonzero()[0]
-    if not len(open_):
-        return
-    track, blob = track[open_], blob[open_]
-    size = total(prediction.records['extent'].take(track, axis=0))
-    fit = log_fit(size, blobs.size[blob], prediction.alike)
-    best = np.full(len(blobs), -np.inf)
-    np.maximum.at(best, blob, fit)
-    ratio[open_] += fit - np.minimum(best[blob], 0.0)
-
-
-def _by_sides(
-    prediction: Prediction,
-    blobs: Measurements,
-    track: Indices,
-    blob: Indices,
-    shared: NDArray[np.bool_] | None,
-) -> tuple[Floats, Floats]:
-    """What blobs measure whose sides may tell more of the object than their centroids do.
-
-    :return: z (K, 2) and R (K, 2, 2), see Hypotheses.
-    """
-    extent, partial = prediction.records['extent'][track], prediction.records['partial'][track]
-    expected, variance = prediction.center[track], prediction.variance[track]
-    center = centers(blobs.z[blob], blobs.box[blob], extent)
-    weight = sides_of_one(center, expected, variance)
-    if shared is not None and shared.any():
-        one = np.flatnonzero(shared)
-        weight[:, one] = sides_of_several(
-            blobs, blob[one], center[:, one], expected[one], variance[one]
-        )
-    return measure(blobs, blob, extent.sum(axis=1), partial, center, weight)
 
 
 def score(
@@ -156,3 +97,20 @@ def score(
     if not config.gating:
         ratio -= ratio.min(initial=0.0) - 1.0
     return ratio
+
+
+def _count_sizes(
+    ratio: Floats, prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices
+) -> None:
+    """Add to ratios, (K,), what sizes say, where it may decide: several want a blob, or none does.
+
+    A blob that fits nobody's size is merged, cut or broken, and may be anybody's.
+    """
+    open_ = ((ratio < UNDOUBTED) | (np.bincount(blob)[blob] > 1)).nonzero()[0]
+    if not len(open_):
+        return
+    track, blob = track[open_], blob[open_]
+    fit = log_fit(prediction.size[track], blobs.size[blob], prediction.alike)
+    best = np.full(len(blobs), -np.inf)
+    np.maximum.at(best, blob, fit)
+    ratio[open_] += fit - np.minimum(best[blob], 0.0)

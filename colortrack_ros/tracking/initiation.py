@@ -17,20 +17,19 @@ odds. The detections of the next frames decide."""
 
 
 def initiate(
-    tracks: TrackTable[Bank], prediction: Prediction, blobs: Measurements, new: Indices, stamp: int
+    tracks: TrackTable[Bank], prediction: Prediction, blobs: Measurements, new: Indices
 ) -> None:
     """Begin a track on each of some blobs.
 
     :param prediction: of the frame: how fast new objects are, and how unsteady.
     :param new: (K,) which blobs.
-    :param stamp: of the frame [ns].
     """
     if not len(new):
         return
     bank, z, speed, noise = tracks.filters, blobs.z[new], prediction.speed, prediction.noise
     spread = np.array([0.0, 0.0, *speed, noise, noise])
     filters = bank.at_rest(z, blobs.R[new], spread[: bank.model.size])
-    records = tracks.initiate(filters, stamp)
+    records = tracks.initiate(filters, prediction.step.now)
     records['origin'] = records['seen'] = z
     records['color'] = blobs.rows['color'][new]
     records['extent'] = blobs.reach(new)

@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Columns
 from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.noise import MeasurementNoise
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -45,7 +48,7 @@ class Measurements(Columns):
     :param R: (M, 2, 2) its covariance [px^2].
     :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px]; a
         detection without a box is a point.
-    :param joined: (M,) put together of several.
+    :param mixed: (M,) put together of several, or of several objects.
     :param cut: (M, 2) by axis: part of the object is out of the picture, see _cut().
     :param factor: (M,) of R over what was given, see noise.MeasurementNoise.
     """
@@ -54,21 +57,22 @@ class Measurements(Columns):
     z: Floats
     R: Floats
     box: Floats
-    joined: NDArray[np.bool_]
-    cut: NDArray[np.bool_]
+    mixed: Bools
+    cut: Bools
     factor: Floats
 
-    def scaled(self, factor: Floats) -> 'Measurements':
-        """The same with covariances by factors, (M,), but of those that are cut."""
+    def scaled(self, noisiness: MeasurementNoise) -> 'Measurements':
+        """The same with covariances by learned factors, but of those that are cut."""
+        factor = noisiness.factors(self.rows['color'], self.mean_variance)
         if np.count_nonzero(self.cut):
             factor = np.where(self.cut.any(axis=1), 1.0, factor)
         R = factor[:, None, None] * self.R
-        return Measurements(self.rows, self.z, R, self.box, self.joined, self.cut, factor)
+        return Measurements(self.rows, self.z, R, self.box, self.mixed, self.cut, factor)
 
     def reach(self, which: NDArray[np.intp]) -> Floats:
         """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
-        reach = self.box[which] - self.z[which][:, None]
-        reach[:, 0] *= -1
+        reach = self.box.take(which, axis=0) - self.z.take(which, axis=0)[:, None]
+        np.negative(reach[:, 0], out=reach[:, 0])
         return reach
 
     @cached_property
@@ -85,6 +89,44 @@ class Measurements(Columns):
     def mean_variance(self) -> Floats:
         """(M,) of both axes [px^2]."""
         return np.asarray((self.variance[:, 0] + self.variance[:, 1]) / 2)
+
+
+class Screening:
+    """Refuses the detections that the tracker cannot use, and counts them."""
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        """Detections refused so far: not finite, absurdly large, or with an invalid covariance."""
+        self.repeated = 0
+        """Detections refused so far: the same as before, with the same stamp."""
+        self.crowded_out = 0
+        """Detections left out so far: the smallest of a frame with more than max_detections."""
+        self._known = np.zeros(0, DETECTION)
+
+    def measure(
+        self, detections: Detections, learned: Adaptation, config: TrackerConfig, *, again: bool
+    ) -> Measurements:
+        """What the detections of a frame measure.
+
+        :param learned: how large the picture and how noisy the detections are; the first is
+            learned here.
+        :param again: these are more detections of the stamp before.
+        """
+        rows = detections.rows
+        if again:
+            rows = unrepeated(rows, self._known)
+            self.repeated += len(detections.rows) - len(rows)
+            self._known = np.concatenate([self._known, rows], dtype=DETECTION)
+        else:
+            self._known = rows = np.ascontiguousarray(rows)
+        few = largest(rows, config.max_detections)
+        self.crowded_out += len(rows) - len(few)
+        given = all(config.image_size)
+        learned.know_size(config.image_size if given else detections.image_size)
+        blobs = accept(few, config, learned.image_size)
+        self.dropped += len(few) - len(blobs.rows)
+        learned.learn_size(blobs.z)
+        return blobs.scaled(learned.noisiness) if config.detection_covariance else blobs
 
 
 def unrepeated(rows: NDArray[np.void], known: NDArray[np.void]) -> NDArray[np.void]:

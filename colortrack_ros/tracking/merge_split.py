@@ -1,17 +1,19 @@
 """Merge and split: blobs that broke into pieces, and blobs that several objects share."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import TENTATIVE
-from colortrack_ros.tracking.extents import difference
-from colortrack_ros.tracking.extents import join
-from colortrack_ros.tracking.extents import slack
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import hypothesize
 from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.merged import EDGE_VARIANCE
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
+from colortrack_ros.tracking.sizes import difference
+from colortrack_ros.tracking.sizes import slack
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -25,9 +27,10 @@ def merge_split(
     :return: the blobs with joined ones in the places of the wholes, and the pairs with those of the
         tracks that share; pieces are no longer free.
     """
-    if not prediction.sized:
-        return blobs, associated
     records, pairs, probability = prediction.records, associated.pairs, associated.probability
+    paired = len(pairs) == len(records) == len(blobs) and not np.count_nonzero(associated.free)
+    if paired or not prediction.sized:
+        return blobs, associated
     taken = np.where(prediction.unmeasured > 0, -1, -2)
     sure = probability > 0.5
     taken[pairs.track[sure]] = pairs.blob[sure]
@@ -37,7 +40,8 @@ def merge_split(
         return blobs, associated
     free = associated.free.copy()
     free[piece] = False
-    blobs = join(blobs, piece, whole)
+    blobs = _join(blobs, piece, whole)
+    blobs.mixed[host] = True
     track, blob = np.append(pairs.track, guest), np.append(pairs.blob, host)
     probability = np.append(probability, np.ones(len(guest)))
     order = np.argsort(track, kind='stable')
@@ -97,6 +101,26 @@ def find_guests(
     blob, track = points_inside(blobs.box[wide].mean(axis=1), blobs.size[wide] / 2, center[lost])
     blob, track = _once(wide[blob], lost[track], blobs.rows['color'][wide[blob]], records['color'])
     return track, blob
+
+
+def _join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:
+    """Add pieces of broken blobs to the blobs that their tracks have taken.
+
+    What is missing between them draws the centroid aside, so the middle of the box replaces it.
+
+    :param blobs: (M,).
+    :param piece: (K,) indices of the pieces.
+    :param whole: (K,) index of the blob that each belongs to.
+    :return: (M,) with the joint boxes in the places of the wholes.
+    """
+    z, R, box = blobs.z.copy(), blobs.R.copy(), blobs.box.copy()
+    np.minimum.at(box[:, 0], whole, box[piece, 0])
+    np.maximum.at(box[:, 1], whole, box[piece, 1])
+    z[whole] = box[whole].mean(axis=1)
+    R[whole] = EDGE_VARIANCE * np.eye(2)
+    mixed = blobs.mixed.copy()
+    mixed[whole] = True
+    return replace(blobs, z=z, R=R, box=box, mixed=mixed)
 
 
 def _once(

@@ -4,11 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from colortrack_ros.tracking.extents import EDGE_VARIANCE
 from colortrack_ros.tracking.measurements import Measurements
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+EDGE_VARIANCE = 1.0
+"""Of the place of a box's side [px^2]: that of a whole pixel, 1/12, and of its threshold and
+the learned extent. Assumed."""
 
 LEAN_VARIANCE = 0.04
 """Of the correlation of u and v in a blob of two: a standard deviation of 0.2. Assumed."""
@@ -21,7 +24,7 @@ def sides_of_several(
 
     :param blobs: of the frame.
     :param blob: (K,) which of them; each at least twice.
-    :param center: (3, K, 2) see extents.centers() [px].
+    :param center: (3, K, 2) see centers.centers() [px].
     :param expected: (K, 2) predicted centers [px].
     :param variance: (K, 2) of the predictions [px^2].
     :return: (3, K, 2).

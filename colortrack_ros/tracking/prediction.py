@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from colortrack_ros.tracking.adaptation import LEAST_SPEED
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.sizes import total
 
 Floats = NDArray[np.float64]
 
@@ -21,15 +23,32 @@ LAST_FRAME = 1.5
 """What was measured within so many frames was measured in the last; halfway from one to two."""
 
 
+class Step(NamedTuple):
+    """From the last message to this one.
+
+    :param now: stamp of the frame [ns].
+    :param dt: since the stamp of the last message [s]; 0 if this is the same.
+    :param period: since the last frame [s].
+    :param again: there were detections of this stamp before.
+    """
+
+    now: int
+    dt: float
+    period: float
+    again: bool
+
+
 @dataclass(frozen=True)
 class Prediction:
     """N tracks, predicted.
 
+    :param step: to the frame.
     :param bank: their filters.
     :param records: (N,) theirs, see records.FIELDS.
     :param center: (N, 2) predicted positions [px].
     :param velocity: (N, 2) [px/s].
     :param variance: (N, 2) of the positions [px^2].
+    :param size: (N, 2) learned width and height [px], 0 where nothing is known of it.
     :param unmeasured: (N,) time since each was measured [s].
     :param maneuvered: (N,) prior probability that it has maneuvered in that time.
     :param log_odds: (N,) log of the odds that it is detected in this frame.
@@ -40,11 +59,13 @@ class Prediction:
     :param alike: share of the blobs of no track that have the size of one.
     """
 
+    step: Step
     bank: Bank
     records: NDArray[np.void]
     center: Floats
     velocity: Floats
     variance: Floats
+    size: Floats
     unmeasured: Floats
     maneuvered: Floats
     log_odds: Floats
@@ -60,55 +81,52 @@ def predict(
     measurements: Measurements,
     learned: Adaptation,
     config: TrackerConfig,
-    *,
-    now: int,
-    dt: float,
-    period: float,
+    step: Step,
 ) -> Prediction:
     """Predict filters and existence of all tracks.
 
     :param measurements: of the frame, of which no more is used than how far they spread and whether
         they have sizes.
     :param learned: of the scene; from the first two frames it learns the speed here.
-    :param now: stamp of the frame [ns].
-    :param dt: since the stamp of the last message [s]; 0 if this is the same.
-    :param period: since the last frame [s].
     """
-    bank, records = tracks.filters, tracks.records
-    if dt > 0 and len(records) and not learned.has_met:
+    bank, records, dt = tracks.filters, tracks.records, step.dt
+    if not learned.has_met and dt > 0 and len(records):
         learned.meet(bank.mean[0, :, :2], measurements.z, dt)
         bank.set_speed(assumed_speed(learned, config))
-    unmeasured = tracks.unmeasured(now)
     variance = process_variance(records, learned, config)
     learned.maneuvers.conclude(records, variance)
     if config.process_noise:
         records['astray'] = 0.0  # what is given holds, unseen as well
     bank.predict(dt, variance, records['acceleration'] if config.acceleration_span else None)
     if config.ego_motion == 'detections' and dt > 0:
-        _follow_camera(tracks, measurements, learned, now=now, dt=dt)
+        _follow_camera(tracks, measurements, learned, step)
     records['visible'], records['hidden'] = predict_existence(
         records['visible'], records['hidden'], dt, config.max_time_since_update
     )
-    return _prediction_of(tracks, measurements, learned, config, unmeasured)
+    return _expect(tracks, measurements, learned, config, step)
 
 
-def _prediction_of(
+def _expect(
     tracks: TrackTable[Bank],
     measurements: Measurements,
     learned: Adaptation,
     config: TrackerConfig,
-    unmeasured: Floats,
+    step: Step,
 ) -> Prediction:
     """What the filters, and what is learned of the scene, predict."""
     bank, records = tracks.filters, tracks.records
     mean, cov = bank.estimate()
+    unmeasured = tracks.unmeasured(step.now)
     seen = config.detection_probability * records['visible']
+    size = total(records['extent'])
     return Prediction(
+        step=step,
         bank=bank,
         records=records,
         center=mean[:, :2],
         velocity=mean[:, 2:4],
         variance=cov.diagonal(axis1=1, axis2=2)[:, :2].copy(),
+        size=size,
         unmeasured=unmeasured,
         maneuvered=maneuver_chance(records['rate'], unmeasured) * config.maneuvers,
         log_odds=np.log(seen / (1 - seen)),
@@ -116,7 +134,7 @@ def _prediction_of(
         speed=assumed_speed(learned, config),
         log_density=math.log(config.clutter_density or learned.density),
         sized=config.use_boxes
-        and bool(np.count_nonzero(measurements.size) or np.count_nonzero(records['extent'])),
+        and bool(np.count_nonzero(measurements.size) or np.count_nonzero(size)),
         alike=learned.alike,
     )
 
@@ -128,7 +146,7 @@ def process_variance(
     if config.process_noise:
         return np.full((len(records), 2), config.process_noise**2)
     own = learned.noise**2 * np.exp(2 * records['log_noise'])
-    return np.repeat(own[:, None], 2, axis=1)
+    return own[:, None].repeat(2, axis=1)
 
 
 def assumed_speed(learned: Adaptation, config: TrackerConfig) -> Floats:
@@ -140,15 +158,13 @@ def _follow_camera(
     tracks: TrackTable[Bank],
     measurements: Measurements,
     learned: Adaptation,
-    *,
-    now: int,
-    dt: float,
+    step: Step,
 ) -> None:
     """Take all tracks along with what those measured in the last frame share."""
-    fresh = tracks.unmeasured(now) < LAST_FRAME * dt
+    fresh = tracks.unmeasured(step.now) < LAST_FRAME * step.dt
     mean, cov = tracks.filters.estimate()
-    variance = np.minimum(cov.diagonal(axis1=1, axis2=2)[fresh, :2], (LEAST_SPEED * dt) ** 2)
+    variance = np.minimum(cov.diagonal(axis1=1, axis2=2)[fresh, :2], (LEAST_SPEED * step.dt) ** 2)
     if len(measurements):
         variance += np.median(measurements.variance, axis=0)
-    learned.camera.follow(mean[fresh, :2], variance, measurements.z, dt)
+    learned.camera.follow(mean[fresh, :2], variance, measurements.z, step.dt)
     learned.camera.carry(tracks)

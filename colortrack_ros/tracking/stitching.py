@@ -13,11 +13,11 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association.gnn import associate
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.extents import log_fit
-from colortrack_ros.tracking.extents import slack
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import assumed_speed
+from colortrack_ros.tracking.sizes import log_fit
+from colortrack_ros.tracking.sizes import slack
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
-from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
@@ -16,29 +15,27 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.crossings import find_rivals
-from colortrack_ros.tracking.crossings import remember
+from colortrack_ros.tracking.crossings import defer
 from colortrack_ros.tracking.crossings import tell_apart
 from colortrack_ros.tracking.deletion import confirm
 from colortrack_ros.tracking.deletion import is_present
-from colortrack_ros.tracking.extents import count_alike
 from colortrack_ros.tracking.gating import gate
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.hypotheses import hypothesize
 from colortrack_ros.tracking.hypotheses import score
 from colortrack_ros.tracking.initiation import initiate
-from colortrack_ros.tracking.measurements import accept
-from colortrack_ros.tracking.measurements import largest
 from colortrack_ros.tracking.measurements import Measurements
-from colortrack_ros.tracking.measurements import unrepeated
+from colortrack_ros.tracking.measurements import Screening
 from colortrack_ros.tracking.memory import Memory
 from colortrack_ros.tracking.merge_split import merge_split
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import predict
 from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.prediction import Step
 from colortrack_ros.tracking.records import FIELDS
 from colortrack_ros.tracking.records import published
+from colortrack_ros.tracking.sizes import count_alike
 from colortrack_ros.tracking.stitching import find_stitches
 from colortrack_ros.tracking.stitching import stitch
 from colortrack_ros.tracking.update import update
@@ -61,12 +58,7 @@ class Tracker:
 
     def __init__(self, config: TrackerConfig | None = None) -> None:
         self.config = config or TrackerConfig()
-        self.dropped = 0
-        """Detections refused so far: not finite, absurdly large, or with an invalid covariance."""
-        self.repeated = 0
-        """Detections refused so far: the same as before, with the same stamp."""
-        self.crowded_out = 0
-        """Detections left out so far: the smallest of a frame with more than max_detections."""
+        self.screening = Screening()
         self._clock = Clock()
         self._start(1)
 
@@ -79,7 +71,6 @@ class Tracker:
         self._memory = Memory(self._tracks.take(np.zeros(0, np.intp)), self._population)
         self._adaptation = Adaptation()
         self._period = FIRST_PERIOD
-        self._known_rows = np.zeros(0, DETECTION)
 
     def reset(self, why: str = '') -> None:
         """Forget all tracks. IDs go on: none is used twice.
@@ -110,33 +101,22 @@ class Tracker:
         :param detections: of the next frame; an empty one is a frame as well.
         :return: the tracks at its stamp, with its header.
         """
-        again = self._clock.is_now(detections.stamp)
-        dt = self._advance(detections.stamp)
-        now, period, config = self._clock.now, self._period, self.config
-        tracks, learned = self._tracks, self._adaptation
-
-        given = all(config.image_size)
-        learned.know_size(config.image_size if given else detections.image_size)
-        blobs = self._measurements(detections.rows, again=again)
-        learned.learn_size(blobs.z)
-        prediction = predict(tracks, blobs, learned, config, now=now, dt=dt, period=period)
+        step = self._advance(detections.stamp)
+        config, tracks, learned = self.config, self._tracks, self._adaptation
+        blobs = self.screening.measure(detections, learned, config, again=step.again)
+        prediction = predict(tracks, blobs, learned, config, step)
         self._follow_camera()
         track, blob = gate(prediction, blobs, config)
         hypotheses = hypothesize(prediction, blobs, track, blob)
         gain = score(hypotheses, prediction, blobs, config)
         associated = self._associate(hypotheses, gain, len(blobs))
-        rivals = find_rivals(hypotheses, gain, associated, prediction, blobs)
-        if len(rivals[0]):
-            remember(prediction, *rivals, now)
+        defer(hypotheses, gain, associated, prediction, blobs)
         blobs, associated = merge_split(prediction, blobs, associated)
-        update(
-            tracks, prediction, blobs, associated, learned, config,
-            now=now, period=period, again=again,
-        )  # fmt: skip
-        tell_apart(tracks, associated.pairs, prediction, config, stamp=now)
+        update(tracks, prediction, blobs, associated, learned, config)
+        tell_apart(tracks, associated.pairs, prediction, config)
         self._learn_sizes(prediction, blobs, associated.free)
-        initiate(tracks, prediction, blobs, np.flatnonzero(associated.free), now)
-        self._manage(again=again)
+        initiate(tracks, prediction, blobs, np.flatnonzero(associated.free))
+        self._manage(again=step.again)
         return self._published(detections, prediction.speed * config.maneuvers)
 
     def _published(self, detections: Detections, speed: NDArray[np.float64]) -> Tracks:
@@ -160,29 +140,12 @@ class Tracker:
             camera.give(tracks, self._adaptation.recent, self._clock.now)
         camera.stop()
 
-    def _advance(self, stamp: int) -> float:
-        """Go to the stamp, or start afresh; return dt [s]."""
+    def _advance(self, stamp: int) -> Step:
+        """Go to the stamp, or start afresh."""
+        again = self._clock.is_now(stamp)
         dt = self._clock.advance(stamp, self.config.max_dt, self.reset)
         self._period = dt or self._period
-        return dt
-
-    def _measurements(self, rows: NDArray[np.void], *, again: bool) -> Measurements:
-        """The rows that can be used; the others are counted."""
-        if again:
-            new = unrepeated(rows, self._known_rows)
-            self.repeated += len(rows) - len(new)
-            rows = new
-            self._known_rows = np.concatenate([self._known_rows, rows], dtype=DETECTION)
-        else:
-            self._known_rows = np.ascontiguousarray(rows)
-        few = largest(rows, self.config.max_detections)
-        self.crowded_out += len(rows) - len(few)
-        blobs = accept(few, self.config, self._adaptation.image_size)
-        self.dropped += len(few) - len(blobs.rows)
-        if not self.config.detection_covariance:
-            return blobs
-        factors = self._adaptation.noisiness.factors
-        return blobs.scaled(factors(blobs.rows['color'], blobs.mean_variance))
+        return Step(self._clock.now, dt, self._period, again)
 
     def _associate(
         self, hypotheses: Hypotheses, gain: NDArray[np.float64], count: int
@@ -200,7 +163,7 @@ class Tracker:
     ) -> None:
         """Learn from a few blobs of no track whether sizes tell them from those of tracks."""
         new = free.nonzero()[0][:MOST_NEW]
-        if prediction.sized and len(new) and len(prediction.records):
+        if len(new) and prediction.sized and len(prediction.records):
             size = prediction.records['extent'].sum(axis=1)
             self._adaptation.learn_alike(count_alike(size, blobs.size[new]), len(new))
 

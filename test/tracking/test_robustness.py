@@ -47,7 +47,7 @@ def test_an_absurd_row_is_dropped_and_counted(name, value):
     rows[name][1] = value
     tracker = Tracker()
     assert len(tracker.update(Detections(rows)).rows) == 1
-    assert tracker.dropped == 1
+    assert tracker.screening.dropped == 1
 
 
 @pytest.mark.parametrize('model', sorted(MOTION_MODELS))

@@ -159,7 +159,7 @@ def test_what_is_in_the_padding_of_a_repeated_row_does_not_matter():
     raw[68:72] = b'junk'
     tracker.update(first)
     tracks = tracker.update(Detections(np.frombuffer(raw, DETECTION), first.stamp))
-    assert tracker.repeated == len(tracks.rows) == 2
+    assert tracker.screening.repeated == len(tracks.rows) == 2
 
 
 def test_a_repeated_message_is_refused_and_counted():
@@ -169,7 +169,7 @@ def test_a_repeated_message_is_refused_and_counted():
         expected = once.update(detections).rows
         twice.update(detections)
         assert twice.update(detections).rows.tobytes() == expected.tobytes()
-    assert twice.repeated == 12
+    assert twice.screening.repeated == 12
 
 
 def test_five_thousand_detections_in_one_frame_and_none_before_or_after():
@@ -317,7 +317,7 @@ def test_a_row_that_is_not_finite_is_dropped_and_counted(name, value):
     detections = points([(1, 1), (200, 200)])
     detections.rows[name][0] = value
     assert tracker.update(detections).rows['u'].tolist() == [200]
-    assert tracker.dropped == 1
+    assert tracker.screening.dropped == 1
 
 
 def test_a_covariance_that_is_none_is_dropped_and_counted():
@@ -325,7 +325,7 @@ def test_a_covariance_that_is_none_is_dropped_and_counted():
     detections = points([(1, 1), (50, 50), (99, 99)], variance=1.0)
     detections.rows['cov_uv'][0], detections.rows['cov_vv'][1] = 1.5, -1.0
     assert tracker.update(detections).rows['u'].tolist() == [99]
-    assert tracker.dropped == 2
+    assert tracker.screening.dropped == 2
 
 
 def test_the_same_messages_give_the_same_tracks_to_the_bit():
@@ -372,8 +372,8 @@ def test_of_too_many_detections_the_largest_are_taken_and_the_others_counted():
     detections = points([(100.0 * k, 50) for k in range(6)], 0)
     detections.rows['area'] = [1, 9, 2, 8, 7, 3]
     assert tracker.update(detections).rows['u'].tolist() == [100, 300, 400]
-    assert tracker.crowded_out == 3
-    assert tracker.dropped == 0
+    assert tracker.screening.crowded_out == 3
+    assert tracker.screening.dropped == 0
 
 
 def test_detections_that_crowd_on_one_point_do_not_hold_up_the_others():

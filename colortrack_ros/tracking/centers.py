@@ -1,0 +1,130 @@
+"""Centers: what a blob that is whole, cut, or merged measures of the center of an object.
+
+A track remembers how far its object reaches from the centroid to each side of its box. A blob
+narrower than that is cut (an occluder, the edge of the picture), a wider one is merged with
+another. Either way one of its two sides is still a side of the object, and gives its center.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.merged import EDGE_VARIANCE
+from colortrack_ros.tracking.merged import sides_of_several
+from colortrack_ros.tracking.prediction import Prediction
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+LASTING = 4.0
+"""Number of frames in which the doubt about the side makes the same error: variances are multiplied
+by it, as the filter takes errors of successive frames to be independent. Assumed."""
+
+
+def measure_centers(
+    prediction: Prediction,
+    blobs: Measurements,
+    track: Indices,
+    blob: Indices,
+    shared: Bools | None,
+) -> tuple[Floats, Floats]:
+    """What blobs measure of the centers of objects, and how well.
+
+    :param blobs: of the frame.
+    :param track, blob: (K,) which object, by which blob.
+    :param shared: (K,) pairs whose blob is shared by several tracks; None if there are none.
+    :return: (K, 2) [px], and its covariance (K, 2, 2) [px^2].
+    """
+    z, R = blobs.z.take(blob, axis=0), blobs.R.take(blob, axis=0)
+    if not prediction.sized:
+        return z, R
+    size, by_axis = prediction.size.take(track, axis=0), R.reshape(-1, 4)[:, ::3]
+    # As the center of the object a centroid may be off by half of what the sizes differ by beyond
+    # a pixel.
+    excess = np.abs(blobs.size.take(blob, axis=0) - size)
+    excess -= 1
+    np.maximum(excess, 0, out=excess)
+    excess *= excess
+    by_axis += LASTING * excess / 4
+    doubtful = (by_axis > EDGE_VARIANCE) & (size > 0)
+    either = doubtful[:, 0] | doubtful[:, 1]
+    if shared is not None:
+        either |= shared
+    some = either.nonzero()[0]
+    if len(some) == len(track):
+        _take_sides(prediction, blobs, track, blob, size, shared, z, R)
+    elif len(some):
+        ours = None if shared is None else shared[some]
+        z_some, R_some = z[some], R[some]
+        pairs = track[some], blob[some], size[some]
+        _take_sides(prediction, blobs, *pairs, ours, z_some, R_some)
+        z[some], R[some] = z_some, R_some
+    return z, R
+
+
+def _take_sides(
+    prediction: Prediction,
+    blobs: Measurements,
+    track: Indices,
+    blob: Indices,
+    size: Floats,
+    shared: Bools | None,
+    z: Floats,
+    R: Floats,
+) -> None:
+    """Write the centers that sides give over z, (K, 2), and R, (K, 2, 2), where they are better.
+
+    That is for each axis the mixture of the three centers, replaced by its mean and variance. While
+    an object comes into the picture, its size is as little known as how far it goes on outside.
+
+    :param size: (K, 2) of the objects [px], 0 where nothing is known of them.
+    """
+    records = prediction.records
+    center = centers(z, blobs.box[blob], records['extent'][track])
+    weight = _sides(prediction, blobs, track, blob, shared, center)
+    mean = (weight * center).sum(axis=0)
+    rest = center - mean
+    variance = EDGE_VARIANCE + LASTING * (weight * (rest * rest)).sum(axis=0)
+    partial = records['partial'][track]
+    if np.count_nonzero(partial):
+        variance += np.where(partial, blobs.variance[blob], 0.0)
+    by_axis = R.reshape(-1, 4)[:, ::3]
+    better = (variance < by_axis) & (size > 0)
+    np.copyto(z, mean, where=better)
+    np.copyto(by_axis, variance, where=better)
+    R.reshape(-1, 4)[better[:, 0] | better[:, 1], 1:3] = 0.0
+
+
+def _sides(
+    prediction: Prediction,
+    blobs: Measurements,
+    track: Indices,
+    blob: Indices,
+    shared: Bools | None,
+    center: Floats,
+) -> Floats:
+    """Probabilities of the three centers, (3, K, 2), by the prediction and who shares the blob."""
+    expected, variance = prediction.center[track], prediction.variance[track]
+    d2 = center - expected
+    d2 *= d2
+    d2 /= variance + EDGE_VARIANCE
+    weight = np.exp((d2.min(axis=0) - d2) / 2)
+    weight /= weight.sum(axis=0)
+    if shared is not None and shared.any():
+        one = np.flatnonzero(shared)
+        weight[:, one] = sides_of_several(
+            blobs, blob[one], center[:, one], expected[one], variance[one]
+        )
+    return weight
+
+
+def centers(z: Floats, box: Floats, extent: Floats) -> Floats:
+    """Where the object's center is if the low side of the blob is its own, neither, or the high.
+
+    :param z: (K, 2) centroid [px].
+    :param box: (K, 2, 2) sides of the blob [px].
+    :param extent: (K, 2, 2) extent of the object [px].
+    :return: (3, K, 2) [px].
+    """
+    return np.stack([box[:, 0] + extent[:, 0], z, box[:, 1] - extent[:, 1]])
