@@ -25,6 +25,9 @@ LIGHTNESS_AXIS = 2.5
 """Half axis of L over those of a and b at first: light and shade move L most. CIE 1994 weighs
 lightness less for such things, too (textiles: k_L = 2)."""
 
+SHAPE = np.array([LIGHTNESS_AXIS, 1.0, 1.0])
+"""Half axes along L, a, b that distances are measured with at first."""
+
 SIZE_STEP, SLOPE_STEPS = 0.04, 5
 """Steps of the size in ln t, and how many the growth is taken over to each side, +-20 %."""
 
@@ -78,7 +81,7 @@ def count_colors(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.float6
 
 def pixels_near(counts: NDArray[np.float64], lab: Triple) -> float:
     """How many pixels there are of a color itself."""
-    distance = (cell_bounds()[0].T - lab) / [LIGHTNESS_AXIS, 1.0, 1.0]
+    distance = (cell_bounds()[0].T - lab) / SHAPE
     return float(counts[(distance**2).sum(axis=1) < NEAR**2].sum())
 
 
@@ -115,7 +118,7 @@ def find_extent(
     (filled,) = (counts > 0).nonzero()
     number, color = counts[filled], cell_bounds()[0].T[filled]
     if samples or others:
-        shape = np.array([LIGHTNESS_AXIS, 1.0, 1.0])
+        shape = SHAPE
         away = nearest_sample(color, (lab, *samples), shape)
         mine = away < nearest_sample(color, others, shape)
         return _valley(number[mine], away[mine], np.array(lab), shape, most, least)
@@ -126,7 +129,7 @@ def _deepest_valley(
     number: NDArray[np.float64], color: NDArray[np.float64], lab: Triple, most: float
 ) -> Extent | None:
     """The valley around one color, whose center and shape follow what is inside."""
-    center, shape = np.array(lab), np.array([LIGHTNESS_AXIS, 1.0, 1.0])
+    center, shape = np.array(lab), SHAPE
     best: Extent | None = None
     for _ in range(SHAPE_ROUNDS):
         distance = nearest_sample(color, (center,), shape)

@@ -13,10 +13,10 @@ from colortrack_ros.detection.extent import FEWEST_PIXELS
 from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.extent import LARGEST_SHARE
-from colortrack_ros.detection.extent import LIGHTNESS_AXIS
 from colortrack_ros.detection.extent import middle_of
 from colortrack_ros.detection.extent import NEAR
 from colortrack_ros.detection.extent import pixels_near
+from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 
@@ -117,7 +117,7 @@ class ColorFinder:
         if extent is None:
             return
         is_new = 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
-        way = (np.array(extent.lab) - known.lab) / [LIGHTNESS_AXIS, 1.0, 1.0]
+        way = (np.array(extent.lab) - known.lab) / SHAPE
         is_same = np.linalg.norm(way) < NEAR and extent.growth < MOST_GROWTH
         if is_new or (is_same and extent.pixels > FEWEST_LEFT * known.pixels):
             self._found[k] = extent

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,9 +13,9 @@ from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.detector import Detector
 from colortrack_ros.detection.extent import count_colors
 from colortrack_ros.detection.extent import find_extent
-from colortrack_ros.detection.extent import LIGHTNESS_AXIS
 from colortrack_ros.detection.extent import NEAR
 from colortrack_ros.detection.extent import nearest_sample
+from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.pick import PickedColor
 from colortrack_ros.detection.pick import SEED_REACH
@@ -77,6 +78,23 @@ class Example:
         medians = [np.median(rgb[part], axis=0) for part in parts if len(part)]
         return lab_from_rgb(np.rint(medians).astype(np.intp))
 
+    def thing(self) -> NDArray[np.float64]:
+        """(N, 3) the pixels of the whole thing in CIELAB, as far as one color shows it.
+
+        Of a box those in it; of a pixel those that are connected to it in the color found from it.
+        """
+        shown = lab_from_rgb(self.pixels())
+        frame, (u, v, _, _) = plain(self.frame), self.box
+        if not self.is_pixel:
+            return shown
+        extent = find_extent(count_colors(frame.image, frame.encoding), _triple(self.shades()[0]))
+        if extent is None:
+            return shown
+        lab = lab_from_rgb(np.stack(split_rgb(frame.image, frame.encoding), axis=-1))
+        inside = (((lab - extent.lab) / extent.axes) ** 2).sum(axis=2) < 1
+        _, part = cv2.connectedComponents(inside.view(np.uint8))
+        return np.concatenate([shown, lab[inside & (part == part[v, u])]])
+
 
 def teach_color(
     examples: Sequence[Example],
@@ -87,16 +105,19 @@ def teach_color(
     """The color of examples, which reaches in all their pictures to where other colors begin.
 
     :param examples: of what is it, at least one.
-    :param others: of what is not.
+    :param others: of what is not. A shade that the thing itself has more of than they have does not
+        tell them apart, and is left out.
     :param config: of the detector that the area is measured with, but for its colors.
     :raises ValueError: an example is not inside of its picture, or the color fills the pictures.
     """
-    samples, not_it = _distinct(examples), _distinct(others)
+    samples = _distinct(examples)
+    shown = np.concatenate([example.thing() for example in examples])
+    not_it = _telling(_distinct(others), samples, shown, others)
     frames = {id(example.frame): plain(example.frame) for example in examples}.values()
     counts = np.sum([count_colors(frame.image, frame.encoding) for frame in frames], axis=0)
-    shown = lab_from_rgb(np.concatenate([example.pixels() for example in examples]))
-    away = nearest_sample(shown, samples, np.array([LIGHTNESS_AXIS, 1.0, 1.0]))
-    least = float(np.percentile(away, SHOWN_PERCENT))
+    away = nearest_sample(shown, samples, SHAPE)
+    mine = away < nearest_sample(shown, not_it, SHAPE)
+    least = float(np.percentile(away[mine], SHOWN_PERCENT)) if mine.any() else 0.0
     extent = find_extent(counts, samples[0], samples[1:], not_it, least=least)
     if extent is None:
         raise ValueError(
@@ -114,6 +135,25 @@ def teach_color(
     return PickedColor(color, min(found, default=0), float(np.mean(shares)))
 
 
+def _telling(
+    not_it: tuple[Triple, ...],
+    samples: tuple[Triple, ...],
+    shown: NDArray[np.float64],
+    others: Sequence[Example],
+) -> tuple[Triple, ...]:
+    """The shades of others that have more of the others' pixels nearest to them than of its own."""
+    if not not_it:
+        return ()
+    shades = *not_it, *samples
+    them = np.concatenate([other.thing() for other in others])
+    its, theirs = (
+        np.bincount(np.argmin([nearest_sample(lab, (s,), SHAPE) for s in shades], axis=0))
+        for lab in (shown, them)
+    )
+    its, theirs = (np.append(count, np.zeros(len(not_it), int)) for count in (its, theirs))
+    return tuple(shade for k, shade in enumerate(not_it) if theirs[k] > its[k])
+
+
 def _area_of(rows: NDArray[np.void], box: tuple[int, int, int, int]) -> int:
     """The largest area of the blobs whose boxes hold the middle of an example, 0 if none does."""
     u, v, width, height = box
@@ -127,6 +167,10 @@ def _distinct(examples: Sequence[Example]) -> tuple[Triple, ...]:
     kept: list[Triple] = []
     for shade in (shade for example in examples for shade in example.shades()):
         if all(np.linalg.norm(shade - other) > NEAR / 2 for other in kept):
-            L, a, b = shade.tolist()
-            kept.append((L, a, b))
+            kept.append(_triple(shade))
     return tuple(kept)
+
+
+def _triple(lab: NDArray[np.float64]) -> Triple:
+    L, a, b = lab.tolist()
+    return L, a, b

@@ -36,6 +36,11 @@ IMAGE_TIMEOUT = 5.0
 """How long [s] to wait for an image of a topic: discovery takes a second or two, and the slowest
 cameras publish one image a second."""
 
+SAME_COLORS = (
+    'What is not it has the very colors of what is, so no color tells them apart: min_area, '
+    'max_area and the shapes may, or moving_only.'
+)
+
 
 def main(args: Sequence[str] | None = None) -> int:
     """Pick a color.
@@ -55,6 +60,8 @@ def main(args: Sequence[str] | None = None) -> int:
         return 1
     print(f'# expected area: {picked.area} px\n{yaml_of(picked.color, picked.min_area)}')
     print(_advice(picked), file=sys.stderr)
+    if arguments.other and not picked.color.others:
+        print(SAME_COLORS, file=sys.stderr)
     print(f'Look at {arguments.output}: the picture, the mask and the blobs.', file=sys.stderr)
     return 0
 

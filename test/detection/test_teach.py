@@ -68,6 +68,17 @@ def test_a_box_of_two_colors_takes_both_in():
     assert picked.area == pytest.approx(38 * 38, rel=0.05)
 
 
+def test_another_thing_of_the_very_same_shades_does_not_take_a_thing_to_pieces():
+    frame = squares(WALL, WALL)
+    shades = np.linspace(0.4, 1.2, 40)[:, None, None] * np.array([150.0, 165.0, 70.0])
+    frame.image[40:80, 20:60] = shades
+    frame.image[45:75, 80:110] = shades[5:35]
+    examples = [Example(frame, (40, v, 1, 1)) for v in (45, 60, 75)]
+    picked = teach_color(examples, [Example(frame, (95, v, 1, 1)) for v in (52, 67)])
+    assert picked.area > 0.9 * 38 * 38
+    assert columns(frame, picked) == [0, 1]
+
+
 def test_what_fills_the_pictures_is_refused_with_what_to_do():
     wall = Frame(np.full((60, 80, 3), 170, np.uint8))
     with pytest.raises(ValueError, match='fills the pictures: give examples of what is not it'):
