@@ -52,11 +52,13 @@ setup(
     python_requires='>=3.10',
     install_requires=['setuptools'],
     extras_require={
+        'cluster': ['distributed'],
         'standalone': STANDALONE,
         'demo': ['rich'],
         'docs': ['myst-parser==4.0.1', 'sphinx==8.1.3', 'sphinx-rtd-theme==3.0.2'],
         'replay': ['apsw', 'rich', 'rosbags>=0.11'],
         'test': [
+            'distributed',
             'hypothesis',
             'motmetrics',
             'pytest',

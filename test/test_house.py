@@ -12,6 +12,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / 'colortrack_ros'
 ROOMS_WITHOUT_ROS = (
+    'batch',
     'bags',
     'sources',
     'scenes',
@@ -30,6 +31,7 @@ ROOMS_WITHOUT_ROS = (
 )
 ALLOWED = {
     'data': set(),
+    'batch': set(),
     'encodings': {'data'},
     'parameters': set(),
     'files': set(),
@@ -53,7 +55,7 @@ ALLOWED = {
 
 
 FLOORS = (
-    {'data', 'ellipses', 'files', 'parameters'},
+    {'batch', 'data', 'ellipses', 'files', 'parameters'},
     {'encodings'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},

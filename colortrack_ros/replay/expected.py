@@ -73,11 +73,11 @@ class ExpectedOutput(Output):
         more = len(self.differences) - SHOWN
         shown = self.differences[:SHOWN] + ([f'and {more} more'] if more > 0 else [])
         return '\n'.join(
-            [*shown, f'these tracks are of {_versions()}; other versions may round differently']
+            [*shown, f'these tracks are of {versions()}; other versions may round differently']
         )
 
 
-def _versions() -> str:
+def versions() -> str:
     """The versions of the libraries that the results depend on."""
     return f'OpenCV {cv2.__version__}, NumPy {np.__version__}, SciPy {scipy.__version__}'
 

@@ -1,4 +1,4 @@
-"""``replay``: detector and tracker over a recording, without a running ROS."""
+"""``replay``: detector and tracker over recordings, without a running ROS."""
 
 from collections.abc import Sequence
 import signal
@@ -10,7 +10,7 @@ NO_ROS = 'source a ROS installation, or make .venv/demo; without ROS, colortrack
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Replay a recording.
+    """Replay one recording or many.
 
     :return: the exit status: 0, even if a signal has ended it early; 1 if it failed, the recording
         is damaged, or the tracks are not the expected ones.
@@ -20,7 +20,7 @@ def main(args: Sequence[str] | None = None) -> int:
         signal.signal(number, lambda *_: stop.set())
     try:
         # Not at the top: the import takes a second, and a signal should find its handler by then.
-        from colortrack_ros.replay.run import replay
+        from colortrack_ros.replay.command import replay
     except ModuleNotFoundError as error:
         # Bags hold ROS messages, and rcl reads the parameters: without ROS there is no replay.
         need = NO_ROS if error.name == 'rclpy' else 'pip install rosbags rich'

@@ -8,7 +8,6 @@ import contextlib
 from dataclasses import dataclass
 from dataclasses import field
 from pathlib import Path
-import re
 import sys
 import threading
 import time
@@ -21,7 +20,6 @@ from rich.progress import TextColumn
 from rich.progress import TimeRemainingColumn
 
 from colortrack_ros.bags import BagError
-from colortrack_ros.bags import BagWriteError
 from colortrack_ros.bags import is_bag
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
@@ -39,10 +37,8 @@ from colortrack_ros.replay.recordings import BagRecording
 from colortrack_ros.replay.recordings import Item
 from colortrack_ros.replay.recordings import Recording
 from colortrack_ros.replay.recordings import SourceRecording
-from colortrack_ros.replay.setup import parse
 from colortrack_ros.replay.setup import read_setup
 from colortrack_ros.replay.setup import Setup
-from colortrack_ros.replay.targets import PREFIX
 from colortrack_ros.replay.targets import Targets
 
 
@@ -73,59 +69,69 @@ class Answers:
             self.warnings.append(trouble)
 
 
-def replay(args: Sequence[str], stop: threading.Event) -> int:
-    """Do what the command line asks for.
+@dataclass(frozen=True)
+class Replayed:
+    """What came of one recording.
 
-    :param stop: once set, replay ends early, with complete files.
-    :return: the exit status.
+    :param recording: closed, with its counts.
+    :param output: the folder of the new bag.
+    :param answers: counts.
+    :param seconds: that it took.
+    :param interrupted: whether it was stopped early.
+    :param error: why the results are not whole; empty if they are.
+    :param differences: from the expected tracks, one line each; empty if there are none.
     """
-    arguments = parse(args)
-    try:
-        return _replay(arguments, stop)
-    except (StartError, BagError) as error:
-        print(f'replay: {error}', file=sys.stderr)
-    except BagWriteError as error:
-        print(f'replay: the bag {error}', file=sys.stderr)
-    except OSError as error:
-        name = re.sub(rf'{re.escape(PREFIX)}[^/]*/', '', str(error.filename or 'output'))
-        print(f'replay: {name}: {error.strerror}', file=sys.stderr)
-    return 1
+
+    recording: Recording
+    output: Path
+    answers: Answers
+    seconds: float
+    interrupted: bool
+    error: str
+    differences: str
 
 
-def _replay(arguments: argparse.Namespace, stop: threading.Event) -> int:
+class Stopped(Exception):
+    """The batch is stopped: nothing of this recording is kept."""
+
+
+def replay_recording(
+    arguments: argparse.Namespace, stop: threading.Event, task: str = ''
+) -> Replayed:
+    """Run one recording through the chain and write what the command line asks for.
+
+    :param stop: once set, it ends early, with complete files.
+    :param task: key of the task of a batch that this is; what an earlier attempt at it has left
+        half-written is removed.
+    :raises StartError, BagError, BagWriteError, OSError: a parameter is refused, or something
+        cannot be opened or written.
+    :raises Stopped: the task is stopped.
+    """
     from_bag = is_bag(Path(arguments.input))
     setup = read_setup(arguments, from_bag=from_bag)
     path = arguments.output or default_output(arguments.input)
-    tally = Answers()
-    broken = None
+    tally, error = Answers(), ''
     with contextlib.ExitStack() as stack:
         recording = _open(arguments, setup, from_bag=from_bag)
         stack.callback(recording.close)
         threading.Thread(target=_interrupt, args=(recording, stop), daemon=True).start()
-        targets = _targets(arguments, path, recording)
+        targets = _targets(arguments, path, recording, task)
         stack.callback(targets.discard)
         began = time.monotonic()
         with contextlib.ExitStack() as writing:
-            outputs = []
-            for output in _outputs(arguments, targets, path, recording, setup):
-                writing.callback(output.close)
-                outputs.append(output)
+            outputs = _outputs(arguments, targets, path, recording, setup, writing)
             try:
                 _run(recording, setup, outputs, tally, stop)
-            except BagError as error:
-                broken = error
+            except BagError as broken:
+                error = str(broken)
+        if task and stop.is_set():
+            raise Stopped
         targets.commit()
         seconds = time.monotonic() - began
-    print(summary(recording, path, tally, seconds, interrupted=stop.is_set()))
-    if broken:
-        raise broken
-    if recording.lost:
-        print(f'replay: {recording.label}: {recording.lost} pictures are lost', file=sys.stderr)
-        return 1
+    if recording.lost and not error:
+        error = f'{recording.label}: {recording.lost} pictures are lost'
     differences = next((o.report() for o in outputs if isinstance(o, ExpectedOutput)), '')
-    if differences:
-        print(f'the tracks are not those of {arguments.expect}:\n{differences}')
-    return 0 if stop.is_set() or (tally.frames and not differences) else 1
+    return Replayed(recording, path, tally, seconds, stop.is_set(), error, differences)
 
 
 def _interrupt(recording: Recording, stop: threading.Event) -> None:
@@ -201,13 +207,13 @@ def _open(arguments: argparse.Namespace, setup: Setup, *, from_bag: bool) -> Rec
     return SourceRecording(arguments.input, setup.camera)
 
 
-def _targets(arguments: argparse.Namespace, path: Path, recording: Recording) -> Targets:
+def _targets(arguments: argparse.Namespace, path: Path, recording: Recording, task: str) -> Targets:
     if arguments.video and not recording.has_pictures:
         raise StartError(f'--video: there are no pictures in {recording.label}')
     files = [file for file in (arguments.video, arguments.csv, arguments.mot) if file]
     inputs = [arguments.input, *arguments.params_file]
     inputs += [arguments.expect] if arguments.expect else []
-    return Targets(path, files, inputs, force=arguments.force)
+    return Targets(path, files, inputs, force=arguments.force, task=task)
 
 
 def _outputs(
@@ -216,27 +222,35 @@ def _outputs(
     path: Path,
     recording: Recording,
     setup: Setup,
-) -> Iterator[Output]:
+    writing: contextlib.ExitStack,
+) -> list[Output]:
+    """All outputs, which are closed with the stack."""
+    outputs: list[Output] = []
+
+    def add(output: Output) -> None:
+        writing.callback(output.close)
+        outputs.append(output)
+
     if arguments.expect:
-        yield ExpectedOutput(arguments.expect)
-    yield BagOutput(targets.staged(path), arguments.storage, setup)
+        add(ExpectedOutput(arguments.expect))
+    add(BagOutput(targets.staged(path), arguments.storage, setup))
     if arguments.csv:
-        yield CsvOutput(targets.staged(arguments.csv))
+        add(CsvOutput(targets.staged(arguments.csv)))
     if arguments.mot:
-        yield MotOutput(targets.staged(arguments.mot))
+        add(MotOutput(targets.staged(arguments.mot)))
     if arguments.video:
-        yield VideoOutput(targets.staged(arguments.video), recording.rate)
+        add(VideoOutput(targets.staged(arguments.video), recording.rate))
+    return outputs
 
 
-def summary(
-    recording: Recording, path: Path, tally: Answers, seconds: float, *, interrupted: bool
-) -> str:
+def summary(result: Replayed) -> str:
     """The result in a few lines."""
-    speed = tally.frames / max(seconds, 1e-9)
-    real_time = (tally.last - tally.first) / NANOSECONDS / max(seconds, 1e-9)
+    recording, tally = result.recording, result.answers
+    speed = tally.frames / max(result.seconds, 1e-9)
+    real_time = (tally.last - tally.first) / NANOSECONDS / max(result.seconds, 1e-9)
     lines = [
-        f'{recording.label} -> {path}',
-        f'  frames      {tally.frames}' + (', interrupted' if interrupted else ''),
+        f'{recording.label} -> {result.output}',
+        f'  frames      {tally.frames}' + (', interrupted' if result.interrupted else ''),
         f'  detections  {tally.detections}',
         f'  tracks      {len(tally.tracks)} confirmed',
         f'  speed       {speed:.0f} frames/s, {real_time:.1f} times real time',

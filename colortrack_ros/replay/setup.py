@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from colortrack_ros.bags import STORAGES
+from colortrack_ros.batch import add_batch_options
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.live_parameters import FOREIGN
@@ -87,13 +88,27 @@ class Setup:
 
 def parse(args: Sequence[str]) -> argparse.Namespace:
     """The command line; ROS arguments may stand after ``--ros-args``, as for a node."""
+    return command_line().parse_args([w for w in args if w not in ('--ros-args', '--')])
+
+
+def command_line() -> argparse.ArgumentParser:
+    """What ``replay`` takes."""
     parser = argparse.ArgumentParser(
         prog='replay',
-        description='Runs detector and tracker over a recording, every frame in the order of the '
-        'stamps, and writes what the nodes would have published as a new bag.',
+        description='Runs detector and tracker over recordings, every frame in the order of the '
+        'stamps, and writes what the nodes would have published as new bags.',
+        epilog='For several recordings, {} in the name of a file or folder stands for the name of '
+        'each.',
+        fromfile_prefix_chars='@',
     )
     add = parser.add_argument
-    add('input', help='a rosbag2 (folder, .mcap or .db3), a video, pictures, or scene:NAME')
+    add(
+        'inputs',
+        nargs='+',
+        metavar='input',
+        help='a rosbag2 (folder, .mcap or .db3), a video, pictures, or scene:NAME; several, a '
+        'folder of them, or @FILE with one a line',
+    )
     add('--output', type=Path, help='folder of the new bag; default: the input with _tracks')
     add(
         '--tracker',
@@ -112,7 +127,8 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
     ros.add_argument('--params-file', type=Path, action='append', default=[], metavar='YAML')
     ros.add_argument('-p', '--param', action='append', default=[], metavar='[NODE:]NAME:=VALUE')
     ros.add_argument('-r', '--remap', action='append', default=[], metavar='FROM:=TO')
-    return parser.parse_args([word for word in args if word not in ('--ros-args', '--')])
+    add_batch_options(parser)
+    return parser
 
 
 def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:

@@ -21,11 +21,19 @@ class Targets:
     :param files: the other outputs.
     :param inputs: files, folders and patterns that are read.
     :param force: whether what is there may be replaced.
+    :param task: a name for what is half-written, that nobody else uses: what is left of it, from an
+        attempt that was killed, is removed.
     :raises StartError: something is there and may not be replaced, or the place is not writable.
     """
 
     def __init__(
-        self, bag: Path, files: Sequence[Path], inputs: Iterable[str | Path], *, force: bool
+        self,
+        bag: Path,
+        files: Sequence[Path],
+        inputs: Iterable[str | Path],
+        *,
+        force: bool,
+        task: str = '',
     ) -> None:
         read = [path for name in inputs for path in _paths(str(name))]
         for path in (bag, *files):
@@ -42,12 +50,16 @@ class Targets:
                 f'{bag}: is not a bag that replay has written, or not only; it is not overwritten'
             )
         self._staged: dict[Path, Path] = {}
+        self._prefix = PREFIX + task
+        for path in (bag, *files) if task else ():
+            for folder in path.resolve().parent.glob(f'{self._prefix}*'):
+                shutil.rmtree(folder, ignore_errors=True)
 
     def staged(self, path: Path) -> Path:
         """Where to write the file of a path: in a temporary folder beside it."""
         target = path.resolve()  # a link stays, and its target is replaced
         target.parent.mkdir(parents=True, exist_ok=True)
-        folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=target.parent))
+        folder = Path(tempfile.mkdtemp(prefix=self._prefix, dir=target.parent))
         self._staged[target] = folder / target.name
         return self._staged[target]
 

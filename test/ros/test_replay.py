@@ -38,6 +38,7 @@ from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.replay import run
+from colortrack_ros.replay.command import replay as replay_command
 from colortrack_ros.replay.main import main
 from colortrack_ros.replay.run import default_output
 from colortrack_ros.sources import Source
@@ -545,7 +546,7 @@ def test_a_signal_ends_a_replay_that_waits_for_a_picture(tmp_path, monkeypatch, 
         threading.Timer(0.5, stop.set).start()  # when it waits for the next one
 
     monkeypatch.setattr(run.Answers, 'add', add_and_stop)
-    assert run.replay(['shots'], stop) == 0
+    assert replay_command(['shots'], stop) == 0
     assert 'frames      1, interrupted' in capfd.readouterr().out
     assert len(of_topic('shots_tracks', '/tracks')) == 1
 
@@ -605,7 +606,7 @@ def test_the_video_shows_every_frame_with_its_tracks(replay, bag, images):
 
 
 def test_a_missing_library_is_named(replay, bag, monkeypatch):
-    monkeypatch.setitem(sys.modules, 'colortrack_ros.replay.run', None)
+    monkeypatch.setitem(sys.modules, 'colortrack_ros.replay.command', None)
     status, _, errors = replay(bag)
     assert (status, 'pip install rosbags rich' in errors) == (1, True)
     missing = ModuleNotFoundError("No module named 'rclpy'", name='rclpy')
@@ -614,7 +615,7 @@ def test_a_missing_library_is_named(replay, bag, monkeypatch):
         def __getattr__(self, _):
             raise missing
 
-    monkeypatch.setitem(sys.modules, 'colortrack_ros.replay.run', WithoutRos())
+    monkeypatch.setitem(sys.modules, 'colortrack_ros.replay.command', WithoutRos())
     status, _, errors = replay(bag)
     assert (status, 'without ROS, colortrack_ros.chain' in errors) == (1, True)
 

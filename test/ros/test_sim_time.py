@@ -21,7 +21,7 @@ from colortrack_ros.bags import BagWriter
 from colortrack_ros.bags import canonical
 from colortrack_ros.data import TRACK
 from colortrack_ros.messages import stamp_of
-from colortrack_ros.replay.run import replay
+from colortrack_ros.replay.command import replay
 
 SCENE = 'scene:five?width=320&height=240&rate=6&duration=8'
 START = 1_600_000_000_123_456_789

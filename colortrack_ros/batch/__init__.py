@@ -1,0 +1,21 @@
+"""batch: the same work on many recordings, on this machine or on a cluster."""
+
+from colortrack_ros.batch.command_line import add_batch_options
+from colortrack_ros.batch.command_line import workers_of
+from colortrack_ros.batch.run import run_batch
+from colortrack_ros.batch.tasks import BatchError
+from colortrack_ros.batch.tasks import key_of
+from colortrack_ros.batch.tasks import Outcome
+from colortrack_ros.batch.tasks import Task
+from colortrack_ros.batch.tasks import TaskError
+
+__all__ = [
+    'BatchError',
+    'Outcome',
+    'Task',
+    'TaskError',
+    'add_batch_options',
+    'key_of',
+    'run_batch',
+    'workers_of',
+]

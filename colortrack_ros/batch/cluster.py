@@ -1,0 +1,57 @@
+"""Tasks on a cluster, by Dask."""
+
+import asyncio
+from collections.abc import Iterator
+from collections.abc import Sequence
+import threading
+
+from colortrack_ros.batch.tasks import attempt
+from colortrack_ros.batch.tasks import BatchError
+from colortrack_ros.batch.tasks import Outcome
+from colortrack_ros.batch.tasks import STOP_PERIOD
+from colortrack_ros.batch.tasks import Task
+from colortrack_ros.batch.tasks import Work
+
+
+def run_on_cluster(
+    work: Work, tasks: Sequence[Task], stop: threading.Event, *, scheduler: str
+) -> Iterator[Outcome]:
+    """Have the workers of a Dask scheduler do them.
+
+    They see the same files under the same names, and have this package. What a worker that dies had
+    begun goes to another one, by Dask's ``allowed-failures`` up to four times.
+
+    :param scheduler: its address, such as ``tcp://host:8786``.
+    :raises BatchError: Dask is not there, or the scheduler does not answer.
+    """
+    try:
+        from distributed import Client
+        from distributed import wait
+    except ModuleNotFoundError as error:
+        raise BatchError(f'--scheduler: {error}; pip install colortrack_ros[cluster]') from error
+    try:
+        client = Client(scheduler)
+    except (OSError, ValueError) as error:
+        raise BatchError(f'--scheduler {scheduler}: does not answer: {error}') from error
+    with client:
+        # By key, the same task of two batches would be done once and its files be missed.
+        pending = {client.submit(_do, work, task, pure=False): task for task in tasks}
+        try:
+            while pending and not stop.is_set():
+                try:
+                    done = wait(
+                        list(pending), timeout=STOP_PERIOD, return_when='FIRST_COMPLETED'
+                    ).done
+                except (TimeoutError, asyncio.TimeoutError):  # one since Python 3.11
+                    continue
+                for future in done:
+                    task = pending.pop(future)
+                    ended = future.exception()
+                    yield Outcome(task, None, str(ended)) if ended else future.result()
+        finally:
+            client.cancel(list(pending))
+
+
+def _do(work: Work, task: Task) -> Outcome:
+    """What a worker does: one task, to its end."""
+    return attempt(work, task, threading.Event())

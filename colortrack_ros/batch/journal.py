@@ -1,0 +1,99 @@
+"""The report of a batch, which is also what a run that was stopped goes on from."""
+
+from collections.abc import Sequence
+import contextlib
+import fcntl
+import json
+from pathlib import Path
+from typing import Any
+
+from colortrack_ros.batch.tasks import BatchError
+from colortrack_ros.batch.tasks import Outcome
+from colortrack_ros.batch.tasks import Task
+
+
+class Journal:
+    """A file with one line of JSON for each outcome: name, key, error, and result.
+
+    While a batch runs there are lines as well for tasks that have begun, which have no result yet.
+
+    :param path: of the file; None keeps nothing.
+    :param fresh: whether what earlier runs left there is forgotten.
+    :raises BatchError: it cannot be written, is no such file, or another batch writes it.
+    """
+
+    def __init__(self, path: Path | None, *, fresh: bool = False) -> None:
+        self._path = path
+        self._lines: dict[str, dict[str, Any]] = {}
+        if path is None:
+            return
+        try:
+            self._file = path.open('a+')
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if fresh:
+                self._file.truncate(0)
+            self._read(path)
+        except BlockingIOError:
+            raise BatchError(f'{path}: another run writes it now') from None
+        except OSError as error:
+            raise BatchError(f'{path}: {error.strerror}') from error
+
+    def _read(self, path: Path) -> None:
+        self._file.seek(0)
+        text = self._file.read()
+        for line in text.splitlines():
+            with contextlib.suppress(ValueError):  # the last line of a run that was killed
+                entry = json.loads(line)
+                if isinstance(entry, dict) and isinstance(entry.get('key'), str):
+                    self._lines[entry['key']] = entry
+        if text and not self._lines:
+            raise BatchError(f'{path}: expected the report of an earlier run, or no such file')
+        if text and not text.endswith('\n'):
+            self._file.write('\n')
+
+    def has_begun(self, task: Task) -> bool:
+        """Whether an earlier run, that was killed, may have left part of its results."""
+        return 'result' not in self._lines.get(task.key, {'result': None})
+
+    def outcome(self, task: Task) -> Outcome | None:
+        """What an earlier run has made of it; None: nothing that holds."""
+        line = self._lines.get(task.key, {})
+        return Outcome(task, line['result'], line['error']) if line.get('result') else None
+
+    def begin(self, task: Task) -> None:
+        """Note that a task is about to begin."""
+        self._write({'name': task.name, 'key': task.key})
+
+    def add(self, outcome: Outcome) -> None:
+        """Note what came of a task."""
+        self._write(_line(outcome))
+
+    def _write(self, line: dict[str, Any]) -> None:
+        if self._path is None:
+            return
+        try:
+            self._file.write(json.dumps(line) + '\n')
+            self._file.flush()
+        except OSError as error:
+            raise BatchError(f'{self._path}: {error.strerror}') from error
+
+    def tidy(self, outcomes: Sequence[Outcome]) -> None:
+        """Leave one line for each of these, in this order."""
+        if self._path is None:
+            return
+        beside = self._path.with_name(f'.{self._path.name}.new')
+        try:
+            beside.write_text(''.join(json.dumps(_line(o)) + '\n' for o in outcomes))
+            beside.replace(self._path)
+        except OSError as error:
+            raise BatchError(f'{self._path}: {error.strerror}') from error
+
+    def close(self) -> None:
+        """Let go of the file."""
+        if self._path is not None:
+            self._file.close()
+
+
+def _line(outcome: Outcome) -> dict[str, Any]:
+    task, result, error = outcome
+    return {'name': task.name, 'key': task.key, 'error': error, 'result': result}

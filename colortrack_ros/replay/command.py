@@ -1,0 +1,43 @@
+"""What the command line of ``replay`` asks for: one recording, or many."""
+
+import argparse
+from collections.abc import Sequence
+import sys
+import threading
+
+from colortrack_ros.batch import BatchError
+from colortrack_ros.replay.inputs import recordings_in
+from colortrack_ros.replay.many import FAILURES
+from colortrack_ros.replay.many import reason_of
+from colortrack_ros.replay.many import replay_many
+from colortrack_ros.replay.run import replay_recording
+from colortrack_ros.replay.run import summary
+from colortrack_ros.replay.setup import parse
+
+
+def replay(args: Sequence[str], stop: threading.Event) -> int:
+    """Do what the command line asks for.
+
+    :param stop: once set, replay ends early, with complete files.
+    :return: the exit status.
+    """
+    arguments = parse(args)
+    try:
+        inputs = recordings_in(arguments.inputs)
+        if inputs != arguments.inputs or len(inputs) > 1 or arguments.report:
+            return replay_many(arguments, inputs, stop)
+        return _replay_one(argparse.Namespace(**vars(arguments), input=inputs[0]), stop)
+    except (*FAILURES, BatchError) as error:
+        print(f'replay: {reason_of(error)}', file=sys.stderr)
+        return 1
+
+
+def _replay_one(arguments: argparse.Namespace, stop: threading.Event) -> int:
+    result = replay_recording(arguments, stop)
+    print(summary(result))
+    if result.error:
+        print(f'replay: {result.error}', file=sys.stderr)
+        return 1
+    if result.differences:
+        print(f'the tracks are not those of {arguments.expect}:\n{result.differences}')
+    return 0 if stop.is_set() or (result.answers.frames and not result.differences) else 1

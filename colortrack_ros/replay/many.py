@@ -1,0 +1,169 @@
+"""``replay`` over many recordings: each is a task, all results are in one table."""
+
+import argparse
+from collections import Counter
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+import re
+import threading
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+
+from colortrack_ros.bags import BagError
+from colortrack_ros.bags import BagWriteError
+from colortrack_ros.bags import is_bag
+from colortrack_ros.batch import key_of
+from colortrack_ros.batch import Outcome
+from colortrack_ros.batch import run_batch
+from colortrack_ros.batch import Task
+from colortrack_ros.batch import TaskError
+from colortrack_ros.batch import workers_of
+from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.replay.expected import versions
+from colortrack_ros.replay.run import default_output
+from colortrack_ros.replay.run import replay_recording
+from colortrack_ros.replay.run import Stopped
+from colortrack_ros.replay.setup import read_setup
+from colortrack_ros.replay.targets import PREFIX
+
+FAILURES = (StartError, BagError, BagWriteError, OSError)
+"""What ends the replay of a recording with one line."""
+
+OUTPUTS = ('output', 'csv', 'mot', 'video')
+NAMED = (*OUTPUTS, 'expect')
+"""Options with a name that is another one for each recording."""
+
+COLUMNS_OF_TABLE = (
+    'frames',
+    'detections',
+    'tracks',
+    'frames/s',
+    'refused',
+    'dropped',
+    'restarts',
+    'warnings',
+)
+
+
+def reason_of(error: Exception) -> str:
+    """One line that says why."""
+    if isinstance(error, BagWriteError):
+        return f'the bag {error}'
+    if isinstance(error, OSError):
+        name = re.sub(rf'{re.escape(PREFIX)}[^/]*/', '', str(error.filename or 'output'))
+        return f'{name}: {error.strerror}'
+    return str(error)
+
+
+def replay_many(arguments: argparse.Namespace, inputs: Sequence[str], stop: threading.Event) -> int:
+    """Replay them all, each in a process of its own.
+
+    :return: the exit status: 1 if one failed or it was stopped.
+    :raises StartError: two of them would be written to one place.
+    :raises BatchError: the report cannot be written, or there are no workers.
+    """
+    read_setup(arguments, from_bag=is_bag(Path(inputs[0])))  # refuses what would be refused in each
+    tasks = _tasks(arguments, inputs)
+    outcomes = run_batch(
+        replay_task,
+        tasks,
+        workers_of(arguments),
+        stop,
+        report=arguments.report,
+        fresh=arguments.force,
+        refuse=lambda task: '' if arguments.force else _refused(task),
+    )
+    console = Console()
+    console.print(_table(outcomes))
+    for outcome in outcomes:
+        if outcome.error:
+            console.print(f'{outcome.task.name}: {outcome.error}', markup=False, soft_wrap=True)
+    if len(outcomes) < len(tasks):
+        goes_on = f'; the same command goes on from {arguments.report}' if arguments.report else ''
+        console.print(f'stopped: {len(outcomes)} of {len(tasks)} are done{goes_on}')
+        return 1
+    return int(any(outcome.error for outcome in outcomes))
+
+
+def replay_task(given: dict[str, Any], stop: threading.Event) -> tuple[dict[str, Any] | None, str]:
+    """Replay one of them; see Work."""
+    try:
+        result = replay_recording(argparse.Namespace(**given), stop, given['task'])
+    except Stopped:
+        return None, 'stopped'
+    except FAILURES as error:
+        raise TaskError(reason_of(error)) from error
+    recording, tally = result.recording, result.answers
+    counts = {
+        'input': given['input'],
+        'output': str(result.output),
+        'frames': tally.frames,
+        'detections': tally.detections,
+        'tracks': len(tally.tracks),
+        'seconds': round(result.seconds, 3),
+        'refused': recording.refused,
+        'refusal': recording.reason,
+        'dropped': recording.late,
+        'restarts': len(tally.restarts),
+        'warnings': len(tally.warnings),
+        'warning': tally.warnings[-1] if tally.warnings else '',
+    }
+    wrong = result.error or result.differences
+    return counts, wrong or ('' if tally.frames else 'no frame could be read')
+
+
+def _tasks(arguments: argparse.Namespace, inputs: Sequence[str]) -> list[Task]:
+    given = vars(arguments)
+    common = {k: v for k, v in given.items() if k not in ('inputs', 'jobs', 'scheduler', 'report')}
+    common['force'] = True  # what must not be overwritten is refused before the task begins
+    tasks = []
+    for one in inputs:
+        path = default_output(one)
+        name = path.name.removesuffix('_tracks')
+        own = {option: _named(given[option], name) for option in NAMED} | {'input': one}
+        own['output'] = own['output'] or path
+        files = [Path(one), *arguments.params_file, *([own['expect']] if own['expect'] else [])]
+        key = key_of([common, own, versions(), version('colortrack_ros')], files)
+        tasks.append(Task(name, key, {**common, **own, 'task': key}))
+    places = Counter(str(place) for task in tasks for place in _places(task))
+    if twice := [place for place, count in places.items() if count > 1]:
+        raise StartError(
+            f'{twice[0]}: {places[twice[0]]} recordings would be written to it; put {{}} in the '
+            'name, for that of the recording, and give each recording another name'
+        )
+    return tasks
+
+
+def _named(path: Path | None, name: str) -> Path | None:
+    return None if path is None else Path(str(path).replace('{}', name))
+
+
+def _places(task: Task) -> list[Path]:
+    return [task.given[option] for option in OUTPUTS if task.given[option]]
+
+
+def _refused(task: Task) -> str:
+    there = [path for path in _places(task) if path.exists()]
+    return f'{there[0]}: is there already; --force overwrites it' if there else ''
+
+
+def _table(outcomes: Sequence[Outcome]) -> Table:
+    table = Table(box=SIMPLE, pad_edge=False, collapse_padding=True)
+    table.add_column('recording')
+    for column in COLUMNS_OF_TABLE:
+        table.add_column(column, justify='right')
+    table.add_column('')
+    for task, result, error in outcomes:
+        values = [''] * len(COLUMNS_OF_TABLE)
+        if result:
+            speed = result['frames'] / max(result['seconds'], 1e-9)
+            shown = {**result, 'frames/s': round(speed)}
+            values = [str(shown[column]) for column in COLUMNS_OF_TABLE]
+        table.add_row(task.name, *values, ('failed', 'faulty')[result is not None] if error else '')
+    failed = sum(outcome.result is None for outcome in outcomes)
+    table.caption = f'{len(outcomes)} recordings, {failed} failed'
+    return table
