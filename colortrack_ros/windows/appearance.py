@@ -31,39 +31,35 @@ SIDE = 32
 COLOR_SHARE = 0.3
 """Of colors in the answer (Bertinetto et al. 2016, table 1)."""
 
-LEAST_CLEARNESS, COLORS_SAY = 10.0, 2.0
-"""Clearness, times the share of its usual contrast, that the target has at least: between the 20 of
-a strong peak and the 7 of what is covered or lost (the ratio of peak and sidelobes of Bolme et al.
-2010, 3.5). Where there are colors as a second witness, half of it."""
-
 LEAST_CONTRAST = 0.1
 """Usual contrast of a target whose colors tell it from what is around it."""
 
-LEAST_PEAK, LEAST_SHARPNESS = 0.6, 0.45
-"""Of their means so far, at least, where the target is wholly in view: only then is it learned
-(Wang, Liu and Huang 2017, 4.1)."""
+NEARBY, LEARNED, RARER = 0.55, 0.7, 0.1
+"""Likeness of what is taken for the target near the place where it is expected, and of what it is
+learned from. One in 20 and one in 100 of other places are as like, 2 and 30 in 1,000 looks at the
+target are less, and e times fewer places for each RARER (``benchmark/likeness.py FOLDER``)."""
 
-PEAK_MEMORY = 10
-"""Frames that the means go back."""
+USUAL_FRAMES = 10
+"""Frames that the means of peak and contrast go back."""
 
-PEAK_CELLS = 3
-"""Cells beside the peak that count as it."""
+LEAST_CELLS = 8
+"""A region is so many cells wide and high, at least: the width of the filter's peak and as much on
+either side."""
+
+LEAST_DIVISOR = 1e-6
+"""Divisors are no smaller."""
 
 
 class Sighting(NamedTuple):
     """Where the target seems to be.
 
-    z: (u, v) [px]; R: (2, 2) its covariance [px^2]; peak: height of the answer there; sharpness:
-    the peak's energy by the mean of all (APCE of Wang, Liu and Huang 2017, (9)); clearness: the
-    peak by the standard deviation of what is beside it; contrast: how much likelier the colors
-    there are the target's than those of all that was looked at, -1 to 1.
+    z: (u, v) [px]; R: (2, 2) its covariance [px^2]; peak: height of the answer there; contrast: how
+    much likelier the colors there are the target's than those of all that was looked at, -1 to 1.
     """
 
     z: Floats
     R: Floats
     peak: float
-    sharpness: float
-    clearness: float
     contrast: float
 
 
@@ -77,17 +73,16 @@ class Appearance:
     def __init__(self, frame: Frame, center: Floats, size: Floats) -> None:
         region = size + SURROUNDINGS * size.mean()
         self._pitch = float(np.sqrt(region.prod())) / SIDE
-        cells = np.maximum(np.rint(region / self._pitch).astype(int), 2 * PEAK_CELLS + 2)
+        cells = np.maximum(np.rint(region / self._pitch).astype(int), LEAST_CELLS)
         self._cells = np.minimum(cells, 2 * SIDE) | 1  # one is in the middle
         self._size, self._target = size, size / self._pitch
         self._scale = ScaleFilter(frame, center, size)
         patch = self._patch(frame, center)
         self._filter = CorrelationFilter(describe(patch, frame.encoding), self._target)
         self._colors = Colors(patch, self._target * CELL)
-        self._least = LEAST_CLEARNESS / (COLORS_SAY if patch.ndim == 3 else 1)
-        self._usual = np.zeros(3)
         self._sightings = 0
-        self._usual[2] = self.look(frame, center).contrast
+        first = self.look(frame, center)
+        self._usual = np.array([first.peak, first.contrast])
 
     @property
     def size(self) -> Floats:
@@ -109,29 +104,25 @@ class Appearance:
         cell = np.array([u, v]) + _between(both, int(u), int(v))
         pitch = self._pitch * self._scale.scale
         z = center + (cell - self._cells // 2) * pitch
-        low = float(answer.min())
-        sharpness = (float(answer[v, u]) - low) ** 2 / float(np.mean((answer - low) ** 2) + 1e-12)
-        clearness = _clearness(answer, int(u), int(v))
-        # Noise of the filter's bandwidth moves a peak of width sigma by sigma over this.
-        sigma = self._filter.sigma / max(clearness, 1.0)
+        peak, contrast = float(answer[v, u]), float(colors[v, u] - colors.mean())
+        # Noise of the filter's bandwidth moves a peak of width sigma by sigma over their ratio.
+        sigma = self._filter.sigma / max(peak / (float(answer.std()) + LEAST_DIVISOR), 1.0)
         R = (sigma**2 + 1 / 12) * pitch**2 * np.eye(2)  # known to a cell at least
-        return Sighting(
-            z, R, float(answer[v, u]), sharpness, clearness, float(colors[v, u] - colors.mean())
-        )
+        return Sighting(z, R, peak, contrast)
 
-    def is_target(self, seen: Sighting) -> bool:
-        """Whether it is the target rather than noise."""
-        usual, share = self._usual[2], 1.0
-        if usual > LEAST_CONTRAST:
-            share = min(max(seen.contrast / usual, 0), 1)
-        return seen.clearness * share >= self._least
+    def likeness(self, seen: Sighting) -> float:
+        """How like the target what is seen is, 0 to 1: the geometric mean of two witnesses.
 
-    def is_whole(self, seen: Sighting) -> bool:
-        """Whether what was seen is the target as clearly as it has been so far."""
-        least = self._usual[:2] * [LEAST_PEAK, LEAST_SHARPNESS]
-        if self._sightings < PEAK_MEMORY:  # a filter of one frame answers others less
-            return self.is_target(seen)
-        return self.is_target(seen) and bool(seen.peak >= least[0] and seen.sharpness >= least[1])
+        Each, peak and contrast, is a share of what it has been so far. Where colors never told the
+        target from what is around it, the peak is the only one.
+        """
+        share = np.clip(np.array(seen[2:]) / np.maximum(self._usual, LEAST_DIVISOR), 0, 1)
+        return float(np.sqrt(share.prod()) if self._usual[1] > LEAST_CONTRAST else share[0])
+
+    def is_sure(self, seen: Sighting) -> bool:
+        """Whether it is so like the target that it may be learned; the first frames have to be."""
+        least = NEARBY if self._sightings < USUAL_FRAMES else LEARNED
+        return self.likeness(seen) >= least
 
     def partly(self, seen: Sighting) -> Sighting:
         """What is seen as a part of the target: nobody knows which.
@@ -139,7 +130,7 @@ class Appearance:
         The middle of a part, a share s of the target along one axis, is (1 - s) / 2 of its size
         beside the middle at most, and half of that in the mean of all places of the part.
         """
-        share = min(seen.peak / max(float(self._usual[0]), 1e-6), 1)
+        share = min(max(seen.peak, 0) / max(float(self._usual[0]), LEAST_DIVISOR), 1)
         return seen._replace(R=seen.R + np.diag(((1 - share) / 4 * self.size) ** 2))
 
     def resize(self, frame: Frame, center: Floats) -> None:
@@ -156,21 +147,12 @@ class Appearance:
         self._colors.learn(patch)
         if seen is not None:
             self._sightings += 1
-            new = np.array([seen.peak, seen.sharpness, seen.contrast])
-            share = np.array([1 / min(self._sightings, PEAK_MEMORY)] * 2 + [1 / PEAK_MEMORY])
-            self._usual += share * (new - self._usual)
+            new = np.array([seen.peak, seen.contrast])
+            self._usual += (new - self._usual) / min(self._sightings, USUAL_FRAMES)
 
     def _patch(self, frame: Frame, center: Floats) -> Pixels:
         region = self._cells * self._pitch * self._scale.scale
         return sample(frame, center, region, tuple((self._cells * CELL).tolist()))
-
-
-def _clearness(answer: Features, u: int, v: int) -> float:
-    """The peak by the standard deviation of what is beside it."""
-    rest = answer.copy()
-    near = slice(max(v - PEAK_CELLS, 0), v + PEAK_CELLS + 1)
-    rest[near, max(u - PEAK_CELLS, 0) : u + PEAK_CELLS + 1] = np.nan
-    return float((answer[v, u] - np.nanmean(rest)) / (np.nanstd(rest) + 1e-6))
 
 
 def _between(surface: Features, u: int, v: int) -> Floats:

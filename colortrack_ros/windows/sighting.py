@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.windows.appearance import Appearance
+from colortrack_ros.windows.appearance import NEARBY
+from colortrack_ros.windows.appearance import RARER
 from colortrack_ros.windows.appearance import Sighting
 from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.matching import Matches
@@ -40,14 +42,15 @@ def sight(
     for i, record in enumerate(records):
         appearance: Appearance = record['appearance']
         seen = appearance.look(frame, matches.z[i] if valid[i] else predicted[i])
-        if not appearance.is_target(seen):
+        if appearance.likeness(seen) < NEARBY:
             if valid[i]:
                 continue
             seen = appearance.look(frame, _elsewhere(frame, record))
-            if not appearance.is_whole(seen):
+            # The more places were looked at, the rarer has to be one as like.
+            if appearance.likeness(seen) < NEARBY + RARER * np.log(record['looks'] + 1):
                 continue
         sightings[i] = seen
-        if not appearance.is_whole(seen):
+        if not appearance.is_sure(seen):
             seen = appearance.partly(seen)
         error = matches.z[i] - seen.z
         if not valid[i] or error @ np.linalg.solve(seen.R, error) > DISAGREEMENT:
@@ -70,7 +73,7 @@ def learn(
         seen = sightings.get(i)
         if records['hits'][i] % 2:  # by turns: each is half of the time
             appearance.resize(frame, z[i])
-        elif seen is None or appearance.is_whole(seen):
+        elif seen is None or appearance.is_sure(seen):
             appearance.learn(frame, z[i], seen)
         records['box_w'][i], records['box_h'][i] = appearance.size
         records['area'][i] = appearance.size.prod()
