@@ -24,6 +24,9 @@ NEEDS = {
 }
 """Modules that no rosdep key gives, and what cannot be imported without them."""
 
+COLCON_NODES = ('test_simulator.py', 'test_start_and_end.py', 'test_tracker.py')
+"""What `colcon test`, which gives reports a prefix, runs of the nodes: three minutes in all."""
+
 MISSING = [name for name in NEEDS if importlib.util.find_spec(name) is None]
 
 
@@ -44,11 +47,17 @@ class Skipped(pytest.Module):
         pytest.skip(f'needs {", ".join(needs_of(self.path))}, which no rosdep key gives')
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Nodes first, which mostly wait, and of those and of the others what takes long."""
     items.sort(
         key=lambda item: (item.path.parent.name != 'ros', not item.get_closest_marker('slow'))
     )
+    if config.getoption('junitprefix'):
+        for item in items:
+            if item.get_closest_marker('slow') or item.get_closest_marker('alone'):
+                item.add_marker(pytest.mark.skip('takes long: `make test` runs it'))
+            elif item.path.parent.name == 'ros' and item.path.name not in COLCON_NODES:
+                item.add_marker(pytest.mark.skip('more nodes: `make test` runs it'))
 
 
 @pytest.hookimpl(optionalhook=True)
