@@ -30,13 +30,17 @@ endef
 
 BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py %/faults.py,$(wildcard benchmark/*.py))
 
-.PHONY: bench soak demo test quick test-ubuntu lint docs doc/demo.webp clean
+.PHONY: bench soak demo tuner test quick test-ubuntu lint docs doc/demo.webp clean
 
 # With ROBOT=1 a simulated robot that follows a ball, in place of SOURCE.
 demo: $(VENV)/demo
 	$(if $(ROBOT),$(PYTHON_IN) -m colortrack_ros.tools.robot_demo --seconds $(SECONDS),\
 	$(PYTHON_IN) -m colortrack_ros.tools.demo --source '$(SOURCE)' --params '$(PARAMS)' \
 		--color '$(COLOR)' --tolerance '$(TOLERANCE)' --seconds $(SECONDS))
+
+# A page to tune in, over SOURCE, with PARAMS to begin with and to save to.
+tuner: $(VENV)/tuner
+	$(RUN) $(VENV)/bin/tuner '$(SOURCE)' $(if $(PARAMS),--params-file '$(PARAMS)')
 
 # More at once than there are cores, since nodes mostly wait; when they are done, one after the other
 # those that measure time. TESTS=... instead of all.
@@ -78,6 +82,12 @@ lint: .venv-lint/lint
 %/demo: setup.py
 	$(environment)
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check -e '.[standalone,demo,replay]'
+	touch $@
+
+%/tuner: setup.py
+	$(environment)
+	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
+		-e '.[standalone,demo,replay,tuner]'
 	touch $@
 
 %/test: setup.py

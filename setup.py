@@ -20,6 +20,7 @@ EXECUTABLES = {
     'replay': 'replay.main',
     'simulator': 'nodes.simulator',
     'tracker': 'nodes.tracker',
+    'tuner': 'tuner.main',
     'window_tracker': 'nodes.window_tracker',
 }
 
@@ -43,6 +44,7 @@ setup(
     maintainer='colortrack_ros maintainers',
     maintainer_email='maintainers@colortrack-ros.org',
     packages=find_packages(include=[NAME, f'{NAME}.*']),
+    package_data={f'{NAME}.tuner': ['page/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
@@ -57,10 +59,13 @@ setup(
         'demo': ['rich'],
         'docs': ['myst-parser==4.0.1', 'sphinx==8.1.3', 'sphinx-rtd-theme==3.0.2'],
         'replay': ['apsw', 'rich', 'rosbags>=0.11'],
+        'tuner': ['aiohttp>=3.9'],
         'test': [
+            'aiohttp>=3.9',
             'distributed',
             'hypothesis',
             'motmetrics',
+            'playwright',
             'pytest',
             'pytest-xdist',
         ],

@@ -21,6 +21,7 @@ settings.load_profile('same')
 NEEDS = {
     'rosbags': ('support.recorded', 'colortrack_ros.bags', 'colortrack_ros.replay', 'rosbags'),
     'motmetrics': ('motmetrics',),
+    'playwright': ('playwright',),
 }
 """Modules that no rosdep key gives, and what cannot be imported without them."""
 

@@ -64,6 +64,7 @@ FLOORS = (
     {'nodes'},
     {'replay'},
     {'tools'},
+    {'tuner'},
 )
 """The rooms, from the ground up: a file imports from its own room and from lower floors."""
 FILES = sorted(PACKAGE.rglob('*.py'))

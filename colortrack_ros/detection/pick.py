@@ -87,13 +87,12 @@ def pick_color(
     valid = 0 <= u < columns and 0 <= v < rows
     expect(valid, 'pixel', (u, v), f'u, v in the picture of {columns} x {rows} px')
     rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
-    region = _stable_region(rgb, u, v)
     extent = find_extent(count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v))
-    color = _of_extent(extent, name) if extent else _color_of(rgb, region, name)
+    color = _of_extent(extent, name) if extent else _color_of(rgb, _stable_region(rgb, u, v), name)
     detector = Detector(replace(config or DetectorConfig(), colors=(color,)))
     found = detector.detect(frame).rows
     away = np.hypot(found['u'] - u, found['v'] - v)
-    area = int(found['area'][away.argmin()]) if len(found) else int(region.sum())
+    area = int(found['area'][away.argmin()] if len(found) else _stable_region(rgb, u, v).sum())
     return PickedColor(color, area, float(np.mean(detector.mask > 0)))
 
 

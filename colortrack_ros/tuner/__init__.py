@@ -1,0 +1,1 @@
+"""tuner: a page to tune, watch and judge the chain of detector and tracker."""

@@ -1,0 +1,86 @@
+"""The one folder that the page reads params files from and writes them to."""
+
+import difflib
+import hashlib
+import os
+from pathlib import Path
+import tempfile
+
+from colortrack_ros.files import read_file
+
+SUFFIXES = ('.yaml', '.yml')
+
+LARGEST_FILE = 1 << 20
+"""Size of the largest params file."""
+
+
+class Folder:
+    """Params files of one folder; no name leads out of it.
+
+    :param root: an existing folder.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root.resolve()
+
+    def names(self) -> list[str]:
+        """The params files in it, not in folders below."""
+        return sorted(p.name for p in self.root.iterdir() if p.suffix in SUFFIXES and p.is_file())
+
+    def read(self, name: str) -> str:
+        """The text of a file.
+
+        :raises ValueError: there is none, or it is none to read.
+        """
+        return read_file(self._path(name), LARGEST_FILE).decode()
+
+    def read_or_empty(self, name: str) -> str:
+        """The text of a file, empty where there is none yet.
+
+        :raises ValueError: it is none to read.
+        """
+        return self.read(name) if self._path(name).exists() else ''
+
+    def write(self, name: str, text: str) -> None:
+        """Write a file as a whole or not at all.
+
+        :raises ValueError: it is none to write, or cannot be written.
+        """
+        path = self._path(name)
+        try:
+            mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
+            handle, staged = tempfile.mkstemp(suffix='.tmp', dir=path.parent)
+            with os.fdopen(handle, 'w', encoding='utf-8') as file:
+                file.write(text)
+            os.chmod(staged, mode)
+            os.replace(staged, path)
+        except OSError as error:
+            raise ValueError(f'{name}: {error.strerror}') from error
+
+    def _path(self, name: str) -> Path:
+        """Where a file is.
+
+        :raises ValueError: outside of the folder, in a folder that is not there, or no YAML.
+        """
+        try:
+            path = (self.root / name).resolve()
+        except (OSError, RuntimeError) as error:  # of a link to itself
+            raise ValueError(f'path: {error}') from error
+        if not path.is_relative_to(self.root) or not path.parent.is_dir():
+            raise ValueError(f'path: expected a file in {self.root}, got {name!r}')
+        if path.suffix not in SUFFIXES:
+            raise ValueError(f'path: expected a name that ends in .yaml or .yml, got {name!r}')
+        if path.exists() and not path.is_file():
+            raise ValueError(f'path: expected a file, got {name!r}')
+        return path
+
+
+def difference(name: str, old: str, new: str) -> str:
+    """What changes in a text, as ``diff -u`` shows it; empty if nothing does."""
+    lines = old.splitlines(), new.splitlines()
+    return '\n'.join(difflib.unified_diff(*lines, f'{name} (now)', name, lineterm=''))
+
+
+def digest(*texts: str) -> str:
+    """Tells whether texts are those that somebody has seen."""
+    return hashlib.sha256('\0'.join(texts).encode()).hexdigest()

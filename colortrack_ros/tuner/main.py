@@ -1,0 +1,73 @@
+"""``tuner``: a page to tune detector and tracker in, over a recording."""
+
+import argparse
+import asyncio
+from collections.abc import Sequence
+from pathlib import Path
+import signal
+import sys
+
+HELP = 'a video, a picture, a folder or pattern of pictures, or scene:NAME'
+NEED = 'apt install python3-aiohttp, or pip install aiohttp'
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Serve the page until a signal comes.
+
+    :return: the exit status: 0, or 1 if it could not start.
+    """
+    arguments = _parse(sys.argv[1:] if args is None else args)
+    try:
+        return asyncio.run(_serve(arguments))
+    except ModuleNotFoundError as error:
+        print(f'tuner: {error}; {NEED}', file=sys.stderr)
+        return 1
+
+
+def _parse(args: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog='tuner', description=__doc__)
+    add = parser.add_argument
+    add('source', nargs='?', default='scene:occlusion', help=f'{HELP}; default: scene:occlusion')
+    add('--params-file', type=Path, metavar='YAML', help='to begin with, and to save to')
+    add('--folder', type=Path, help='the only one that it writes to; default: that of the file')
+    add('--rate', type=float, default=0.0, help='frames a second, of pictures')
+    add('--address', default='127.0.0.1', help='to listen on; another one asks for a token')
+    add('--port', type=int, default=8600, help='0 for any; default: 8600')
+    return parser.parse_args([word for word in args if word != '--ros-args'])
+
+
+async def _serve(arguments: argparse.Namespace) -> int:
+    # Not at the top: where aiohttp is missing, that is said in one line.
+    from aiohttp import web
+
+    from colortrack_ros.sources import SourceError
+    from colortrack_ros.tuner.folder import Folder
+    from colortrack_ros.tuner.footage import open_footage
+    from colortrack_ros.tuner.gate import Gate
+    from colortrack_ros.tuner.server import Server
+    from colortrack_ros.tuner.session import Session
+
+    stop = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, stop.set)
+    file: Path | None = arguments.params_file
+    folder = arguments.folder or (file.parent if file else Path())
+    try:
+        if not folder.is_dir():
+            raise ValueError(f'--folder {folder}: expected a folder that is there')
+        footage = open_footage(arguments.source, arguments.rate)
+        name = str(file.resolve().relative_to(folder.resolve())) if file else ''
+        session = Session(footage, Folder(folder), name)
+        gate = Gate(arguments.address)
+        runner = web.AppRunner(Server(session, gate).app, access_log=None)
+        await runner.setup()
+        await web.TCPSite(runner, arguments.address, arguments.port, shutdown_timeout=1.0).start()
+    except (SourceError, ValueError, OSError) as error:
+        print(f'tuner: {error}', file=sys.stderr)
+        return 1
+    gate.port = runner.addresses[0][1]
+    print(f'tuner: {gate.url} (Ctrl-C ends it)', flush=True)
+    await stop.wait()
+    await runner.cleanup()
+    footage.close()
+    return 0

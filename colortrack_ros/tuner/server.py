@@ -1,0 +1,217 @@
+"""The server: one page, and a websocket for each browser that shows it."""
+
+import asyncio
+from collections.abc import Awaitable
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+import contextlib
+import json
+from pathlib import Path
+import time
+from typing import Any
+from typing import TypeVar
+
+from aiohttp import web
+from aiohttp import WSMsgType
+
+from colortrack_ros.tuner.commands import parse
+from colortrack_ros.tuner.gate import COOKIE
+from colortrack_ros.tuner.gate import Gate
+from colortrack_ros.tuner.session import Session
+from colortrack_ros.tuner.settings import described
+
+PAGE = Path(__file__).with_name('page')
+
+LARGEST_MESSAGE = 1 << 16
+"""Of a message of the page: the corners of a hundred regions are fewer."""
+
+MOST_PEOPLE = 16
+"""Browsers at once."""
+
+QUIET_SECONDS = 20.0
+"""A browser that has not answered for so long is gone."""
+
+Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+Result = TypeVar('Result')
+
+
+class Server:
+    """Serves the page, and plays the recording while somebody looks.
+
+    All work on the session is done in one thread, so that the connections never wait for it. Each
+    browser gets the newest picture once it has shown the one before: a slow one misses pictures,
+    and nobody waits for it.
+
+    :param session: what the browsers share.
+    :param gate: who is let in.
+    """
+
+    def __init__(self, session: Session, gate: Gate) -> None:
+        self._session, self._gate = session, gate
+        self._thread = ThreadPoolExecutor(1, 'workbench')
+        self._people: set[Browser] = set()
+        self._wake = asyncio.Event()
+        self._encoded: tuple[object, bytes] = (None, b'')
+        self._state = ''
+        self.app = web.Application(middlewares=[web.middleware(self._guarded())])
+        self.app.router.add_get('/', self._page)
+        self.app.router.add_get('/socket', self._socket)
+        self.app.router.add_static('/page', PAGE)
+        self.app.cleanup_ctx.append(self._playing)
+
+    def _guarded(self) -> Any:
+        async def guarded(request: web.Request, handler: Handler) -> web.StreamResponse:
+            token = request.query.get('token', request.cookies.get(COOKIE, ''))
+            refusal = self._gate.refusal(request.headers, token)
+            if refusal:
+                return _safe(web.Response(status=403, text=f'{refusal}\n'), request)
+            try:
+                return _safe(await handler(request), request)
+            except web.HTTPException as answer:
+                _safe(answer, request)
+                raise
+
+        return guarded
+
+    async def _page(self, request: web.Request) -> web.StreamResponse:
+        """The page; a token in its address becomes a cookie, and leaves the address."""
+        if 'token' in request.query:
+            answer = web.HTTPFound('/')
+            answer.set_cookie(COOKIE, self._gate.token, httponly=True, samesite='Strict')
+            raise answer
+        return web.FileResponse(PAGE / 'index.html')
+
+    async def _socket(self, request: web.Request) -> web.StreamResponse:
+        if len(self._people) >= MOST_PEOPLE:
+            raise web.HTTPServiceUnavailable(text=f'{MOST_PEOPLE} browsers are enough\n')
+        socket = web.WebSocketResponse(max_msg_size=LARGEST_MESSAGE, heartbeat=QUIET_SECONDS)
+        await socket.prepare(request)
+        browser = Browser(socket)
+        self._people.add(browser)
+        await socket.send_str(json.dumps({'is': 'hello', 'parameters': described()}))
+        await self._refresh()
+        sending = asyncio.create_task(self._feed(browser))
+        try:
+            async for message in socket:
+                if message.type == WSMsgType.TEXT:
+                    await self._answer(browser, message.data)
+                elif message.type == WSMsgType.BINARY:
+                    await socket.send_str(_refused('expected a text'))
+        finally:
+            self._people.discard(browser)
+            sending.cancel()
+            with contextlib.suppress(asyncio.CancelledError, ConnectionError):
+                await sending
+        return socket
+
+    async def _answer(self, browser: 'Browser', text: str) -> None:
+        try:
+            command, fields = parse(text)
+            if command == 'shown':
+                browser.has_shown()
+                return
+            reply = await self._in_thread(lambda: self._session.do(command, fields))
+        except ValueError as error:
+            await browser.socket.send_str(_refused(str(error)))
+            return
+        if reply:
+            await browser.socket.send_str(json.dumps(reply))
+        await self._refresh()
+        self._wake.set()
+
+    async def _feed(self, browser: 'Browser') -> None:
+        """Send what is new, as fast as the browser takes it."""
+        with contextlib.suppress(ConnectionError):
+            while True:
+                await browser.changed.wait()
+                browser.changed.clear()
+                if browser.state is not self._state:
+                    browser.state = self._state
+                    await browser.socket.send_str(self._state)
+                view = self._session.bench.view
+                if browser.ready and view is not None and browser.view is not view:
+                    browser.view, browser.ready = view, False
+                    await browser.socket.send_bytes(await self._in_thread(self._picture))
+
+    def _picture(self) -> bytes:
+        """The newest view as it is sent, made once for all browsers."""
+        view = self._session.bench.view
+        if view is not None and self._encoded[0] is not view:
+            self._encoded = view, view.encoded()
+        return self._encoded[1]
+
+    async def _refresh(self) -> None:
+        """Let all browsers have the newest state."""
+        state = await self._in_thread(lambda: json.dumps(self._session.state()))
+        self._state = state if state != self._state else self._state
+        self._tell()
+
+    def _tell(self) -> None:
+        for browser in self._people:
+            browser.changed.set()
+
+    async def _playing(self, _: web.Application) -> Any:
+        task = asyncio.create_task(self._work())
+        yield
+        for browser in list(self._people):
+            await browser.socket.close()
+        task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+        self._thread.shutdown()
+
+    async def _work(self) -> None:
+        """Play, and catch up, while somebody looks."""
+        bench = self._session.bench
+        due = time.monotonic()
+        while True:
+            if bench.playing and self._people:
+                due = max(due + 1 / bench.footage.rate, time.monotonic())
+                if not await self._in_thread(bench.step):
+                    await self._refresh()
+                self._tell()
+                await asyncio.sleep(max(due - time.monotonic(), 0))
+            elif not await self._in_thread(bench.catch_up):
+                self._tell()
+                await self._wake.wait()
+                self._wake.clear()
+
+    async def _in_thread(self, work: Callable[[], Result]) -> Result:
+        return await asyncio.get_running_loop().run_in_executor(self._thread, work)
+
+
+class Browser:
+    """One browser.
+
+    :ivar changed: set when there may be something new to send.
+    :ivar ready: whether it has shown what it got.
+    """
+
+    def __init__(self, socket: web.WebSocketResponse) -> None:
+        self.socket = socket
+        self.changed = asyncio.Event()
+        self.ready = True
+        self.state = ''
+        self.view: object = None
+
+    def has_shown(self) -> None:
+        """The last picture is on its screen."""
+        self.ready = True
+        self.changed.set()
+
+
+def _refused(why: str) -> str:
+    return json.dumps({'is': 'refused', 'why': why})
+
+
+def _safe(answer: Any, request: web.Request) -> Any:
+    """The answer, with headers that let the page load nothing from elsewhere."""
+    if not answer.prepared:
+        answer.headers['Content-Security-Policy'] = (
+            "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+            f"connect-src 'self' ws://{request.host}; frame-ancestors 'none'; base-uri 'none'"
+        )
+        answer.headers['X-Content-Type-Options'] = 'nosniff'
+        answer.headers['Referrer-Policy'] = 'no-referrer'
+        answer.headers['Cache-Control'] = 'no-store'
+    return answer

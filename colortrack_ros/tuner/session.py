@@ -1,0 +1,169 @@
+"""What the people before the page share: the workbench, the settings, the samples and the file."""
+
+import shlex
+from typing import Any
+
+from colortrack_ros.detection.teach import Example
+from colortrack_ros.parameters.params_file import flow
+from colortrack_ros.parameters.params_file import given_in
+from colortrack_ros.tuner.folder import difference
+from colortrack_ros.tuner.folder import digest
+from colortrack_ros.tuner.folder import Folder
+from colortrack_ros.tuner.footage import Footage
+from colortrack_ros.tuner.samples import Sample
+from colortrack_ros.tuner.samples import taught
+from colortrack_ros.tuner.samples import values_of
+from colortrack_ros.tuner.settings import colors_of
+from colortrack_ros.tuner.settings import CONFIGS
+from colortrack_ros.tuner.settings import Settings
+from colortrack_ros.tuner.workbench import Workbench
+
+Reply = dict[str, Any]
+
+
+class Session:
+    """Does what the page asks for. One thread at a time may use it.
+
+    :param footage: the recording.
+    :param folder: of the params files.
+    :param file: the one to begin with, empty for none.
+    :raises ValueError: the file is none that can be read.
+    :ivar revision: counts the changes of :meth:`state`.
+    """
+
+    def __init__(self, footage: Footage, folder: Folder, file: str = '') -> None:
+        self._folder, self._file = folder, file
+        self._text = folder.read_or_empty(file) if file else ''
+        self._samples: tuple[Sample, ...] = ()
+        self._samples_before: list[tuple[Sample, ...]] = []
+        self.revision = 0
+        self.bench = Workbench(footage, Settings(self._text))
+
+    @property
+    def settings(self) -> Settings:
+        """The parameters in force."""
+        return self.bench.settings
+
+    def do(self, command: str, fields: dict[str, Any]) -> Reply | None:
+        """Carry out a command that has been checked.
+
+        :returns: what only who has asked gets to know.
+        :raises ValueError: it is refused, with the reason.
+        """
+        reply: Reply | None = getattr(self, f'_{command}')(**fields)
+        self.revision += 1
+        return reply
+
+    def state(self) -> Reply:
+        """Everything that everybody sees, but for the picture."""
+        bench, settings = self.bench, self.settings
+        return {
+            'is': 'state',
+            'source': bench.footage.label,
+            'total': bench.footage.total,
+            'rate': bench.footage.rate,
+            'playing': bench.playing,
+            'values': {node: settings.in_force(node) for node in CONFIGS},
+            'given': {node: list(settings.given(node)) for node in CONFIGS},
+            'colors': colors_of(settings.detector),
+            'samples': [
+                {'color': s.color, 'is_it': s.is_it, 'shades': s.example.shades().round(1).tolist()}
+                for s in self._samples
+            ],
+            'refused': settings.refused,
+            'changes': settings.changes,
+            'file': self._file,
+            'folder': str(self._folder.root),
+            'files': self._folder.names(),
+            'unsaved': settings.written_into(self._text) != self._text,
+        }
+
+    def _play(self) -> None:
+        self.bench.play()
+
+    def _pause(self) -> None:
+        self.bench.pause()
+
+    def _seek(self, frame: int) -> None:
+        self.bench.seek(frame)
+
+    def _step(self, by: int) -> None:
+        view = self.bench.view
+        self.bench.pause()
+        if by == 1:
+            self.bench.step()
+        elif view:
+            self.bench.seek(view.number + by)
+
+    def _set(self, node: str, values: dict[str, Any], follows: bool) -> None:
+        self._change(node, values, self._samples, follows=follows)
+
+    def _undo(self) -> None:
+        self.settings.undo()
+        self._samples = self._samples_before.pop()
+        self.bench.configure()
+
+    def _sample(self, color: str, is_it: bool, u: int, v: int, width: int, height: int) -> None:
+        view = self.bench.view
+        if view is None:
+            raise ValueError('sample: there is no picture')
+        example = Example(view.frame, (u, v, width, height))
+        samples = (*self._samples, Sample(color, example, is_it))
+        picked = taught(samples, color, self.settings.detector)
+        self._change('detector', values_of(self.settings.given('detector'), picked), samples)
+
+    def _remove_color(self, color: str) -> None:
+        given = self.settings.given('detector')
+        names = [c.name for c in self.settings.detector.colors if c.name != color]
+        gone = {name: None for name in given if name.startswith(f'{color}.')}
+        samples = tuple(sample for sample in self._samples if sample.color != color)
+        self._change('detector', {'colors': names, **gone}, samples)
+
+    def _learn_background(self) -> None:
+        self.bench.learn_background()
+
+    def _load(self, path: str) -> None:
+        text = self._folder.read(path)
+        self.bench.settings = Settings(text)
+        self._file, self._text = path, text
+        self._samples, self._samples_before = (), []
+        self.bench.configure()
+
+    def _diff(self, path: str) -> Reply:
+        old = self._folder.read_or_empty(path)
+        new = self.settings.written_into(old)
+        diff = difference(path, old, new)
+        return {'is': 'diff', 'path': path, 'diff': diff, 'digest': digest(old, new)}
+
+    def _save(self, path: str, digest: str) -> Reply:
+        seen = self._diff(path)
+        if seen['digest'] != digest:
+            raise ValueError(f'{path}: has changed since the difference was shown; look again')
+        text = self.settings.written_into(self._folder.read_or_empty(path))
+        self._folder.write(path, text)
+        self._file, self._text = path, text
+        return {'is': 'saved', 'path': str(self._folder.root / path)}
+
+    def _lines(self) -> Reply:
+        lines = []
+        for node in CONFIGS:
+            before = given_in(self._text, node)
+            for name, value in self.settings.given(node).items():
+                if before.get(name) != value:
+                    lines.append(f'ros2 param set /{node} {name} {shlex.quote(flow(value))}')
+        return {'is': 'lines', 'text': '\n'.join(lines)}
+
+    def _change(
+        self,
+        node: str,
+        values: dict[str, Any],
+        samples: tuple[Sample, ...],
+        *,
+        follows: bool = False,
+    ) -> None:
+        before = self.settings.changes
+        self.settings.change(node, values, follows=follows)
+        if self.settings.changes > before:
+            self._samples_before.append(self._samples)
+        self._samples = samples
+        self.bench.configure()

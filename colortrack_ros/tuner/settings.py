@@ -1,0 +1,159 @@
+"""The parameters of detector and tracker while somebody tunes them."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from functools import partial
+from typing import Any
+
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection.regions import Regions
+from colortrack_ros.parameters import build
+from colortrack_ros.parameters import ParameterTable
+from colortrack_ros.parameters import Spec
+from colortrack_ros.parameters.params_file import given_in
+from colortrack_ros.parameters.params_file import with_values
+from colortrack_ros.tracking import TrackerConfig
+
+CONFIGS = {'detector': DetectorConfig, 'tracker': TrackerConfig}
+"""By the name of the node that has these parameters."""
+
+TUNED = {node: ParameterTable.of(config) for node, config in CONFIGS.items()}
+
+Values = dict[str, dict[str, Any]]
+"""Values that differ from the defaults or were given, by node and full name."""
+
+
+class Settings:
+    """What is given to each node, and the configurations that follow from it.
+
+    :param text: of a params file; empty for the defaults.
+    :ivar refused: why values of the file are not in force, by node and name.
+    :raises ValueError: the text is no params file.
+    """
+
+    def __init__(self, text: str = '') -> None:
+        self.refused: dict[str, str] = {}
+        self._before: list[Values] = []
+        self._given: Values = {}
+        self._configs: dict[str, Any] = {}
+        for node, table in TUNED.items():
+            given = {k: v for k, v in given_in(text, node).items() if k in table}
+            accepted, refused = table.consistent(given, partial(_config, node))
+            self.refused.update({f'{node}.{name}': why for name, why in refused.items()})
+            self._given[node] = {k: v for k, v in accepted.items() if k in given}
+            self._configs[node] = _config(node, self._given[node])
+
+    @property
+    def detector(self) -> DetectorConfig:
+        """What to look for."""
+        config: DetectorConfig = self._configs['detector']
+        return config
+
+    @property
+    def tracker(self) -> TrackerConfig:
+        """How to follow it."""
+        config: TrackerConfig = self._configs['tracker']
+        return config
+
+    def given(self, node: str) -> Mapping[str, Any]:
+        """The values that are given to a node, by full name."""
+        return self._given[node]
+
+    def change(self, node: str, values: Mapping[str, Any], *, follows: bool = False) -> None:
+        """Give a node some values, all of them or none.
+
+        :param values: by full name; None takes a value back, and the default holds.
+        :param follows: whether this goes on with the last change, as the next place of a slider
+            does: both are taken back together.
+        :raises ValueError: a value is refused, with the reason that the node would give.
+        """
+        if node not in TUNED:
+            raise ValueError(f'node: expected one of {", ".join(TUNED)}, got {node!r}')
+        table, given = TUNED[node], dict(self._given[node])
+        for name, value in values.items():
+            spec = table.find(name)
+            if value is None:
+                given.pop(name, None)
+            else:
+                given[name] = spec.check(name, value)
+        config = _config(node, given)
+        if not (follows and self._before):
+            self._before.append(self._given)
+        self._given = {**self._given, node: given}
+        self._configs[node] = config
+
+    def undo(self) -> None:
+        """Take the last change back.
+
+        :raises ValueError: there is none.
+        """
+        if not self._before:
+            raise ValueError('undo: there is nothing to take back')
+        self._given = self._before.pop()
+        self._configs = {node: _config(node, given) for node, given in self._given.items()}
+
+    @property
+    def changes(self) -> int:
+        """How many changes can be taken back."""
+        return len(self._before)
+
+    def written_into(self, text: str) -> str:
+        """The text of a params file with what is given here, and nothing else changed.
+
+        :raises ValueError: the text is no params file that can be changed piece by piece.
+        """
+        for node, table in TUNED.items():
+            old = {k: v for k, v in given_in(text, node).items() if k in table}
+            new = self._given[node]
+            gone = {name: None for name in old if name not in new}
+            changed = {k: v for k, v in new.items() if k not in old or old[k] != v}
+            if gone or changed:
+                text = with_values(text, node, gone | changed)
+        return text
+
+    def in_force(self, node: str) -> dict[str, Any]:
+        """Every value, defaults included, by full name."""
+        return TUNED[node].defaults(self._given[node])
+
+
+def _config(node: str, given: Mapping[str, Any]) -> Any:
+    """The configuration of what is given.
+
+    :raises ValueError: it is refused.
+    """
+    config: Any = build(CONFIGS[node], TUNED[node].defaults(given))
+    if node == 'detector':
+        Regions(config.regions, config.mask)
+    return config
+
+
+def described() -> dict[str, Any]:
+    """What there is to set: for each node its parameters, and those of each NAME of a list."""
+    return {
+        node: {
+            'parameters': [_description(spec) for spec in table.specs.values()],
+            'each': {
+                listing: [_description(spec) for spec in group.values()]
+                for listing, group in table.groups.items()
+            },
+        }
+        for node, table in TUNED.items()
+    }
+
+
+def _description(spec: Spec) -> dict[str, Any]:
+    """A parameter as the page needs it."""
+    shown = ('name', 'description', 'unit', 'minimum', 'maximum', 'choices', 'length', 'audience')
+    return {key: getattr(spec, key) for key in shown} | {
+        'type': spec.type_name,
+        'many': spec.many,
+        'optional': spec.optional,
+        'default': None if spec.optional else spec.default,
+    }
+
+
+def colors_of(config: DetectorConfig) -> list[dict[str, Any]]:
+    """The reference colors, as the page shows them."""
+    return [
+        asdict(color) | {'axes': color.axes, 'sought': color.is_sought} for color in config.colors
+    ]

@@ -1,0 +1,168 @@
+"""The chain over a recording that somebody plays, stops, scrubs and tunes."""
+
+import time
+
+import numpy as np
+
+from colortrack_ros.chain import ColorChain
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Frame
+from colortrack_ros.data import Tracks
+from colortrack_ros.detection import Detector
+from colortrack_ros.drawing import Trails
+from colortrack_ros.flow.stage import Stage
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tuner.footage import Footage
+from colortrack_ros.tuner.settings import Settings
+from colortrack_ros.tuner.view import ShownFrame
+from colortrack_ros.tuner.view import trails_of
+
+WARM_UP = 240
+"""Frames before the one that is looked at, from which its tracks and the background come: 8 s at
+30 Hz, longer than the tracker remembers a lost object by default."""
+
+
+class Workbench:
+    """Plays the frames of a recording through detector and tracker.
+
+    One thread at a time may use it. After :meth:`seek`, and after changes of the settings while it
+    is stopped, :attr:`view` has the detections at once, and the tracks when :meth:`catch_up` has
+    been called until it returns False.
+
+    :param footage: the recording.
+    :param settings: what to look for, and how to follow it.
+    :ivar view: of the frame that is looked at; None where the recording has none.
+    :ivar playing: whether :meth:`step` is to be called again and again.
+    """
+
+    def __init__(self, footage: Footage, settings: Settings) -> None:
+        self.footage, self.settings = footage, settings
+        self._behind = False
+        self.playing = False
+        self.view: ShownFrame | None = None
+        self._restart(0)
+        self._advance()
+
+    def play(self) -> None:
+        """Go on from here; at the end, from the beginning."""
+        self._finish()
+        if self.view and self.view.number >= self.footage.last():
+            self._restart(0)
+            self._advance()
+        self.playing = True
+
+    def pause(self) -> None:
+        """Stop at this frame."""
+        self.playing = False
+
+    def step(self) -> bool:
+        """Go to the next frame; False, and stopped, where there is none."""
+        self._finish()
+        if not self._advance():
+            self.playing = False
+            return False
+        return True
+
+    def seek(self, number: int) -> None:
+        """Look at a frame; one behind the end means the last."""
+        self.playing = False
+        number = max(number, 0)
+        frame = self.footage.frame(number)
+        if frame is None:
+            number = self.footage.last()
+            frame = self.footage.frame(number)
+        if frame is None:
+            return
+        self._look(number, frame)
+
+    def configure(self) -> None:
+        """Take the settings into use."""
+        self._detector.configure(self.settings.detector)
+        self._tracker.configure(self.settings.tracker)
+        if not self.playing and self.view:
+            self._look(self.view.number, self.view.frame)
+
+    def learn_background(self) -> None:
+        """Forget the background; what stands still from the next frame on is background."""
+        self._detector.learn_background()
+
+    def catch_up(self, seconds: float = 0.03) -> bool:
+        """Work towards the tracks of the frame that is looked at, for no longer than that.
+
+        :returns: whether there is more to do.
+        """
+        if not self._behind or self.view is None:
+            return False
+        end = time.monotonic() + seconds
+        while self._next <= self.view.number:
+            if time.monotonic() > end:
+                return True
+            frame = self.footage.frame(self._next)
+            if frame is None:
+                break
+            self._take(frame)
+        self._behind = False
+        self._show()
+        return False
+
+    def _finish(self) -> None:
+        while self.catch_up(1.0):
+            pass
+
+    def _restart(self, number: int) -> None:
+        """Begin with a new chain at a frame."""
+        self._detector = Detector(self.settings.detector)
+        self._tracker = Tracker(self.settings.tracker)
+        self._trails = Trails()
+        self._next = number
+        self._behind = False
+        detection: Stage[Frame, Detections] = Stage(self._detector.detect, str)
+        tracking: Stage[Detections, Tracks] = Stage(self._tracker.update, str)
+        self._chain = ColorChain(detection, tracking)
+        detection.then(self._take_detections)
+        tracking.then(self._take_tracks)
+
+    def _look(self, number: int, frame: Frame) -> None:
+        """Show the detections of a frame with what the detector knows; its tracks come later."""
+        self._tracks: Tracks | None = None
+        start = time.monotonic()
+        self._detections = self._detector.detect(frame)
+        self._seconds = time.monotonic() - start
+        self._frame = frame
+        self._show(number)
+        self._restart(max(number - WARM_UP, 0))
+        self._behind = True
+
+    def _advance(self) -> bool:
+        frame = self.footage.frame(self._next)
+        if frame is None:
+            return False
+        self._take(frame)
+        self._show()
+        return True
+
+    def _take(self, frame: Frame) -> None:
+        start = time.monotonic()
+        self._chain.put(frame)
+        self._seconds = time.monotonic() - start
+        self._frame = frame
+        self._next += 1
+
+    def _show(self, number: int | None = None) -> None:
+        self.view = ShownFrame(
+            self._next - 1 if number is None else number,
+            self._frame,
+            np.array(self._detector.labels),
+            self._detections,
+            self._tracks,
+            {} if self._tracks is None else trails_of(self._trails),
+            self._seconds * 1e3,
+            self._detector.trouble,
+        )
+
+    def _take_detections(self, detections: Detections, _: object) -> None:
+        self._detections = detections
+
+    def _take_tracks(self, tracks: Tracks, _: object) -> None:
+        self._tracks = tracks
+        self._trails.update(tracks)

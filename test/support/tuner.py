@@ -1,0 +1,91 @@
+"""The tuner as a user starts it, and a browser in front of it."""
+
+from collections.abc import Iterator
+import contextlib
+from pathlib import Path
+import shutil
+import signal
+import subprocess
+
+import pytest
+from support.ros_domain import executable
+
+BROWSER = next(
+    filter(None, map(shutil.which, ('chromium', 'google-chrome', 'chromium-browser'))), ''
+)
+NEEDS_BROWSER = pytest.mark.skipif(not BROWSER, reason='there is no chromium')
+
+
+@contextlib.contextmanager
+def tuner(*arguments: object) -> Iterator[str]:
+    """The address of a tuner, which has to end well."""
+    command = [executable('tuner'), '--port', '0', *map(str, arguments)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        line = process.stdout.readline()
+        assert 'http://' in line, line
+        yield line.split()[1]
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10.0) == 0
+    finally:
+        process.kill()
+        process.wait()
+
+
+@contextlib.contextmanager
+def browser() -> Iterator[object]:
+    """Chromium without a window."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=BROWSER, args=['--no-sandbox'])
+        try:
+            yield found
+        finally:
+            found.close()
+
+
+def open_page(found, url: str, **options):
+    """A page of the tuner that shows its first picture; any error of its code fails the test."""
+    page = found.new_page(**{'viewport': {'width': 1280, 'height': 900}} | options)
+    page.set_default_timeout(20_000)
+    errors = page.errors = []
+    page.on('pageerror', lambda error: errors.append(str(error)))
+    page.on('console', lambda message: message.type == 'error' and errors.append(message.text))
+    page.goto(url)
+    page.wait_for_selector('body[data-frame]')
+    return page
+
+
+def look_at(page, number: int) -> None:
+    """Scrub to a frame, and wait until it is shown with its tracks."""
+    page.evaluate(
+        """number => {
+            const line = document.querySelector('#timeline');
+            line.value = number;
+            line.dispatchEvent(new Event('input'));
+            line.dispatchEvent(new Event('change'));
+        }""",
+        number,
+    )
+    page.wait_for_selector(f'body[data-frame="{number}"]:not([data-tracks=""])')
+
+
+def place(page, u: float, v: float, size: tuple[int, int]) -> dict[str, float]:
+    """Where on the canvas a pixel of the picture is."""
+    box = page.locator('#picture').bounding_box()
+    return {'x': (u + 0.5) * box['width'] / size[0], 'y': (v + 0.5) * box['height'] / size[1]}
+
+
+def click(page, u: float, v: float, size: tuple[int, int], *modifiers: str) -> None:
+    """Click on a pixel of the picture, and wait until that has changed something."""
+    before = page.get_attribute('body', 'data-changes')
+    page.locator('#picture').click(position=place(page, u, v, size), modifiers=list(modifiers))
+    page.wait_for_selector(f'body:not([data-changes="{before}"])')
+    page.wait_for_selector('body:not([data-tracks=""])')
+
+
+def screenshot(page, path: Path) -> None:
+    """A picture of all that is on the page."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=path)

@@ -1,0 +1,113 @@
+"""The whole story in a browser: open, click on a ball, look at the mask, drag a slider, save."""
+
+import subprocess
+
+import cv2
+import numpy as np
+import pytest
+from support.paths import DATA
+from support.ros_domain import executable
+from support.tuner import browser
+from support.tuner import click
+from support.tuner import look_at
+from support.tuner import NEEDS_BROWSER
+from support.tuner import open_page
+from support.tuner import place
+from support.tuner import tuner
+import yaml
+
+from colortrack_ros.scenes import open_scene
+
+pytestmark = NEEDS_BROWSER
+
+ROOM = 'scene:clutter?width=640&height=360&duration=10'
+
+ORANGE = (230, 159, 0)
+"""The first color of the page's palette."""
+
+
+@pytest.fixture(scope='module')
+def chromium():
+    with browser() as found:
+        yield found
+
+
+def canvas(page):
+    """What the canvas shows, (H, W, 3) RGB."""
+    png = page.locator('#picture').screenshot()
+    return cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+
+
+def masked(page, inks=(ORANGE,)):
+    """(H, W) where the page shows the mask and nothing else, when all other layers are off."""
+    shown = canvas(page).astype(int)
+    return np.any([np.abs(shown - ink).max(axis=2) < 12 for ink in inks], axis=0)
+
+
+def only_the_mask(page):
+    for layer in ('picture', 'blobs', 'tracks', 'trails', 'ellipses'):
+        page.uncheck(f'#layer-{layer}')
+
+
+def save(page, path='my.yaml'):
+    page.click('#save')
+    page.fill('#path', path)
+    page.locator('#path').blur()
+    page.wait_for_selector('#save-now:enabled')
+    page.click('#save-now')
+    page.wait_for_selector('body[data-saved]')
+
+
+def test_balls_picked_in_a_room_of_their_colors_are_tracked_with_what_is_saved(chromium, tmp_path):
+    scene = open_scene(ROOM.removeprefix('scene:'))
+    size = scene.width, scene.height
+    with tuner(ROOM, '--folder', tmp_path) as url:
+        page = open_page(chromium, url)
+        for name, frame in (('red', 20), ('yellow', 60), ('blue', 90)):
+            look_at(page, frame)
+            rows = scene.truth(frame)
+            (ball,) = rows[rows['color'] == list(scene.colors).index(name)][-1:]
+            page.fill('#name', name)
+            page.click('#add')
+            click(page, ball['u'], ball['v'], size)
+        page.fill('#search', 'moving_only')
+        page.check('#all-detector-moving_only')
+        slider = page.locator('#shape .field', has_text='min_aspect').locator('input[type=range]')
+        box = slider.bounding_box()
+        page.mouse.move(box['x'] + 8, box['y'] + box['height'] / 2)
+        page.mouse.down()
+        page.mouse.move(box['x'] + 0.33 * box['width'], box['y'] + box['height'] / 2, steps=5)
+        page.mouse.up()
+        page.fill('#shape-detector-max_area', '1200')
+        page.locator('#shape-detector-max_area').blur()
+        page.wait_for_selector('body[data-changes="6"]')
+        save(page)
+        assert page.errors == []
+    given = yaml.safe_load((tmp_path / 'my.yaml').read_text())['/**/detector']['ros__parameters']
+    assert given['colors'] == ['red', 'yellow', 'blue']
+    assert given['moving_only'] is True
+    assert given['max_area'] == 1200
+    assert 0.2 < given['min_aspect'] < 0.45
+    replay = [executable('replay'), ROOM, '--params-file', 'my.yaml', '--csv', 't.csv']
+    subprocess.run(replay, cwd=tmp_path, check=True, stdout=subprocess.DEVNULL)
+    judge = [executable('evaluate'), 't.csv', '--truth', ROOM, '--radius', '20']
+    subprocess.run([*judge, '--visible', '0.25', '--min', 'idf1=0.95'], cwd=tmp_path, check=True)
+
+
+@pytest.mark.skipif(not (DATA / 'ball_toss').exists(), reason='no ../shared/data')
+def test_the_mask_covers_a_ball_that_is_clicked_in_a_video_and_no_wall(chromium, tmp_path):
+    video = DATA / 'ball_toss' / 'ball.mp4'
+    number, u, v, radius, size = 25, 506, 59, 21, (1280, 720)  # read by eye
+    with tuner(video, '--folder', tmp_path) as url:
+        page = open_page(chromium, url)
+        look_at(page, number)
+        click(page, u, v, size)
+        only_the_mask(page)
+        mask = masked(page)
+        spot = place(page, u, v, size)
+        rows, columns = np.indices(mask.shape)
+        scale = mask.shape[1] / size[0]
+        away = np.hypot(columns - spot['x'], rows - spot['y']) / scale
+        assert mask[away < 0.6 * radius].mean() > 0.8
+        assert mask[away > 2 * radius].mean() < 0.02
+        assert page.errors == []
