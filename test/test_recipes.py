@@ -31,6 +31,11 @@ RECIPES = {
     'Boxes sit beside their objects': (f'single?{SMALL}&duration=3', {'tolerance': 12.0}, {}),
     'Boxes on furniture': CLUTTER,
     'Boxes on things of the wrong size': CLUTTER,
+    'Boxes on small red things beside the large one': (
+        'red_object?width=480&height=270&duration=3',
+        {},
+        {},
+    ),
     'Boxes where nothing can be': (f'occlusion?{SMALL}&duration=5', {}, {}),
     'Boxes go when the light changes': (f'light?{SMALL}&duration=16', {'tolerance': 25.0}, {}),
     'One object breaks into several boxes': (
@@ -63,6 +68,7 @@ LIMITS = {
     'Boxes sit beside their objects': ('rmse', 0.25, 0.15),
     'Boxes on furniture': ('false', 1000, 200),
     'Boxes on things of the wrong size': ('false', 1000, 750),
+    'Boxes on small red things beside the large one': ('false', 100, 0),
     'Boxes where nothing can be': ('left', 1, 0),
     'Boxes go when the light changes': ('found', 0.8, 0.95),
     'One object breaks into several boxes': ('idf1', 0.7, 0.95),

@@ -69,7 +69,11 @@ def update(
     _maneuver(tracks.filters, prediction, taken)
     if config.acceleration_span:
         learn_acceleration(
-            tracks.records, taken.track, taken.z, prediction.step.now, config.acceleration_span
+            tracks.records,
+            taken.track[whole],
+            taken.z[whole],
+            prediction.step.now,
+            config.acceleration_span,
         )
     tracks.filters.correct(pairs.track, pairs.z, pairs.R, None if hard else probability)
     if learned.maneuvers.is_due(prediction.step.now):
