@@ -2,6 +2,8 @@
 
 from colortrack_ros.batch.command_line import add_batch_options
 from colortrack_ros.batch.command_line import workers_of
+from colortrack_ros.batch.local import run_here
+from colortrack_ros.batch.local import run_local
 from colortrack_ros.batch.run import run_batch
 from colortrack_ros.batch.tasks import BatchError
 from colortrack_ros.batch.tasks import key_of
@@ -17,5 +19,7 @@ __all__ = [
     'add_batch_options',
     'key_of',
     'run_batch',
+    'run_here',
+    'run_local',
     'workers_of',
 ]

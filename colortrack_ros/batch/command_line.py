@@ -12,9 +12,7 @@ from colortrack_ros.batch.tasks import Workers
 def add_batch_options(parser: argparse.ArgumentParser) -> None:
     """Add ``--jobs``, ``--scheduler`` and ``--report``."""
     group = parser.add_argument_group('many recordings')
-    group.add_argument(
-        '--jobs', type=_count, default=0, metavar='N', help='so many at a time; default: 1'
-    )
+    group.add_argument('--jobs', type=_count, default=0, metavar='N', help='so many at a time')
     group.add_argument('--scheduler', default='', metavar='ADDRESS', help='of Dask: on its cluster')
     group.add_argument(
         '--report', type=Path, metavar='FILE',
@@ -22,11 +20,11 @@ def add_batch_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def workers_of(arguments: argparse.Namespace) -> Workers:
-    """Who does the work, as the options say."""
+def workers_of(arguments: argparse.Namespace) -> Workers | None:
+    """Who does the work, as the options say; None if they do not."""
     if arguments.scheduler:
         return partial(run_on_cluster, scheduler=arguments.scheduler)
-    return partial(run_local, jobs=arguments.jobs or 1)
+    return partial(run_local, jobs=arguments.jobs) if arguments.jobs else None
 
 
 def _count(text: str) -> int:

@@ -24,6 +24,13 @@ GRACE = 8.0
 answer."""
 
 
+def run_here(work: Work, tasks: Sequence[Task], stop: threading.Event) -> Iterator[Outcome]:
+    """Do one after the other in this process: for few that are soon done."""
+    for task in tasks:
+        if not stop.is_set():
+            yield attempt(work, task, stop)
+
+
 def run_local(
     work: Work, tasks: Sequence[Task], stop: threading.Event, *, jobs: int
 ) -> Iterator[Outcome]:

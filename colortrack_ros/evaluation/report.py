@@ -63,29 +63,42 @@ class Run(NamedTuple):
     pictures: Mapping[Event, NDArray[np.uint8]]
 
 
-def html_of(runs: Sequence[Run]) -> str:
-    """The page."""
+def page_of(measures: Mapping[str, Mapping[str, float]], sections: Sequence[str]) -> str:
+    """The page.
+
+    :param measures: by run.
+    :param sections: of the runs.
+    """
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width"><title>Tracks evaluated</title>',
         f'<style>{STYLE}</style></head><body><h1>Tracks evaluated</h1>',
-        _measures(runs),
+        _table(measures),
     ]
-    for run in runs:
-        parts += [f'<h2>{escape(run.name)}</h2>', *_run(run)]
-    return '\n'.join([*parts, '</body></html>\n'])
+    return '\n'.join([*parts, *sections, '</body></html>\n'])
 
 
-def _measures(runs: Sequence[Run]) -> str:
-    names = dict.fromkeys(name for run in runs for name in run.measures)
-    head = ''.join(f'<th>{escape(run.name)}</th>' for run in runs)
-    lines = ''.join(
-        f'<tr><td>{name}</td>'
-        + ''.join(f'<td>{run.measures.get(name, float("nan")):.4g}</td>' for run in runs)
-        + '</tr>'
-        for name in names
+def section_of(run: Run) -> str:
+    """What the page tells of one run."""
+    return '\n'.join([f'<h2>{escape(run.name)}</h2>', *_run(run)])
+
+
+def _table(measures: Mapping[str, Mapping[str, float]]) -> str:
+    """One column a run, or, where these are more than the measures, one line."""
+    names = list(dict.fromkeys(name for some in measures.values() for name in some))
+    cells = {
+        run: [f'{some.get(n, float("nan")):.4g}' for n in names] for run, some in measures.items()
+    }
+    head, lines = (
+        ['measure', *cells],
+        [[n, *c] for n, *c in zip(names, *cells.values(), strict=True)],
     )
-    return f'<div class="scroll"><table><tr><th>measure</th>{head}</tr>{lines}</table></div>'
+    if len(cells) > len(names):
+        head, lines = ['', *names], [[run, *c] for run, c in cells.items()]
+    rows = [''.join(f'<td>{escape(cell)}</td>' for cell in line) for line in lines]
+    top = ''.join(f'<th>{escape(name)}</th>' for name in head)
+    body = ''.join(f'<tr>{row}</tr>' for row in rows)
+    return f'<div class="scroll"><table><tr>{top}</tr>{body}</table></div>'
 
 
 def _run(run: Run) -> Iterator[str]:

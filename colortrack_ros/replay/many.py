@@ -3,6 +3,7 @@
 import argparse
 from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 import re
@@ -19,6 +20,7 @@ from colortrack_ros.bags import is_bag
 from colortrack_ros.batch import key_of
 from colortrack_ros.batch import Outcome
 from colortrack_ros.batch import run_batch
+from colortrack_ros.batch import run_local
 from colortrack_ros.batch import Task
 from colortrack_ros.batch import TaskError
 from colortrack_ros.batch import workers_of
@@ -71,7 +73,7 @@ def replay_many(arguments: argparse.Namespace, inputs: Sequence[str], stop: thre
     outcomes = run_batch(
         replay_task,
         tasks,
-        workers_of(arguments),
+        workers_of(arguments) or partial(run_local, jobs=1),
         stop,
         report=arguments.report,
         fresh=arguments.force,

@@ -9,33 +9,40 @@ from collections.abc import Sequence
 import json
 from pathlib import Path
 import sys
+import threading
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from colortrack_ros.bags.reader import is_bag
-from colortrack_ros.encodings import writable_bgr
-from colortrack_ros.evaluation import compare
-from colortrack_ros.evaluation import Comparison
-from colortrack_ros.evaluation import read_record
-from colortrack_ros.evaluation import Record
-from colortrack_ros.evaluation import record_of_scene
-from colortrack_ros.evaluation import RecordError
-from colortrack_ros.evaluation import statistics
+from colortrack_ros.batch import add_batch_options
+from colortrack_ros.batch import BatchError
+from colortrack_ros.batch import run_batch
+from colortrack_ros.batch import run_here
+from colortrack_ros.batch import workers_of
 from colortrack_ros.evaluation.comparison import Event
-from colortrack_ros.evaluation.report import html_of
-from colortrack_ros.evaluation.report import picture_of
-from colortrack_ros.evaluation.report import Run
-from colortrack_ros.scenes import open_scene
-from colortrack_ros.sources import open_source
-from colortrack_ros.sources import SourceError
-from colortrack_ros.sources.scene import SCENE_PREFIX
-from colortrack_ros.tools.tracks_of_bag import tracks_of_bag
+from colortrack_ros.evaluation.report import page_of
+from colortrack_ros.tools.evaluation_task import evaluation_task
+from colortrack_ros.tools.evaluation_task import evaluation_tasks
+from colortrack_ros.tools.evaluation_task import recorded_in
+
+OPTIONS = ('truth', 'pictures', 'radius', 'iou', 'visible', 'topic')
+"""What a task takes of the command line."""
 
 COUNTS = ('switches', 'fragments', 'misses', 'false', 'false_tracks', 'frames', 'tracks', 'gaps')
+
+COLUMNS_AT_MOST = 4
+"""Runs that have a column each; more are one line each, with SHORT alone."""
+
+SHORT = (
+    'hota', 'idf1', 'mota', 'recall', 'precision', 'switches', 'false_tracks', 'rmse', 'coverage',
+    'frames', 'tracks', 'length', 'gaps', 'jumps', 'coasting', 'sigma', 'delay', 'lost',
+)  # fmt: skip
+
+Result = Mapping[str, Any]
+"""Of a task of ``evaluate``."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -45,44 +52,81 @@ def main(args: Sequence[str] | None = None) -> int:
         wrong; 3 if a threshold is missed.
     """
     arguments = _parse(args)
+    options = {name: getattr(arguments, name) for name in OPTIONS}
+    tasks = evaluation_tasks(
+        recorded_in(arguments.tracks), {**options, 'page': bool(arguments.html)}
+    )
     try:
-        runs = _runs(arguments)
+        workers = workers_of(arguments) or run_here
+        outcomes = run_batch(
+            evaluation_task, tasks, workers, threading.Event(), report=arguments.report
+        )
+        results = [outcome.result for outcome in outcomes if outcome.result]
         if arguments.json is not None:
-            arguments.json.write_text(json.dumps([_content(r) for r in runs], indent=1) + '\n')
+            shown = [{k: v for k, v in r.items() if k != 'section'} for r in results]
+            arguments.json.write_text(json.dumps(shown, indent=1) + '\n')
         if arguments.html is not None:
-            arguments.html.write_text(html_of(runs), encoding='utf-8')
-    except (RecordError, SourceError, OSError) as error:
+            arguments.html.write_text(_page(results), encoding='utf-8')
+    except (BatchError, OSError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 1
-    results = {run.name: run.measures for run in runs}
-    console = Console()
-    console.print(table_of(results))
-    for run in runs:
-        if run.comparison is not None and run.comparison.switches:
-            console.print(switches_of(run.name, run.comparison))
+    _show(results)
+    failures = [f'evaluate: {outcome.error}' for outcome in outcomes if outcome.error]
     missed = list(_missed(results, arguments.min, arguments.max))
-    print(*missed, sep='\n', end='\n' if missed else '', file=sys.stderr)
-    return 3 if missed else 0
+    print(*failures, *missed, sep='\n', end='\n' if failures or missed else '', file=sys.stderr)
+    return 1 if failures else 3 if missed else 0
+
+
+def _show(results: Sequence[Result]) -> None:
+    console = Console()
+    if results:
+        console.print(table_of({result['run']: result['measures'] for result in results}))
+    for result in results:
+        if result['switches'] and len(results) <= COLUMNS_AT_MOST:
+            console.print(_switches_of(result))
+
+
+def _page(results: Sequence[Result]) -> str:
+    table = {result['run']: result['measures'] for result in results}
+    return page_of(table, [result['section'] for result in results])
 
 
 def table_of(results: Mapping[str, Mapping[str, float]]) -> Table:
-    """One column a run, one line a measure."""
-    table = Table()
-    table.add_column()
-    for spec in results:
-        table.add_column(Path(spec).name or spec, justify='right')
-    for name in dict.fromkeys(name for measures in results.values() for name in measures):
-        table.add_row(name, *(_text(name, measures.get(name)) for measures in results.values()))
+    """One column a run and one line a measure, or, for many, one line a run."""
+    names = list(dict.fromkeys(name for measures in results.values() for name in measures))
+    if len(results) <= COLUMNS_AT_MOST:
+        table = Table()
+        table.add_column()
+        for spec in results:
+            table.add_column(Path(spec).name or spec, justify='right')
+        for name in names:
+            table.add_row(name, *(_text(name, some.get(name)) for some in results.values()))
+        return table
+    table = Table(box=SIMPLE, pad_edge=False, collapse_padding=True)
+    names = [name for name in names if name in SHORT]
+    for name in ('', *names):
+        table.add_column(name, justify='right' if name else 'left')
+    for spec, measures in {**results, 'all': _of_all(results)}.items():
+        table.add_row(Path(spec).name, *(_text(name, measures.get(name)) for name in names))
     return table
 
 
-def switches_of(spec: str, detail: Comparison) -> Table:
+def _of_all(results: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    """The sums of what is counted, the means of what is not."""
+    names = dict.fromkeys(name for measures in results.values() for name in measures)
+    values = {
+        name: [m[name] for m in results.values() if m.get(name) is not None] for name in names
+    }
+    return {n: float(np.sum(v) if n in COUNTS else np.nanmean(v)) for n, v in values.items()}
+
+
+def _switches_of(result: Result) -> Table:
     """Where objects were taken over by other tracks."""
-    table = Table(title=f'switches of {Path(spec).name}')
-    for name in ('frame', 'object', 'before', 'after', 'u', 'v'):
+    table = Table(title=f'switches of {Path(result["run"]).name}')
+    for name in Event._fields:
         table.add_column(name, justify='right')
-    for event in detail.switches:
-        table.add_row(*(f'{value:.0f}' for value in event))
+    for event in result['switches']:
+        table.add_row(*(f'{value:.0f}' for value in event.values()))
     return table
 
 
@@ -94,14 +138,17 @@ def _text(name: str, value: float | None) -> str:
 
 def _parse(args: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog='evaluate', description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+        prog='evaluate', description=__doc__, fromfile_prefix_chars='@'
     )
     parser.add_argument(
-        'tracks', nargs='+', help='a bag, a CSV of replay, or MOTChallenge (.txt); several: runs'
-    )
+        'tracks', nargs='+',
+        help='a bag, a CSV of replay, or MOTChallenge (.txt); several, a folder of them, or @FILE '
+        'with one a line',
+    )  # fmt: skip
     parser.add_argument(
         '--truth', '--against', metavar='TRUTH',
-        help='CSV with frame, id, u, v, [w, h, visible], MOTChallenge, scene:NAME, or another run',
+        help='CSV with frame, id, u, v, [w, h, visible], MOTChallenge, scene:NAME, or another run; '
+        '{} stands for the name of each recording',
     )  # fmt: skip
     parser.add_argument(
         '--radius', type=_positive, default=0.0, help='a match is no farther away [px]'
@@ -116,13 +163,16 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument('--json', type=Path, help='a file for all figures')
     parser.add_argument('--html', type=Path, help='a page with timelines, that stands alone')
     parser.add_argument(
-        '--pictures', metavar='SOURCE', help='video, pictures or scene: shows switches on the page'
+        '--pictures',
+        metavar='SOURCE',
+        help='video, pictures or scene, {} as above: shows switches on the page',
     )
     for name, text in (('min', 'at least'), ('max', 'at most')):
         parser.add_argument(
             f'--{name}', action='append', default=[], type=_threshold, metavar='NAME=VALUE',
             help=f'exit status 3 unless this measure is {text} this, such as idf1=0.95',
         )  # fmt: skip
+    add_batch_options(parser)
     return parser.parse_args(args)
 
 
@@ -144,70 +194,8 @@ def _threshold(text: str) -> tuple[str, float]:
         raise argparse.ArgumentTypeError(f'expected NAME=NUMBER, got {text!r}') from None
 
 
-def _read(spec: str, topic: str) -> Record:
-    """Tracks or truth of a bag, a table or a scene.
-
-    :raises RecordError: it is none, or cannot be read.
-    """
-    if spec.startswith(SCENE_PREFIX):
-        try:
-            return record_of_scene(open_scene(spec.removeprefix(SCENE_PREFIX)))
-        except ValueError as error:
-            raise RecordError(f'{spec}: {error}') from error
-    path = Path(spec)
-    return tracks_of_bag(path, topic) if is_bag(path) else read_record(path)
-
-
-def _runs(arguments: argparse.Namespace) -> list[Run]:
-    """Each of the runs, compared."""
-    truth = _read(arguments.truth, arguments.topic) if arguments.truth else None
-    runs = []
-    for spec in arguments.tracks:
-        tracks = _read(spec, arguments.topic)
-        if truth is None:
-            runs.append(Run(spec, statistics(tracks), tracks, None, {}))
-            continue
-        options = {name: getattr(arguments, name) for name in ('radius', 'iou', 'visible')}
-        result = compare(truth, tracks, **options)
-        pictures = {}
-        if arguments.html is not None and arguments.pictures:
-            pictures = _pictures(arguments.pictures, result.switches)
-        runs.append(Run(spec, result.measures, tracks, result, pictures))
-    return runs
-
-
-def _pictures(source: str, switches: Sequence[Event]) -> dict[Event, NDArray[np.uint8]]:
-    """The surroundings of each switch in a video, pictures or a scene.
-
-    :raises SourceError: it cannot be opened.
-    """
-    wanted: dict[int, list[Event]] = {}
-    for event in switches:
-        wanted.setdefault(event.frame, []).append(event)
-    found: dict[Event, NDArray[np.uint8]] = {}
-    frames = open_source(source)
-    try:
-        for number in range(max(wanted, default=-1) + 1):
-            frame = frames.read()
-            if frame is None:
-                break
-            for event in wanted.get(number, []):
-                found[event] = picture_of(event, writable_bgr(frame))
-    finally:
-        frames.close()
-    return found
-
-
-def _content(run: Run) -> dict[str, Any]:
-    """What the JSON holds of a run."""
-    detail = run.comparison
-    switches = [] if detail is None else [event._asdict() for event in detail.switches]
-    objects = {} if detail is None else detail.objects
-    return {'run': run.name, 'measures': run.measures, 'objects': objects, 'switches': switches}
-
-
 def _missed(
-    results: Mapping[str, Mapping[str, float]],
+    results: Sequence[Result],
     least: Sequence[tuple[str, float]],
     most: Sequence[tuple[str, float]],
 ) -> Sequence[str]:
@@ -216,7 +204,7 @@ def _missed(
     bounds += [(name, bound, -1, 'most') for name, bound in most]
     return [
         f'{spec}: {name} is {_said(measures, name)}, expected at {which} {bound:g}'
-        for spec, measures in results.items()
+        for spec, measures in ((result['run'], result['measures']) for result in results)
         for name, bound, sign, which in bounds
         if not sign * measures.get(name, float('nan')) >= sign * bound
     ]

@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 from support.paths import DATA
 
+from colortrack_ros.bags import BagError
+from colortrack_ros.bags import Topic
 from colortrack_ros.evaluation import compare
 from colortrack_ros.evaluation import read_record
 from colortrack_ros.evaluation import Record
 from colortrack_ros.evaluation import RecordError
 from colortrack_ros.evaluation import statistics
 from colortrack_ros.evaluation.record import empty_rows
+from colortrack_ros.replay.recordings import CLOUD
 from colortrack_ros.tools.evaluate import main
+from colortrack_ros.tools.tracks_of_bag import tracks_of_bag
 
 
 def lines(names, count=40, start=0):
@@ -185,3 +189,49 @@ def test_the_page_stands_alone_and_shows_each_switch(tmp_path):
     assert main([run, '--html', str(page)]) == 0
     assert main([*arguments[:-1], 'nothing.mp4']) == 1
     assert main([run, '--html', str(tmp_path / 'none' / 'page.html')]) == 1
+
+
+def test_many_have_a_truth_each_and_a_failure_is_told_with_the_rest(tmp_path, capsys):
+    for folder in ('truth', 'tracks'):
+        (tmp_path / folder).mkdir()
+    for number in range(6):
+        rows = lines([1, 2], 10 + number)
+        write_truth(tmp_path / 'truth' / f'run{number}.csv', rows)
+        write_mot(tmp_path / 'tracks' / f'run{number}_tracks.txt', rows)
+    (tmp_path / 'truth' / 'run3.csv').unlink()
+    truth = str(tmp_path / 'truth' / '{}.csv')
+    results = []
+    for name, options in (('a', ['--jobs', '2', '--report', str(tmp_path / 'report')]), ('b', [])):
+        json_path, page = tmp_path / f'{name}.json', tmp_path / f'{name}.html'
+        out = ['--json', str(json_path), '--html', str(page)]
+        assert main([str(tmp_path / 'tracks'), '--truth', truth, *options, *out]) == 1
+        printed = capsys.readouterr()
+        assert 'run3.csv: cannot be read' in printed.err
+        assert 'all' in printed.out
+        results.append((json.loads(json_path.read_text()), page.read_text()))
+    assert results[0] == results[1]
+    measures = [result['measures'] for result in results[0][0]]
+    assert [m['idf1'] for m in measures] == [1.0] * 5
+    report = [json.loads(line) for line in (tmp_path / 'report').read_text().splitlines()]
+    assert [line['error'] == '' for line in report] == [n != 3 for n in range(6)]
+
+
+def test_a_bag_is_closed_also_where_its_tracks_cannot_be_read(tmp_path, monkeypatch):
+    closed = []
+
+    class Broken:
+        topics = (Topic('/tracks', CLOUD, 3),)
+
+        def __init__(self, path):
+            pass
+
+        def messages(self, topic):
+            raise BagError('ends early')
+
+        def close(self):
+            closed.append(True)
+
+    monkeypatch.setattr('colortrack_ros.tools.tracks_of_bag.BagReader', Broken)
+    with pytest.raises(RecordError, match='ends early'):
+        tracks_of_bag(tmp_path / 'run', '')
+    assert closed == [True]

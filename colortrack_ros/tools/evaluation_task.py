@@ -1,0 +1,141 @@
+"""What ``evaluate`` does with one recording, here or in another process."""
+
+from collections.abc import Mapping
+from collections.abc import Sequence
+from pathlib import Path
+import threading
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.bags.reader import is_bag
+from colortrack_ros.batch import key_of
+from colortrack_ros.batch import Task
+from colortrack_ros.batch import TaskError
+from colortrack_ros.encodings import writable_bgr
+from colortrack_ros.evaluation import compare
+from colortrack_ros.evaluation import read_record
+from colortrack_ros.evaluation import Record
+from colortrack_ros.evaluation import record_of_scene
+from colortrack_ros.evaluation import RecordError
+from colortrack_ros.evaluation import statistics
+from colortrack_ros.evaluation.comparison import Event
+from colortrack_ros.evaluation.report import picture_of
+from colortrack_ros.evaluation.report import Run
+from colortrack_ros.evaluation.report import section_of
+from colortrack_ros.scenes import open_scene
+from colortrack_ros.sources import open_source
+from colortrack_ros.sources import SourceError
+from colortrack_ros.sources.scene import SCENE_PREFIX
+from colortrack_ros.tools.tracks_of_bag import tracks_of_bag
+
+TABLE_SUFFIXES = ('.csv', '.txt')
+
+NAMED_OPTIONS = ('truth', 'pictures')
+"""In which {} stands for the name of the recording."""
+
+
+def recorded_in(inputs: Sequence[str]) -> list[str]:
+    """The inputs, and in place of each folder of tracks the bags and tables in it."""
+    return [one for name in inputs for one in (_within(Path(name)) or [name])]
+
+
+def _within(folder: Path) -> list[str]:
+    if not folder.is_dir() or (folder / 'metadata.yaml').is_file():
+        return []
+    paths = sorted(folder.iterdir())
+    return [str(path) for path in paths if path.suffix in TABLE_SUFFIXES or is_bag(path)]
+
+
+def evaluation_tasks(inputs: Sequence[str], options: Mapping[str, Any]) -> list[Task]:
+    """One for each.
+
+    :param options: truth, pictures, radius, iou, visible, topic, and whether there is a page.
+    """
+    tasks = []
+    for spec in inputs:
+        name = name_of(spec)
+        given = dict(options, tracks=spec)
+        for option in NAMED_OPTIONS:
+            given[option] = str(given[option] or '').replace('{}', name)
+        read = [Path(spec), *(Path(given[option]) for option in NAMED_OPTIONS if given[option])]
+        read += [path.with_suffix('.frames') for path in read if path.suffix == '.csv']
+        tasks.append(Task(spec, key_of(given, read), given))
+    return tasks
+
+
+def name_of(spec: str) -> str:
+    """Of the recording that has these tracks: that of the file, without what replay adds."""
+    path = Path(spec)
+    return (path.name if path.is_dir() else path.stem).removesuffix('_tracks')
+
+
+def evaluation_task(
+    given: dict[str, Any], stop: threading.Event
+) -> tuple[dict[str, Any] | None, str]:
+    """Evaluate one of them; see Work. The result holds measures, and a section of the page."""
+    try:
+        return _evaluated(given), ''
+    except (RecordError, SourceError, OSError) as error:
+        raise TaskError(str(error)) from error
+
+
+def _evaluated(given: dict[str, Any]) -> dict[str, Any]:
+    spec = given['tracks']
+    tracks = _read(spec, given['topic'])
+    if not given['truth']:
+        run = Run(spec, statistics(tracks), tracks, None, {})
+        return _content(run, page=given['page'])
+    options = {name: given[name] for name in ('radius', 'iou', 'visible')}
+    result = compare(_read(given['truth'], given['topic']), tracks, **options)
+    wanted = given['page'] and given['pictures']
+    pictures = _pictures(given['pictures'], result.switches) if wanted else {}
+    return _content(Run(spec, result.measures, tracks, result, pictures), page=given['page'])
+
+
+def _content(run: Run, *, page: bool) -> dict[str, Any]:
+    detail = run.comparison
+    return {
+        'run': run.name,
+        'measures': run.measures,
+        'objects': {} if detail is None else detail.objects,
+        'switches': [] if detail is None else [event._asdict() for event in detail.switches],
+        'section': section_of(run) if page else '',
+    }
+
+
+def _read(spec: str, topic: str) -> Record:
+    """Tracks or truth of a bag, a table or a scene.
+
+    :raises RecordError: it is none, or cannot be read.
+    """
+    if spec.startswith(SCENE_PREFIX):
+        try:
+            return record_of_scene(open_scene(spec.removeprefix(SCENE_PREFIX)))
+        except ValueError as error:
+            raise RecordError(f'{spec}: {error}') from error
+    path = Path(spec)
+    return tracks_of_bag(path, topic) if is_bag(path) else read_record(path)
+
+
+def _pictures(source: str, switches: Sequence[Event]) -> dict[Event, NDArray[np.uint8]]:
+    """The surroundings of each switch in a video, pictures or a scene.
+
+    :raises SourceError: it cannot be opened.
+    """
+    wanted: dict[int, list[Event]] = {}
+    for event in switches:
+        wanted.setdefault(event.frame, []).append(event)
+    found: dict[Event, NDArray[np.uint8]] = {}
+    frames = open_source(source)
+    try:
+        for number in range(max(wanted, default=-1) + 1):
+            frame = frames.read()
+            if frame is None:
+                break
+            for event in wanted.get(number, []):
+                found[event] = picture_of(event, writable_bgr(frame))
+    finally:
+        frames.close()
+    return found
