@@ -74,7 +74,7 @@ class Adaptation:
         self.has_met = False
         """Whether there have been objects."""
         self._places = FEW_PLACES * np.array([ENTERING, 1 - ENTERING])
-        self._begun = WORTH * np.array([LEAST_NEW, 1.0])
+        self._begun, self._watched_for = WORTH * LEAST_NEW, float(WORTH)
         self._false, self._frames, self._births = FIRST_FALSE, 3, LEAST_NEW
         self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
         self.area = FIRST_AREA
@@ -110,8 +110,7 @@ class Adaptation:
     @property
     def lasting_births(self) -> float:
         """New objects a frame, of the last LONG frames; not those that were there at the start."""
-        begun, frames = self._begun.tolist()
-        return float(begun / frames)
+        return self._begun / self._watched_for
 
     def birth_places(self, z: Floats) -> Floats:
         """Density at z, (K, 2), (K,), of where objects begin [1/px^2]: most at the border."""
@@ -136,6 +135,8 @@ class Adaptation:
     def learn_size(self, z: Floats) -> None:
         """Take the detections of a frame, (M, 2) [px]: the box around all so far is the picture."""
         if len(z) and not all(self.image_size):
+            if np.count_nonzero((z >= self._low) & (z <= self._high)) == z.size:
+                return
             self._low = np.minimum(self._low, z.min(axis=0))
             self._high = np.maximum(self._high, z.max(axis=0))
             self.area = max(float(np.prod(self._high - self._low)), FIRST_AREA)
@@ -172,7 +173,8 @@ class Adaptation:
         self._false += max(SLOW, 1 / self._frames) * (false - self._false)
         self._births += SLOW * (max(true, LEAST_NEW) - self._births)
         if self._frames > AT_START:
-            self._begun += np.array([true, 1]) - self._begun / LONG
+            self._begun += true - self._begun / LONG
+            self._watched_for += 1 - self._watched_for / LONG
 
     def learn_speed(self, steady: Bools, velocity: Floats, dt: float) -> None:
         """Take the velocities of tracks measured in a frame, (K, 2) [px/s].

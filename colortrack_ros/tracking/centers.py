@@ -83,9 +83,9 @@ def _take_sides(
     records = prediction.records
     center = centers(z, blobs.box[blob], records['extent'][track])
     weight = _sides(prediction, blobs, track, blob, shared, center)
-    mean = (weight * center).sum(axis=0)
+    mean = np.add.reduce(weight * center)
     rest = center - mean
-    variance = EDGE_VARIANCE + LASTING * (weight * (rest * rest)).sum(axis=0)
+    variance = EDGE_VARIANCE + LASTING * np.add.reduce(weight * (rest * rest))
     partial = records['partial'][track]
     if np.count_nonzero(partial):
         variance += np.where(partial, blobs.variance[blob], 0.0)
@@ -109,8 +109,8 @@ def _sides(
     d2 = center - expected
     d2 *= d2
     d2 /= variance + EDGE_VARIANCE
-    weight = np.exp((d2.min(axis=0) - d2) / 2)
-    weight /= weight.sum(axis=0)
+    weight = np.exp((np.minimum.reduce(d2) - d2) / 2)
+    weight /= np.add.reduce(weight)
     if shared is not None and shared.any():
         one = np.flatnonzero(shared)
         weight[:, one] = sides_of_several(
@@ -127,4 +127,8 @@ def centers(z: Floats, box: Floats, extent: Floats) -> Floats:
     :param extent: (K, 2, 2) extent of the object [px].
     :return: (3, K, 2) [px].
     """
-    return np.stack([box[:, 0] + extent[:, 0], z, box[:, 1] - extent[:, 1]])
+    center = np.empty((3, *z.shape))
+    np.add(box[:, 0], extent[:, 0], out=center[0])
+    center[1] = z
+    np.subtract(box[:, 1], extent[:, 1], out=center[2])
+    return center

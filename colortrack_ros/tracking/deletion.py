@@ -3,7 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.config import TrackerConfig
@@ -11,6 +13,22 @@ from colortrack_ros.tracking.config import TrackerConfig
 LEAVING = 3.5
 """An object predicted outside the picture in this many frames after its last detection is taken to
 have left. A visible one, detected in 95 % of the frames, is missed in three once in 8000 times."""
+
+
+def go_on(tracks: TrackTable[Bank], stamp: int, config: TrackerConfig) -> bool:
+    """Confirm all tracks if each has been confirmed before, and measured now; tell whether.
+
+    :param stamp: of this frame [ns].
+    :param config: the limits.
+    """
+    records, cov = tracks.records, tracks.filters.estimate()[1]
+    measured = np.count_nonzero(records['updated'] == stamp)
+    if min(measured, np.count_nonzero(records['state'] != TENTATIVE)) < len(records):
+        return False
+    if np.maximum.reduce(cov[:, (0, 1), (0, 1)], None, initial=0) > config.max_position_sigma**2:
+        return False
+    records['state'], records['outside'] = CONFIRMED, False
+    return True
 
 
 def confirm(tracks: TrackTable[Bank], stamp: int, config: TrackerConfig) -> NDArray[np.bool_]:

@@ -33,10 +33,10 @@ def gate(
 
     :return: (K,) tracks, ascending, and (K,) blobs.
     """
-    variance = blobs.variance.ravel()
-    widest = np.maximum.reduce(variance, initial=0.0)
+    variance = blobs.variance
+    widest = np.maximum.reduce(variance, axis=None, initial=0.0)
     widest *= 1 + np.maximum.reduce(prediction.records['own_factor'], initial=0.0)
-    narrowest = np.minimum.reduce(variance, initial=1e9) + 1e-9
+    narrowest = np.minimum.reduce(variance, axis=None, initial=1e9) + 1e-9
     T = prediction.unmeasured[:, None] / 2
     way = prediction.velocity * T
     turned = prediction.variance + (way**2 + (2 * prediction.speed * T) ** 2) / 3
@@ -51,7 +51,11 @@ def gate(
     if not config.gating:
         half[:] = UNBOUNDED
     track, blob = points_inside(prediction.center, half, blobs.z, NEAREST_IN_CROWD * config.gating)
-    fit = prediction.unmeasured[track] > 0
     if config.color_gating:
-        fit &= prediction.records['color'][track] == blobs.rows['color'][blob]
-    return (track, blob) if np.count_nonzero(fit) == len(fit) else (track[fit], blob[fit])
+        same = prediction.records['color'][track] == blobs.rows['color'][blob]
+        if np.count_nonzero(same) < len(same):
+            track, blob = track[same], blob[same]
+    if prediction.step.again:
+        still = prediction.unmeasured[track] > 0
+        track, blob = track[still], blob[still]
+    return track, blob

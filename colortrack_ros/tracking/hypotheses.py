@@ -44,6 +44,9 @@ class Hypotheses(Columns):
     R: Floats
     innovations: Innovations
 
+    def __len__(self) -> int:
+        return len(self.track)
+
 
 @dataclass(frozen=True)
 class Association:

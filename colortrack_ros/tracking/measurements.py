@@ -1,7 +1,6 @@
 """Measurements: the detections of a frame as the tracker works with them."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +47,7 @@ class Measurements(Columns):
     :param R: (M, 2, 2) its covariance [px^2].
     :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px]; a
         detection without a box is a point.
+    :param size: (M, 2) width and height of the box [px].
     :param mixed: (M,) put together of several, or of several objects.
     :param cut: (M, 2) by axis: part of the object is out of the picture, see _cut().
     :param factor: (M,) of R over what was given, see noise.MeasurementNoise.
@@ -57,9 +57,13 @@ class Measurements(Columns):
     z: Floats
     R: Floats
     box: Floats
+    size: Floats
     mixed: Bools
     cut: Bools
     factor: Floats
+
+    def __len__(self) -> int:
+        return len(self.rows)
 
     def scaled(self, noisiness: MeasurementNoise) -> 'Measurements':
         """The same with covariances by learned factors, but of those that are cut."""
@@ -67,7 +71,7 @@ class Measurements(Columns):
         if np.count_nonzero(self.cut):
             factor = np.where(self.cut.any(axis=1), 1.0, factor)
         R = factor[:, None, None] * self.R
-        return Measurements(self.rows, self.z, R, self.box, self.mixed, self.cut, factor)
+        return Measurements(self.rows, self.z, R, self.box, self.size, self.mixed, self.cut, factor)
 
     def reach(self, which: NDArray[np.intp]) -> Floats:
         """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
@@ -75,20 +79,16 @@ class Measurements(Columns):
         np.negative(reach[:, 0], out=reach[:, 0])
         return reach
 
-    @cached_property
-    def size(self) -> Floats:
-        """(M, 2) width and height of the box [px]."""
-        return np.asarray(self.box[:, 1] - self.box[:, 0])
-
-    @cached_property
+    @property
     def variance(self) -> Floats:
         """(M, 2) of the centroid, by axis [px^2]."""
         return self.R.reshape(-1, 4)[:, ::3]
 
-    @cached_property
+    @property
     def mean_variance(self) -> Floats:
         """(M,) of both axes [px^2]."""
-        return np.asarray((self.variance[:, 0] + self.variance[:, 1]) / 2)
+        variance = self.variance
+        return np.asarray((variance[:, 0] + variance[:, 1]) / 2)
 
 
 class Screening:
@@ -196,11 +196,12 @@ def accept(
     z, R = doubles[:, :2].copy(), doubles.take(COVARIANCE, axis=1).reshape(-1, 2, 2)
     if not (known and config.detection_covariance):
         R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
-    box, size = _boxes(singles, z, config), singles[:, 3:5]
-    cut = np.zeros((len(rows), 2), bool)
+    box, cut = _boxes(singles, z, config), np.zeros((len(rows), 2), bool)
     if config.use_boxes:
-        cut = _cut(box, size, doubles[:, 2::2] * config.detection_covariance, image_size)
-    return Measurements(rows, z, R, box, np.zeros(len(rows), bool), cut, np.ones(len(rows)))
+        given = doubles[:, 2::2] if config.detection_covariance else np.zeros((len(rows), 2))
+        cut = _cut(box, singles[:, 3:5], given, image_size)
+    size, mixed, factor = box[:, 1] - box[:, 0], np.zeros(len(rows), bool), np.ones(len(rows))
+    return Measurements(rows, z, R, box, size, mixed, cut, factor)
 
 
 def _boxes(singles: NDArray[np.float32], z: Floats, config: TrackerConfig) -> Floats:

@@ -120,7 +120,7 @@ def _join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:
     R[whole] = EDGE_VARIANCE * np.eye(2)
     mixed = blobs.mixed.copy()
     mixed[whole] = True
-    return replace(blobs, z=z, R=R, box=box, mixed=mixed)
+    return replace(blobs, z=z, R=R, box=box, size=box[:, 1] - box[:, 0], mixed=mixed)
 
 
 def _once(

@@ -75,6 +75,7 @@ class MeasurementNoise:
         self._colors = np.zeros(0, np.uint32)
         self._evidence = np.zeros((0, 4))
         self._factors, self._usual = np.zeros(0), np.zeros(0)
+        self._shrinks = False
 
     def factors(self, colors: NDArray[np.uint32], variance: Floats) -> Floats:
         """The factors of detections, (M,).
@@ -89,11 +90,10 @@ class MeasurementNoise:
             return np.ones(len(colors))
         row = np.minimum(self._colors.searchsorted(colors), len(self._colors) - 1)
         factor = np.where(self._colors[row] == colors, self._factors[row], 1.0)
-        less = factor < 1
-        if not np.count_nonzero(less):
+        if not self._shrinks:
             return factor
         usual = np.minimum(self._usual[row] / np.maximum(variance, 1e-12), 1.0)
-        return np.where(less, 1 - (1 - factor) * usual, factor)
+        return np.where(factor < 1, 1 - (1 - factor) * usual, factor)
 
     def learn(self, records: NDArray[np.void], track: Indices, recent: Recent) -> Floats:
         """Take the differences of the last frames.
@@ -140,6 +140,7 @@ class MeasurementNoise:
         prior = count / (count + PRIOR)
         least = np.minimum(LEAST_VARIANCE / self._usual, 1.0)
         self._factors = np.maximum(_factor(prior * mean[:, 0], mean[:, 1]), least)
+        self._shrinks = bool(self._factors.min() < 1)
         evidence = remembered * records['evidence'][track] + new
         records['evidence'][track] = evidence
         share = evidence[:, 0] / (evidence[:, 0] + CROWD)

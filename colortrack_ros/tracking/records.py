@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import TRACK
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import maneuvering
 from colortrack_ros.estimation.track_table import TrackTable
@@ -81,21 +82,23 @@ def published(
     :return: of dtype TRACK.
     """
     records, bias = tracks.records, config.centroid_bias
-    doubtful = records['visible'] + records['hidden'] < config.min_score
-    doubtful &= records['state'] != TENTATIVE
-    unnamed = population.is_unnamed(records['track_id'], records['color'])
-    absent = records['outside'] | doubtful | unnamed
-    if absent.any():
-        tracks = tracks.take(~absent)
+    existence = records['visible'] + records['hidden']
+    absent = (existence < config.min_score) & (records['state'] != TENTATIVE)
+    absent |= records['outside']
+    if population.total:
+        absent |= population.is_unnamed(records['track_id'], records['color'])
     mean, covariance = tracks.filters.estimate()
     rows = tracks.rows(stamp, mean[:, :4], covariance[:, :4, :4])
-    coasting = np.flatnonzero(rows['time_since_update'] > 0)
+    coasting = ((rows['time_since_update'] > 0) & ~absent).nonzero()[0]
     if len(coasting):
-        rows['covariance'][coasting] = _unseen(tracks.records[coasting], rows[coasting], speed)
+        rows['covariance'][coasting] = _unseen(records[coasting], rows[coasting], speed)
     rows['covariance'][:, 0, 0] += bias**2
     rows['covariance'][:, 1, 1] += bias**2
-    rows['score'] = tracks.records['visible'] + tracks.records['hidden']
-    return rows
+    rows['score'] = existence
+    if not np.count_nonzero(absent):
+        return rows
+    whole = rows.view((np.void, TRACK.itemsize))  # with the padding, which is 0 in every message
+    return whole[~absent].view(TRACK)
 
 
 def _unseen(records: NDArray[np.void], rows: NDArray[np.void], speed: Floats) -> Floats:

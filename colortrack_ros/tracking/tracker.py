@@ -18,6 +18,7 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.crossings import defer
 from colortrack_ros.tracking.crossings import tell_apart
 from colortrack_ros.tracking.deletion import confirm
+from colortrack_ros.tracking.deletion import go_on
 from colortrack_ros.tracking.deletion import is_present
 from colortrack_ros.tracking.gating import gate
 from colortrack_ros.tracking.hypotheses import Association
@@ -167,24 +168,16 @@ class Tracker:
             size = prediction.records['extent'].sum(axis=1)
             self._adaptation.learn_alike(count_alike(size, blobs.size[new]), len(new))
 
-    def _nothing_ends(self, before: NDArray[np.uint8], keep: NDArray[np.bool_]) -> bool:
-        """Whether no track was tentative before, and none is overdue or has left."""
-        if np.count_nonzero(before == TENTATIVE) or np.count_nonzero(keep) < len(keep):
-            return False
-        tracks, learned = self._tracks, self._adaptation
-        present = is_present(tracks, self._clock.now, self._period, learned.image_size, self.config)
-        return np.count_nonzero(present) == len(keep)
-
     def _manage(self, *, again: bool) -> None:
         """Confirmation, deletion and stitching."""
         tracks, now, learned, config = self._tracks, self._clock.now, self._adaptation, self.config
         records = tracks.records
-        before = records['state'].copy()
-        keep = confirm(tracks, now, config)
-        if self._nothing_ends(before, keep):
+        if go_on(tracks, now, config):
             if not again:
                 learned.learn_new(0, records['origin'][:0])
             return
+        before = records['state'].copy()
+        keep = confirm(tracks, now, config)
         overdue = ~keep & (records['state'] == COASTING)
         gone = overdue & ~records['outside']
         learned.disappearances.learn(records['seen'][gone], returned=False)
