@@ -105,19 +105,13 @@ def find_runs(image: LabelImage) -> Runs:
 def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
     """8-connected components of equal label.
 
-    Two runs touch where the one, moved down a row and widened by a pixel on both sides, meets the
-    other: runs are sorted, so those it meets are neighbors in the list. Each component is a tree
-    of runs that hang on the first one; trees that touch are joined, all at once, until none do.
+    Each component is a tree of runs that hang on the first one; trees that touch are joined, all at
+    once, until none do.
 
     :returns: their number, and (R,) the component of each run, counted in raster order.
     """
-    number = np.arange(len(runs.start))
-    first = np.searchsorted(runs.end, runs.start + runs.stride, 'left')
-    behind = np.searchsorted(runs.start, runs.end + runs.stride, 'right')
-    met = np.maximum(behind - first, 0)
-    upper = np.repeat(number, met)
-    lower = np.arange(len(upper)) + np.repeat(first - np.cumsum(met) + met, met)
-    root = number
+    upper, lower = touching(runs)
+    root = number = np.arange(len(runs.start))
     apart = runs.label[upper] == runs.label[lower]
     while apart.any():
         upper, lower = upper[apart], lower[apart]
@@ -129,6 +123,19 @@ def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
         apart = root[upper] != root[lower]
     is_first = root == number
     return int(np.count_nonzero(is_first)), (np.cumsum(is_first) - 1)[root]
+
+
+def touching(runs: Runs) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The pairs of runs in two rows, one below the other, that touch, whatever their labels.
+
+    They touch where the one, moved down a row and widened by a pixel on both sides, meets the
+    other: runs are sorted, so those it meets are neighbors in the list.
+    """
+    first = np.searchsorted(runs.end, runs.start + runs.stride, 'left')
+    behind = np.searchsorted(runs.start, runs.end + runs.stride, 'right')
+    met = np.maximum(behind - first, 0)
+    upper = np.repeat(np.arange(len(met)), met)
+    return upper, np.arange(len(upper)) + np.repeat(first - np.cumsum(met) + met, met)
 
 
 def as_one(runs: Runs) -> tuple[int, NDArray[np.intp]]:

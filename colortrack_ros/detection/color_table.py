@@ -125,6 +125,8 @@ class ColorTable:
 
     :param colors: 1 to 254 reference colors.
     :param threads: that work on a picture at the same time; the result is the same.
+
+    overlaps: whether a pixel may be within tolerance of several that are not inverted.
     """
 
     def __init__(self, colors: tuple[ReferenceColor, ...], threads: int = 1) -> None:
@@ -137,6 +139,7 @@ class ColorTable:
         self._inverted = [color.inverted for color in colors]
         self._stretch = self._tolerance[:, None] / [color.axes for color in colors]
         self._cells, touched = self._label_cells()
+        self.overlaps = bool((touched[np.logical_not(self._inverted)].sum(axis=0) > 1).any())
         self._column_filter = None if HAS_16_BIT_LUT else ColumnFilter(touched)
         self._exact = np.full(1 << 24, UNKNOWN, np.uint8)
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))

@@ -71,7 +71,7 @@ def erode(image: LabelImage, size: int, count: int) -> None:
     """
     if size == 1:
         return
-    most = cv2.dilate(image.padded, _square(size)) if count > 1 and _colors_touch(image) else None
+    most = cv2.dilate(image.padded, _square(size)) if count > 1 and colors_touch(image) else None
     margin = size // 2
     for top, bottom in image.row_groups(EMPTY_ROWS + size):
         part = image.pixels[max(top - margin, 0) : bottom + margin]
@@ -80,7 +80,7 @@ def erode(image: LabelImage, size: int, count: int) -> None:
         image.padded[image.padded != most] = 0
 
 
-def _colors_touch(image: LabelImage) -> bool:
+def colors_touch(image: LabelImage) -> bool:
     """Whether two colors lie side by side; True, now and then, when they only nearly do."""
     filled, labels = image.content()
     flat = labels.reshape(-1)

@@ -94,9 +94,36 @@ def close(labels, count, size):
     return labels
 
 
+def join(labels, inside):
+    """Give each component the color of the largest larger one beside it that half of it is, too.
+
+    :param labels: (H, W) the nearest color of those in tolerance.
+    :param inside: (H, W, colors) which colors a pixel is in tolerance of.
+    """
+    parts = []
+    for label in range(1, inside.shape[2] + 1):
+        components, count = ndimage.label(labels == label, EIGHT)
+        parts += [(label, components == number) for number in range(1, count + 1)]
+    # Largest first; at equal area, in raster order of the first pixels.
+    parts.sort(key=lambda part: (-part[1].sum(), np.flatnonzero(part[1])[0]))
+    joined = labels.copy()
+    final = []
+    for label, part in parts:
+        around = ndimage.binary_dilation(part, EIGHT)
+        for k, (other, larger) in enumerate(parts[: len(final)]):
+            if (around & larger).any() and inside[part, other - 1].mean() >= 0.5:
+                label = final[k]
+                break
+        final.append(label)
+        joined[part] = label
+    return joined
+
+
 def detect(frame, config):
     """The whole of Pegoretti 2021, 3.1.1: rows (area, u, v, left, top, w, h, color)."""
-    labeled = close(labels(frame, config.colors), len(config.colors), config.closing_size)
+    inside = distances(frame, config.colors) < [color.tolerance for color in config.colors]
+    labeled = join(labels(frame, config.colors), inside)
+    labeled = close(labeled, len(config.colors), config.closing_size)
     found = []
     for color in range(len(config.colors)):
         mask = erode(labeled == color + 1, config.erosion_size)

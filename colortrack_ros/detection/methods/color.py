@@ -20,8 +20,10 @@ from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.light import ColorFollower
 from colortrack_ros.detection.light import GrayWorld
+from colortrack_ros.detection.morphology import colors_touch
 from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import MorphologyConfig
+from colortrack_ros.detection.pieces import join_pieces
 from colortrack_ros.detection.pixels import channels_of
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.reference import DEFAULT_COLORS
@@ -45,7 +47,8 @@ the time constant averages over many frames."""
 class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
     """Which colors are looked for, and what is done about changing light and clutter.
 
-    A pixel within tolerance of several colors belongs to the nearest.
+    A pixel within tolerance of several colors belongs to the nearest; connected pixels of one, most
+    of which another color has as well, belong to a larger blob of that color beside them.
     """
 
     colors: tuple[ReferenceColor, ...] = named(
@@ -136,7 +139,7 @@ class ColorDistance:
         picture = frame.image
         if self._config.white_balance == 'gray_world':
             picture = self._gray_world.balance(picture)
-        self._picture = picture
+        self._picture, self._encoding = picture, frame.encoding
         if self._finder.look(picture, frame.encoding, frame.stamp):
             self._take(self._given)
         image = self._table.label(picture, frame.encoding)
@@ -146,7 +149,17 @@ class ColorDistance:
         if self._config.moving_only:
             self.whole = image.copy()
             self._drop_background(frame, image)
+        if self._table.overlaps and colors_touch(image):
+            join_pieces(image, lambda position, label: self._is_within(image, position, label))
         return image
+
+    def _is_within(
+        self, image: LabelImage, position: NDArray[np.intp], label: NDArray[np.uint8]
+    ) -> NDArray[np.bool_]:
+        """(N,) whether pixels, v stride + u, are in tolerance of a color that is not inverted."""
+        rgb = rgb_of(self._picture[np.divmod(position, image.stride)], self._encoding)
+        inverted = np.array([color.inverted for color in self._given])
+        return (self._table.closeness(rgb, label) > 0) & ~inverted[label.astype(int) - 1]
 
     def _grow(self, tight: LabelImage, loose: LabelImage) -> LabelImage:
         """The components of the loose image that hold a pixel of the tight one, after erosion."""
