@@ -70,7 +70,7 @@ def quality(name, size, config):
     """
     scene = open_scene(f'{name}?{size}')
     if config.outline == 'box' or not config.interpolating:
-        config = replace(config, line_length=10 if name == 'approach' else 30)
+        config = replace(config, line_length=20 if name == 'approach' else 60)
     tracker, count, rows = ContourTracker(config), len(REPORTED[name]), []
     for i, k in enumerate([*range(EMPTY), *range(INSIDE[name], len(scene))]):
         image = scene.render(k)
