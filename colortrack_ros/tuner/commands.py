@@ -87,6 +87,7 @@ COMMANDS: dict[str, dict[str, Check]] = {
     'diff': {'path': text},
     'save': {'path': text, 'digest': text},
     'lines': {},
+    'plane': {},
 }
 """The fields of each command, all of which have to be there."""
 

@@ -1,5 +1,6 @@
 """What the people before the page share: the workbench, the settings, the samples and the file."""
 
+from dataclasses import asdict
 import shlex
 from typing import Any
 
@@ -10,6 +11,7 @@ from colortrack_ros.tuner.folder import difference
 from colortrack_ros.tuner.folder import digest
 from colortrack_ros.tuner.folder import Folder
 from colortrack_ros.tuner.footage import Footage
+from colortrack_ros.tuner.measures import plane_of
 from colortrack_ros.tuner.samples import Sample
 from colortrack_ros.tuner.samples import taught
 from colortrack_ros.tuner.samples import values_of
@@ -28,7 +30,6 @@ class Session:
     :param folder: of the params files.
     :param file: the one to begin with, empty for none.
     :raises ValueError: the file is none that can be read.
-    :ivar revision: counts the changes of :meth:`state`.
     """
 
     def __init__(self, footage: Footage, folder: Folder, file: str = '') -> None:
@@ -36,7 +37,6 @@ class Session:
         self._text = folder.read_or_empty(file) if file else ''
         self._samples: tuple[Sample, ...] = ()
         self._samples_before: list[tuple[Sample, ...]] = []
-        self.revision = 0
         self.bench = Workbench(footage, Settings(self._text))
 
     @property
@@ -51,7 +51,6 @@ class Session:
         :raises ValueError: it is refused, with the reason.
         """
         reply: Reply | None = getattr(self, f'_{command}')(**fields)
-        self.revision += 1
         return reply
 
     def state(self) -> Reply:
@@ -66,6 +65,7 @@ class Session:
             'values': {node: settings.in_force(node) for node in CONFIGS},
             'given': {node: list(settings.given(node)) for node in CONFIGS},
             'colors': colors_of(settings.detector),
+            'regions': [asdict(region) for region in settings.detector.regions],
             'samples': [
                 {'color': s.color, 'is_it': s.is_it, 'shades': s.example.shades().round(1).tolist()}
                 for s in self._samples
@@ -152,6 +152,12 @@ class Session:
                 if before.get(name) != value:
                     lines.append(f'ros2 param set /{node} {name} {shlex.quote(flow(value))}')
         return {'is': 'lines', 'text': '\n'.join(lines)}
+
+    def _plane(self) -> Reply:
+        view = self.bench.view
+        if view is None:
+            raise ValueError('plane: there is no picture')
+        return {'is': 'plane', **plane_of(view.frame, self.settings.detector)}
 
     def _change(
         self,

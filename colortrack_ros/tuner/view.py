@@ -15,6 +15,7 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
 from colortrack_ros.drawing import Trails
 from colortrack_ros.encodings import writable_bgr
+from colortrack_ros.tuner.measures import blobs_before_limits
 
 JPEG_QUALITY = 85
 """Of the pictures that are sent: edges of colors stay, at a tenth of the bytes."""
@@ -54,6 +55,7 @@ class ShownFrame:
             'time': self.frame.stamp / NANOSECONDS,
             'size': [width, height],
             'blobs': _rows(self.detections.rows),
+            'before_limits': blobs_before_limits(self.labels),
             'tracks': None if self.tracks is None else _rows(self.tracks.rows),
             'trails': self.trails,
             'milliseconds': round(self.milliseconds, 2),

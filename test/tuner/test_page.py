@@ -111,3 +111,37 @@ def test_the_mask_covers_a_ball_that_is_clicked_in_a_video_and_no_wall(chromium,
         assert mask[away < 0.6 * radius].mean() > 0.8
         assert mask[away > 2 * radius].mean() < 0.02
         assert page.errors == []
+
+
+def test_a_region_that_is_drawn_is_not_looked_in_and_all_goes_by_keys(chromium, tmp_path):
+    scene = open_scene('single?width=320&height=240&duration=2')
+    (ball,) = scene.truth(10)
+    with tuner('scene:single?width=320&height=240&duration=2', '--folder', tmp_path) as url:
+        page = open_page(chromium, url, viewport={'width': 400, 'height': 800}, color_scheme='dark')
+        look_at(page, 10)
+        assert page.locator('#found').inner_text().startswith('1 blobs')
+        page.locator('#picture').focus()
+        across, down = round(ball['u']) - 160, round(ball['v']) - 120
+        for key, way in (('Right', across), ('Left', -across), ('Down', down), ('Up', -down)):
+            for _ in range(way):
+                page.keyboard.press(f'Arrow{key}')
+        page.keyboard.press('Enter')
+        page.wait_for_selector('body[data-changes="1"]')
+        page.locator('h1').click()
+        page.keyboard.press('s')
+        page.wait_for_selector('#save-now:enabled')
+        page.locator('#save-now').press('Enter')
+        page.wait_for_selector('body[data-saved]')
+        given = yaml.safe_load((tmp_path / 'colortrack.yaml').read_text())
+        assert given['/**/detector']['ros__parameters']['colors'] == ['ball']
+        page.click('#ignore')
+        u, v, reach = float(ball['u']), float(ball['v']), float(ball['radius']) + 4
+        for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+            corner = min(max(u + x * reach, 0), 319), min(max(v + y * reach, 0), 239)
+            page.locator('#picture').click(position=place(page, *corner, (320, 240)))
+        page.keyboard.press('Enter')
+        page.wait_for_selector('#regions .region')
+        page.wait_for_selector('#found:text("0 blobs")')
+        page.keyboard.press('u')
+        page.wait_for_selector('#found:text("1 blobs")')
+        assert page.errors == []

@@ -1,7 +1,8 @@
 // The page: what the server tells, shown; what people do, sent.
 
+import { histogram, plane } from '/page/charts.js';
 import { element, field, set } from '/page/fields.js';
-import { crossKey, current, draw, LAYERS, layers, onPick, PALETTE, show, zoomBy } from '/page/stage.js';
+import { crossKey, current, draw, drawRegion, endRegion, isDrawing, LAYERS, layers, onPick, PALETTE, show, showRegions, zoomBy } from '/page/stage.js';
 import { connect, on, send } from '/page/wire.js';
 
 const $ = (id) => document.getElementById(id);
@@ -28,6 +29,8 @@ const spec = (node, name) => described[node].parameters.find((one) => one.name =
 
 function showView(view) {
   show(view);
+  showHistograms();
+  if ($('plane-box').open && !state?.playing) send('plane');
   $('timeline').max = Math.max((state?.total ?? 1) - 1, view.number);
   if (document.activeElement !== $('timeline') || !scrubbing) $('timeline').value = view.number;
   $('frame').textContent = `${view.number} / ${$('timeline').max}`;
@@ -160,6 +163,65 @@ function makeFields() {
   }
 }
 
+// ---- what the limits let in and out
+
+const LIMITS = { max_area: 'area', min_area: 'area' };
+const passes = (blob) => SHAPE.every((name) => {
+  const measure = blob[LIMITS[name] ?? name];
+  const limit = state.values.detector[name];
+  return name.startsWith('max') ? measure <= limit : measure >= limit;
+});
+
+function showHistograms() {
+  const blobs = current()?.before_limits;
+  if (!blobs || !state) return;
+  const kept = blobs.map(passes);
+  for (const { name, made } of fields) {
+    const chart = made.querySelector('.histogram');
+    if (!chart) continue;
+    const values = blobs.map((blob) => blob[LIMITS[name] ?? name]);
+    const inside = kept.filter(Boolean).length;
+    histogram(chart, values.map(made.slider.place), kept, `${LIMITS[name] ?? name.slice(4)} of ${values.length} blobs, of which the limits let ${inside} in`);
+  }
+}
+
+on('plane', (message) => plane($('plane'), message, active));
+$('plane-box').addEventListener('toggle', () => { if ($('plane-box').open) send('plane'); });
+
+// ---- regions
+
+function showRegionList() {
+  showRegions(state.regions);
+  $('regions').replaceChildren(...state.regions.map(({ name, ignore }) => element('div', { class: 'region' },
+    element('span', { class: 'name', text: name }), element('span', { class: 'tag', text: ignore ? 'ignored' : 'looked in' }),
+    element('button', { class: 'reset', text: 'remove', type: 'button', 'aria-label': `Remove region ${name}`, on: { click: () => removeRegion(name) } }))));
+}
+
+function removeRegion(gone) {
+  const rest = state.regions.map(({ name }) => name).filter((name) => name !== gone);
+  const values = { regions: rest.length ? rest : null, [`${gone}.polygon`]: null, [`${gone}.ignore`]: null };
+  send('set', { node: 'detector', values, follows: false });
+}
+
+function addRegion(ignore) {
+  $('drawing').textContent = 'Click the corners; Enter closes the region, Esc drops it.';
+  layers.regions = true;
+  $('layer-regions').checked = true;
+  drawRegion((polygon) => {
+    $('drawing').textContent = '';
+    if (!polygon) return;
+    const names = state.regions.map(({ name }) => name);
+    let k = 1;
+    while (names.includes(`region${k}`)) k++;
+    const values = { regions: [...names, `region${k}`], [`region${k}.polygon`]: polygon.flat() };
+    if (ignore) values[`region${k}.ignore`] = true;
+    send('set', { node: 'detector', values, follows: false });
+  });
+}
+
+$('look-in').addEventListener('click', () => addRegion(false));
+$('ignore').addEventListener('click', () => addRegion(true));
+
 $('search').addEventListener('input', () => {
   const words = $('search').value.toLowerCase().split(/\s+/).filter(Boolean);
   for (const group of $('parameters').querySelectorAll('details')) {
@@ -184,6 +246,8 @@ function showState() {
   document.title = `${state.unsaved ? '• ' : ''}tuner: ${state.file || state.source}`;
   showColors();
   for (const { node, name, made } of fields) made.update(state.values[node][name], state.given[node].includes(name));
+  showRegionList();
+  showHistograms();
   document.body.dataset.changes = state.changes;
   const refused = Object.values(state.refused);
   if (refused.length) notice(`Refused from ${state.file}: ${refused.join('; ')}`, 15);
@@ -244,6 +308,7 @@ $('theme').addEventListener('click', () => {
     || (!document.documentElement.dataset.theme && matchMedia('(prefers-color-scheme: dark)').matches);
   theme(dark ? 'light' : 'dark');
   localStorage.setItem('theme', document.documentElement.dataset.theme);
+  showHistograms();
 });
 theme(localStorage.getItem('theme'));
 $('steps').hidden = localStorage.getItem('steps') === 'hidden';
@@ -251,6 +316,11 @@ $('steps-close').addEventListener('click', () => { $('steps').hidden = true; loc
 
 document.addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
+  if (isDrawing() && ['Enter', 'Escape'].includes(event.key) && document.activeElement.id !== 'picture') {
+    event.preventDefault();
+    endRegion(event.key === 'Enter');
+    return;
+  }
   if (crossKey(event)) {
     event.preventDefault();
     return;

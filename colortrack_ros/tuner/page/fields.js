@@ -48,14 +48,15 @@ export function field(node, name, spec, options = {}) {
   const input = control(id, spec, give, options);
   const about = `${spec.description} Default: ${shown(spec.default)}${rangeOf(spec)}.`;
   const box = element('div', { class: 'field', 'data-name': `${node} ${name} ${spec.description}`.toLowerCase() },
-    label, element('div', { class: 'line' }, ...input.parts, reset));
+    label, element('div', { class: 'line' }, ...input.parts, ...(options.give ? [] : [reset])));
   if (options.brief) box.title = about;
   else box.append(element('p', { class: 'text', text: about }));
   box.update = (value, given) => {
     box.classList.toggle('given', given);
-    reset.hidden = !given;
+    reset.classList.toggle('idle', !given);
     input.update(value ?? spec.default);
   };
+  box.slider = input.slider;
   return box;
 }
 
@@ -89,13 +90,14 @@ function control(id, spec, give, options) {
     slider = sliderOf(spec, options, (value) => { box.value = value; give(value, true); });
     slider.setAttribute('aria-label', `${options.label ?? spec.name}, slider`);
     slider.addEventListener('change', () => { dragged = ''; });
-    parts.unshift(slider);
+    const chart = options.place === 'shape' && element('canvas', { class: 'histogram', role: 'img' });
+    parts.unshift(element('div', { class: 'slide' }, ...(chart ? [chart] : []), slider));
   }
   const update = (value) => {
     if (document.activeElement !== box) box.value = Array.isArray(value) ? value.join(', ') : value ?? '';
     if (slider && document.activeElement !== slider) slider.put(value);
   };
-  return { parts, update };
+  return { parts, update, slider };
 }
 
 // Wide ranges go by powers, so that 20 px can be set as well as 100000.
@@ -110,6 +112,7 @@ function sliderOf(spec, options, give) {
       give(spec.type === 'int' ? Math.round(value) : Number(value.toPrecision(4)));
     },
   } });
+  slider.place = (value) => Math.min(Math.max((value - low) / (high - low), 0), 1) ** (1 / bend);
   slider.put = (value) => { slider.value = Math.max((value - low) / (high - low), 0) ** (1 / bend); };
   return slider;
 }

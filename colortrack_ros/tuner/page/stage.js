@@ -2,7 +2,7 @@
 
 // Okabe and Ito's colors, told apart by nearly everybody; each blob has its color's number as well.
 export const PALETTE = ['#e69f00', '#56b4e9', '#009e73', '#f0e442', '#0072b2', '#d55e00', '#cc79a7'];
-export const LAYERS = ['picture', 'mask', 'blobs', 'tracks', 'trails', 'ellipses'];
+export const LAYERS = ['picture', 'mask', 'blobs', 'tracks', 'trails', 'ellipses', 'regions'];
 
 const canvas = document.getElementById('picture');
 const pen = canvas.getContext('2d');
@@ -16,12 +16,36 @@ let corner = [0, 0];
 let drag = null;
 let cross = null;
 let pick = () => {};
+let regions = [];
+let corners = null; // of the region that is drawn
+let finish = () => {};
 
 export const current = () => view;
 
 export function onPick(listener) {
   pick = listener;
 }
+
+export function showRegions(next) {
+  regions = next;
+  draw();
+}
+
+// Clicks are corners from now on; done gets them, or nothing if they are dropped.
+export function drawRegion(done) {
+  corners = [];
+  finish = done;
+  canvas.focus();
+}
+
+export function endRegion(keep) {
+  const drawn = corners;
+  corners = null;
+  finish(keep && drawn?.length > 2 ? drawn : null);
+  draw();
+}
+
+export const isDrawing = () => corners !== null;
 
 export function show(next) {
   view?.picture.close();
@@ -75,7 +99,11 @@ export function draw() {
   }
   // The center of the top left pixel is (0, 0).
   pen.translate(0.5, 0.5);
-  if (layers.blobs) for (const blob of view.blobs) drawBlob(blob, thin);
+  if (layers.regions) regions.forEach((region) => drawCorners(region.polygon, region.ignore ? '#ff9f80' : '#7ee0b5', thin, true));
+  if (layers.blobs) {
+    view.before_limits.slice(0, 60).forEach((blob) => drawDropped(blob, thin));
+    for (const blob of view.blobs) drawBlob(blob, thin);
+  }
   for (const track of view.tracks ?? []) drawTrack(track, thin);
   drawMarks(thin);
 }
@@ -107,6 +135,25 @@ function drawBlob(blob, thin) {
   pen.rect(blob.box_u - 0.5, blob.box_v - 0.5, blob.box_w, blob.box_h);
   line('#fff', thin);
   words(`${blob.color + 1}: ${Math.round(blob.area)} px`, blob.box_u, blob.box_v + blob.box_h + 14 * thin, color, thin);
+}
+
+// What the limits of size and shape leave out.
+function drawDropped({ box: [u, v, width, height] }, thin) {
+  if (view.blobs.some((blob) => blob.box_u === u && blob.box_v === v && blob.box_w === width)) return;
+  pen.beginPath();
+  pen.rect(u - 0.5, v - 0.5, width, height);
+  line('#ccc', 0.8 * thin, [3 * thin, 3 * thin]);
+}
+
+function drawCorners(polygon, color, thin, closed) {
+  pen.beginPath();
+  polygon.forEach(([u, v]) => pen.lineTo(u, v));
+  if (closed) pen.closePath();
+  line(color, 2 * thin, closed ? [] : [5 * thin, 4 * thin]);
+  for (const [u, v] of polygon) {
+    pen.fillStyle = color;
+    pen.fillRect(u - 3 * thin, v - 3 * thin, 6 * thin, 6 * thin);
+  }
 }
 
 export function trackColor(id) {
@@ -141,6 +188,7 @@ function drawTrack(track, thin) {
 }
 
 function drawMarks(thin) {
+  if (corners) drawCorners(corners, '#fff', thin, false);
   if (drag?.box) {
     pen.beginPath();
     pen.rect(...drag.box);
@@ -201,7 +249,7 @@ canvas.addEventListener('pointermove', (event) => {
   if (drag.moves) {
     corner = drag.corner.map((from, axis) => from - (way[axis] * view.size[0]) / box.width / zoom);
     keepInside();
-  } else if (Math.hypot(...way) > 5) {
+  } else if (Math.hypot(...way) > 5 && !corners) {
     const to = pixel(event);
     const low = [0, 1].map((axis) => Math.min(drag.from[axis], to[axis]));
     drag.box = [...low, ...[0, 1].map((axis) => Math.abs(drag.from[axis] - to[axis]) + 1)];
@@ -214,7 +262,8 @@ canvas.addEventListener('pointerup', (event) => {
   const [u, v, width, height] = drag.box ?? [...drag.from, 1, 1];
   const moves = drag.moves;
   drag = null;
-  if (!moves) pick({ u, v, width, height, is_it: !event.shiftKey });
+  if (corners && !moves) corners.push([u, v]);
+  else if (!moves) pick({ u, v, width, height, is_it: !event.shiftKey });
   draw();
 });
 
@@ -230,6 +279,13 @@ export function crossKey(event) {
   cross ??= view.size.map((length) => Math.floor(length / 2));
   if (ways[event.key]) {
     cross = cross.map((at, axis) => Math.min(Math.max(at + ways[event.key][axis], 0), view.size[axis] - 1));
+  } else if (event.key === 'Enter' && corners) {
+    if (corners.length > 2) endRegion(true);
+    else corners.push([...cross]);
+  } else if (event.key === ' ' && corners) {
+    corners.push([...cross]);
+  } else if (event.key === 'Escape' && corners) {
+    endRegion(false);
   } else if (event.key === 'Enter') {
     pick({ u: cross[0], v: cross[1], width: 1, height: 1, is_it: !event.shiftKey });
   } else {
