@@ -4,7 +4,8 @@ python benchmark/faults.py [SECONDS] prints a table and writes out/benchmark_fau
 is survived when every node that was not killed still runs and tracks go on. The exit status is 1
 when one is not, when a node has printed a traceback, or when a node holds more threads, or 32 MiB
 more, than 10 s after its start. More files are told alone: a peer that is started anew has shared
-memory of its own.
+memory of its own. At last all is left alone for 20 s: each picture that the camera gives the
+detector answers, skips or refuses, by their diagnostics.
 """
 
 from collections import Counter
@@ -21,6 +22,7 @@ import time
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
 
+from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter
@@ -45,6 +47,11 @@ PATIENCE = 60.0
 SETTLED = 10.0
 """Age of a node at which what it holds is first looked at [s]."""
 MOST = 32 * 2**20
+WAITING = 60
+"""Pictures of a second at both ends: camera and detector count seconds of their own."""
+FULL_DISK = """ulimit -f 64; exec {python} -c 'from colortrack_ros.replay.main import main
+raise SystemExit(main())' 'scene:five?duration=3' --output {folder}/full"""
+"""A bag of more than 64 KiB where no more can be written."""
 BUSY = 'while True: pass'
 VALUES = (
     ParameterValue(type=1, bool_value=True), ParameterValue(type=2, integer_value=-(2**62)),
@@ -61,6 +68,8 @@ class Chain:
         rclpy.init()
         self.node, self.chance, self.folder = rclpy.create_node('faults'), chance, folder
         self.heard = 0
+        self.books = Counter()
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._note, 100)
         self.node.create_subscription(PointCloud2, 'tracks', self._hear, 10, raw=True)
         self.publishers = {
             name: self.node.create_publisher(k, name, 10) for name, k in TOPICS.items()
@@ -73,6 +82,17 @@ class Chain:
 
     def _hear(self, _: bytes) -> None:
         self.heard += 1
+
+    def _note(self, message: DiagnosticArray) -> None:
+        """Keep the books of pictures: given by the camera, answered, skipped, refused."""
+        for status in message.status:
+            values = {pair.key: pair.value for pair in status.values}
+            if status.name == 'camera: messages':
+                self.books['given'] += round(float(values['rate out [Hz]']))
+            elif status.name == 'detector: messages':
+                self.books['answered'] += round(float(values['rate out [Hz]']))
+                self.books['refused'] = int(values['refused'])
+                self.books['skipped'] = int(values['skipped'])
 
     def start(self, name: str) -> None:
         """Start a node, and note when."""
@@ -159,6 +179,21 @@ class Chain:
             self.publishers[name].publish(bytes(self.chance.choice((good, good[:4] + noise))))
         self.spin(0.2)
 
+    def full_disk(self) -> None:
+        """A replay onto a full disk: status 1, in one line."""
+        command = FULL_DISK.format(python=sys.executable, folder=self.folder)
+        done = subprocess.run(['bash', '-c', command], capture_output=True, text=True)
+        (self.folder / f'replay_{time.monotonic_ns()}.log').write_text(done.stderr)
+        assert done.returncode == 1, done.stderr
+
+    def audit(self) -> int:
+        """Pictures within 20 s that the detector neither answers nor skips nor refuses."""
+        self.spin(3.0)
+        before = Counter(self.books)
+        self.spin(20.0)
+        self.books.subtract(before)
+        return self.books['given'] - sum(self.books[k] for k in ('answered', 'skipped', 'refused'))
+
     def close(self) -> Counter:
         """End the nodes; exit statuses."""
         for process in self.processes.values():
@@ -173,7 +208,7 @@ def main() -> int:
     busy = [subprocess.Popen([sys.executable, '-c', BUSY]) for _ in range(2)]
     with tempfile.TemporaryDirectory() as folder:
         chain = Chain(Path(folder), random.Random(1))
-        names = ('kill', 'stall', 'set_parameters', 'change_state', 'publish')
+        names = ('kill', 'stall', 'set_parameters', 'change_state', 'publish', 'full_disk')
         try:
             ready, end = chain.goes_on(), time.monotonic() + seconds
             while ready and time.monotonic() < end:
@@ -181,6 +216,7 @@ def main() -> int:
                 getattr(chain, name)()
                 tried[name] += 1
                 survived[name] += chain.goes_on()
+            missing = chain.audit()
             statuses = chain.close()
         finally:
             for process in (*busy, *chain.processes.values()):
@@ -193,6 +229,7 @@ def main() -> int:
     console = Console()
     console.print(table)
     console.print(f'held more than when settled, at most: {dict(chain.grown)}')
+    console.print(f'books of pictures: {dict(chain.books)}, missing {missing}')
     console.print(f'exit statuses {dict(statuses)}, logs with a traceback: {tracebacks}')
     OUT.parent.mkdir(exist_ok=True)
     OUT.write_text(
@@ -200,7 +237,12 @@ def main() -> int:
     )
     grown = chain.grown['resident'] > MOST or chain.grown['threads'] > 0
     return int(
-        not ready or tried != survived or bool(grown) or tracebacks > 0 or set(statuses) != {0}
+        not ready
+        or tried != survived
+        or grown
+        or tracebacks > 0
+        or set(statuses) != {0}
+        or abs(missing) > WAITING
     )
 
 
