@@ -7,6 +7,7 @@ bring the stages, which work in the caller's thread (:class:`Stage`) or in one o
 
 from typing import Any
 from typing import NoReturn
+from typing import Protocol
 
 import numpy as np
 
@@ -25,6 +26,16 @@ from colortrack_ros.tracking import TrackerConfig
 BOX = ('box_u', 'box_v', 'box_w', 'box_h')
 
 
+class DetectionsTaker(Protocol):
+    """What makes the tracks: a stage, or what stands before one."""
+
+    def put(self, item: Detections, context: Any = None) -> None:
+        """Take the next detections."""
+
+    def flush(self) -> None:
+        """Work on all that waits: nothing more comes."""
+
+
 class ColorChain:
     """From frames to detections to tracks; each stage keeps its own order.
 
@@ -32,9 +43,7 @@ class ColorChain:
     :param tracking: makes the tracks after detections.
     """
 
-    def __init__(
-        self, detection: Stage[Frame, Detections], tracking: Stage[Detections, Tracks]
-    ) -> None:
+    def __init__(self, detection: Stage[Frame, Detections], tracking: DetectionsTaker) -> None:
         self._detection, self._tracking = detection, tracking
         detection.then(tracking.put)
 

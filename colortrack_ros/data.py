@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from dataclasses import field
 from typing import Any
 from typing import ClassVar
+from typing import Protocol
 from typing import TypeVar
 
 import numpy as np
@@ -111,6 +112,20 @@ class Frame:
     full_range: bool = False
 
 
+class Viewpoint(Protocol):
+    """Where the camera is and looks when a picture is taken."""
+
+    def moved(
+        self, pixels: NDArray[np.float64], since: Any
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Where in this picture is what stands where an earlier one shows it, as far as is known.
+
+        :param pixels: (N, 2) in the earlier picture, or beside it [px].
+        :param since: the Viewpoint of the earlier picture.
+        :return: (N, 2), in this picture or beside it [px], and the Jacobian, (N, 2, 2).
+        """
+
+
 @dataclass(frozen=True)
 class Detections:
     """The blobs of one frame, largest area first.
@@ -119,12 +134,14 @@ class Detections:
     :param stamp: of the frame [ns].
     :param frame_id: of the frame.
     :param image_size: width and height of the picture [px]; 0 where nobody knows.
+    :param viewpoint: of the camera, None where nobody knows.
     """
 
     rows: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, DETECTION))
     stamp: int = 0
     frame_id: str = ''
     image_size: tuple[int, int] = (0, 0)
+    viewpoint: Viewpoint | None = None
 
 
 @dataclass(frozen=True)

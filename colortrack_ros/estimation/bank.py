@@ -201,17 +201,19 @@ class Bank(Columns):
     def move(self, A: Floats, shift: Floats, variance: float) -> None:
         """Take all tracks to where a motion of the camera has brought them: x -> A x + shift.
 
-        :param A: (2, 2), of a turn and a zoom.
-        :param shift: (2,) [px].
+        :param A: (N, 2, 2), of turns, zooms and shears.
+        :param shift: (N, 2) [px].
         :param variance: of where that is, on each axis [px^2].
         """
-        G = np.kron(np.eye(self.model.size // 2), A)
-        self.mean = self.mean @ G.T
+        G = np.zeros((len(A), self.model.size, self.model.size))
+        for at in range(0, self.model.size, 2):
+            G[:, at : at + 2, at : at + 2] = A
+        self.mean = (G @ self.mean[..., None])[..., 0]
         self.mean[..., :2] += shift
-        self.cov = G @ self.cov @ G.T
+        self.cov = G @ self.cov @ G.swapaxes(1, 2)
         self.cov[..., (0, 1), (0, 1)] += variance
         if self.design is not None:
-            self.design = G @ self.design @ G.T
+            self.design = G @ self.design @ G.swapaxes(1, 2)
 
     def accelerate(self, velocity: Floats) -> None:
         """Add to the velocities of all tracks, (N, 2) [px/s]."""

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
@@ -20,11 +19,8 @@ from colortrack_ros.messages import depth_of_serialized_image
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import tracks_of_serialized_cloud
-from colortrack_ros.messages.serialized import message_of_serialized
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
-from colortrack_ros.node_kit.camera_pose import CameraPoses
-from colortrack_ros.node_kit.camera_pose import OdometryPoses
-from colortrack_ros.node_kit.camera_pose import TfPoses
+from colortrack_ros.node_kit.camera_view import CameraViews
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
@@ -38,11 +34,8 @@ from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.parameters import part
-from colortrack_ros.world import CalibrationError
-from colortrack_ros.world import CameraModel
 from colortrack_ros.world import Locator
 from colortrack_ros.world import LocatorConfig
-from colortrack_ros.world import TransformError
 from colortrack_ros.world.selection import rule_of
 from colortrack_ros.world.selection import Selector
 from colortrack_ros.world.view import View
@@ -85,7 +78,6 @@ class LocatorNode(ManagedNode[LocatorSetup]):
         """Make a locator, and what it publishes and takes."""
         setup = self.setup
         self.health = Health(self, objects=lambda: self._output.alive)
-        self._camera: CameraModel | None = None
         self._locator = Locator(setup.config, self.health.refuse)
         self._selector = Selector(setup.output.select, setup.names)
         self._waiting = Waiting(self._view, self._locate, self.health.refuse, seconds_of(self))
@@ -95,28 +87,17 @@ class LocatorNode(ManagedNode[LocatorSetup]):
         )
         self._stage.configure(setup.order)
         self._stage.then(lambda tracks, _: self._waiting.put_tracks(tracks))
-        tf = setup.pose.pose_source == 'tf'
-        self._poses: CameraPoses = (
-            TfPoses(self, setup.pose)
-            if tf
-            else OdometryPoses(self, setup.pose, self.health.refuse, self._waiting.look)
+        self._views = CameraViews(
+            self, setup.pose, setup.camera_info_topic, self.health.refuse, self._waiting.look
         )
         self._frame_id = ''
-        self._output = LocationsOutput(self, setup.output, tf=tf)
-        subscribe_to(self, CameraInfo, setup.camera_info_topic, self._take_info)
+        self._output = LocationsOutput(self, setup.output, tf=setup.pose.pose_source == 'tf')
         subscribe_to(self, PointCloud2, setup.detections_topic, self._take_detections)
         subscribe_to(self, PointCloud2, setup.tracks_topic, self._take_tracks)
         if self._waiting.needs_depth:
             subscribe_to(self, Image, setup.depth_topic, self._take_depth)
         self.create_subscription(String, '~/select', self._select, 10)
         self.create_timer(IDLE, self._look, clock=STEADY)
-
-    def _take_info(self, cdr: bytes) -> None:
-        try:
-            self._camera = CameraModel.of_info(message_of_serialized(cdr, CameraInfo))
-        except (MessageError, CalibrationError) as error:
-            self._camera = None
-            self.health.refuse(str(error))
 
     def _take_detections(self, cdr: bytes) -> None:
         try:
@@ -144,13 +125,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
 
     def _view(self, stamp: int) -> View:
         """The camera at a time [ns]."""
-        if self._camera is None:
-            raise TransformError(
-                f'no calibration has come on {self.setup.camera_info_topic}: objects cannot be '
-                'located without CameraInfo',
-                later=True,
-            )
-        return View(self._camera, *self._poses.at(stamp, self._frame_id))
+        return self._views.at(stamp, self._frame_id)
 
     def _locate(
         self,
@@ -186,7 +161,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
         if setup.output.select != self.setup.output.select:
             self._selector = Selector(setup.output.select, setup.names)
         self._stage.configure(setup.order)
-        self._poses.configure(setup.pose)
+        self._views.configure(setup.pose)
 
 
 def main() -> int:

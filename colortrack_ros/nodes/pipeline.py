@@ -25,7 +25,7 @@ def _nodes(stop: Callable[[int], None]) -> Sequence[Node]:
     detector = DetectorNode(subscribe=False, beside=(CameraSetup, TrackerSetup))
     if detector.get_parameter('image_transport').value != 'raw':
         detector.get_logger().warning(UNUSED)
-    chain = ColorChain(detector.stage, tracker.stage)
+    chain = ColorChain(detector.stage, tracker.intake)
     return tracker, detector, CameraNode(chain, stop, beside=(DetectorSetup, TrackerSetup))
 
 

@@ -17,6 +17,7 @@ from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_size_of_serialized_camera_info
 from colortrack_ros.messages import MessageError
+from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
@@ -33,6 +34,7 @@ from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.node_kit.tracks_output import TracksOutput
 from colortrack_ros.node_kit.tracks_output import TracksOutputConfig
+from colortrack_ros.node_kit.viewpoint_intake import ViewpointIntake
 from colortrack_ros.parameters import part
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
@@ -50,14 +52,16 @@ class TrackerSetup(NodeSetup):
         'camera/camera_info', 'the CameraInfo that tells how large the pictures are'
     )
     output: TracksOutputConfig = part(TracksOutputConfig)
+    pose: CameraPoseConfig = part(CameraPoseConfig)
 
 
 class TrackerNode(ManagedNode[TrackerSetup]):
     """Detections in, one message of tracks and one of markers for each out.
 
-    :param subscribe: whether detections come from ``detections_topic``, or into :attr:`stage`
+    :param subscribe: whether detections come from ``detections_topic``, or into :attr:`intake`
         alone.
     :ivar stage: makes the tracks after detections.
+    :ivar intake: takes detections for the stage.
     """
 
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
@@ -69,6 +73,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
             else Stage(self._track, self._refuse, seconds_of(self))
         )
         self.stage.paused = True
+        self.intake = ViewpointIntake(self, self.stage, self._refuse)
         self._configure(self.setup)
         self.stage.then(self._publish)
 
@@ -91,6 +96,9 @@ class TrackerNode(ManagedNode[TrackerSetup]):
             subscribe_to(self, CameraInfo, self.setup.camera_info_topic, self._learn_size)
         else:
             self.create_timer(IDLE, self._look, clock=STEADY)
+        self.intake.clear()
+        self._ask_viewpoints(self.setup)
+        self.create_timer(IDLE, self.intake.look, clock=STEADY)
 
     def set_active(self, active: bool) -> None:
         """Work on detections, or drop them."""
@@ -98,7 +106,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
 
     def release(self) -> None:
         """Finish what has come in."""
-        self.stage.flush()
+        self.intake.flush()
 
     def _refuse(self, reason: str) -> None:
         self.health.refuse(reason)
@@ -128,9 +136,8 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         self.health.gave_out(tracks.stamp)
 
     def _receive(self, cdr: bytes) -> None:
-        assert isinstance(self.stage, Worker)
         size = self._image_size
-        self.stage.put_unread(
+        self.intake.put_unread(
             lambda: replace(detections_of_serialized_cloud(cdr), image_size=size), len(cdr)
         )
         skipped = self.stage.skipped
@@ -160,6 +167,11 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         if setup.config != self.setup.config:
             self._tracker.configure(setup.config)
         self._configure(setup)
+        self._ask_viewpoints(setup)
+
+    def _ask_viewpoints(self, setup: TrackerSetup) -> None:
+        asked = setup.config.ego_motion == 'odometry'
+        self.intake.configure(setup.pose, setup.camera_info_topic, asked=asked)
 
     def _configure(self, setup: TrackerSetup) -> None:
         if isinstance(self.stage, Worker):

@@ -152,11 +152,16 @@ def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:
             given = values[node].get(f'{topic}_topic', '')
             return nodes[node].resolve_topic_name(given) if given else ''
 
+        tracker = TRACKERS[name][1](values[name])
+        if isinstance(tracker, TrackerSetup) and tracker.config.ego_motion == 'odometry':
+            raise StartError(
+                'ego_motion: expected none or detections, got odometry, which replay does not read'
+            )
         return Setup(
             node=name,
             camera=values.get('camera', {}),
             detector=build(DetectorSetup, values['detector']) if detects else None,
-            tracker=TRACKERS[name][1](values[name]),
+            tracker=tracker,
             topics={topic: resolved(name, topic) for topic in TOPICS}
             | {'image': resolved('detector' if detects else name, 'image')},
         )

@@ -112,8 +112,9 @@ class TrackerConfig(TimeLimits):
     ego_motion: str = parameter(
         'none',
         "How the camera's own motion is known: none, it stands; detections, by what the motions of "
-        'most objects, at least five, have in common.',
-        choices=('none', 'detections'),
+        'most objects, at least five, have in common; odometry, by where the robot and the camera '
+        'on it are (pose_source): what leaves the picture by that is remembered (max_hidden).',
+        choices=('none', 'detections', 'odometry'),
     )
     max_detections: int = parameter(
         10_000,

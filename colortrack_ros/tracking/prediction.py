@@ -100,6 +100,8 @@ def predict(
     bank.predict(dt, variance, records['acceleration'] if config.acceleration_span else None)
     if config.ego_motion == 'detections' and dt > 0:
         _follow_camera(tracks, measurements, learned, step)
+    if dt > 0:
+        learned.camera.carry(tracks)
     records['visible'], records['hidden'] = predict_existence(
         records['visible'], records['hidden'], dt, config.max_time_since_update
     )
@@ -160,11 +162,10 @@ def _follow_camera(
     learned: Adaptation,
     step: Step,
 ) -> None:
-    """Take all tracks along with what those measured in the last frame share."""
+    """Find the motion that the tracks measured in the last frame share."""
     fresh = tracks.unmeasured(step.now) < LAST_FRAME * step.dt
     mean, cov = tracks.filters.estimate()
     variance = np.minimum(cov.diagonal(axis1=1, axis2=2)[fresh, :2], (LEAST_SPEED * step.dt) ** 2)
     if len(measurements):
         variance += np.median(measurements.variance, axis=0)
     learned.camera.follow(mean[fresh, :2], variance, measurements.z, step.dt)
-    learned.camera.carry(tracks)

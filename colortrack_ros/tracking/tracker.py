@@ -102,11 +102,11 @@ class Tracker:
         :param detections: of the next frame; an empty one is a frame as well.
         :return: the tracks at its stamp, with its header.
         """
-        step = self._advance(detections.stamp)
+        step = self._advance(detections)
         config, tracks, learned = self.config, self._tracks, self._adaptation
         blobs = self.screening.measure(detections, learned, config, again=step.again)
         prediction = predict(tracks, blobs, learned, config, step)
-        self._follow_camera()
+        self._follow_camera(step)
         track, blob = gate(prediction, blobs, config)
         hypotheses = hypothesize(prediction, blobs, track, blob)
         gain = score(hypotheses, prediction, blobs, config)
@@ -128,9 +128,10 @@ class Tracker:
         why = self._clock.tell_restart()
         return Tracks(rows, detections.stamp, detections.frame_id, why)
 
-    def _follow_camera(self) -> None:
+    def _follow_camera(self, step: Step) -> None:
         """Let what is remembered follow the camera; what it goes on doing is the tracks' own."""
-        self._adaptation.camera.carry(self._memory.tracks)
+        if not step.again:
+            self._adaptation.camera.carry(self._memory.tracks)
         if self._adaptation.camera.is_steady:
             self._stop_camera()
 
@@ -141,11 +142,13 @@ class Tracker:
             camera.give(tracks, self._adaptation.recent, self._clock.now)
         camera.stop()
 
-    def _advance(self, stamp: int) -> Step:
-        """Go to the stamp, or start afresh."""
-        again = self._clock.is_now(stamp)
-        dt = self._clock.advance(stamp, self.config.max_dt, self.reset)
+    def _advance(self, detections: Detections) -> Step:
+        """Go to their stamp, or start afresh."""
+        again = self._clock.is_now(detections.stamp)
+        dt = self._clock.advance(detections.stamp, self.config.max_dt, self.reset)
         self._period = dt or self._period
+        if self.config.ego_motion == 'odometry' and not again:
+            self._adaptation.camera.turn(detections.viewpoint, self._period)
         return Step(self._clock.now, dt, self._period, again)
 
     def _associate(
@@ -183,7 +186,7 @@ class Tracker:
         learned.disappearances.learn(records['seen'][gone], returned=False)
         false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
         keep &= is_present(tracks, now, self._period, learned.image_size, config)
-        has_left = records['outside'] & ~overdue
+        has_left = records['outside'] & ~overdue & (not learned.camera.is_known)
         hidden = ~has_left & (config.max_hidden > config.max_time_since_update)
         hidden |= self._population.is_counted(records['color'])
         hidden &= ~keep & (records['state'] == COASTING)

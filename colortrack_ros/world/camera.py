@@ -6,6 +6,7 @@ from the center of the top left one.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +17,10 @@ from colortrack_ros.world.lens import Lens
 from colortrack_ros.world.lens import LENSES
 
 Floats = NDArray[np.float64]
+
+
+AT_BORDER = 32
+"""Points on each side of the picture at which it is looked at how far the lens sees. Chosen."""
 
 
 class CalibrationError(ValueError):
@@ -120,10 +125,25 @@ class CameraModel:
         :param pixels: (N, 2) u, v.
         :return: (N, 3) unit vectors in the optical frame; NaN where the lens shows nothing.
         """
+        return self.lens.undistort(self.flat(pixels))
+
+    @cached_property
+    def reach(self) -> float:
+        """How far from the middle the picture reaches, and the lens sees [focal lengths]."""
+        share = np.linspace(0, 1, AT_BORDER)
+        along, zero = np.concatenate([share, share]), np.repeat([0.0, 1.0], AT_BORDER)
+        border = np.concatenate([np.stack([along, zero], 1), np.stack([zero, along], 1)])
+        flat = self.flat(border * [self.width, self.height])
+        radius = np.hypot(flat[:, 0], flat[:, 1])
+        seen = np.isfinite(self.lens.undistort(flat)).all(axis=1)
+        return float(radius[seen].max()) if seen.any() else float(radius.min()) / 2
+
+    def flat(self, pixels: Floats) -> Floats:
+        """Where pixels, (N, 2), are in the plane that the lens projects to [focal lengths]."""
         (fx, skew), fy = self.K[0, :2], self.K[1, 1]
         y = (pixels[:, 1] - self.K[1, 2]) / fy
         x = (pixels[:, 0] - self.K[0, 2] - skew * y) / fx
-        return self.lens.undistort(np.stack([x, y], axis=1))
+        return np.stack([x, y], axis=1)
 
     def unproject(self, pixels: Floats, depth: Floats) -> Floats:
         """Points at a depth, as depth cameras measure it.

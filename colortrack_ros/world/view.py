@@ -7,10 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.world.camera import CameraModel
+from colortrack_ros.world.directions import directions_of
+from colortrack_ros.world.directions import pixels_of
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
 
 Floats = NDArray[np.float64]
+
+LOWEST = 0.02
+"""Height of a camera above the ground [m] from which on the ground tells how far things are."""
+
+STEP = 0.25
+"""Of the differences that make a Jacobian [px]: of a turn, which hardly bends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +50,27 @@ class View:
         yaw = np.arctan2(forward[1], forward[0])
         axes = [forward, [-np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]
         return np.asarray(self.base.R @ np.array(axes).T)
+
+    def moved(self, pixels: Floats, since: 'View') -> tuple[Floats, Floats]:
+        """Where in this picture is what stands where an earlier one shows it.
+
+        It is taken to be on the ground, on which base_frame is, and above the horizon far away. Of
+        what is above the ground, driving shifts the picture more; that is left to be its motion.
+
+        :param pixels: (N, 2) in the earlier picture, or beside it.
+        :param since: the camera then.
+        :return: (N, 2), in this picture or beside it, and the Jacobian, (N, 2, 2).
+        """
+        around = pixels + STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])[:, None]
+        rays = directions_of(since.camera, around.reshape(-1, 2))
+        rays = rays @ since.optical.R.T
+        height = since.optical.t[2] - since.base.t[2]
+        nearness = np.maximum(-rays[:, 2:] / height, 0.0) if height > LOWEST else 0.0
+        rays = (rays + nearness * (since.optical.t - self.optical.t)) @ self.optical.R
+        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+        moved = pixels_of(self.camera, rays).reshape(around.shape)
+        J = np.stack([moved[1] - moved[2], moved[3] - moved[4]], axis=2) / (2 * STEP)
+        return moved[0], J
 
     def to_optical(self, points: Floats, shift: Floats, tilt: Floats) -> tuple[Floats, Floats]:
         """Points in the optical frame of a camera that is not quite where it is said to be.

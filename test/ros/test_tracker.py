@@ -1,12 +1,20 @@
+from nav_msgs.msg import Odometry
 import numpy as np
 from rcl_interfaces.msg import Parameter
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import SetParameters
+from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import PointCloud2
+from support.ball_before_camera import info
+from support.ball_before_camera import odometry
+from support.ball_before_camera import picture
+from support.ball_before_camera import PLACE
+from support.ball_before_camera import START
 from visualization_msgs.msg import Marker
 from visualization_msgs.msg import MarkerArray
 
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.messages import cloud_of_detections
@@ -85,3 +93,37 @@ def test_bad_parameters_are_refused_with_a_reason(ros):
     assert "process_noise: expected float, 0..1e+06 px/s^2, got 'long'" in refused.reason
     whole = ParameterValue(type=ParameterType.PARAMETER_INTEGER, integer_value=3)
     assert set_parameter(ros, 'tracker', 'max_time_since_update', whole).successful
+
+
+def test_a_ball_that_a_robot_turns_away_from_has_its_id_when_the_robot_turns_back(ros):
+    """Odometry comes a little later than the picture; at the end it stops, which is told."""
+    place = str([float(number) for number in PLACE])
+    tracker = ros.start('tracker', ego_motion='odometry', camera_pose=place)
+    tracks = ros.listen(PointCloud2, 'tracks')
+    make = ros.node.create_publisher
+    seen, driven, lens = (
+        make(PointCloud2, 'detections', 10),
+        make(Odometry, 'odom', 10),
+        make(CameraInfo, 'camera/camera_info', 10),
+    )
+    assert ros.spin(lambda: seen.get_subscription_count() and driven.get_subscription_count())
+    assert ros.spin(lambda: lens.get_subscription_count() == 2)
+    assert ros.spin(lambda: ros.node.count_publishers('tracks') == 1)
+    ros.settle()
+    yaws = 0.08 * np.array([0] * 6 + list(range(15)) + list(range(15))[::-1] + [0] * 6)
+    for k, yaw in enumerate(yaws):
+        stamp = START + k * 40_000_000
+        ball = picture(stamp, 0.0, yaw)[0] if abs(yaw) < 0.6 else detections(0, [])
+        ball.header = info(stamp).header
+        lens.publish(info(stamp))
+        seen.publish(ball)
+        driven.publish(odometry(stamp, 0.0, yaw=yaw))
+        assert ros.spin(lambda k=k: len(tracks) == k + 1), ros.outputs()
+    rows = np.concatenate([tracks_of_cloud(message).rows for message in tracks])
+    assert set(rows['track_id'][rows['state'] == CONFIRMED]) == {1}
+    assert any(m.width == 0 for m in tracks[12:30])
+    assert 'viewpoint' not in tracker.output
+    late = picture(stamp + 40_000_000, 0.0)[0]
+    seen.publish(late)
+    assert ros.spin(lambda: tracks[-1].header == late.header), ros.outputs()
+    tracker.wait_for('as if the camera stood: Lookup would require extrapolation into the future')

@@ -31,17 +31,18 @@ def info(stamp, k=K):
     )
 
 
-def odometry(stamp, x, frame='odom', child='base_link'):
+def odometry(stamp, x, frame='odom', child='base_link', yaw=0.0):
     message = Odometry(header=header_of(stamp, frame), child_frame_id=child)
     message.pose.pose.position.x = x
-    message.pose.pose.orientation.w = 1.0
+    turn = message.pose.pose.orientation
+    turn.w, turn.z = float(np.cos(yaw / 2)), float(np.sin(yaw / 2))
     return message
 
 
-def picture(stamp, x):
+def picture(stamp, x, yaw=0.0):
     """Clouds of the detections and tracks of the ball, seen by a robot at x."""
     camera = CameraModel.of(640, 480, K)
-    view = View(camera, Pose.of_rpy((x, 0, 0), (0, 0, 0)), Pose.of_rpy(PLACE[:3], PLACE[3:]))
+    view = View(camera, Pose.of_rpy((x, 0, 0), (0, 0, yaw)), Pose.of_rpy(PLACE[:3], PLACE[3:]))
     mean = np.zeros((1, 16))
     mean[0, :3] = BALL
     z = expected(view, mean, np.array([DIAMETER]), np.zeros(1))[0][0]

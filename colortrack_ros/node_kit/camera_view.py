@@ -1,0 +1,72 @@
+"""The camera as it was at a time: its lens, and where it was."""
+
+from collections.abc import Callable
+
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo
+
+from colortrack_ros.messages import MessageError
+from colortrack_ros.messages.serialized import message_of_serialized
+from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
+from colortrack_ros.node_kit.camera_pose import CameraPoses
+from colortrack_ros.node_kit.camera_pose import OdometryPoses
+from colortrack_ros.node_kit.camera_pose import TfPoses
+from colortrack_ros.node_kit.topics import subscribe_to
+from colortrack_ros.world import CalibrationError
+from colortrack_ros.world import CameraModel
+from colortrack_ros.world import TransformError
+from colortrack_ros.world.view import View
+
+
+class CameraViews:
+    """Lens by CameraInfo, place by odometry or TF.
+
+    :param config: where the place comes from.
+    :param info_topic: where the CameraInfo comes from.
+    :param refuse: takes the reason why a message is of no use.
+    :param came: called after each message that tells a place.
+    :raises StartError: it is to come from TF, and there is no tf2_ros.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        config: CameraPoseConfig,
+        info_topic: str,
+        refuse: Callable[[str], object],
+        came: Callable[[], object],
+    ) -> None:
+        self._refuse, self._info_topic = refuse, info_topic
+        self._camera: CameraModel | None = None
+        self._poses: CameraPoses = (
+            TfPoses(node, config)
+            if config.pose_source == 'tf'
+            else OdometryPoses(node, config, refuse, came)
+        )
+        subscribe_to(node, CameraInfo, info_topic, self._learn_lens)
+
+    def configure(self, config: CameraPoseConfig) -> None:
+        """Take another camera_pose into use."""
+        self._poses.configure(config)
+
+    def _learn_lens(self, cdr: bytes) -> None:
+        """Take a serialized CameraInfo."""
+        try:
+            self._camera = CameraModel.of_info(message_of_serialized(cdr, CameraInfo))
+        except (MessageError, CalibrationError) as error:
+            self._camera = None
+            self._refuse(str(error))
+
+    def at(self, stamp: int, frame_id: str) -> View:
+        """The camera at a time [ns].
+
+        :param frame_id: of the picture.
+        :raises TransformError: lens or place is not known.
+        """
+        if self._camera is None:
+            raise TransformError(
+                f'no calibration has come on {self._info_topic}: where a pixel looks to cannot be '
+                'told without CameraInfo',
+                later=True,
+            )
+        return View(self._camera, *self._poses.at(stamp, frame_id))

@@ -1,0 +1,95 @@
+"""Detections on their way to the tracker; where it is asked for, they wait for the viewpoint."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from rclpy.node import Node
+
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Tracks
+from colortrack_ros.flow.completion import Completion
+from colortrack_ros.flow.stage import Stage
+from colortrack_ros.flow.stage import Worker
+from colortrack_ros.messages import MessageError
+from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
+from colortrack_ros.node_kit.camera_view import CameraViews
+from colortrack_ros.node_kit.clocks import seconds_of
+from colortrack_ros.world import TransformError
+from colortrack_ros.world.waiting import LONGEST_WAIT
+
+
+class ViewpointIntake:
+    """Hands detections to a stage, with the camera's viewpoint if that is asked for.
+
+    :param stage: works on them.
+    :param refuse: takes what is wrong.
+    """
+
+    def __init__(
+        self, node: Node, stage: Stage[Detections, Tracks], refuse: Callable[[str], object]
+    ) -> None:
+        self._node, self._stage, self._refuse = node, stage, refuse
+        self._views: CameraViews | None = None
+        self._asked = False
+        self._waiting = Completion(self._complete, stage.put, LONGEST_WAIT, seconds_of(node))
+
+    def clear(self) -> None:
+        """Forget the subscriptions, which have been destroyed."""
+        self._views, self._asked = None, False
+
+    def configure(self, config: CameraPoseConfig, info_topic: str, *, asked: bool) -> None:
+        """Ask for viewpoints, or no more.
+
+        :param info_topic: where the CameraInfo comes from.
+        :raises StartError: they are to come from TF, and there is no tf2_ros.
+        """
+        if asked and self._views is None:
+            self._views = CameraViews(
+                self._node, config, info_topic, self._refuse, self._waiting.look
+            )
+        if self._views:
+            self._views.configure(config)
+        self._asked = asked
+        self.look()
+
+    def put(self, item: Detections, context: Any = None) -> None:
+        """Take the detections of the next picture; the context goes along."""
+        if not self._stage.paused:
+            self._waiting.put(item, context)
+
+    def put_unread(self, read: Callable[[], Detections], size: int) -> None:
+        """Take the next ones, which the stage reads itself where they need not wait.
+
+        :param read, size: as of :meth:`Worker.put_unread`.
+        """
+        assert isinstance(self._stage, Worker)
+        if not self._asked:
+            self._stage.put_unread(read, size)
+            return
+        try:
+            self.put(read())
+        except MessageError as error:
+            self._refuse(str(error))
+
+    def look(self) -> None:
+        """Hand on those whose viewpoint is known, or comes too late."""
+        self._waiting.look()
+
+    def flush(self) -> None:
+        """Hand on all, and have them worked on: nothing more comes."""
+        self._waiting.flush()
+        self._stage.flush()
+
+    def _complete(self, detections: Detections, over: bool) -> Detections | None:
+        """With the viewpoint; None while it may come."""
+        if not (self._asked and self._views):
+            return detections
+        try:
+            view = self._views.at(detections.stamp, detections.frame_id)
+        except TransformError as error:
+            if error.later and not over:
+                return None
+            self._refuse(f'the viewpoint, so tracks go on as if the camera stood: {error}')
+            return detections
+        return replace(detections, viewpoint=view)
