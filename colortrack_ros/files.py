@@ -1,10 +1,16 @@
 """Reads files that parameters name: nothing in them may end or block a node."""
 
+from collections.abc import Callable
+from functools import partial
 import os
 from pathlib import Path
 import queue
 import stat
 import threading
+from typing import NoReturn
+from typing import TypeVar
+
+Answer = TypeVar('Answer')
 
 TIME_TO_READ = 2.0
 """How long reading a file may take [s]: one on a dead network drive never ends."""
@@ -17,24 +23,40 @@ def read_file(path: str | Path, most: int) -> bytes:
     :raises ValueError: there is no such file, it is a folder, a pipe or a device, is too large, or
         does not come in time; the reason says which.
     """
-    answers: queue.Queue[bytes | Exception] = queue.Queue(1)
+    try:
+        return in_time(lambda: _read(Path(path), most), TIME_TO_READ)
+    except TimeoutError as error:
+        raise ValueError(f'{path}: could not be read {error}') from None
+    except OSError as error:
+        raise ValueError(f'{error.strerror}: {path}') from error
+    except Exception as error:
+        raise ValueError(f'{str(path)!r}: {error}') from error
+
+
+def in_time(call: Callable[[], Answer], seconds: float) -> Answer:
+    """What a call returns or raises, made in a thread of its own, which is left behind if it hangs.
+
+    :raises TimeoutError: it takes longer than that many seconds.
+    """
+    answers: queue.Queue[Callable[[], Answer]] = queue.Queue(1)
 
     def answer() -> None:
         try:
-            answers.put(_read(Path(path), most))
+            found = call()
+            answers.put(lambda: found)
         except Exception as error:  # the caller raises it
-            answers.put(error)
+            answers.put(partial(_raise, error))
 
-    threading.Thread(target=answer, name='read_file', daemon=True).start()
+    threading.Thread(target=answer, name='in_time', daemon=True).start()
     try:
-        found = answers.get(timeout=TIME_TO_READ)
+        found = answers.get(timeout=seconds)
     except queue.Empty:
-        raise ValueError(f'{path}: could not be read within {TIME_TO_READ:g} s') from None
-    if isinstance(found, OSError):
-        raise ValueError(f'{found.strerror}: {path}') from found
-    if isinstance(found, Exception):
-        raise ValueError(f'{str(path)!r}: {found}') from found
-    return found
+        raise TimeoutError(f'within {seconds:g} s') from None
+    return found()
+
+
+def _raise(error: Exception) -> NoReturn:
+    raise error
 
 
 def _read(path: Path, most: int) -> bytes:

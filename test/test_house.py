@@ -35,11 +35,12 @@ ALLOWED = {
     'encodings': {'data'},
     'parameters': set(),
     'files': set(),
+    'picture_files': {'files'},
     'ellipses': set(),
     'scenes': {'data'},
-    'sources': {'data', 'encodings', 'parameters', 'scenes'},
+    'sources': {'data', 'encodings', 'files', 'parameters', 'picture_files', 'scenes'},
     'estimation': {'data', 'parameters'},
-    'detection': {'data', 'encodings', 'files', 'parameters'},
+    'detection': {'data', 'encodings', 'parameters', 'picture_files'},
     'tracking': {'data', 'estimation', 'parameters'},
     'windows': {'data', 'encodings', 'estimation', 'parameters'},
     # new targets are found as the detector's method `background` does
@@ -47,7 +48,7 @@ ALLOWED = {
     'world': {'data', 'estimation', 'parameters'},
     'simulation': {'data', 'parameters', 'world'},
     'drawing': {'data', 'ellipses'},
-    'messages': {'data', 'ellipses', 'encodings', 'files'},
+    'messages': {'data', 'ellipses', 'encodings', 'files', 'picture_files'},
     'bags': {'data'},
     'evaluation': {'data', 'ellipses', 'scenes'},
     'flow': {'data', 'parameters'},
@@ -56,7 +57,7 @@ ALLOWED = {
 
 FLOORS = (
     {'batch', 'data', 'ellipses', 'files', 'parameters'},
-    {'encodings'},
+    {'encodings', 'picture_files'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},
     {'contours', 'chain', 'simulation', 'evaluation'},

@@ -1,7 +1,6 @@
 """The parts of the picture in which to look."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -9,12 +8,9 @@ from numpy.typing import NDArray
 
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.reference import expect
-from colortrack_ros.files import read_file
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
-
-MAX_MASK_BYTES = 1 << 26
-"""Size of the largest file of a mask: 8192x8192 without compression."""
+from colortrack_ros.picture_files import read_picture
 
 
 @dataclass(frozen=True)
@@ -103,11 +99,6 @@ def _read_mask(path: str) -> NDArray[np.uint8]:
     :raises ValueError: there is none, or none that can be decoded.
     """
     try:
-        content = np.frombuffer(read_file(path, MAX_MASK_BYTES), np.uint8)
-        picture: Any = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE)
-    except (cv2.error, MemoryError):  # a header may claim 40000x40000
-        picture = None
+        return read_picture(path, cv2.IMREAD_GRAYSCALE)
     except ValueError as error:
         raise ValueError(f'mask: expected the path of a picture, got {path!r}: {error}') from error
-    expect(picture is not None, 'mask', path, 'the path of a picture that can be decoded')
-    return np.asarray(picture, np.uint8)

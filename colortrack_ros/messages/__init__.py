@@ -18,7 +18,6 @@ from colortrack_ros.messages.clouds import tracks_of_serialized_cloud
 from colortrack_ros.messages.clouds import tracks_with_outlines
 from colortrack_ros.messages.compressed import compressed_of_frame
 from colortrack_ros.messages.compressed import frame_of_serialized_compressed_image
-from colortrack_ros.messages.compressed import MAX_PIXELS
 from colortrack_ros.messages.depth import depth_of_serialized_image
 from colortrack_ros.messages.depth import image_of_depth
 from colortrack_ros.messages.errors import MessageError
@@ -40,7 +39,6 @@ from colortrack_ros.messages.targets import poses_of_locations
 from colortrack_ros.messages.targets import target_of_locations
 
 __all__ = [
-    'MAX_PIXELS',
     'LocationMarkerWriter',
     'MarkerWriter',
     'MessageError',

@@ -13,21 +13,12 @@ from colortrack_ros.messages.cdr import CdrError
 from colortrack_ros.messages.cdr import Reader
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
-
-MAX_PIXELS = 1 << 26
-"""Default limit of the pixels of a compressed image: 8192x8192, more than industrial cameras have,
-and half a second of decoding. A file of 120 kB can claim ten times as many."""
-
-PNG_START, PNG_SIZE = b'\x89PNG\r\n\x1a\n', slice(16, 24)
-"""The signature; width and height in the chunk IHDR, which comes first (ISO/IEC 15948)."""
-
-JPEG_START, JPEG_END = b'\xff\xd8', b'\xff\xd9'
-"""SOI and EOI (ITU-T T.81, B.1.1.3)."""
-
-_NO_LENGTH = {0x01, *range(0xD0, 0xD9)}
-_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
-_SCAN = 0xDA
-"""Second bytes of the markers TEM, RST and SOI, without parameters; of SOF; of SOS."""
+from colortrack_ros.picture_files import claimed_size
+from colortrack_ros.picture_files import JPEG_END
+from colortrack_ros.picture_files import JPEG_START
+from colortrack_ros.picture_files import MAX_PIXELS
+from colortrack_ros.picture_files import PNG_START
+from colortrack_ros.picture_files import read_jpeg_header
 
 
 def compressed_of_frame(frame: Frame, quality: int) -> CompressedImage:
@@ -80,30 +71,12 @@ def frame_of_serialized_compressed_image(cdr: bytes, max_pixels: int = MAX_PIXEL
 
 def _size_of(data: bytes, label: str) -> tuple[int, int]:
     """Width and height that a picture claims [px]."""
-    if data.startswith(PNG_START) and len(data) >= PNG_SIZE.stop:
-        width, height = np.frombuffer(data[PNG_SIZE], '>u4').tolist()
-        return width, height
+    if data.startswith(PNG_START) and (size := claimed_size(data)):
+        return size
     if not data.startswith(JPEG_START):
         raise MessageError(f'{label}: expected a JPEG or PNG')
-    size, scan = _read_jpeg_header(data)
+    size, scan = read_jpeg_header(data)
     # OpenCV 4 fills what is missing with gray.
     if size is None or data.rfind(JPEG_END, scan) < 0:
         raise MessageError(f'{label}: expected a whole JPEG, this one is cut short or broken')
     return size
-
-
-def _read_jpeg_header(data: bytes) -> tuple[tuple[int, int] | None, int]:
-    """Width and height in the frame header, None without one, and where the first scan begins."""
-    size, at = None, len(JPEG_START)
-    while at + 9 <= len(data) and data[at] == 0xFF:
-        marker = data[at + 1]
-        if marker == _SCAN:
-            break
-        if marker in _NO_LENGTH or marker == 0xFF:  # a marker may be preceded by any number of FF
-            at += 1 if marker == 0xFF else 2
-            continue
-        if marker in _FRAMES:
-            height, width = np.frombuffer(data[at + 5 : at + 9], '>u2').tolist()
-            size = width, height
-        at += 2 + int.from_bytes(data[at + 2 : at + 4], 'big')
-    return size, at

@@ -18,7 +18,6 @@ from colortrack_ros.flow.stage import Out
 from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import frame_of_serialized_compressed_image
 from colortrack_ros.messages import frame_of_serialized_image
-from colortrack_ros.messages import MAX_PIXELS
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.topics import subscribe_to
@@ -27,6 +26,7 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import part
+from colortrack_ros.picture_files import MAX_PIXELS
 
 TRANSPORTS = {'raw': (Image, '{}'), 'compressed': (CompressedImage, '{}/compressed')}
 """Message type and topic of each image_transport."""

@@ -2,6 +2,7 @@
 
 import time
 
+from colortrack_ros.files import in_time
 from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
@@ -17,6 +18,12 @@ __all__ = ['SOURCES', 'Grabber', 'Source', 'SourceError', 'open_source']
 SOURCES = (SceneSource, StreamSource, DeviceSource, PicturesSource, VideoSource)
 """Every kind of source; the first that accepts a spec opens it. VideoSource accepts any."""
 
+FILES = (PicturesSource, VideoSource)
+"""Those that have no limits of their own of the time that opening takes."""
+
+TIME_TO_OPEN = 10.0
+"""How long opening a file may take [s]: one on a dead network drive never ends."""
+
 
 def open_source(spec: str, rate: float = 0.0, clock: Now = time.time_ns) -> Source:
     """Open a device, a video file, a stream, a folder or pattern of pictures, or a scene.
@@ -29,5 +36,12 @@ def open_source(spec: str, rate: float = 0.0, clock: Now = time.time_ns) -> Sour
     :raises SourceError: when it cannot be opened: one line that names what was given and what
         would work.
     """
-    kind = next(kind for kind in SOURCES if kind.accepts(spec))
-    return kind(spec, rate, clock)
+    try:
+        kind = in_time(lambda: next(kind for kind in SOURCES if kind.accepts(spec)), TIME_TO_OPEN)
+        if kind not in FILES:
+            return kind(spec, rate, clock)
+        return in_time(lambda: kind(spec, rate, clock), TIME_TO_OPEN)
+    except TimeoutError as error:
+        raise SourceError(
+            f'source {spec!r}: could not be opened {error}; is it on a drive that does not answer?'
+        ) from None

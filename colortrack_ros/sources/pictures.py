@@ -1,21 +1,20 @@
 """Folders of pictures."""
 
-import contextlib
 import glob
 from pathlib import Path
 import re
-from typing import Any
 
 import cv2
 
 from colortrack_ros.data import Frame
+from colortrack_ros.picture_files import read_picture
 from colortrack_ros.sources.base import DEFAULT_RATE
 from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
 
 PICTURE_SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.webp', '.pgm', '.ppm')
-"""Suffixes of the formats that cv2.imread reads both in Debian's build and in the wheels."""
+"""Suffixes of the formats that OpenCV reads both in Debian's build and in the wheels."""
 
 
 class PicturesSource(RecordedSource):
@@ -58,13 +57,11 @@ class PicturesSource(RecordedSource):
             return None
         path = self._paths[self._next]
         self._next += 1
-        image: Any = None  # cv2 has None, or pixels of any kind, for its type
-        with contextlib.suppress(cv2.error, MemoryError):  # a header may claim 40000x40000
-            image = cv2.imread(path, cv2.IMREAD_COLOR)
-        if image is None:
+        try:
+            return self._frame(read_picture(path, cv2.IMREAD_COLOR))
+        except ValueError as error:
             self.lost += 1
-            raise SourceError(f'picture {path!r} cannot be read; is it a whole picture file?')
-        return self._frame(image)
+            raise SourceError(f'picture {path!r} cannot be read: {error}') from error
 
     def rewind(self) -> None:
         """Go back to the first picture."""

@@ -1,0 +1,128 @@
+"""Picture files that others wrote: what one claims is read before anything is decoded."""
+
+from pathlib import Path
+import re
+import struct
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.files import read_file
+
+MAX_PIXELS = 1 << 26
+"""Most pixels of a picture: 8192x8192, more than industrial cameras have, and half a second of
+decoding. A file of 120 kB can claim ten times as many."""
+
+MAX_PICTURE_BYTES = 1 << 28
+"""Size of the largest picture file: MAX_PIXELS of four bytes."""
+
+PNG_START, PNG_SIZE = b'\x89PNG\r\n\x1a\n', struct.Struct('>16xII')
+"""The signature; width and height in the chunk IHDR, which comes first (ISO/IEC 15948)."""
+
+JPEG_START, JPEG_END = b'\xff\xd8', b'\xff\xd9'
+"""SOI and EOI (ITU-T T.81, B.1.1.3)."""
+
+PNM_SIZE = re.compile(rb'P[1-6](?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)')
+"""The kind, width and height, with comments between them (netpbm)."""
+
+TIFF_WIDTH, TIFF_HEIGHT, TIFF_SHORT = 256, 257, 3
+"""Tags of ImageWidth and ImageLength, and the type of 16 bits; the other is of 32 (TIFF 6.0)."""
+
+_NO_LENGTH = {0x01, *range(0xD0, 0xD9)}
+_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
+_SCAN = 0xDA
+"""Second bytes of the markers TEM, RST and SOI, without parameters; of SOF; of SOS."""
+
+
+def read_picture(path: str | Path, flags: int) -> NDArray[np.uint8]:
+    """The picture in a file: PNG, JPEG, BMP, TIFF, WebP, PGM or PPM.
+
+    :param flags: of cv2.imdecode.
+    :raises ValueError: there is no such file, it does not come in time, claims more than
+        MAX_PIXELS, or cannot be decoded; the reason says which.
+    """
+    content = read_file(path, MAX_PICTURE_BYTES)
+    size = claimed_size(content)
+    if size is None:
+        raise ValueError('expected a whole PNG, JPEG, BMP, TIFF, WebP, PGM or PPM')
+    width, height = size
+    if width * height > MAX_PIXELS:
+        raise ValueError(f'expected at most {MAX_PIXELS} pixels, got {width}x{height}')
+    picture: Any  # cv2 has None, or pixels of any kind, for its type
+    try:
+        picture = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
+    except (cv2.error, MemoryError):
+        picture = None
+    if picture is None:
+        raise ValueError('expected a picture that can be decoded')
+    return np.asarray(picture, np.uint8)
+
+
+def claimed_size(data: bytes) -> tuple[int, int] | None:
+    """Width and height that a picture claims [px]; None where it is no picture, or cut short."""
+    try:
+        if data.startswith(PNG_START):
+            width, height = PNG_SIZE.unpack_from(data)
+            return width, height
+        if data.startswith(JPEG_START):
+            return read_jpeg_header(data)[0]
+        if data.startswith(b'BM'):
+            width, height = struct.unpack_from('<ii', data, 18)
+            return abs(width), abs(height)
+        if data[:4] in (b'II*\0', b'MM\0*'):
+            return _tiff_size(data)
+        if data.startswith(b'RIFF') and data[8:12] == b'WEBP':
+            return _webp_size(data)
+    except struct.error:
+        return None
+    size = PNM_SIZE.match(data)
+    return (int(size[1]), int(size[2])) if size else None
+
+
+def read_jpeg_header(data: bytes) -> tuple[tuple[int, int] | None, int]:
+    """Width and height in the frame header, None without one, and where the first scan begins."""
+    size, at = None, len(JPEG_START)
+    while at + 9 <= len(data) and data[at] == 0xFF:
+        marker = data[at + 1]
+        if marker == _SCAN:
+            break
+        if marker in _NO_LENGTH or marker == 0xFF:  # a marker may be preceded by any number of FF
+            at += 1 if marker == 0xFF else 2
+            continue
+        if marker in _FRAMES:
+            height, width = struct.unpack_from('>HH', data, at + 5)
+            size = width, height
+        at += 2 + int.from_bytes(data[at + 2 : at + 4], 'big')
+    return size, at
+
+
+def _tiff_size(data: bytes) -> tuple[int, int] | None:
+    """The size in the first directory of a TIFF."""
+    order = '<' if data.startswith(b'II') else '>'
+    (start,) = struct.unpack_from(f'{order}I', data, 4)
+    (count,) = struct.unpack_from(f'{order}H', data, start)
+    found = {}
+    for k in range(count):
+        at = start + 2 + 12 * k
+        tag, kind = struct.unpack_from(f'{order}HH', data, at)
+        if tag in (TIFF_WIDTH, TIFF_HEIGHT):
+            form = 'H' if kind == TIFF_SHORT else 'I'
+            (found[tag],) = struct.unpack_from(f'{order}{form}', data, at + 8)
+    return (found[TIFF_WIDTH], found[TIFF_HEIGHT]) if len(found) == 2 else None
+
+
+def _webp_size(data: bytes) -> tuple[int, int] | None:
+    """The size in the first chunk of a WebP (RFC 9649, 2.5 to 2.7)."""
+    kind = data[12:16]
+    if kind == b'VP8X':
+        low, middle, wide, high = struct.unpack_from('<HBHB', data, 24)
+        return 1 + low + (middle << 16), 1 + wide + (high << 16)
+    if kind == b'VP8 ':
+        width, height = struct.unpack_from('<HH', data, 26)
+        return width & 0x3FFF, height & 0x3FFF
+    if kind == b'VP8L':
+        (both,) = struct.unpack_from('<I', data, 21)
+        return 1 + (both & 0x3FFF), 1 + (both >> 14 & 0x3FFF)
+    return None
