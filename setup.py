@@ -50,6 +50,8 @@ setup(
         (f'share/{NAME}', ['package.xml']),
         (f'share/{NAME}/launch', glob('launch/*.launch.*')),
         (f'share/{NAME}/params', glob('params/*')),
+        (f'share/{NAME}/rviz', glob('rviz/*')),
+        (f'share/{NAME}/foxglove', glob('foxglove/*')),
     ],
     python_requires='>=3.10',
     install_requires=['setuptools'],

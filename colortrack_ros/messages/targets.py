@@ -10,6 +10,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from geometry_msgs.msg import Quaternion
 from geometry_msgs.msg import Vector3
 import numpy as np
+from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 from visualization_msgs.msg import MarkerArray
@@ -40,6 +41,14 @@ def pose_of(row: np.void) -> Pose:
     )
 
 
+def covariance_of(row: np.void) -> NDArray[np.float64]:
+    """Of the pose of an object, (6, 6): nothing is known of how it is turned."""
+    covariance = np.zeros((6, 6))
+    covariance[:3, :3] = row['covariance'][:3, :3]
+    covariance[3:, 3:] = ANY_TURN * np.eye(3)
+    return covariance
+
+
 def poses_of_locations(locations: Locations) -> PoseArray:
     """One pose for each object."""
     return PoseArray(
@@ -53,11 +62,9 @@ def target_of_locations(
 ) -> tuple[PoseStamped, PoseWithCovarianceStamped]:
     """The pose of one object, without and with covariance."""
     header, pose = header_of(locations.stamp, locations.frame_id), pose_of(locations.rows[row])
-    covariance = np.zeros((6, 6))
-    covariance[:3, :3] = locations.rows[row]['covariance'][:3, :3]
-    covariance[3:, 3:] = ANY_TURN * np.eye(3)
     certain = PoseWithCovarianceStamped(header=header)
-    certain.pose.pose, certain.pose.covariance = pose, covariance.ravel()
+    certain.pose.pose = pose
+    certain.pose.covariance = covariance_of(locations.rows[row]).ravel()
     return PoseStamped(header=header, pose=pose), certain
 
 

@@ -1,5 +1,6 @@
 """Publishes objects in the world."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from geometry_msgs.msg import PoseArray
@@ -13,10 +14,14 @@ from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import Locations
+from colortrack_ros.data import Tracks
 from colortrack_ros.messages import cloud_of_locations
 from colortrack_ros.messages import LocationMarkerWriter
 from colortrack_ros.messages import poses_of_locations
 from colortrack_ros.messages import target_of_locations
+from colortrack_ros.messages.vision import detections_2d_of_tracks
+from colortrack_ros.messages.vision import detections_3d_of_locations
+from colortrack_ros.messages.vision import vision
 from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.parameters import Config
@@ -45,16 +50,26 @@ class LocationsOutputConfig(Config):
     target_pose_with_covariance_topic: str = topic_name(
         'target_pose_with_covariance', 'the pose of the target, with its covariance'
     )
+    detections_2d_topic: str = topic_name(
+        'locations/detections_2d', 'the tracks as vision_msgs/Detection2DArray, where that is'
+    )
+    detections_3d_topic: str = topic_name(
+        'locations/detections_3d', 'the objects as vision_msgs/Detection3DArray, where that is'
+    )
 
 
 class LocationsOutput:
     """Publishes the objects of a picture, and the target, on all topics.
 
+    :param names: of the colors.
     :param tf: whether there is TF to tell the target's frame to.
     """
 
-    def __init__(self, node: Node, config: LocationsOutputConfig, *, tf: bool) -> None:
+    def __init__(
+        self, node: Node, config: LocationsOutputConfig, names: Sequence[str], *, tf: bool
+    ) -> None:
         self.alive = 0
+        self._names = names
         self._config, self._writer = config, LocationMarkerWriter()
         self._cloud = publish_on(node, PointCloud2, config.locations_topic)
         self._markers = publish_on(node, MarkerArray, config.location_markers_topic)
@@ -63,21 +78,40 @@ class LocationsOutput:
         self._certain = publish_on(
             node, PoseWithCovarianceStamped, config.target_pose_with_covariance_topic
         )
+        self._detections_2d = self._detections_3d = None
+        if vision:
+            self._detections_2d = publish_on(
+                node, vision.Detection2DArray, config.detections_2d_topic
+            )
+            self._detections_3d = publish_on(
+                node, vision.Detection3DArray, config.detections_3d_topic
+            )
         self._broadcaster = None
         if tf and config.target_frame:
             from tf2_ros import TransformBroadcaster
 
             self._broadcaster = TransformBroadcaster(node)
 
-    def publish(self, locations: Locations, selector: Selector, robot: NDArray[np.float64]) -> None:
+    def publish(
+        self,
+        locations: Locations,
+        tracks: Tracks,
+        selector: Selector,
+        robot: NDArray[np.float64],
+    ) -> None:
         """Publish the objects, and the one that is selected as the target.
 
+        :param tracks: of the picture.
         :param robot: (3,) where the robot is [m].
         """
         self.alive = len(locations.rows)
         self._cloud.publish(cloud_of_locations(locations))
         self._markers.publish(self._writer.write(locations))
         self._poses.publish(poses_of_locations(locations))
+        if self._detections_2d and self._detections_2d.get_subscription_count():
+            self._detections_2d.publish(detections_2d_of_tracks(tracks, self._names))
+        if self._detections_3d and self._detections_3d.get_subscription_count():
+            self._detections_3d.publish(detections_3d_of_locations(locations, self._names))
         row = selector.choose(locations, robot)
         if row is None:
             return

@@ -91,7 +91,9 @@ class LocatorNode(ManagedNode[LocatorSetup]):
             self, setup.pose, setup.camera_info_topic, self.health.refuse, self._waiting.look
         )
         self._frame_id = ''
-        self._output = LocationsOutput(self, setup.output, tf=setup.pose.pose_source == 'tf')
+        self._output = LocationsOutput(
+            self, setup.output, setup.names, tf=setup.pose.pose_source == 'tf'
+        )
         subscribe_to(self, PointCloud2, setup.detections_topic, self._take_detections)
         subscribe_to(self, PointCloud2, setup.tracks_topic, self._take_tracks)
         if self._waiting.needs_depth:
@@ -141,7 +143,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
                 now = self.get_clock().now().nanoseconds
                 locations = self._locator.locations(max(now, tracks.stamp))
             locations = replace(locations, frame_id=self.setup.pose.fixed_frame)
-            self._output.publish(locations, self._selector, view.base.t)
+            self._output.publish(locations, tracks, self._selector, view.base.t)
         self.health.gave_out(tracks.stamp)
 
     def _select(self, message: String) -> None:

@@ -163,6 +163,32 @@ def test_by_tf_the_same_ball_is_at_the_same_place_and_a_frame_of_its_own(ros):
     del listener
 
 
+def test_vision_msgs_carry_ids_classes_boxes_and_covariances(ros):
+    vision = pytest.importorskip(
+        'vision_msgs.msg', reason='vision_msgs is in no wheel; a robot has it'
+    )
+    robot = Robot(ros)
+    flat = ros.listen(vision.Detection2DArray, 'locations/detections_2d')
+    solid = ros.listen(vision.Detection3DArray, 'locations/detections_3d')
+    assert ros.spin(lambda: ros.node.count_publishers('locations/detections_3d') == 1)
+    ros.settle()
+    robot.drive(0)
+    robot.see(0)
+    assert ros.spin(lambda: flat and solid and robot.locations), ros.outputs()
+    (box,), (ball,) = flat[0].detections, solid[0].detections
+    assert box.id == ball.id == '7'
+    assert [one.results[0].hypothesis.class_id for one in (box, ball)] == ['red', 'red']
+    assert 100 < box.bbox.center.position.x < 540
+    assert box.bbox.size_x == pytest.approx(36, abs=3)
+    assert flat[0].header.frame_id == 'cam'
+    assert solid[0].header == robot.locations[0].header
+    where, (row,) = ball.results[0].pose, locations_of_cloud(robot.locations[0]).rows
+    assert where.pose.position.x == pytest.approx(row['x'])
+    covariance = np.reshape(where.covariance, (6, 6))[:3, :3]
+    assert covariance == pytest.approx(row['covariance'][:3, :3])
+    assert ball.bbox.size.z == pytest.approx(0.2)
+
+
 def test_wrong_frame_names_in_tf_are_told(ros):
     tf2_ros = pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
     robot = Robot(ros, pose_source='tf', base_frame='base')
