@@ -100,7 +100,8 @@ class Renderer:
             part = self._part(optical, thing, center)
             if part is None:
                 continue
-            t, light = _body(rays[(slice(None), *part)], optical.t - center, thing)
+            within = (slice(None), *part)
+            t, light = _body(rays[within], optical.t - center, thing)
             seen = t < depth[part]
             bright = SHADE + (1 - SHADE) * light[seen]
             image[part][seen] = np.multiply.outer(bright, thing.config.rgb[::-1]).round()
