@@ -20,6 +20,7 @@ EXECUTABLES = {
     'replay': 'replay.main',
     'simulator': 'nodes.simulator',
     'tracker': 'nodes.tracker',
+    'tune': 'tools.tune',
     'tuner': 'tuner.main',
     'window_tracker': 'nodes.window_tracker',
 }

@@ -112,7 +112,7 @@ def replay_recording(
     path = arguments.output or default_output(arguments.input)
     tally, error = Answers(), ''
     with contextlib.ExitStack() as stack:
-        recording = _open(arguments, setup, from_bag=from_bag)
+        recording = open_recording(arguments, setup, from_bag=from_bag)
         stack.callback(recording.close)
         threading.Thread(target=_interrupt, args=(recording, stop), daemon=True).start()
         targets = _targets(arguments, path, recording, task)
@@ -121,7 +121,7 @@ def replay_recording(
         with contextlib.ExitStack() as writing:
             outputs = _outputs(arguments, targets, path, recording, setup, writing)
             try:
-                _run(recording, setup, outputs, tally, stop)
+                run_through(recording, setup, outputs, tally, stop)
             except BagError as broken:
                 error = str(broken)
         if task and stop.is_set():
@@ -139,7 +139,7 @@ def _interrupt(recording: Recording, stop: threading.Event) -> None:
     recording.interrupt()
 
 
-def _run(
+def run_through(
     recording: Recording,
     setup: Setup,
     outputs: Sequence[Output],
@@ -199,7 +199,11 @@ def default_output(name: str) -> Path:
     return path.with_name(f'{path.name if path.is_dir() else path.stem}_tracks')
 
 
-def _open(arguments: argparse.Namespace, setup: Setup, *, from_bag: bool) -> Recording:
+def open_recording(arguments: argparse.Namespace, setup: Setup, *, from_bag: bool) -> Recording:
+    """The recording that the command line names.
+
+    :raises StartError: it cannot be opened, or a topic is named where there is none.
+    """
     if from_bag:
         return BagRecording(Path(arguments.input), arguments.topic, setup)
     if arguments.topic:

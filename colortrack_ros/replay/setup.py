@@ -117,18 +117,23 @@ def command_line() -> argparse.ArgumentParser:
         help='whose tracks; default: tracker',
     )
     add('--storage', choices=list(STORAGES), default='mcap', help='default: mcap')
-    add('--topic', default='', help="the bag's topic to work on, images or detections")
     add('--video', type=Path, help='write the overlay to this .mp4')
     add('--csv', type=Path, help='write the tracks to this file')
     add('--mot', type=Path, help='write the tracks to this file, in the form of MOTChallenge')
     add('--expect', type=Path, metavar='CSV', help='compare the tracks with those of this file')
     add('--force', action='store_true', help='overwrite what is there')
+    add_ros_options(parser)
+    add_batch_options(parser)
+    return parser
+
+
+def add_ros_options(parser: argparse.ArgumentParser) -> None:
+    """Add the ROS arguments that say what the parameters and the topics are."""
     ros = parser.add_argument_group('ROS arguments')
     ros.add_argument('--params-file', type=Path, action='append', default=[], metavar='YAML')
     ros.add_argument('-p', '--param', action='append', default=[], metavar='[NODE:]NAME:=VALUE')
+    ros.add_argument('--topic', default='', help="the bag's topic to work on, images or detections")
     ros.add_argument('-r', '--remap', action='append', default=[], metavar='FROM:=TO')
-    add_batch_options(parser)
-    return parser
 
 
 def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:

@@ -24,6 +24,7 @@ from colortrack_ros.batch import run_here
 from colortrack_ros.batch import workers_of
 from colortrack_ros.evaluation.comparison import Event
 from colortrack_ros.evaluation.report import page_of
+from colortrack_ros.tools.evaluation_task import add_match_options
 from colortrack_ros.tools.evaluation_task import evaluation_task
 from colortrack_ros.tools.evaluation_task import evaluation_tasks
 from colortrack_ros.tools.evaluation_task import recorded_in
@@ -150,15 +151,7 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
         help='CSV with frame, id, u, v, [w, h, visible], MOTChallenge, scene:NAME, or another run; '
         '{} stands for the name of each recording',
     )  # fmt: skip
-    parser.add_argument(
-        '--radius', type=_positive, default=0.0, help='a match is no farther away [px]'
-    )
-    parser.add_argument(
-        '--iou', type=_positive, default=0.5, help='or, without --radius, its boxes overlap by it'
-    )
-    parser.add_argument(
-        '--visible', type=float, default=0.3, help='share in sight from which on objects count'
-    )
+    add_match_options(parser)
     parser.add_argument('--topic', default='', help='of the tracks in a bag')
     parser.add_argument('--json', type=Path, help='a file for all figures')
     parser.add_argument('--html', type=Path, help='a page with timelines, that stands alone')
@@ -174,16 +167,6 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
         )  # fmt: skip
     add_batch_options(parser)
     return parser.parse_args(args)
-
-
-def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < float('inf'):
-        raise argparse.ArgumentTypeError(f'expected a positive number, got {text!r}')
-    return value
 
 
 def _threshold(text: str) -> tuple[str, float]:

@@ -1,5 +1,6 @@
 """What ``evaluate`` does with one recording, here or in another process."""
 
+import argparse
 from collections.abc import Mapping
 from collections.abc import Sequence
 from pathlib import Path
@@ -48,6 +49,24 @@ def _within(folder: Path) -> list[str]:
     return [str(path) for path in paths if path.suffix in TABLE_SUFFIXES or is_bag(path)]
 
 
+def add_match_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says which tracks match the truth."""
+    add = parser.add_argument
+    add('--radius', type=_positive, default=0.0, help='a match is no farther away [px]')
+    add('--iou', type=_positive, default=0.5, help='or, without --radius, its boxes overlap by it')
+    add('--visible', type=float, default=0.3, help='share in sight from which on objects count')
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < float('inf'):
+        raise argparse.ArgumentTypeError(f'expected a positive number, got {text!r}')
+    return value
+
+
 def evaluation_tasks(inputs: Sequence[str], options: Mapping[str, Any]) -> list[Task]:
     """One for each.
 
@@ -83,12 +102,12 @@ def evaluation_task(
 
 def _evaluated(given: dict[str, Any]) -> dict[str, Any]:
     spec = given['tracks']
-    tracks = _read(spec, given['topic'])
+    tracks = read_tracks(spec, given['topic'])
     if not given['truth']:
         run = Run(spec, statistics(tracks), tracks, None, {})
         return _content(run, page=given['page'])
     options = {name: given[name] for name in ('radius', 'iou', 'visible')}
-    result = compare(_read(given['truth'], given['topic']), tracks, **options)
+    result = compare(read_tracks(given['truth'], given['topic']), tracks, **options)
     wanted = given['page'] and given['pictures']
     pictures = _pictures(given['pictures'], result.switches) if wanted else {}
     return _content(Run(spec, result.measures, tracks, result, pictures), page=given['page'])
@@ -105,7 +124,7 @@ def _content(run: Run, *, page: bool) -> dict[str, Any]:
     }
 
 
-def _read(spec: str, topic: str) -> Record:
+def read_tracks(spec: str, topic: str) -> Record:
     """Tracks or truth of a bag, a table or a scene.
 
     :raises RecordError: it is none, or cannot be read.

@@ -452,13 +452,13 @@ def test_force_never_destroys_what_is_read_or_is_not_of_replay(replay, bag, opti
 def full_disk(size, monkeypatch):
     """A disk that is full once replay has its files open; ROS has its shared memory before."""
     with contextlib.ExitStack() as stack:
-        work = run._run
+        work = run.run_through
 
         def work_on_a_full_disk(*arguments):
             stack.enter_context(file_size_limit(size))
             work(*arguments)
 
-        monkeypatch.setattr(run, '_run', work_on_a_full_disk)
+        monkeypatch.setattr(run, 'run_through', work_on_a_full_disk)
         yield
 
 
