@@ -33,7 +33,7 @@ SIZES = {'320x240': 'width=320&height=240', '640x480': 'width=640&height=480'}
 FRAMES = 300
 ROOMS = (
     'agreement', 'areas', 'filters', 'foreground', 'gating', 'initiation', 'lines', 'placing',
-    'records', 'regions', 'spline', 'tracker',
+    'publishing', 'records', 'regions', 'spline', 'tracker',
 )  # fmt: skip
 EMPTY, INSIDE = 24, {'silhouette': 65, 'approach': 85}
 """Frames of the background alone, and the first one in which all have come in."""

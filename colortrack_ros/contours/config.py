@@ -7,7 +7,7 @@ from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
-STARTS = ('background', 'difference')
+STARTS = ('background', 'difference', 'targets')
 OUTLINES = ('area', 'box')
 FILTERS = ('joint', 'two')
 
@@ -19,7 +19,8 @@ class ContourConfig(TimeLimits):
     start: str = parameter(
         'background',
         'What moving things differ from: the learned background, or the pictures start_interval '
-        'and twice that before (frame differencing).',
+        'and twice that before (frame differencing). targets: nothing is looked for, and what '
+        'somebody names is followed by its edges alone, before a camera that moves as well.',
         choices=STARTS,
     )
     follow_foreground: bool = parameter(

@@ -72,6 +72,12 @@ class Contours(Columns):
             np.full(nodes.shape, np.nan),
         )
 
+    def doubt_velocity(self, sigma: float) -> None:
+        """Take velocities for as good as unknown, with that standard deviation [px/frame]."""
+        u = 2 * self.nodes.shape[1]
+        self.cov[:, [u, u + 1], [u, u + 1]] = sigma**2
+        self.motion_design[:, [0, 1], [0, 1]] = sigma**2
+
     def renewed(self, which: Indices, nodes: Floats, config: ContourConfig) -> 'Contours':
         """Some of these, which (K,), with new nodes (K, n, 2) and the motion that they have."""
         new, n = Contours.new(nodes, self.motion[which, :2], config), nodes.shape[1]

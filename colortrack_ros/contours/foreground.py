@@ -64,8 +64,12 @@ class Foreground:
     def areas(self, frame: Frame, known: Floats) -> Areas | None:
         """What differs; None where too much does, and it is the camera that moves.
 
+        None as well where nothing is looked for.
+
         :param known: see find_areas.
         """
+        if self._config.start == 'targets':
+            return None
         if self._config.start == 'difference':
             self._mask = self._difference(frame)
         else:

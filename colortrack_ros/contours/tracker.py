@@ -1,7 +1,7 @@
 """The contour tracker: a frame in, tracks out."""
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from colortrack_ros.contours.agreement import believed
 from colortrack_ros.contours.agreement import expected_boxes
@@ -19,15 +19,20 @@ from colortrack_ros.contours.initiation import Initiation
 from colortrack_ros.contours.lines import find_edges
 from colortrack_ros.contours.placing import along_outline
 from colortrack_ros.contours.placing import equally_spaced
-from colortrack_ros.contours.position import positions
+from colortrack_ros.contours.publishing import published
+from colortrack_ros.contours.records import begin
 from colortrack_ros.contours.records import CONTOUR_FIELDS
 from colortrack_ros.contours.records import hold_unmoved
+from colortrack_ros.contours.records import outgrown
 from colortrack_ros.contours.regions import is_double
 from colortrack_ros.contours.regions import is_same
 from colortrack_ros.contours.regions import is_within
 from colortrack_ros.contours.regions import match
 from colortrack_ros.contours.regions import OwnAreas
 from colortrack_ros.contours.spline import Spline
+from colortrack_ros.contours.told import inscribed
+from colortrack_ros.contours.told import Told
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
@@ -40,12 +45,6 @@ from colortrack_ros.estimation.track_table import TrackTable
 CONFIRM_HITS = 3
 """Measurements that confirm a target, as many as the tracker of detections wants by default."""
 
-CORRELATED_MISFIT = 0.35
-"""Share of what a curve misses of an outline that does not cancel out from node to node. It sets
-the covariance alone: half, once and twice the value make the normalized squared error, 2 when
-right, 0.89, 0.62, 0.28 on `silhouette` and 1.24, 1.06, 0.72 on `approach`
-(``benchmark/contours.py --constants tracker.CORRELATED_MISFIT``)."""
-
 SIDES_SHARE = 0.1
 """Share of each measurement in what is usual beside an edge. Half and twice the value change
 nothing on `silhouette` and `approach` (``benchmark/contours.py --constants
@@ -55,12 +54,6 @@ GATE_SIGMA = 0.5
 """Standard deviation of a node [px] beyond which edges have to agree with each other all the same:
 after a time unseen everything would be as predicted."""
 
-RENEWAL_SCALE = 1.6
-"""A contour whose area has become so many times larger or smaller gets new nodes. At twice the
-value the mean squared error on `silhouette` is 0.032 instead of 0.037 px^2, on `approach` 0.016
-instead of 0.025; at half of it, always renewing, 0.042 and 0.033 (``benchmark/contours.py
---constants tracker.RENEWAL_SCALE``)."""
-
 LEAST_AREA = 16.0
 """A target whose contour encloses less has collapsed [px]: nothing so small starts (min_area)."""
 
@@ -69,10 +62,12 @@ class ContourTracker:
     """Follows what has moved by its contour, whatever its shape (De Bem 2007).
 
     :param config: see ContourConfig.
+    :param targets: boxes to start with the first frame, and again after each restart; see start.
+    :ivar told: boxes that wait for the next frame.
     """
 
-    def __init__(self, config: ContourConfig | None = None) -> None:
-        self.config = config or ContourConfig()
+    def __init__(self, config: ContourConfig | None = None, targets: ArrayLike = ()) -> None:
+        self.config, self.told = config or ContourConfig(), Told(targets)
         self._foreground, self._initiation = Foreground(self.config), Initiation()
         self._clock = Clock()
         self._start(1)
@@ -91,6 +86,7 @@ class ContourTracker:
         self._clock.restart(why)
         self._initiation.restart()
         self._foreground.restart()
+        self.told.restart()
         self._start(self._tracks.next_id)
 
     def learn_background(self) -> None:
@@ -105,6 +101,14 @@ class ContourTracker:
         if (old.points, old.interpolating) != (config.points, config.interpolating):
             self._clock.restarted = 'points or interpolating were set'
             self._start(self._tracks.next_id)
+
+    def start(self, boxes: ArrayLike) -> None:
+        """Follow in the next frame what is inside the boxes, (N, 4); see Told.add."""
+        self.told.add(boxes, offered=False)
+
+    def offer(self, boxes: ArrayLike) -> None:
+        """The same, where no target is yet."""
+        self.told.add(boxes, offered=True)
 
     def update(self, frame: Frame) -> Tracks:
         """Take the next frame.
@@ -135,7 +139,8 @@ class ContourTracker:
             self._initiate(areas.take(nobodys & (follows | ~areas.cut.any(axis=1))), predicted)
             outlines = self._spline.outline(self._tracks.filters.nodes[self._is_known()])
             self._foreground.learn_clutter(boxes(outlines), dt)
-        rows, outlines = self._published()
+        self._begin_told(frame)
+        rows, outlines = published(self._tracks, self._spline, self.config, self._clock.now)
         return Tracks(rows, frame.stamp, frame.frame_id, self._clock.tell_restart(), outlines)
 
     def _is_known(self) -> Bools:
@@ -159,8 +164,8 @@ class ContourTracker:
             clear = share >= self.config.start_found
             good = measured & believed(before, after, regions, recent, rigid, clear)
             found = regions.first >= 0
-            if self.config.start == 'difference':  # that does not see what stands still
-                good |= measured & ~found
+            unseen = ~found & (self.config.start == 'difference')  # what stands still
+            good |= measured & (unseen | records['told'])
             wrong = np.flatnonzero(~good)
             contours.put(wrong, predicted.take(wrong))
             wrong = wrong[found[wrong]]
@@ -185,7 +190,11 @@ class ContourTracker:
         records['agreed'][same] = self._clock.now
         for i in np.flatnonzero(same & records['by_area']).tolist():
             contours.nodes[i] = equally_spaced(self._outline(areas, regions.first[i]), self._spline)
-        wants = same & ~regions.cut.any(axis=1) & (records['by_area'] | self._outgrown())
+        wants = (
+            same
+            & ~regions.cut.any(axis=1)
+            & (records['by_area'] | outgrown(records, self._spline.area(contours.nodes)))
+        )
         if not wants.any():
             return
         which = np.flatnonzero(wants)
@@ -264,36 +273,27 @@ class ContourTracker:
         outlines = [self._outline(new.areas, k) for k in range(len(new))]
         nodes = [equally_spaced(points, spline) for points in outlines]
         contours = Contours.new(np.array(nodes), new.velocity / self.config.rate, self.config)
-        records = self._tracks.initiate(contours, self._clock.now)
-        records['edge_share'], records['by_area'] = 1.0, self.config.outline == 'area'
+        records = begin(self._tracks, contours, spline, self._clock.now)
+        records['by_area'] = self.config.outline == 'area'
         records['inner'] = is_within(new.areas.box, predicted)
-        records['agreed'] = records['from'] = self._clock.now
-        records['placed_area'] = np.maximum(spline.area(contours.nodes), 1.0)
-        records['from_u'], records['from_v'] = contours.nodes.mean(axis=1).T
+
+    def _begin_told(self, frame: Frame) -> None:
+        """Begin what was told, at the edges next to ellipses in the boxes."""
+        if not len(self.told):
+            return
+        tracks, config = self._tracks, self.config
+        own = boxes(self._spline.outline(tracks.filters.nodes))
+        new, same = self.told.take(own, frame.image.shape, config.max_targets - len(tracks))
+        contours = Contours.new(inscribed(new, config.points), np.zeros((len(new), 2)), config)
+        contours.doubt_velocity(config.sigma)
+        self._measure(frame, contours, 0.0, config.min_found)
+        begin(tracks, contours, self._spline, self._clock.now)['told'] = True
+        tracks.records['told'][same] = True
+        tracks.records['moved'] |= tracks.records['told']
+        tracks.records['state'][tracks.records['told'] & ~self._is_known()] = CONFIRMED
 
     def _fitted(self, frame: Frame, contours: Contours) -> tuple[Floats, Bools]:
         """Measure contours for the first time; return their areas, and which are sound, (K,)."""
         good, _ = self._measure(frame, contours, 0.0, self.config.start_found)
         area = self._spline.area(contours.nodes)
         return area, good & (area >= LEAST_AREA)
-
-    def _outgrown(self) -> Bools:
-        """The targets whose size has changed by much."""
-        area = np.maximum(self._spline.area(self._tracks.filters.nodes), 1.0)
-        log_growth = np.abs(np.log(area / self._tracks.records['placed_area']))
-        return np.asarray(log_growth >= np.log(RENEWAL_SCALE))
-
-    def _published(self) -> tuple[NDArray[np.void], Floats]:
-        """Rows and outlines of all but confirmed tracks that probably do not exist any more."""
-        tracks = self._tracks
-        fresh = tracks.freshness(self._clock.now, self.config.max_time_since_update)
-        score = np.clip(tracks.records['edge_share'], 0, 1) * fresh
-        shown = (score >= self.config.min_score) | ~self._is_known()
-        tracks, score = tracks.take(shown), score[shown]
-        contours, now = tracks.filters, self._clock.now
-        area, outlines = self._spline.area(contours.nodes), self._spline.outline(contours.nodes)
-        misfit = (CORRELATED_MISFIT * tracks.records['misfit']) ** 2 * np.maximum(area, 0.0)
-        rows = tracks.rows(now, *positions(contours, self._spline, self.config.rate, misfit))
-        rows['area'], rows['score'] = area, score
-        rows['box_w'], rows['box_h'] = np.ptp(outlines, axis=1).T
-        return rows, outlines

@@ -7,24 +7,27 @@ from std_srvs.srv import Trigger
 
 from colortrack_ros.contours import ContourConfig
 from colortrack_ros.contours import ContourTracker
-from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
-from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.services import offer
+from colortrack_ros.node_kit.target_tracker import TargetTrackerNode
+from colortrack_ros.node_kit.target_tracker import TargetTrackerSetup
 from colortrack_ros.node_kit.tracks_output import OutlinesOutputConfig
 from colortrack_ros.parameters import part
 
 
 @dataclass(frozen=True)
-class ContourTrackerSetup(ImageTrackerSetup):
+class ContourTrackerSetup(TargetTrackerSetup):
     """The parameters of the contour tracker node."""
 
     config: ContourConfig = part(ContourConfig)
     output: OutlinesOutputConfig = part(OutlinesOutputConfig)
 
 
-class ContourTrackerNode(ImageTrackerNode[ContourTrackerSetup]):
-    """Images in; one message of tracks, outlines, and markers for each that it works on out."""
+class ContourTrackerNode(TargetTrackerNode[ContourTrackerSetup]):
+    """Targets that move, or that somebody names, followed by their contours.
+
+    Images in; one message of tracks, outlines, and markers for each that it works on out.
+    """
 
     tracker: ContourTracker
 
@@ -38,7 +41,16 @@ class ContourTrackerNode(ImageTrackerNode[ContourTrackerSetup]):
 
     def make(self, setup: ContourTrackerSetup) -> ContourTracker:
         """The tracker of the room."""
-        return ContourTracker(setup.config)
+        return ContourTracker(setup.config, setup.targets)
+
+    def refused(self) -> int:
+        """Boxes refused so far."""
+        return self.tracker.told.refused
+
+    def follow(self, targets: tuple[float, ...]) -> None:
+        """Start these targets with the next picture, and after each restart."""
+        self.tracker.start(targets)
+        self.tracker.told.targets = targets
 
     def _learn_background(self, _: Trigger.Request) -> str:
         with self.lock:

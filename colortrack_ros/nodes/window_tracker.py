@@ -1,106 +1,45 @@
 """The node that follows targets by what they look like."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from sensor_msgs.msg import PointCloud2
 
-from colortrack_ros.data import Tracks
-from colortrack_ros.flow.pairing import Pair
-from colortrack_ros.flow.stage import Stage
-from colortrack_ros.flow.stage import Worker
-from colortrack_ros.messages import detections_of_serialized_cloud
-from colortrack_ros.messages import MessageError
-from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
-from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
-from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.runtime import run
-from colortrack_ros.node_kit.topics import subscribe_to
-from colortrack_ros.node_kit.topics import topic_name
-from colortrack_ros.parameters import parameter
+from colortrack_ros.node_kit.target_tracker import TargetTrackerNode
+from colortrack_ros.node_kit.target_tracker import TargetTrackerSetup
 from colortrack_ros.parameters import part
 from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows import WindowTracker
 
 
 @dataclass(frozen=True)
-class WindowTrackerSetup(ImageTrackerSetup):
+class WindowTrackerSetup(TargetTrackerSetup):
     """The parameters of the window tracker node."""
 
     config: WindowConfig = part(WindowConfig)
-    targets: tuple[float, ...] = parameter(
-        float,
-        'Boxes in the first picture, u, v of the top left pixel, width, height, of one target '
-        'after the other; set later, they start in the next picture.',
-        unit='px',
-        minimum=-1e5,
-        maximum=1e5,
-    )
-    detections_topic: str = topic_name('', 'detections that start targets; empty: none')
-
-    def check(self) -> None:
-        """Four numbers for each target."""
-        sizes = (*self.targets[2::4], *self.targets[3::4])
-        if len(self.targets) % 4 or any(size < 1 for size in sizes):
-            raise ValueError(
-                'targets: expected u, v, width, height of each box, at least 1 px, '
-                f'got {list(self.targets)}'
-            )
 
 
-class WindowTrackerNode(ImageTrackerNode[WindowTrackerSetup]):
-    """Targets of the parameter ``targets``, and those that detections start.
-
-    With ``detections_topic``, pictures wait for their detections, and then for their turn.
-    """
+class WindowTrackerNode(TargetTrackerNode[WindowTrackerSetup]):
+    """Targets that somebody names, followed by their windows."""
 
     tracker: WindowTracker
 
     def __init__(self, **options: Any) -> None:
         super().__init__('window_tracker', WindowTrackerSetup, **options)
 
-    def configure(self) -> None:
-        """Make what every such node has, and take detections."""
-        super().configure()
-        if self.setup.detections_topic:
-            subscribe_to(self, PointCloud2, self.setup.detections_topic, self._take_detections)
-
     def make(self, setup: WindowTrackerSetup) -> WindowTracker:
         """The tracker of the room."""
         return WindowTracker(setup.config, setup.targets)
 
-    def facts(self) -> dict[str, Callable[[], object]]:
-        """Further values for the diagnostics."""
-        return {
-            'refused_targets': lambda: self.tracker.refused,
-            'skipped_pairs': lambda: getattr(self._tracking, 'skipped', 0),
-        }
+    def refused(self) -> int:
+        """Boxes refused so far."""
+        return self.tracker.refused
 
-    def make_tracking(self) -> Stage[Pair, Tracks]:
-        """What tracks pictures; with detections, once it is known what is in them."""
-        if self.setup.detections_topic:
-            name, intake = 'window_tracker_pairs', self.setup.intake
-            return worker_of(self, self._track, self.health.refuse, intake, name)
-        return super().make_tracking()
-
-    def apply(self, setup: WindowTrackerSetup) -> None:
-        """Take changed parameters into use, while no picture is worked on."""
-        if setup.targets != self.setup.targets:
-            self.tracker.start(setup.targets)
-            self.tracker.targets = np.array(setup.targets).reshape(-1, 4)
-        super().apply(setup)
-        if isinstance(self._tracking, Worker):
-            self._tracking.max_lag = setup.intake.max_lag
-
-    def _take_detections(self, cdr: bytes) -> None:
-        if not self.active:
-            return
-        try:
-            self._chain.put(detections_of_serialized_cloud(cdr))
-        except MessageError as error:
-            self.health.refuse(str(error))
+    def follow(self, targets: tuple[float, ...]) -> None:
+        """Start these targets with the next picture, and after each restart."""
+        self.tracker.start(targets)
+        self.tracker.targets = np.array(targets).reshape(-1, 4)
 
 
 def main() -> int:

@@ -22,7 +22,7 @@ from colortrack_ros.windows import WindowTracker
 
 IMAGE_TRACKERS: dict[str, Callable[[Any], ImageTracker]] = {
     'window_tracker': lambda setup: WindowTracker(setup.config, setup.targets),
-    'contour_tracker': lambda setup: ContourTracker(setup.config),
+    'contour_tracker': lambda setup: ContourTracker(setup.config, setup.targets),
 }
 """By the name of the node that publishes the tracks; ``tracker`` takes detections."""
 

@@ -296,7 +296,10 @@ def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
             assert all('expected' in reason for reason in reasons), reasons
 
 
-OPTIONAL_TOPICS = {'window_tracker': {'detections'}, 'overlay': {'tracks/outlines'}}
+OPTIONAL_TOPICS = {
+    'window_tracker': {'detections'}, 'contour_tracker': {'detections'},
+    'overlay': {'tracks/outlines'},
+}  # fmt: skip
 """Topics without a default, under the name that the pages give them."""
 
 

@@ -15,7 +15,10 @@ from visualization_msgs.msg import Marker
 from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
+from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import outlines_of_serialized_cloud
@@ -127,6 +130,30 @@ def test_compressed_images_and_late_ones_are_taken(ros):
     stamps = [tracks_of_cloud(m).stamp for m in tracks]
     assert stamps == sorted(stamps)
     assert tracks[-1].width == 2
+
+
+def test_targets_and_detections_start_contours_in_the_picture_that_they_are_of(ros):
+    person, other = (scene().outlines(63)[i] for i in (1, 2))
+    named = [*person.min(axis=0), *np.ptp(person, axis=0)]
+    ros.start(
+        'contour_tracker', start='targets', detections_topic='detections',
+        targets='[' + ', '.join(f'{x:.1f}' for x in named) + ']',
+    )  # fmt: skip
+    topics = ready(ros)
+    detected = ros.node.create_publisher(PointCloud2, 'detections', 10)
+    assert ros.spin(lambda: detected.get_subscription_count() == 1), ros.outputs()
+    ros.settle()
+    for k in range(3, 12):
+        rows = np.zeros(int(k % 4 == 3), DETECTION)
+        for row in rows:
+            row['box_u'], row['box_v'] = other.min(axis=0)
+            row['box_w'], row['box_h'] = np.ptp(other, axis=0)
+        detected.publish(cloud_of_detections(Detections(rows, frame(k).stamp, 'cam')))
+        send(ros, *topics, [frame(k)])
+        found = tracks_of_cloud(topics[1][-1]).rows
+        assert found['track_id'].tolist() == [1, 2]
+    truth = scene().truth(60 + k)
+    np.testing.assert_allclose([found['u'], found['v']], [truth['u'], truth['v']], atol=8.0)
 
 
 def test_bad_images_and_parameters_are_refused_and_the_node_goes_on(ros):

@@ -1,0 +1,80 @@
+"""Targets that somebody names: boxes of a person, or of a detector."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from colortrack_ros.contours.areas import FITS
+from colortrack_ros.contours.boxes import Floats
+from colortrack_ros.contours.boxes import overlaps
+from colortrack_ros.contours.filters import Indices
+
+LEAST_BOX_SIDE = 4.0
+"""Narrower boxes are refused [px]: their sides are not 16 px apart all around, the least area."""
+
+
+class Told:
+    """Boxes that wait for the next frame.
+
+    :param targets: boxes of the first frame, and of the first one after each restart; see add.
+    :ivar refused: boxes refused so far: too small, outside the picture, or one too many.
+    """
+
+    def __init__(self, targets: ArrayLike = ()) -> None:
+        self.targets = targets
+        self.refused = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Wait for a first frame."""
+        self._boxes, self._offered = _corners(self.targets), np.zeros(len(_corners(self.targets)))
+
+    def __len__(self) -> int:
+        return len(self._boxes)
+
+    def add(self, boxes: ArrayLike, *, offered: bool) -> None:
+        """Take boxes of the next frame.
+
+        :param boxes: (N, 4) u, v of the top left pixel, width and height [px].
+        :param offered: those with their center in a target, or in a box that is none, are dropped.
+        """
+        more = _corners(boxes)
+        self._boxes = np.concatenate([self._boxes, more])
+        self._offered = np.concatenate([self._offered, np.full(len(more), float(offered))])
+
+    def take(self, own: Floats, shape: tuple[int, ...], free: int) -> tuple[Floats, Indices]:
+        """Boxes that begin a target in this frame, and which targets are such a box already.
+
+        :param own: (N, 4) boxes of the targets [px].
+        :param shape: height and width of the frame, and more.
+        :param free: so many may begin.
+        :return: (K, 4) left, top, right, bottom [px], and (M,).
+        """
+        box, offered = self._boxes, self._offered > 0
+        self._boxes, self._offered = box[:0], self._offered[:0]
+        center = (box[:, :2] + box[:, 2:]) / 2
+        good = (box[:, 2:] - box[:, :2] >= LEAST_BOX_SIDE - 1).all(axis=1)
+        good &= ((center >= 0) & (center <= np.array([shape[1], shape[0]]) - 1)).all(axis=1)
+        self.refused += int(np.count_nonzero(~good))
+        box, offered, center = box[good], offered[good], center[good]
+        alike = overlaps(own, box)
+        known = alike.max(axis=0, initial=0.0) > FITS
+        followed = np.concatenate([own, box[~offered]])[:, None]
+        inside = (center >= followed[..., :2]) & (center <= followed[..., 2:])
+        new = box[~known & ~(offered & inside.all(axis=2).any(axis=0))]
+        self.refused += max(len(new) - free, 0)
+        same = alike[:, known].argmax(axis=0) if known.any() else np.zeros(0, np.intp)
+        return new[: max(free, 0)], same
+
+
+def inscribed(box: Floats, points: int) -> Floats:
+    """Ellipses in boxes, (K, points, 2) [px], in the sense from u to v."""
+    angle = 2 * np.pi * np.arange(points) / points
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    middle, half = (box[:, :2] + box[:, 2:]) / 2, (box[:, 2:] - box[:, :2]) / 2
+    return np.asarray(middle[:, None] + half[:, None] * circle)
+
+
+def _corners(boxes: ArrayLike) -> Floats:
+    """(N, 4) first and last column and row, of any numbers of boxes u, v, width, height."""
+    box = np.asarray(boxes, float).reshape(-1, 4)
+    return np.concatenate([box[:, :2], box[:, :2] + box[:, 2:] - 1], axis=1)

@@ -1,0 +1,100 @@
+"""What nodes have in common that follow in pictures what they are told to."""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from sensor_msgs.msg import PointCloud2
+
+from colortrack_ros.data import Tracks
+from colortrack_ros.flow.pairing import Pair
+from colortrack_ros.flow.stage import Stage
+from colortrack_ros.flow.stage import Worker
+from colortrack_ros.messages import detections_of_serialized_cloud
+from colortrack_ros.messages import MessageError
+from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
+from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
+from colortrack_ros.node_kit.intake import worker_of
+from colortrack_ros.node_kit.topics import subscribe_to
+from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.parameters import parameter
+
+
+@dataclass(frozen=True)
+class TargetTrackerSetup(ImageTrackerSetup):
+    """The parameters of such a node; its own come after those of its room."""
+
+    targets: tuple[float, ...] = parameter(
+        float,
+        'Boxes in the first picture, u, v of the top left pixel, width, height, of one target '
+        'after the other; set later, they start in the next picture.',
+        unit='px',
+        minimum=-1e5,
+        maximum=1e5,
+    )
+    detections_topic: str = topic_name('', 'detections that start targets; empty: none')
+
+    def check(self) -> None:
+        """Four numbers for each target."""
+        sizes = (*self.targets[2::4], *self.targets[3::4])
+        if len(self.targets) % 4 or any(size < 1 for size in sizes):
+            raise ValueError(
+                'targets: expected u, v, width, height of each box, at least 1 px, '
+                f'got {list(self.targets)}'
+            )
+
+
+TargetSetup = TypeVar('TargetSetup', bound=TargetTrackerSetup)
+
+
+class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
+    """Targets of the parameter ``targets``, and those that detections start.
+
+    With ``detections_topic``, pictures wait for their detections, and then for their turn.
+    A node of its own has :meth:`make`, :meth:`follow`, and :meth:`refused`.
+    """
+
+    def configure(self) -> None:
+        """Make what every such node has, and take detections."""
+        super().configure()
+        if self.setup.detections_topic:
+            subscribe_to(self, PointCloud2, self.setup.detections_topic, self._take_detections)
+
+    def facts(self) -> dict[str, Callable[[], object]]:
+        """Further values for the diagnostics."""
+        return {
+            'refused_targets': self.refused,
+            'skipped_pairs': lambda: getattr(self._tracking, 'skipped', 0),
+        }
+
+    @abstractmethod
+    def refused(self) -> int:
+        """Boxes refused so far."""
+
+    @abstractmethod
+    def follow(self, targets: tuple[float, ...]) -> None:
+        """Start these targets with the next picture, and after each restart."""
+
+    def make_tracking(self) -> Stage[Pair, Tracks]:
+        """What tracks pictures; with detections, once it is known what is in them."""
+        if self.setup.detections_topic:
+            name, intake = f'{self.get_name()}_pairs', self.setup.intake
+            return worker_of(self, self._track, self.health.refuse, intake, name)
+        return super().make_tracking()
+
+    def apply(self, setup: TargetSetup) -> None:
+        """Take changed parameters into use, while no picture is worked on."""
+        if setup.targets != self.setup.targets:
+            self.follow(setup.targets)
+        super().apply(setup)
+        if isinstance(self._tracking, Worker):
+            self._tracking.max_lag = setup.intake.max_lag
+
+    def _take_detections(self, cdr: bytes) -> None:
+        if not self.active:
+            return
+        try:
+            self._chain.put(detections_of_serialized_cloud(cdr))
+        except MessageError as error:
+            self.health.refuse(str(error))
