@@ -31,18 +31,23 @@ class Colors:
         outward = 2 * np.maximum(u, v)
         self._inside, self._outside = outward <= INNER, outward > OUTER
         self._target, self._beside = self._histograms(patch)
+        self._table = self._likelihoods()
 
     def learn(self, patch: Pixels) -> None:
         """Learn the colors of a patch with the target in the middle."""
         target, beside = self._histograms(patch)
         self._target += COLOR_RATE * (target - self._target)
         self._beside += COLOR_RATE * (beside - self._beside)
+        self._table = self._likelihoods()
 
     def likelihood(self, patch: Pixels) -> Features:
         """Probability of each pixel to be the target's by its color, (rows, columns)."""
+        return np.asarray(self._table[_index(patch)])
+
+    def _likelihoods(self) -> Features:
         both = self._target + self._beside
-        table = np.where(both > 0, self._target / np.where(both > 0, both, 1), 0.5)
-        return np.asarray(table.astype(np.float32)[_index(patch)])
+        known = both > 0
+        return np.where(known, self._target / np.where(known, both, 1), 0.5).astype(np.float32)
 
     def _histograms(self, patch: Pixels) -> tuple[Floats, Floats]:
         index = _index(patch)
@@ -65,8 +70,8 @@ def mean_inside(likelihood: Features, size: tuple[int, int], target: Floats) -> 
     return np.asarray(cv2.blur(cells, tuple(box.tolist()), borderType=cv2.BORDER_REPLICATE))
 
 
-def _index(patch: Pixels) -> NDArray[np.int32]:
-    levels = patch.astype(np.int32) // (256 // LEVELS)
+def _index(patch: Pixels) -> NDArray[np.intp]:
+    levels = (patch // (256 // LEVELS)).astype(np.intp)
     if levels.ndim == 2:
         return levels
     return (levels[..., 0] * LEVELS + levels[..., 1]) * LEVELS + levels[..., 2]

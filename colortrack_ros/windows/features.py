@@ -1,5 +1,7 @@
 """What a part of a picture looks like: oriented gradients and colors, on a grid of cells."""
 
+from functools import cache
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -41,17 +43,14 @@ def sample(frame: Frame, center: Floats, size: Floats, out: tuple[int, int]) -> 
     """
     limit = np.array(frame.image.shape[1::-1])
     step = size / out
-    if step.min() >= COARSE:  # no aliases: the mean of what falls on a pixel
-        low = np.rint(center - (size - 1) / 2).astype(int)
-        part, rim = _cut(frame.image, low, low + np.maximum(np.rint(size).astype(int), 1), limit)
-        if rim.any():
-            left, top, right, bottom = rim.tolist()
-            padded = cv2.copyMakeBorder(part, top, bottom, left, right, cv2.BORDER_REPLICATE)
-            part = np.asarray(padded, np.uint8)
-        return np.asarray(cv2.resize(part, out, interpolation=cv2.INTER_AREA), np.uint8)
     low = np.floor(center - size / 2).astype(int) - 1
     part, rim = _cut(frame.image, low, low + np.ceil(size).astype(int) + 3, limit)
-    corner = center - step * (np.array(out) - 1) / 2 - low - rim[:2]
+    corner = center - step * (np.array(out) - 1) / 2 - low - rim
+    while step.min() >= COARSE and min(part.shape[:2]) > 1:  # no aliases: half of it, by means
+        columns, rows = part.shape[1] // 2, part.shape[0] // 2
+        part = part[: 2 * rows, : 2 * columns]
+        part = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA), np.uint8)
+        step, corner = step / 2, (corner - 0.5) / 2
     matrix = np.array([[step[0], 0, corner[0]], [0, step[1], corner[1]]])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     warped = cv2.warpAffine(part, matrix, out, flags=flags, borderMode=cv2.BORDER_REPLICATE)
@@ -61,13 +60,12 @@ def sample(frame: Frame, center: Floats, size: Floats, out: tuple[int, int]) -> 
 def _cut(image: Pixels, low: Indices, high: Indices, limit: Indices) -> tuple[Pixels, Indices]:
     """What is inside the picture of the part from low to high (u, v), which is excluded.
 
-    :return: it, and how much is missing to the left, above, to the right and below.
+    :return: it, and how much is missing to the left and above, (u, v).
     """
     first = np.clip(low, 0, limit - 1)
     last = np.clip(high, first + 1, limit)
     part = image[first[1] : last[1], first[0] : last[0]]
-    part = np.ascontiguousarray(part[..., :3] if image.ndim == 3 else part)
-    return part, np.concatenate([np.maximum(first - low, 0), np.maximum(high - last, 0)])
+    return np.ascontiguousarray(part[..., :3] if image.ndim == 3 else part), first - low
 
 
 def to_gray(patch: Pixels, encoding: str) -> Features:
@@ -88,25 +86,32 @@ def oriented_gradients(gray: Features) -> Features:
     :return: (rows / CELL, columns / CELL, 3 ORIENTATIONS).
     """
     rows, columns = gray.shape
-    shape, count = (rows // CELL, columns // CELL), 2 * ORIENTATIONS
+    count, first = 2 * ORIENTATIONS, _first_bins(rows, columns)
+    size = rows // CELL * (columns // CELL) * count
     du = cv2.Sobel(gray, cv2.CV_32F, 1, 0, ksize=1)
     dv = cv2.Sobel(gray, cv2.CV_32F, 0, 1, ksize=1)
     # cartToPolar's magnitude differs in its last bit by where its arrays lie (OpenCV 4.6).
     magnitude = np.sqrt(du * du + dv * dv)
     angle = np.asarray(cv2.phase(du, dv)) * np.float32(count / (2 * np.pi))
-    lower = angle.astype(np.int32)
+    lower = angle.astype(np.intp)
     upper_share = magnitude * (angle - lower)
-    cell = np.arange(rows)[:, None] // CELL * shape[1] + np.arange(columns) // CELL
-    size = cell[-1, -1] * count + count
-    signed = np.bincount(
-        (cell * count + lower % count).ravel(), (magnitude - upper_share).ravel(), size
-    )
-    signed += np.bincount((cell * count + (lower + 1) % count).ravel(), upper_share.ravel(), size)
-    signed = signed.reshape(*shape, count)
+    lower[lower == count] = 0
+    upper = lower + 1
+    upper[upper == count] = 0
+    sums = np.bincount((lower + first).ravel(), (magnitude - upper_share).ravel(), size)
+    sums += np.bincount((upper + first).ravel(), upper_share.ravel(), size)
+    signed = sums.astype(np.float32).reshape(rows // CELL, columns // CELL, count)
     half = signed[..., :ORIENTATIONS] + signed[..., ORIENTATIONS:]
     energy = cv2.boxFilter((half**2).sum(axis=2), -1, (3, 3), normalize=False)
-    norm = np.sqrt(energy + FLAT**2)[..., None]
-    return np.minimum(np.concatenate([signed, half], axis=2) / norm, CLIP).astype(np.float32)
+    norm = np.sqrt(energy + np.float32(FLAT**2))[..., None]
+    return np.minimum(np.concatenate([signed, half], axis=2) / norm, np.float32(CLIP))
+
+
+@cache
+def _first_bins(rows: int, columns: int) -> Indices:
+    """The first bin of the histogram of each pixel's cell, (rows, columns)."""
+    cell = np.arange(rows)[:, None] // CELL * (columns // CELL) + np.arange(columns) // CELL
+    return 2 * ORIENTATIONS * cell
 
 
 def describe(patch: Pixels, encoding: str) -> Features:
