@@ -88,6 +88,8 @@ COMMANDS: dict[str, dict[str, Check]] = {
     'save': {'path': text, 'digest': text},
     'lines': {},
     'plane': {},
+    'nodes': {},
+    'attach': {'node': text, 'to': text},
 }
 """The fields of each command, all of which have to be there."""
 

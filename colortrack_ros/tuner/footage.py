@@ -1,64 +1,91 @@
 """The frames that the page shows, by number: of a recording any one, of a camera the last ones."""
 
+from abc import ABC
+from abc import abstractmethod
 from collections import OrderedDict
+from collections.abc import Callable
+import threading
 
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.sources import open_source
 from colortrack_ros.sources import Source
 from colortrack_ros.sources import SourceError
-from colortrack_ros.sources.base import DEFAULT_RATE
 
 KEPT_BYTES = 512 * 1024**2
 """Pictures that are kept so that stepping back is quick: 580 of 640x480, 190 of 1280x720, an eighth
 of the 4 GiB of a small computer."""
 
+POLL_RATE = 60.0
+"""How often a look is taken for a new frame of a camera [Hz]: as often as a screen shows one."""
 
-class Footage:
-    """A recording whose frames have numbers from 0.
 
-    Frames are read in order and kept as long as there is room; one that is kept no longer is read
-    again from the beginning.
+class Footage(ABC):
+    """Frames with numbers from 0.
 
-    :param label: what to call it.
-    :param source: of the frames, not a live one; a frame that cannot be read is left out.
-    :ivar total: frames that there are, as far as is known.
-    :ivar rate: frames a second [Hz].
+    :ivar label: what to call it.
+    :ivar live: frames come when they come; else it is a recording.
+    :ivar rate: frames a second; of a camera, how often to look for a new one [Hz].
+    :ivar first: the number of the first frame that can be had.
+    :ivar total: one more than that of the last, as far as is known.
     """
 
-    def __init__(self, label: str, source: Source) -> None:
-        self.label, self.rate = label, NANOSECONDS / (source.period or NANOSECONDS / DEFAULT_RATE)
-        self.total = source.total
-        self._source = source
+    label: str
+    live: bool
+    rate: float
+    first: int = 0
+    total: int = 0
+
+    @abstractmethod
+    def frame(self, number: int) -> Frame | None:
+        """A frame; None where there is none, or not any more."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of files and devices."""
+
+    @property
+    def last(self) -> int:
+        """The number of the last frame there is, as far as is known."""
+        return max(self.total - 1, 0)
+
+
+class RecordedFootage(Footage):
+    """A recording.
+
+    Frames are read in order and kept as long as there is room; for one that is kept no longer the
+    recording is opened again: of a source that is rewound the stamps would count on.
+
+    :param open_it: opens the source of the frames, not a live one; a frame that cannot be read is
+        left out.
+    """
+
+    live = False
+
+    def __init__(self, label: str, open_it: Callable[[], Source]) -> None:
+        self._open, self._source = open_it, open_it()
+        self.label, self.total = label, self._source.total
+        self.rate = NANOSECONDS / self._source.period
         self._kept: OrderedDict[int, Frame] = OrderedDict()
-        self._bytes = 0
-        self._next = 0
-        self._whole = False
+        self._bytes = self._next = 0
 
     def frame(self, number: int) -> Frame | None:
-        """A frame; None behind the end.
-
-        The stamp is that of the first reading, as if the recording had been played straight on.
-        """
+        """A frame; None behind the end."""
         if number in self._kept:
             self._kept.move_to_end(number)
             return self._kept[number]
         if number < self._next:
-            self._source.rewind()
+            self._source.close()
+            self._source = self._open()
             self._next = 0
         while self._next <= number:
             frame = self._read()
             if frame is None:
-                self.total, self._whole = self._next, True
+                self.total = self._next
                 return None
             self._keep(self._next, frame)
             self._next += 1
         self.total = max(self.total, self._next)
         return self._kept[number]
-
-    def last(self) -> int:
-        """The number of the last frame there is, as far as is known."""
-        return max(self.total - 1, 0)
 
     def close(self) -> None:
         """Let go of the files."""
@@ -73,22 +100,68 @@ class Footage:
             return frame
 
     def _keep(self, number: int, frame: Frame) -> None:
-        period = NANOSECONDS / self.rate
-        self._kept[number] = Frame(frame.image, frame.encoding, round(number * period))
+        self._kept[number] = frame
         self._bytes += frame.image.nbytes
         while self._bytes > KEPT_BYTES and len(self._kept) > 1:
             _, old = self._kept.popitem(last=False)
             self._bytes -= old.image.nbytes
 
 
-def open_footage(spec: str, rate: float = 0.0) -> Footage:
-    """The frames of a video, pictures, or a scene.
+class LiveFootage(Footage):
+    """The last frames of a camera, which any thread may put in."""
 
-    :param rate: frames a second, where the recording does not say [Hz].
-    :raises SourceError: it cannot be opened, or is live.
+    live = True
+    rate = POLL_RATE
+
+    def __init__(self, label: str) -> None:
+        self.label = label
+        self._kept: OrderedDict[int, Frame] = OrderedDict()
+        self._bytes = 0
+        self._lock = threading.Lock()
+
+    def put(self, frame: Frame) -> None:
+        """Take the newest frame."""
+        with self._lock:
+            self._kept[self.total] = frame
+            self._bytes += frame.image.nbytes
+            while self._bytes > KEPT_BYTES and len(self._kept) > 1:
+                _, old = self._kept.popitem(last=False)
+                self._bytes -= old.image.nbytes
+            self.first = next(iter(self._kept))
+            self.total += 1
+
+    def frame(self, number: int) -> Frame | None:
+        """A frame; None if it has not come yet, or is kept no longer."""
+        with self._lock:
+            return self._kept.get(number)
+
+    def close(self) -> None:
+        """Whoever puts frames in ends that."""
+
+
+class CameraFootage(LiveFootage):
+    """A device or a stream, read in a thread of its own.
+
+    :param source: a live one, which is closed with this.
     """
-    source = open_source(spec, rate)
-    if source.live:
-        source.close()
-        raise SourceError(f'source {spec!r}: is live; expected a video, pictures, or scene:NAME')
-    return Footage(spec, source)
+
+    def __init__(self, label: str, source: Source) -> None:
+        super().__init__(label)
+        self._source, self._closed = source, False
+        self._thread = threading.Thread(target=self._grab, name='camera', daemon=True)
+        self._thread.start()
+
+    def _grab(self) -> None:
+        try:
+            for frame in self._source:
+                if self._closed:
+                    break
+                self.put(frame)
+        except SourceError as error:
+            self.label = f'{self.label}: {error}'
+        finally:
+            self._source.close()
+
+    def close(self) -> None:
+        """End the thread, with the next frame."""
+        self._closed = True

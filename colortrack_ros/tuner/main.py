@@ -7,7 +7,7 @@ from pathlib import Path
 import signal
 import sys
 
-HELP = 'a video, a picture, a folder or pattern of pictures, or scene:NAME'
+HELP = 'a topic of images, a bag, a video, pictures, a device, a stream, or scene:NAME'
 NEED = 'apt install python3-aiohttp, or pip install aiohttp'
 
 
@@ -30,10 +30,14 @@ def _parse(args: Sequence[str]) -> argparse.Namespace:
     add('source', nargs='?', default='scene:occlusion', help=f'{HELP}; default: scene:occlusion')
     add('--params-file', type=Path, metavar='YAML', help='to begin with, and to save to')
     add('--folder', type=Path, help='the only one that it writes to; default: that of the file')
+    add('--topic', default='', help='of the images in a bag')
     add('--rate', type=float, default=0.0, help='frames a second, of pictures')
     add('--address', default='127.0.0.1', help='to listen on; another one asks for a token')
     add('--port', type=int, default=8600, help='0 for any; default: 8600')
-    return parser.parse_args([word for word in args if word != '--ros-args'])
+    end = list(args).index('--ros-args') if '--ros-args' in args else len(args)
+    arguments = parser.parse_args(args[:end])
+    arguments.ros = list(args[end + 1 :])
+    return arguments
 
 
 async def _serve(arguments: argparse.Namespace) -> int:
@@ -42,8 +46,9 @@ async def _serve(arguments: argparse.Namespace) -> int:
 
     from colortrack_ros.sources import SourceError
     from colortrack_ros.tuner.folder import Folder
-    from colortrack_ros.tuner.footage import open_footage
     from colortrack_ros.tuner.gate import Gate
+    from colortrack_ros.tuner.opening import open_footage
+    from colortrack_ros.tuner.running import RunningNodes
     from colortrack_ros.tuner.server import Server
     from colortrack_ros.tuner.session import Session
 
@@ -55,9 +60,12 @@ async def _serve(arguments: argparse.Namespace) -> int:
     try:
         if not folder.is_dir():
             raise ValueError(f'--folder {folder}: expected a folder that is there')
-        footage = open_footage(arguments.source, arguments.rate)
+        running = RunningNodes(arguments.ros)
+        footage = open_footage(
+            arguments.source, running, rate=arguments.rate, topic=arguments.topic
+        )
         name = str(file.resolve().relative_to(folder.resolve())) if file else ''
-        session = Session(footage, Folder(folder), name)
+        session = Session(footage, Folder(folder), running, name)
         gate = Gate(arguments.address)
         runner = web.AppRunner(Server(session, gate).app, access_log=None)
         await runner.setup()
@@ -70,4 +78,5 @@ async def _serve(arguments: argparse.Namespace) -> int:
     await stop.wait()
     await runner.cleanup()
     footage.close()
+    running.close()
     return 0

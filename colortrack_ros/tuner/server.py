@@ -167,9 +167,10 @@ class Server:
         while True:
             if bench.playing and self._people:
                 due = max(due + 1 / bench.footage.rate, time.monotonic())
-                if not await self._in_thread(bench.step):
+                if await self._in_thread(bench.step):
+                    self._tell()
+                elif not bench.playing:
                     await self._refresh()
-                self._tell()
                 await asyncio.sleep(max(due - time.monotonic(), 0))
             elif not await self._in_thread(bench.catch_up):
                 self._tell()

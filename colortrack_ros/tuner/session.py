@@ -1,5 +1,6 @@
 """What the people before the page share: the workbench, the settings, the samples and the file."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 import shlex
 from typing import Any
@@ -12,6 +13,7 @@ from colortrack_ros.tuner.folder import digest
 from colortrack_ros.tuner.folder import Folder
 from colortrack_ros.tuner.footage import Footage
 from colortrack_ros.tuner.measures import plane_of
+from colortrack_ros.tuner.running import RunningNodes
 from colortrack_ros.tuner.samples import Sample
 from colortrack_ros.tuner.samples import taught
 from colortrack_ros.tuner.samples import values_of
@@ -28,12 +30,16 @@ class Session:
 
     :param footage: the recording.
     :param folder: of the params files.
+    :param running: whose nodes may be tuned.
     :param file: the one to begin with, empty for none.
     :raises ValueError: the file is none that can be read.
     """
 
-    def __init__(self, footage: Footage, folder: Folder, file: str = '') -> None:
-        self._folder, self._file = folder, file
+    def __init__(
+        self, footage: Footage, folder: Folder, running: RunningNodes, file: str = ''
+    ) -> None:
+        self._folder, self._running, self._file = folder, running, file
+        self._attached: dict[str, str] = {}
         self._text = folder.read_or_empty(file) if file else ''
         self._samples: tuple[Sample, ...] = ()
         self._samples_before: list[tuple[Sample, ...]] = []
@@ -71,6 +77,9 @@ class Session:
                 for s in self._samples
             ],
             'refused': settings.refused,
+            'attached': self._attached,
+            'live': bench.footage.live,
+            'waiting': bench.view is None,
             'changes': settings.changes,
             'file': self._file,
             'folder': str(self._folder.root),
@@ -99,6 +108,8 @@ class Session:
         self._change(node, values, self._samples, follows=follows)
 
     def _undo(self) -> None:
+        for node in self._attached:
+            self._give(node, self.settings.before(node))
         self.settings.undo()
         self._samples = self._samples_before.pop()
         self.bench.configure()
@@ -148,9 +159,10 @@ class Session:
         lines = []
         for node in CONFIGS:
             before = given_in(self._text, node)
+            target = self._attached.get(node, f'/{node}')
             for name, value in self.settings.given(node).items():
                 if before.get(name) != value:
-                    lines.append(f'ros2 param set /{node} {name} {shlex.quote(flow(value))}')
+                    lines.append(f'ros2 param set {target} {name} {shlex.quote(flow(value))}')
         return {'is': 'lines', 'text': '\n'.join(lines)}
 
     def _plane(self) -> Reply:
@@ -158,6 +170,31 @@ class Session:
         if view is None:
             raise ValueError('plane: there is no picture')
         return {'is': 'plane', **plane_of(view.frame, self.settings.detector)}
+
+    def _nodes(self) -> Reply:
+        return {'is': 'nodes', 'nodes': self._running.link().nodes()}
+
+    def _attach(self, node: str, to: str) -> None:
+        """Tune a running node, beginning with the values that it has; empty for none."""
+        if node not in CONFIGS:
+            raise ValueError(f'node: expected one of {", ".join(CONFIGS)}, got {node!r}')
+        self._attached.pop(node, None)
+        if to:
+            values = self._running.link().values(to)
+            self.settings.adopt(node, values)
+            self._samples_before = []
+            self._attached[node] = to
+            self.bench.configure()
+
+    def _give(self, node: str, given: Mapping[str, Any]) -> None:
+        """Have the node that is tuned take what will be given.
+
+        :raises ValueError: it refuses.
+        """
+        if node in self._attached:
+            changed = self.settings.difference(node, given)
+            if changed:
+                self._running.link().give(self._attached[node], changed)
 
     def _change(
         self,
@@ -168,6 +205,7 @@ class Session:
         follows: bool = False,
     ) -> None:
         before = self.settings.changes
+        self._give(node, self.settings.checked(node, values))
         self.settings.change(node, values, follows=follows)
         if self.settings.changes > before:
             self._samples_before.append(self._samples)

@@ -59,12 +59,10 @@ class Settings:
         """The values that are given to a node, by full name."""
         return self._given[node]
 
-    def change(self, node: str, values: Mapping[str, Any], *, follows: bool = False) -> None:
-        """Give a node some values, all of them or none.
+    def checked(self, node: str, values: Mapping[str, Any]) -> dict[str, Any]:
+        """What a node is given once some values have changed.
 
         :param values: by full name; None takes a value back, and the default holds.
-        :param follows: whether this goes on with the last change, as the next place of a slider
-            does: both are taken back together.
         :raises ValueError: a value is refused, with the reason that the node would give.
         """
         if node not in TUNED:
@@ -76,11 +74,55 @@ class Settings:
                 given.pop(name, None)
             else:
                 given[name] = spec.check(name, value)
-        config = _config(node, given)
+        _config(node, given)
+        return given
+
+    def change(self, node: str, values: Mapping[str, Any], *, follows: bool = False) -> None:
+        """Give a node some values, all of them or none.
+
+        :param values: as for :meth:`checked`, which raises the same.
+        :param follows: whether this goes on with the last change, as the next place of a slider
+            does: both are taken back together.
+        """
+        given = self.checked(node, values)
         if not (follows and self._before):
             self._before.append(self._given)
         self._given = {**self._given, node: given}
-        self._configs[node] = config
+        self._configs[node] = _config(node, given)
+
+    def adopt(self, node: str, values: Mapping[str, Any]) -> None:
+        """Take over the values of a running node, but for those that are the defaults.
+
+        What was before cannot be brought back: the node would take it as well.
+        """
+        table = TUNED[node]
+        known = {name: value for name, value in values.items() if name in table}
+        defaults = table.defaults({k: v for k, v in known.items() if k in table.groups})
+        given = {k: v for k, v in known.items() if k not in defaults or defaults[k] != v}
+        given |= {k: v for k, v in known.items() if k in table.groups}
+        self.change(node, {**dict.fromkeys(self._given[node]), **given})
+        self._before = []
+
+    def before(self, node: str) -> Mapping[str, Any]:
+        """What a node was given before the last change.
+
+        :raises ValueError: there was none.
+        """
+        if not self._before:
+            raise ValueError('undo: there is nothing to take back')
+        return self._before[-1][node]
+
+    def difference(self, node: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """What a running node has to set to go from what it is given now to something else.
+
+        :returns: values by full name; None for one that is absent from then on.
+        """
+        table, now = TUNED[node], self._given[node]
+        changed = {k: v for k, v in given.items() if k not in now or now[k] != v}
+        for name in now.keys() - given.keys():
+            spec = table.specs.get(name)
+            changed[name] = None if spec is None or spec.optional else spec.default
+        return changed
 
     def undo(self) -> None:
         """Take the last change back.

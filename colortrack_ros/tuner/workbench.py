@@ -38,17 +38,17 @@ class Workbench:
     def __init__(self, footage: Footage, settings: Settings) -> None:
         self.footage, self.settings = footage, settings
         self._behind = False
-        self.playing = False
+        self.playing = footage.live
         self.view: ShownFrame | None = None
         self._restart(0)
-        self._advance()
+        self._advance(0)
 
     def play(self) -> None:
-        """Go on from here; at the end, from the beginning."""
+        """Go on from here, a camera from now; at the end of a recording, from the beginning."""
         self._finish()
-        if self.view and self.view.number >= self.footage.last():
+        if not self.footage.live and self.view and self.view.number >= self.footage.last:
             self._restart(0)
-            self._advance()
+            self._advance(0)
         self.playing = True
 
     def pause(self) -> None:
@@ -56,24 +56,25 @@ class Workbench:
         self.playing = False
 
     def step(self) -> bool:
-        """Go to the next frame; False, and stopped, where there is none."""
+        """Go to the next frame, of a camera to the newest; stop at the end of a recording.
+
+        :returns: whether there is one.
+        """
         self._finish()
-        if not self._advance():
-            self.playing = False
-            return False
-        return True
+        newest = self.footage.last if self.footage.live else self._next
+        if newest >= self._next and self._advance(newest):
+            return True
+        self.playing = self.playing and self.footage.live
+        return False
 
     def seek(self, number: int) -> None:
-        """Look at a frame; one behind the end means the last."""
+        """Look at a frame, or the nearest one there is."""
         self.playing = False
-        number = max(number, 0)
-        frame = self.footage.frame(number)
-        if frame is None:
-            number = self.footage.last()
-            frame = self.footage.frame(number)
-        if frame is None:
-            return
-        self._look(number, frame)
+        frame = self.footage.frame(max(number, self.footage.first))
+        number = max(number, self.footage.first) if frame else self.footage.last
+        frame = frame or self.footage.frame(number)
+        if frame is not None:
+            self._look(number, frame)
 
     def configure(self) -> None:
         """Take the settings into use."""
@@ -98,9 +99,9 @@ class Workbench:
             if time.monotonic() > end:
                 return True
             frame = self.footage.frame(self._next)
-            if frame is None:
-                break
-            self._take(frame)
+            self._next += 1
+            if frame is not None:  # a camera's are not kept for ever
+                self._take(frame)
         self._behind = False
         self._show()
         return False
@@ -130,13 +131,14 @@ class Workbench:
         self._seconds = time.monotonic() - start
         self._frame = frame
         self._show(number)
-        self._restart(max(number - WARM_UP, 0))
+        self._restart(max(number - WARM_UP, self.footage.first))
         self._behind = True
 
-    def _advance(self) -> bool:
-        frame = self.footage.frame(self._next)
+    def _advance(self, number: int) -> bool:
+        frame = self.footage.frame(number)
         if frame is None:
             return False
+        self._next = number + 1
         self._take(frame)
         self._show()
         return True
@@ -146,7 +148,6 @@ class Workbench:
         self._chain.put(frame)
         self._seconds = time.monotonic() - start
         self._frame = frame
-        self._next += 1
 
     def _show(self, number: int | None = None) -> None:
         self.view = ShownFrame(

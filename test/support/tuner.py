@@ -1,15 +1,19 @@
 """The tuner as a user starts it, and a browser in front of it."""
 
+import asyncio
 from collections.abc import Iterator
 import contextlib
-from pathlib import Path
+import json
+import os
 import shutil
 import signal
 import subprocess
 
+import aiohttp
 import pytest
 from support.ros_domain import executable
 
+TEXT = aiohttp.WSMsgType.TEXT
 BROWSER = next(
     filter(None, map(shutil.which, ('chromium', 'google-chrome', 'chromium-browser'))), ''
 )
@@ -17,10 +21,11 @@ NEEDS_BROWSER = pytest.mark.skipif(not BROWSER, reason='there is no chromium')
 
 
 @contextlib.contextmanager
-def tuner(*arguments: object) -> Iterator[str]:
+def tuner(*arguments: object, **env: str) -> Iterator[str]:
     """The address of a tuner, which has to end well."""
     command = [executable('tuner'), '--port', '0', *map(str, arguments)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    environment = {**os.environ, **env}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
     try:
         line = process.stdout.readline()
         assert 'http://' in line, line
@@ -30,6 +35,51 @@ def tuner(*arguments: object) -> Iterator[str]:
     finally:
         process.kill()
         process.wait()
+
+
+def talk(url, messages, **headers):
+    """The server's answers to messages."""
+
+    async def told():
+        answers = []
+        async with (
+            aiohttp.ClientSession() as session,
+            session.ws_connect(f'{url}socket', headers=headers) as wire,
+        ):
+            for message in messages:
+                await wire.send_str(message if isinstance(message, str) else json.dumps(message))
+            await wire.send_str(json.dumps({'do': 'the end'}))
+            async for got in wire:
+                if got.type != TEXT:
+                    continue
+                answers.append(json.loads(got.data))
+                if 'the end' in answers[-1].get('why', ''):
+                    return answers
+
+    return asyncio.run(told())
+
+
+def state_of(url):
+    """What a browser that comes now gets to know."""
+    return asyncio.run(
+        _first(url, lambda got: got.type == TEXT and got.json()['is'] == 'state')
+    ).json()
+
+
+def see_a_picture(url):
+    """Wait until a browser that comes now has got a picture."""
+    asyncio.run(_first(url, lambda got: got.type == aiohttp.WSMsgType.BINARY))
+
+
+async def _first(url, fits):
+    async with aiohttp.ClientSession() as session, session.ws_connect(f'{url}socket') as wire:
+        async for got in wire:
+            if fits(got):
+                return got
+
+
+def only(answers, kind):
+    return [answer for answer in answers if answer['is'] == kind]
 
 
 @contextlib.contextmanager
@@ -83,9 +133,3 @@ def click(page, u: float, v: float, size: tuple[int, int], *modifiers: str) -> N
     page.locator('#picture').click(position=place(page, u, v, size), modifiers=list(modifiers))
     page.wait_for_selector(f'body:not([data-changes="{before}"])')
     page.wait_for_selector('body:not([data-tracks=""])')
-
-
-def screenshot(page, path: Path) -> None:
-    """A picture of all that is on the page."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    page.screenshot(path=path)

@@ -73,6 +73,7 @@ def test_balls_picked_in_a_room_of_their_colors_are_tracked_with_what_is_saved(c
         page.fill('#search', 'moving_only')
         page.check('#all-detector-moving_only')
         slider = page.locator('#shape .field', has_text='min_aspect').locator('input[type=range]')
+        slider.scroll_into_view_if_needed()
         box = slider.bounding_box()
         page.mouse.move(box['x'] + 8, box['y'] + box['height'] / 2)
         page.mouse.down()

@@ -8,6 +8,9 @@ import socket
 
 import aiohttp
 import pytest
+from support.tuner import only
+from support.tuner import state_of
+from support.tuner import talk
 from support.tuner import tuner
 
 SCENE = 'scene:single?width=160&height=120&duration=2'
@@ -29,32 +32,6 @@ def answer_of(url, path='', **headers):
             return answer.status, dict(answer.headers), await answer.text()
 
     return asyncio.run(get())
-
-
-def talk(url, messages, **headers):
-    """The server's answers to messages, up to the state that follows the last one."""
-
-    async def told():
-        answers = []
-        async with (
-            aiohttp.ClientSession() as session,
-            session.ws_connect(f'{url}socket', headers=headers) as wire,
-        ):
-            for message in messages:
-                await wire.send_str(message if isinstance(message, str) else json.dumps(message))
-            await wire.send_str(json.dumps({'do': 'the end'}))
-            async for got in wire:
-                if got.type != aiohttp.WSMsgType.TEXT:
-                    continue
-                answers.append(json.loads(got.data))
-                if 'the end' in answers[-1].get('why', ''):
-                    return answers
-
-    return asyncio.run(told())
-
-
-def only(answers, kind):
-    return [answer for answer in answers if answer['is'] == kind]
 
 
 def test_the_page_may_load_nothing_from_elsewhere(served):
@@ -150,7 +127,7 @@ def test_a_bad_value_is_refused_with_the_reason_of_the_node_and_the_old_one_stay
     change = {'do': 'set', 'node': 'detector', 'values': {'min_aspect': 1.5}, 'follows': False}
     answers = talk(served[0], [{'do': 'play'}, change])
     assert any('min_aspect: expected 0..1, got 1.5' in a['why'] for a in only(answers, 'refused'))
-    assert only(answers, 'state')[-1]['values']['detector']['min_aspect'] == 0.0
+    assert state_of(served[0])['values']['detector']['min_aspect'] == 0.0
 
 
 PATHS = [

@@ -247,11 +247,34 @@ function showState() {
   showColors();
   for (const { node, name, made } of fields) made.update(state.values[node][name], state.given[node].includes(name));
   showRegionList();
+  showNodes();
+  if (state.waiting) {
+    $('trouble').hidden = false;
+    $('trouble').textContent = `No picture has come from ${state.source} yet.`;
+  }
   showHistograms();
   document.body.dataset.changes = state.changes;
   const refused = Object.values(state.refused);
   if (refused.length) notice(`Refused from ${state.file}: ${refused.join('; ')}`, 15);
 }
+
+// ---- running nodes
+
+let found = null;
+function showNodes() {
+  if (!found && !Object.keys(state.attached).length) return;
+  const kinds = Object.keys(described);
+  $('nodes').replaceChildren(...kinds.map((kind) => {
+    const names = [...new Set([...(found?.[kind] ?? []), ...(state.attached[kind] ? [state.attached[kind]] : [])])];
+    const choice = element('select', { id: `node-${kind}`, on: { change: () => send('attach', { node: kind, to: choice.value }) } },
+      element('option', { value: '', text: names.length ? 'none' : 'none found' }), ...names.map((name) => element('option', { value: name, text: name })));
+    choice.value = state.attached[kind] ?? '';
+    return element('div', { class: 'row' }, element('label', { for: choice.id, text: kind }), choice);
+  }));
+}
+
+on('nodes', ({ nodes }) => { found = nodes; showNodes(); });
+$('find').addEventListener('click', () => send('nodes'));
 
 // ---- saving
 

@@ -1,0 +1,34 @@
+"""Where frames come from, by what the command line says."""
+
+from pathlib import Path
+
+from colortrack_ros.bags import is_bag
+from colortrack_ros.sources import open_source
+from colortrack_ros.tuner.footage import CameraFootage
+from colortrack_ros.tuner.footage import Footage
+from colortrack_ros.tuner.footage import RecordedFootage
+from colortrack_ros.tuner.running import RunningNodes
+
+
+def open_footage(
+    spec: str, running: RunningNodes, *, rate: float = 0.0, topic: str = ''
+) -> Footage:
+    """Open a topic of images, a bag, or what a camera node takes as its source.
+
+    :param rate: frames a second, where a recording does not say [Hz].
+    :param topic: of the images in a bag; empty for the only one.
+    :raises SourceError: it cannot be opened.
+    """
+    path = Path(spec)
+    if spec.startswith('/') and not path.exists():
+        return running.footage(spec)
+    if is_bag(path):
+        # Not at the top: bags need ROS's messages, and all else does not.
+        from colortrack_ros.tuner.bag import BagSource
+
+        return RecordedFootage(spec, lambda: BagSource(path, topic))
+    source = open_source(spec, rate)
+    if source.live:
+        return CameraFootage(spec, source)
+    source.close()
+    return RecordedFootage(spec, lambda: open_source(spec, rate))

@@ -1,0 +1,75 @@
+"""What a running ROS has for the page: pictures, and the nodes whose parameters it tunes."""
+
+from collections.abc import Mapping
+from collections.abc import Sequence
+from typing import Any
+from typing import Protocol
+
+from colortrack_ros.sources import SourceError
+from colortrack_ros.tuner.footage import LiveFootage
+
+WITHOUT_ROS = 'source a ROS installation first: without rclpy there are no topics and no nodes'
+
+
+class NodesLink(Protocol):
+    """The connection to the nodes."""
+
+    def footage(self, topic: str) -> LiveFootage:
+        """The pictures of a topic, from now on."""
+
+    def nodes(self) -> dict[str, list[str]]:
+        """The full names of the nodes that are running, by kind."""
+
+    def values(self, node: str) -> dict[str, Any]:
+        """The values of a node's parameters.
+
+        :raises ValueError: it does not answer.
+        """
+
+    def give(self, node: str, values: Mapping[str, Any]) -> None:
+        """Set a node's parameters, all of them or none; None deletes one.
+
+        :raises ValueError: the node refuses, with its reason, or does not answer.
+        """
+
+    def close(self) -> None:
+        """Leave."""
+
+
+class RunningNodes:
+    """The connection to ROS, which is made when it is first needed.
+
+    :param arguments: ROS arguments, such as ``-r __ns:=/robot1``.
+    """
+
+    def __init__(self, arguments: Sequence[str] = ()) -> None:
+        self._arguments = list(arguments)
+        self._link: NodesLink | None = None
+
+    def footage(self, topic: str) -> LiveFootage:
+        """The pictures of a topic.
+
+        :raises SourceError: there is no ROS.
+        """
+        try:
+            return self.link().footage(topic)
+        except ValueError as error:
+            raise SourceError(f'{topic}: no such file, and {error}') from error
+
+    def link(self) -> NodesLink:
+        """The connection.
+
+        :raises ValueError: there is no ROS.
+        """
+        if self._link is None:
+            try:
+                from colortrack_ros.tuner.ros_link import RosLink
+            except ModuleNotFoundError as error:
+                raise ValueError(f'{error}; {WITHOUT_ROS}') from error
+            self._link = RosLink(self._arguments)
+        return self._link
+
+    def close(self) -> None:
+        """Leave ROS, if it was joined."""
+        if self._link is not None:
+            self._link.close()

@@ -1,0 +1,107 @@
+"""Frames by number, and what is found in them while somebody plays, scrubs and tunes."""
+
+import numpy as np
+import pytest
+
+from colortrack_ros.chain import ColorTracker
+from colortrack_ros.data import Frame
+from colortrack_ros.sources import open_source
+from colortrack_ros.tuner import footage as footage_file
+from colortrack_ros.tuner.footage import LiveFootage
+from colortrack_ros.tuner.footage import RecordedFootage
+from colortrack_ros.tuner.settings import Settings
+from colortrack_ros.tuner.workbench import Workbench
+
+SCENE = 'scene:five?width=320&height=180&duration=6'
+
+
+def recorded(spec=SCENE):
+    return RecordedFootage(spec, lambda: open_source(spec))
+
+
+def caught_up(bench):
+    while bench.catch_up():
+        pass
+    return bench.view
+
+
+def test_a_frame_is_the_same_whichever_way_one_comes_to_it(monkeypatch):
+    frames = list(open_source(SCENE))
+    monkeypatch.setattr(footage_file, 'KEPT_BYTES', 10 * frames[0].image.nbytes)
+    footage = recorded()
+    for number in (0, 5, 3, 100, 20, 143, 0):
+        found = footage.frame(number)
+        assert found.stamp == frames[number].stamp
+        assert np.array_equal(found.image, frames[number].image)
+    assert footage.frame(144) is None
+    assert footage.total == 144
+
+
+def test_the_tracks_of_a_frame_are_those_of_the_chain_however_one_comes_to_it():
+    track = ColorTracker()
+    expected = [track(frame).rows for frame in open_source(SCENE)]
+    bench = Workbench(recorded(), Settings())
+    for number in (100, 60, 61):
+        bench.seek(number)
+        assert bench.view.tracks is None
+        assert len(bench.view.detections.rows) > 0
+        assert np.array_equal(caught_up(bench).tracks.rows, expected[number])
+    bench.step()
+    assert np.array_equal(bench.view.tracks.rows, expected[62])
+    bench.play()
+    while bench.playing:
+        bench.step()
+    assert bench.view.number == 143
+    assert np.array_equal(bench.view.tracks.rows, expected[143])
+
+
+def test_a_change_shows_in_the_frame_that_is_looked_at_and_in_its_tracks():
+    bench = Workbench(recorded(), Settings())
+    bench.seek(60)
+    assert len(caught_up(bench).tracks.rows) > 0
+    bench.settings.change('detector', {'min_area': 100_000})
+    bench.configure()
+    assert len(bench.view.detections.rows) == 0
+    assert len(caught_up(bench).tracks.rows) == 0
+    bench.settings.undo()
+    bench.configure()
+    assert len(bench.view.detections.rows) > 0
+
+
+def test_a_camera_is_shown_as_it_is_now_and_its_last_frames_again(monkeypatch):
+    frames = list(open_source(SCENE))
+    monkeypatch.setattr(footage_file, 'KEPT_BYTES', 20 * frames[0].image.nbytes)
+    footage = LiveFootage('/camera')
+    bench = Workbench(footage, Settings())
+    assert bench.view is None
+    assert not bench.step()
+    assert bench.playing
+    for frame in frames[:50]:
+        footage.put(frame)
+    assert bench.step()
+    assert bench.view.number == 49
+    assert not bench.step()
+    bench.seek(0)
+    assert caught_up(bench).number == 30
+    bench.seek(35)
+    assert caught_up(bench).number == 35
+    assert len(bench.view.tracks.rows) > 0
+    footage.put(frames[50])
+    bench.play()
+    bench.step()
+    assert bench.view.number == 50
+
+
+def test_a_picture_without_pixels_is_shown_as_nothing():
+    footage = LiveFootage('/camera')
+    footage.put(Frame(np.zeros((0, 0, 3), np.uint8)))
+    bench = Workbench(footage, Settings())
+    assert bench.view.encoded()
+
+
+@pytest.mark.parametrize('encoding', ['bgr8', 'mono8', 'yuyv'])
+def test_pictures_of_any_encoding_are_shown(encoding):
+    shape = {'bgr8': (20, 30, 3), 'mono8': (20, 30), 'yuyv': (20, 30, 2)}[encoding]
+    footage = LiveFootage('/camera')
+    footage.put(Frame(np.full(shape, 90, np.uint8), encoding))
+    assert b'JFIF' in Workbench(footage, Settings()).view.encoded()
