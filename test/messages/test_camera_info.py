@@ -37,6 +37,21 @@ def test_the_yaml_of_camera_calibration_is_read(tmp_path: Path, prefix: str):
     assert info.p[0] == 355.6
 
 
+@pytest.mark.parametrize(
+    ('width', 'is_one'), [(-1, False), (0, True), (2**32 - 1, True), (2**32, False)]
+)
+def test_a_size_that_no_message_can_hold_is_refused(tmp_path: Path, width: int, is_one: bool):
+    path = tmp_path / 'sized.yaml'
+    path.write_text(YAML.replace('image_width: 640', f'image_width: {width}'))
+    if is_one:
+        assert load_camera_info(str(path)).width == width
+    else:
+        with pytest.raises(
+            ValueError, match=f'expected the width or height of a picture, got {width}'
+        ):
+            load_camera_info(str(path))
+
+
 def test_no_calibration_is_all_zeros():
     info = load_camera_info('')
     assert not np.any(info.k)

@@ -112,6 +112,7 @@ def test_another_order_of_fields_and_bytes_is_read_by_name():
         (lambda c: setattr(c, 'height', 2), 'point cloud of height 2: expected 1'),
         (lambda c: setattr(c, 'data', bytes(143)), 'point cloud data of 143 bytes'),
         (lambda c: setattr(c, 'point_step', 71), 'point cloud data of 144 bytes'),
+        (lambda c: setattr(c, 'row_step', 143), 'row_step 143: expected 144'),
         (lambda c: setattr(c, 'fields', c.fields[1:]), "point cloud without the field 'u'"),
         (lambda c: setattr(c, 'fields', []), "point cloud without the field 'u'"),
     ],

@@ -35,6 +35,13 @@ def test_a_compressed_frame_comes_back_nearly_as_it_was():
     np.testing.assert_allclose(back.image, frame.image, atol=4)
 
 
+def test_quality_buys_likeness_with_bytes_and_the_format_is_that_of_image_transport():
+    frame = Frame(PICTURE, 'bgr8', 5, 'cam')
+    poor, good = (compressed_of_frame(frame, quality) for quality in (20, 95))
+    assert len(poor.data) < 0.9 * len(good.data)
+    assert good.format == 'bgr8; jpeg compressed bgr8'
+
+
 @pytest.mark.parametrize('data', [b'', b'no picture'])
 def test_a_compressed_image_of_no_picture_is_refused(data):
     message = serialize_message(CompressedImage(format='jpeg', data=data))

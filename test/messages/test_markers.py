@@ -54,6 +54,27 @@ def test_markers_are_as_large_as_their_track_and_green_or_amber():
     assert np.allclose([color.r, color.g, color.b, color.a], [0.9, 0.7, 0.1, 0.5])
 
 
+def test_an_ellipse_lies_along_what_is_uncertain():
+    some = tracks(7)
+    some.rows['covariance'][:, :2, :2] = [[5.0, 4.0], [4.0, 5.0]]
+    some.rows['v'], some.rows['dv'] = 40, -20
+    ellipse, arrow, _ = written(MarkerWriter(), some, 0.1)
+    assert np.allclose((ellipse.scale.x, ellipse.scale.y), (4 * 3 * 0.1, 4 * 1 * 0.1))
+    turn = ellipse.pose.orientation
+    assert np.isclose(2 * np.arctan2(turn.z, turn.w), np.pi / 4)
+    assert (turn.x, turn.y) == (0, 0)
+    start, end = arrow.points
+    assert np.allclose([start.x, start.y, end.x, end.y], [3, 4, 13, 2])
+
+
+def test_ids_of_all_lengths_stand_above_their_own_tracks():
+    some = tracks(9, 10, 123)
+    some.rows['u'] = [30, 50, 70]
+    texts = [m for m in written(MarkerWriter(), some, 0.1) if m.ns == 'id']
+    assert [(m.id, m.text) for m in texts] == [(9, '9'), (10, '10'), (123, '123')]
+    assert np.allclose([m.pose.position.x for m in texts], [3, 5, 7])
+
+
 def test_a_tentative_track_has_no_markers():
     assert written(MarkerWriter(), tracks(1, state=TENTATIVE), 1.0) == []
 

@@ -2,8 +2,11 @@ import numpy as np
 import pytest
 from visualization_msgs.msg import Marker
 
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import LOCATION
 from colortrack_ros.data import Locations
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.messages import LocationMarkerWriter
 from colortrack_ros.messages import poses_of_locations
 from colortrack_ros.messages import target_of_locations
@@ -43,3 +46,28 @@ def test_markers_are_as_large_as_the_objects_and_go_with_them():
     assert ball.header.frame_id == 'odom'
     gone = [m.id for m in writer.write(locations(1)).markers if m.action == Marker.DELETE]
     assert gone == [5, 5, 5]
+
+
+def test_what_coasts_is_amber_and_what_is_tentative_is_not_shown():
+    some = locations(3)
+    some.rows['state'] = [CONFIRMED, COASTING, TENTATIVE]
+    balls = {m.id: m.color for m in LocationMarkerWriter().write(some).markers if m.ns == 'object'}
+    assert set(balls) == {4, 5}
+    assert (balls[4].g, balls[4].a) == pytest.approx((0.8, 0.8))
+    assert (balls[5].r, balls[5].a) == pytest.approx((0.9, 0.5))
+
+
+def test_an_arrow_ends_where_the_object_will_be_in_a_second_and_the_id_stands_above_it():
+    markers = {m.ns: m for m in LocationMarkerWriter().write(locations(1)).markers}
+    start, end = markers['speed'].points
+    assert (start.x, start.y, start.z) == pytest.approx((3.0, 1.0, 0.1))
+    assert (end.x, end.y, end.z) == pytest.approx((3.0, 3.0, 0.1))
+    name = markers['name']
+    assert (name.text, name.pose.position.z) == ('4', pytest.approx(0.3))
+
+
+def test_an_object_of_unknown_size_is_shown_all_the_same():
+    some = locations(1)
+    some.rows['diameter'] = 0
+    (ball,) = (m for m in LocationMarkerWriter().write(some).markers if m.ns == 'object')
+    assert ball.scale.x > 0
