@@ -52,6 +52,16 @@ def coasting(seed, rivals, motion):
     yield Figure('area / matched filter', held.area() / book.area(), rival=1.0, high=limit)
 
 
+def seen(seed, rivals, motion):
+    """Mean squared normalized error of what is measured in every frame: 4 states have 4."""
+    rng = np.random.default_rng(seed)
+    world = observe(getattr(motions, motion)(rng, 8, 300), rng)
+    followed = follow(world, play(world.detections))
+    late = followed.take(followed.frame >= RATE)
+    yield Figure('NEES', late.nees(), rival=4.0, low=2.0, high=5.0)
+    yield Figure('in 95 % of velocity', late.inside(2), low=90.0)
+
+
 def mixed(seed, rivals):
     """Eight that stand and four that bounce, in one picture."""
     rng = np.random.default_rng(seed)
@@ -98,7 +108,21 @@ def time(seed, rivals):
         yield Figure(f'{what}: / 30 messages', now / usual, stated / 35, 1.0, 0.95, 1.05)
 
 
-WORLDS = {
-    f'2 coasting, {motion}': partial(coasting, motion=motion)
-    for motion in ('weaving', 'bouncing', 'stop_and_go', 'turning', 'drifting', 'straight')
-} | {'3 time': time, '4 mixed crowd': mixed}
+MEASURED = (
+    'straight',
+    'drifting',
+    'weaving',
+    'bouncing',
+    'stop_and_go',
+    'turning',
+    'turning_anytime',
+)
+
+WORLDS = (
+    {f'2 measured, {motion}': partial(seen, motion=motion) for motion in MEASURED}
+    | {
+        f'2 coasting, {motion}': partial(coasting, motion=motion)
+        for motion in ('weaving', 'bouncing', 'stop_and_go', 'turning', 'drifting', 'straight')
+    }
+    | {'3 time': time, '4 mixed crowd': mixed}
+)

@@ -35,6 +35,11 @@ class Followed:
         d2 = np.einsum('si,si->s', e, np.linalg.solve(P, e[..., None])[..., 0])
         return 100 * np.mean(d2 < ELLIPSE)
 
+    def nees(self):
+        """Mean squared error of (u, v, du, dv), normalized by what the track says of it."""
+        weighted = np.linalg.solve(self.cov, self.error[..., None])[..., 0]
+        return np.mean(np.sum(self.error * weighted, axis=1))
+
     def rmse(self, part):
         """Of the position (0) [px] or the velocity (2) [px/s]."""
         return np.sqrt(np.mean(np.sum(self.error[:, part : part + 2] ** 2, axis=1)))

@@ -88,13 +88,25 @@ def stop_and_go(rng, count, frames):
     return stepped(np.stack([np.full(count, SIZE[0] / 2), lanes(count)], -1), velocity)
 
 
-def turning(rng, count, frames, speed=150.0, rate=0.7):
-    """Abrupt turns to the left or right by 30 to 120 degrees, ``rate`` a second."""
-    turn = rng.choice([-1, 1], (frames, count)) * np.radians(rng.uniform(30, 120, (frames, count)))
-    turn *= rng.random((frames, count)) < rate / RATE
+def turning(rng, count, frames, speed=150.0, rate=0.7, steps=1):
+    """Abrupt turns to the left or right by 30 to 120 degrees, ``rate`` a second.
+
+    :param steps: times in a frame at which they may come; 1: all turn just as the picture is taken.
+    """
+    shape = (frames * steps, count)
+    turn = rng.choice([-1, 1], shape) * np.radians(rng.uniform(30, 120, shape))
+    turn *= rng.random(shape) < rate / RATE / steps
     angle = rng.uniform(0, 2 * np.pi, count) + np.cumsum(turn, axis=0)
     start = rng.uniform((200, 150), (SIZE[0] - 200, SIZE[1] - 150), (count, 2))
-    return stepped(start, speed * np.stack([np.cos(angle), np.sin(angle)], -1))
+    velocity = speed * np.stack([np.cos(angle), np.sin(angle)], -1)
+    way = np.cumsum(velocity[:-1], axis=0) / RATE / steps
+    position = start + np.concatenate([np.zeros((1, count, 2)), way])
+    return position[::steps], velocity[::steps]
+
+
+def turning_anytime(rng, count, frames):
+    """Turns that come between the pictures."""
+    return turning(rng, count, frames, steps=20)
 
 
 def in_a_box(rng, count, frames, speed=(100.0, 300.0), size=SIZE):

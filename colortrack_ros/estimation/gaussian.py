@@ -10,14 +10,24 @@ LOG_2PI = float(np.log(2 * np.pi))
 TINY = 1e-300
 """Keeps logarithms and quotients of probabilities finite; near the least positive double."""
 
+NEARLY_SINGULAR = 1e-14
+"""Least determinant of a 2x2 covariance over the product of its variances: what rounding, 2e-16 of
+it, leaves of those of tracks that are torn along one way."""
+
 
 def log_density(e: Floats, S: Floats) -> Floats:
     """Log of N(e; 0, S), (...), for e (..., 2) and S (..., 2, 2)."""
     x, y = e[..., 0], e[..., 1]
     a, b, c = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
-    det = a * c - b * b
+    det = _determinant(a, b, c)
     d2 = (c * x * x - 2 * b * x * y + a * y * y) / det
     return np.asarray(-0.5 * (d2 + np.log(det)) - LOG_2PI)
+
+
+def _determinant(a: Floats, b: Floats, c: Floats) -> Floats:
+    """Of covariances [[a, b], [b, c]]."""
+    product = a * c
+    return np.maximum(product - b * b, NEARLY_SINGULAR * product)
 
 
 def joseph(P: Floats, K: Floats, R: Floats) -> Floats:
@@ -92,7 +102,7 @@ def invert(S: Floats) -> tuple[Floats, Floats]:
     :return: (..., 2, 2) and (...).
     """
     a, b, c = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
-    det = a * c - b * b
+    det = _determinant(a, b, c)
     inverse = np.empty_like(S)
     inverse[..., 0, 0], inverse[..., 1, 1] = c / det, a / det
     inverse[..., 0, 1] = inverse[..., 1, 0] = -b / det

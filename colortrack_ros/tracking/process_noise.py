@@ -11,7 +11,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_discrete_are
 
 from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
 from colortrack_ros.tracking.noise import MEAN_LOG
@@ -70,15 +69,18 @@ def _gains() -> tuple[Floats, Floats]:
     """Alpha and beta, (AGES, G), after so many measurements.
 
     Of a growing memory, 2 (2k - 1) / (k (k + 1)) and 6 / (k (k + 1)), until the steady state of
-    the Riccati equation is reached.
+    the Riccati equation is reached. With Q of white-noise acceleration that has a closed form, as
+    Kalata 1984 found for a constant one: with the index L = beta^2 / (1 - alpha) and
+    x = sqrt(1 - alpha), its three equations come to a palindromic one of fourth degree,
+
+        y^2 - sqrt(L) y + L / 6 - 4 = 0    y = x + 1 / x
     """
-    F, H = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([[1.0, 0.0]])
-    Q = np.array([[1 / 3, 1 / 2], [1 / 2, 1.0]])
-    P = np.array([solve_discrete_are(F.T, H.T, index * Q, np.eye(1)) for index in INDICES])
-    steady = P[:, :, 0] / (P[:, 0, 0] + 1)[:, None]
-    k = np.arange(2, 2 + 6 / math.sqrt(INDICES[0]))[:, None]
-    alpha = np.maximum(2 * (2 * k - 1) / (k * (k + 1)), steady[:, 0])
-    beta = np.maximum(6 / (k * (k + 1)), steady[:, 1])
+    root = np.sqrt(INDICES)
+    y = (root + np.sqrt(INDICES / 3 + 16)) / 2
+    x = (y - np.sqrt(y * y - 4)) / 2
+    k = np.arange(2, 2 + 6 / root[0])[:, None]
+    alpha = np.maximum(2 * (2 * k - 1) / (k * (k + 1)), 1 - x * x)
+    beta = np.maximum(6 / (k * (k + 1)), root * x)
     start = np.ones((2, len(INDICES)))
     return np.concatenate([start, alpha]), np.concatenate([0 * start, beta])
 

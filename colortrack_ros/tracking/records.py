@@ -40,6 +40,7 @@ FIELDS = [
     ('before_size', 'f8', 2),
     ('sums', 'f8', 7),
     ('scans', 'u4'),
+    ('unsettled', 'f8', (2, 2)),
     *recent.RECENT_FIELDS,
     *noise.NOISE_FIELDS,
     *maneuvers.MANEUVER_FIELDS,
@@ -55,7 +56,8 @@ outside: predicted outside the picture; visible, hidden: probability that the ob
 or cannot, be seen; rival: ID of the track that it may have exchanged detections with, 0 for none;
 met, apart: stamp of the first frame and of the last in which they were near each other [ns];
 before, before_cov, before_size: its state as predicted for the first, the covariance, and its size
-[px]; sums: of the weighted line through its scans measurements since the last, see crossings.
+[px]; sums: of the weighted line through its scans measurements since the last, see crossings;
+unsettled: what maneuvers that hardly show yet add to the covariance of the velocity [px^2/s^2].
 """
 
 
@@ -92,6 +94,7 @@ def published(
     coasting = ((rows['time_since_update'] > 0) & ~absent).nonzero()[0]
     if len(coasting):
         rows['covariance'][coasting] = _unseen(records[coasting], rows[coasting], speed)
+    rows['covariance'][:, 2:, 2:] += records['unsettled']
     rows['covariance'][:, 0, 0] += bias**2
     rows['covariance'][:, 1, 1] += bias**2
     rows['score'] = existence

@@ -24,8 +24,9 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 UNLIKELY = 0.01
-"""Maneuvers less probable than this leave the filter alone, to save time: mixing one in would add a
-hundredth of its covariance."""
+"""Maneuvers less probable than this leave the filter alone: mixing them in would make its gains
+larger, in frame after frame, for what nearly never is. Labels of juggled balls: 99.4 % IDF1 and 6
+switches without them, 99.2 % and 10 with them. They add to what is published, see _unsettle()."""
 
 MOST_LOG_RATIO = 50.0
 """Bound of a log-likelihood ratio, so that its exponential is finite; exp(50) leaves no doubt."""
@@ -66,6 +67,7 @@ def update(
     whole = update_extents(tracks, prediction, blobs, taken)
     if not prediction.step.again:
         _learn(learned, prediction, blobs, taken, whole, config)
+    _unsettle(tracks.records, prediction, taken)
     _maneuver(tracks.filters, prediction, taken)
     if config.acceleration_span:
         learn_acceleration(
@@ -97,6 +99,31 @@ def _record_hits(
     tracks.record_hits(track, prediction.step.now)
     records['seen'][track] = taken.z
     record_size(records, track, blobs.rows[taken.blob])
+
+
+def _unsettle(records: NDArray[np.void], prediction: Prediction, taken: Hypotheses) -> None:
+    """Note what maneuvers that the filters leave alone add to the covariance of the velocity.
+
+    One at the end of a frame hardly moves the object yet, so its measurement speaks against it in
+    vain. Per axis, with the maneuver's prior (see Bank.maneuver()) and its innovation e::
+
+        v' = g e    var v' = speed^2 - g speed^2 T / 2    g = speed^2 T / 2 / S
+    """
+    if not prediction.step.again:
+        records['unsettled'] = 0.0
+    chance = taken.innovations.maneuvered.copy()
+    chance[chance > UNLIKELY] = 0.0
+    track, variance = taken.track, prediction.speed**2
+    T, v = prediction.unmeasured[track][:, None], prediction.velocity[track]
+    way = v * (T / 2)
+    S = prediction.variance[track] + taken.R.reshape(-1, 4)[:, ::3]
+    S += (way * way + variance * T * T) / 3
+    with_position = variance * (T / 2)
+    gain = with_position / S
+    change = gain * (taken.z - prediction.center[track] + way) - v
+    added = change[:, :, None] * change[:, None, :]
+    added.reshape(-1, 4)[:, ::3] += variance - gain * with_position
+    records['unsettled'][track] = chance[:, None, None] * added
 
 
 def _maneuver(bank: Bank, prediction: Prediction, taken: Hypotheses) -> None:

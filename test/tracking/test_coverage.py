@@ -84,3 +84,46 @@ def test_ellipses_hold_the_truth_seen_and_unseen(motion):
     assert np.mean(coasting) >= 0.88
     # Position and velocity, 4 degrees of freedom: less between maneuvers, which may come any time.
     assert 2.0 <= np.mean(both) <= 5.0
+
+
+def turning(rng, t):
+    """Position and velocity of what turns about once in a second, between pictures as well."""
+    fine = 20 * len(t)
+    turn = np.where(rng.random((fine, 8)) < 1 / RATE / 20, rng.uniform(0.5, 2.0, (fine, 8)), 0)
+    angle = np.cumsum(turn * rng.choice([-1, 1], (fine, 8)), axis=0)
+    velocity = 150 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    position = np.cumsum(velocity, axis=0) / RATE / 20
+    return position[19::20], velocity[19::20]
+
+
+def gliding(rng, t):
+    way, _ = straight(rng, t)
+    velocity = np.broadcast_to(np.array([way[-1] / t[-1], np.zeros(8)]).T, (len(t), 8, 2))
+    return np.stack([way, np.zeros_like(way)], axis=-1), velocity
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('motion', 'least'), [(turning, 3.0), (gliding, 1.5)])
+def test_errors_and_innovations_are_as_large_as_published(motion, least):
+    """NEES of states, and NIS of positions: of z - x the covariance is R - P, as z is in x."""
+    rng, errors, innovations = np.random.default_rng(5), [], []
+    t = np.arange(2 * FRAMES)[:, None] / RATE
+    truth, velocity = motion(rng, t)
+    truth = truth + np.stack([3000.0 * np.arange(8), np.zeros(8)], axis=-1)
+    tracker = Tracker()
+    for k, position in enumerate(truth):
+        z = position + rng.normal(0, 1, (8, 2))
+        rows = tracker.update(points(z, k * NANOSECONDS // RATE, 1.0)).rows
+        if k >= 2 * RATE:
+            assert len(rows) == 8
+            rows = rows[np.argsort(rows['u'])]
+            state = np.stack([rows[name] for name in ('u', 'v', 'du', 'dv')], axis=1)
+            error = state - np.concatenate([position, velocity[k]], axis=1)
+            errors += list(squared(error, rows['covariance']))
+            settled = (
+                rows['covariance'][:, 0, 0] < 0.8
+            )  # after a turn the state is z, and R - P none
+            left = (np.eye(2) - rows['covariance'][:, :2, :2])[settled]
+            innovations += list(squared((z - state[:, :2])[settled], left))
+    assert least <= np.mean(errors) <= 5.0  # 4, more between maneuvers, less before any is learned
+    assert 1.5 <= np.mean(innovations) <= 2.6
