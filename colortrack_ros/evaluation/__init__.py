@@ -8,6 +8,7 @@ from colortrack_ros.evaluation.correspondence import Tally
 from colortrack_ros.evaluation.record import Record
 from colortrack_ros.evaluation.record import record_of_scene
 from colortrack_ros.evaluation.statistics import statistics
+from colortrack_ros.evaluation.statistics import timing
 from colortrack_ros.evaluation.tables import read_record
 from colortrack_ros.evaluation.tables import RecordError
 
@@ -22,4 +23,5 @@ __all__ = [
     'record_of_scene',
     'score',
     'statistics',
+    'timing',
 ]

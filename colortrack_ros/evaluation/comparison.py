@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator
 from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import Any
 from typing import NamedTuple
 
@@ -41,6 +42,22 @@ class Event(NamedTuple):
     v: float
 
 
+class FalseTrack(NamedTuple):
+    """A track that is no object in most of its frames.
+
+    :param frame: the first in which it is none.
+    :param track: its ID.
+    :param frames: in which it is none.
+    :param u, v: where, in the first of them [px].
+    """
+
+    frame: int
+    track: int
+    frames: int
+    u: float
+    v: float
+
+
 class Comparison(NamedTuple):
     """What came out.
 
@@ -48,12 +65,16 @@ class Comparison(NamedTuple):
     :param objects: by ID, the measures of each.
     :param matches: (K, 3) frame, object and track of each match.
     :param switches: where an object was taken over by another track.
+    :param false_tracks: with their places, in the order in which they appear.
+    :param counts: (F, 4) each frame judged: its number, objects, those found, and false rows.
     """
 
     measures: dict[str, float]
     objects: dict[int, dict[str, float]]
     matches: Indices
     switches: list[Event]
+    false_tracks: list[FalseTrack]
+    counts: Indices
 
 
 def compare(
@@ -71,26 +92,28 @@ def compare(
     :param visible: objects less in sight need not be found, and tracks on them are not false.
     """
     limit = radius or 1 - iou
-    clear, hota, found = Tally(limit), HotaTally(), []
+    clear, hota, found, spare, counts = Tally(limit), HotaTally(), [], [tracks.rows[:0]], []
     for frame in truth.frames.tolist():
-        objects, shown = truth.rows_of(frame), tracks.rows_of(frame)
-        far = _distance(objects, shown, radius)
-        hidden = objects['visible'] < visible
-        # A track nearest to what is hidden is neither right nor wrong.
-        on_hidden = _on_hidden(far, hidden, limit)
-        objects, shown, far = objects[~hidden], shown[~on_hidden], far[np.ix_(~hidden, ~on_hidden)]
+        objects, shown, far = _in_sight(
+            truth.rows_of(frame), tracks.rows_of(frame), radius, limit, visible
+        )
         i, j = np.nonzero(far <= limit)
         i, j = clear.add_pairs(objects['id'], shown['id'], i, j, far[i, j])
         hota.add(objects['id'], shown['id'], _similarity(far, radius))
         found.append((objects[i], shown[j]))
+        spare.append(np.delete(shown, j))
+        counts.append((frame, len(objects), len(i), len(spare[-1])))
     right, theirs = map(np.concatenate, zip((truth.rows[:0],) * 2, *found, strict=True))
     judged = np.isin(truth.rows['frame'], truth.frames) & (truth.rows['visible'] >= visible)
     frames = Counter(truth.rows['id'][judged].tolist())
+    score = clear.score()
     return Comparison(
-        measures=_measures(clear.score(), hota.score()) | _errors(right, theirs),
+        measures=_measures(score, hota.score()) | _errors(right, theirs),
         objects=dict(_of_objects(frames, clear.tracks_of, right, theirs)),
         matches=np.stack([right['frame'], right['id'], theirs['id']], axis=1),
         switches=[_event(found[takeover.number][0], takeover) for takeover in clear.takeovers],
+        false_tracks=sorted(_false_tracks(np.concatenate(spare), score.false_tracks)),
+        counts=np.array(counts, int).reshape(-1, 4),
     )
 
 
@@ -99,6 +122,29 @@ def _measures(score: Score, hota: Hota) -> dict[str, float]:
     names = 'idf1', 'mota', 'precision', 'recall', 'switches', 'fragments', 'misses', 'false'
     values = {name: getattr(score, name) for name in names}
     return hota._asdict() | values | {'false_tracks': len(score.false_tracks)}
+
+
+def _in_sight(
+    objects: NDArray[np.void],
+    shown: NDArray[np.void],
+    radius: float,
+    limit: float,
+    visible: float,
+) -> tuple[NDArray[np.void], NDArray[np.void], Floats]:
+    """Objects that have to be found, tracks that are judged, and how far they are apart."""
+    far = _distance(objects, shown, radius)
+    hidden = objects['visible'] < visible
+    # A track nearest to what is hidden is neither right nor wrong.
+    on_hidden = _on_hidden(far, hidden, limit)
+    return objects[~hidden], shown[~on_hidden], far[np.ix_(~hidden, ~on_hidden)]
+
+
+def _false_tracks(spare: NDArray[np.void], names: Sequence[int]) -> Iterator[FalseTrack]:
+    """Where they are, by the rows that are no objects, frame by frame."""
+    for name in names:
+        rows = spare[spare['id'] == name]
+        first = rows[0]
+        yield FalseTrack(int(first['frame']), name, len(rows), float(first['u']), float(first['v']))
 
 
 def _distance(objects: NDArray[np.void], shown: NDArray[np.void], radius: float) -> Floats:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +34,13 @@ class Record:
     :param rows: (N,) of dtype ROW.
     :param frames: (F,) the frames that there are, ascending, also those without rows.
     :param delays: (F,) from the stamp of each frame to when its tracks were recorded [s], or empty.
+    :param stamps: (F,) of each frame [ns], or empty.
     """
 
     rows: NDArray[np.void]
     frames: NDArray[np.int64]
-    delays: NDArray[np.float64]
+    delays: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    stamps: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     @classmethod
     def of(cls, rows: NDArray[np.void], frames: Iterable[int] | None = None) -> 'Record':
@@ -47,7 +50,7 @@ class Record:
         """
         rows = rows[np.argsort(rows['frame'], kind='stable')]
         known = rows['frame'] if frames is None else np.fromiter(frames, np.int64)
-        return cls(rows, np.unique(known), np.zeros(0))
+        return cls(rows, np.unique(known))
 
     def rows_of(self, frame: int) -> NDArray[np.void]:
         """Those of one frame."""

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from colortrack_ros.evaluation.comparison import Comparison
 from colortrack_ros.evaluation.comparison import Event
+from colortrack_ros.evaluation.comparison import FalseTrack
+from colortrack_ros.evaluation.per_second import per_second
+from colortrack_ros.evaluation.per_second import plot_of
 from colortrack_ros.evaluation.record import Record
 
 TRACK_COLORS = (
@@ -31,7 +34,7 @@ WIDTH, LINE = 900, 22
 """Of a timeline, and the height of one of its lines [px]."""
 
 AROUND = 120
-"""Half of the side of the picture of a switch [px]."""
+"""Half of the side of the picture of a switch or a false track [px]."""
 
 STYLE = """
 :root { color-scheme: light dark; --line: #8886; }
@@ -53,21 +56,26 @@ class Run(NamedTuple):
     :param measures: of it.
     :param tracks: what was tracked.
     :param comparison: with the truth, if there is one.
-    :param pictures: of some of its switches, BGR.
+    :param pictures: of some of its switches and false tracks, BGR.
     """
 
     name: str
     measures: Mapping[str, float]
     tracks: Record
     comparison: Comparison | None
-    pictures: Mapping[Event, NDArray[np.uint8]]
+    pictures: Mapping[Event | FalseTrack, NDArray[np.uint8]]
 
 
-def page_of(measures: Mapping[str, Mapping[str, float]], sections: Sequence[str]) -> str:
+def page_of(
+    measures: Mapping[str, Mapping[str, float]],
+    sections: Sequence[str],
+    parameters: Sequence[Sequence[str]],
+) -> str:
     """The page.
 
     :param measures: by run.
     :param sections: of the runs.
+    :param parameters: those that differ: the names of the runs, then name and values of each.
     """
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
@@ -75,6 +83,8 @@ def page_of(measures: Mapping[str, Mapping[str, float]], sections: Sequence[str]
         f'<style>{STYLE}</style></head><body><h1>Tracks evaluated</h1>',
         _table(measures),
     ]
+    if parameters:
+        parts += ['<h3>Parameters that differ</h3>', _grid(parameters[0], parameters[1:])]
     return '\n'.join([*parts, *sections, '</body></html>\n'])
 
 
@@ -95,6 +105,10 @@ def _table(measures: Mapping[str, Mapping[str, float]]) -> str:
     )
     if len(cells) > len(names):
         head, lines = ['', *names], [[run, *c] for run, c in cells.items()]
+    return _grid(head, lines)
+
+
+def _grid(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     rows = [''.join(f'<td>{escape(cell)}</td>' for cell in line) for line in lines]
     top = ''.join(f'<th>{escape(name)}</th>' for name in head)
     body = ''.join(f'<tr>{row}</tr>' for row in rows)
@@ -109,23 +123,40 @@ def _run(run: Run) -> Iterator[str]:
     yield '<p>As which track each object was found; empty: it was not.</p>'
     found = [(f'object {k}', bars) for k, bars in _objects(run.comparison)]
     yield _timeline(found, run.tracks)
-    if run.comparison.switches:
-        yield '<h3>Switches</h3>'
-    for event in run.comparison.switches:
-        if event in run.pictures:
-            said = f'frame {event.frame}: object {event.object}, {event.before} → {event.after}'
-            coded = base64.b64encode(
-                cv2.imencode('.jpg', run.pictures[event])[1].tobytes()
-            ).decode()
-            yield f'<figure><img alt="{said}" src="data:image/jpeg;base64,{coded}">'
-            yield f'<figcaption>{said}</figcaption></figure>'
+    if seconds := per_second(run.tracks, run.comparison):
+        yield '<p>Share of the objects found in each second, false rows, and switches.</p>'
+        yield plot_of(seconds)
+    for title, events in (
+        ('Switches', run.comparison.switches),
+        ('False tracks', run.comparison.false_tracks),
+    ):
+        yield from _events(title, events, run.pictures)
+
+
+def _events(
+    title: str,
+    events: Sequence[Event] | Sequence[FalseTrack],
+    pictures: Mapping[Event | FalseTrack, NDArray[np.uint8]],
+) -> Iterator[str]:
+    if not events:
+        return
+    yield f'<h3>{title}</h3>'
+    for event in events:
+        if event in pictures:
+            coded = base64.b64encode(cv2.imencode('.jpg', pictures[event])[1].tobytes()).decode()
+            yield f'<figure><img alt="{_said(event)}" src="data:image/jpeg;base64,{coded}">'
+            yield f'<figcaption>{_said(event)}</figcaption></figure>'
+    names = ''.join(f'<th>{name}</th>' for name in events[0]._fields)
     lines = ''.join(
-        '<tr>' + ''.join(f'<td>{value:.0f}</td>' for value in event) + '</tr>'
-        for event in run.comparison.switches
+        '<tr>' + ''.join(f'<td>{value:.0f}</td>' for value in event) + '</tr>' for event in events
     )
-    if lines:
-        names = ''.join(f'<th>{name}</th>' for name in Event._fields)
-        yield f'<div class="scroll"><table><tr>{names}</tr>{lines}</table></div>'
+    yield f'<div class="scroll"><table><tr>{names}</tr>{lines}</table></div>'
+
+
+def _said(event: Event | FalseTrack) -> str:
+    if isinstance(event, Event):
+        return f'frame {event.frame}: object {event.object}, {event.before} → {event.after}'
+    return f'frame {event.frame}: track {event.track}, {event.frames} frames'
 
 
 Bar = tuple[int, int, int, bool]
@@ -185,8 +216,8 @@ def _timeline(lines: Sequence[tuple[str, Sequence[Bar]]], tracks: Record) -> str
     return '\n'.join([*parts, '</svg>'])
 
 
-def picture_of(event: Event, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """What is around a switch, with a cross where it is."""
+def picture_of(event: Event | FalseTrack, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """What is around a switch or a false track, with a cross where it is."""
     u, v = round(event.u), round(event.v)
     rows = slice(max(v - AROUND, 0), max(v + AROUND, 1))
     columns = slice(max(u - AROUND, 0), max(u + AROUND, 1))

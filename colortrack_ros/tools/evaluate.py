@@ -24,13 +24,19 @@ from colortrack_ros.batch import run_here
 from colortrack_ros.batch import workers_of
 from colortrack_ros.evaluation.comparison import Event
 from colortrack_ros.evaluation.report import page_of
+from colortrack_ros.parameters.params_file import flow
+from colortrack_ros.parameters.params_file import given_in
 from colortrack_ros.tools.evaluation_task import add_match_options
 from colortrack_ros.tools.evaluation_task import evaluation_task
 from colortrack_ros.tools.evaluation_task import evaluation_tasks
+from colortrack_ros.tools.evaluation_task import name_of
 from colortrack_ros.tools.evaluation_task import recorded_in
 
 OPTIONS = ('truth', 'pictures', 'radius', 'iou', 'visible', 'topic')
 """What a task takes of the command line."""
+
+NODES_WITH_TRACKS = ('camera', 'detector', 'tracker', 'window_tracker', 'contour_tracker')
+"""Whose parameters decide what is tracked."""
 
 COUNTS = ('switches', 'fragments', 'misses', 'false', 'false_tracks', 'frames', 'tracks', 'gaps')
 
@@ -54,10 +60,10 @@ def main(args: Sequence[str] | None = None) -> int:
     """
     arguments = _parse(args)
     options = {name: getattr(arguments, name) for name in OPTIONS}
-    tasks = evaluation_tasks(
-        recorded_in(arguments.tracks), {**options, 'page': bool(arguments.html)}
-    )
+    inputs = recorded_in(arguments.tracks)
+    tasks = evaluation_tasks(inputs, {**options, 'page': bool(arguments.html)})
     try:
+        parameters = differing_parameters(inputs, arguments.params_file)
         workers = workers_of(arguments) or run_here
         outcomes = run_batch(
             evaluation_task, tasks, workers, threading.Event(), report=arguments.report
@@ -67,29 +73,34 @@ def main(args: Sequence[str] | None = None) -> int:
             shown = [{k: v for k, v in r.items() if k != 'section'} for r in results]
             arguments.json.write_text(json.dumps(shown, indent=1) + '\n')
         if arguments.html is not None:
-            arguments.html.write_text(_page(results), encoding='utf-8')
-    except (BatchError, OSError) as error:
+            arguments.html.write_text(_page(results, parameters), encoding='utf-8')
+    except (BatchError, OSError, ValueError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 1
-    _show(results)
+    _show(results, parameters)
     failures = [f'evaluate: {outcome.error}' for outcome in outcomes if outcome.error]
     missed = list(_missed(results, arguments.min, arguments.max))
     print(*failures, *missed, sep='\n', end='\n' if failures or missed else '', file=sys.stderr)
     return 1 if failures else 3 if missed else 0
 
 
-def _show(results: Sequence[Result]) -> None:
+def _show(results: Sequence[Result], parameters: Sequence[Sequence[str]]) -> None:
     console = Console()
     if results:
         console.print(table_of({result['run']: result['measures'] for result in results}))
     for result in results:
-        if result['switches'] and len(results) <= COLUMNS_AT_MOST:
+        if result.get('switches') and len(results) <= COLUMNS_AT_MOST:
             console.print(_switches_of(result))
+    if parameters:
+        table = Table(*parameters[0], title='parameters that differ')
+        for line in parameters[1:]:
+            table.add_row(*line)
+        console.print(table)
 
 
-def _page(results: Sequence[Result]) -> str:
+def _page(results: Sequence[Result], parameters: Sequence[Sequence[str]]) -> str:
     table = {result['run']: result['measures'] for result in results}
-    return page_of(table, [result['section'] for result in results])
+    return page_of(table, [result['section'] for result in results], parameters)
 
 
 def table_of(results: Mapping[str, Mapping[str, float]]) -> Table:
@@ -160,6 +171,10 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
         metavar='SOURCE',
         help='video, pictures or scene, {} as above: shows switches on the page',
     )
+    parser.add_argument(
+        '--params-file', type=Path, action='append', default=[], metavar='YAML',
+        help='of each run, in their order: shows the parameters that differ',
+    )  # fmt: skip
     for name, text in (('min', 'at least'), ('max', 'at most')):
         parser.add_argument(
             f'--{name}', action='append', default=[], type=_threshold, metavar='NAME=VALUE',
@@ -175,6 +190,29 @@ def _threshold(text: str) -> tuple[str, float]:
         return name, float(value)
     except ValueError:
         raise argparse.ArgumentTypeError(f'expected NAME=NUMBER, got {text!r}') from None
+
+
+def differing_parameters(runs: Sequence[str], files: Sequence[Path]) -> list[list[str]]:
+    """Name, and value in the file of each run, of the parameters that are not the same in all.
+
+    :return: the names of the runs, then a line for each; empty if none differs.
+
+    :raises ValueError: there are other runs than files, or one is no params file.
+    """
+    if len(files) not in (0, len(runs)):
+        raise ValueError(f'--params-file: expected {len(runs)}, one for each run; got {len(files)}')
+    given = [
+        {
+            f'{node} {name}': flow(value)
+            for node in NODES_WITH_TRACKS
+            for name, value in given_in(path.read_text(), node).items()
+        }
+        for path in files
+    ]
+    names = sorted({name for values in given for name in values})
+    lines = [[name, *(values.get(name, '') for values in given)] for name in names]
+    lines = [line for line in lines if len(set(line[1:])) > 1]
+    return [['', *map(name_of, runs)], *lines] if lines else []
 
 
 def _missed(

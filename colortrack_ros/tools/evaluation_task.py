@@ -21,7 +21,10 @@ from colortrack_ros.evaluation import Record
 from colortrack_ros.evaluation import record_of_scene
 from colortrack_ros.evaluation import RecordError
 from colortrack_ros.evaluation import statistics
+from colortrack_ros.evaluation import timing
 from colortrack_ros.evaluation.comparison import Event
+from colortrack_ros.evaluation.comparison import FalseTrack
+from colortrack_ros.evaluation.per_second import per_second
 from colortrack_ros.evaluation.report import picture_of
 from colortrack_ros.evaluation.report import Run
 from colortrack_ros.evaluation.report import section_of
@@ -109,18 +112,26 @@ def _evaluated(given: dict[str, Any]) -> dict[str, Any]:
     options = {name: given[name] for name in ('radius', 'iou', 'visible')}
     result = compare(read_tracks(given['truth'], given['topic']), tracks, **options)
     wanted = given['page'] and given['pictures']
-    pictures = _pictures(given['pictures'], result.switches) if wanted else {}
-    return _content(Run(spec, result.measures, tracks, result, pictures), page=given['page'])
+    events: list[Event | FalseTrack] = [*result.switches, *result.false_tracks]
+    pictures = _pictures(given['pictures'], events) if wanted else {}
+    run = Run(spec, result.measures | timing(tracks), tracks, result, pictures)
+    return _content(run, page=given['page'])
 
 
 def _content(run: Run, *, page: bool) -> dict[str, Any]:
-    detail = run.comparison
-    return {
+    content = {
         'run': run.name,
         'measures': run.measures,
-        'objects': {} if detail is None else detail.objects,
-        'switches': [] if detail is None else [event._asdict() for event in detail.switches],
         'section': section_of(run) if page else '',
+    }
+    detail = run.comparison
+    if detail is None:
+        return content
+    return content | {
+        'objects': detail.objects,
+        'switches': [event._asdict() for event in detail.switches],
+        'false_tracks': [event._asdict() for event in detail.false_tracks],
+        'seconds': [second._asdict() for second in per_second(run.tracks, detail)],
     }
 
 
@@ -138,15 +149,17 @@ def read_tracks(spec: str, topic: str) -> Record:
     return tracks_of_bag(path, topic) if is_bag(path) else read_record(path)
 
 
-def _pictures(source: str, switches: Sequence[Event]) -> dict[Event, NDArray[np.uint8]]:
-    """The surroundings of each switch in a video, pictures or a scene.
+def _pictures(
+    source: str, events: Sequence[Event | FalseTrack]
+) -> dict[Event | FalseTrack, NDArray[np.uint8]]:
+    """The surroundings of each event in a video, pictures or a scene.
 
     :raises SourceError: it cannot be opened.
     """
-    wanted: dict[int, list[Event]] = {}
-    for event in switches:
+    wanted: dict[int, list[Event | FalseTrack]] = {}
+    for event in events:
         wanted.setdefault(event.frame, []).append(event)
-    found: dict[Event, NDArray[np.uint8]] = {}
+    found: dict[Event | FalseTrack, NDArray[np.uint8]] = {}
     frames = open_source(source)
     try:
         for number in range(max(wanted, default=-1) + 1):

@@ -37,9 +37,11 @@ def tracks_of_bag(path: Path, topic: str) -> Record:
     (messages,) = read.values()
     parts = [rows_of_tracks(tracks, k) for k, (_, tracks) in enumerate(messages)]
     record = Record.of(np.concatenate(parts), range(len(parts)))
+    stamps = np.array([tracks.stamp for _, tracks in messages])
     delays = np.array([when - tracks.stamp for when, tracks in messages]) / NANOSECONDS
     # What replay wrote carries the time of the picture: its delay says nothing of the tracker.
-    return dataclasses.replace(record, delays=delays) if (delays > 0).any() else record
+    delays = delays if (delays > 0).any() else record.delays
+    return dataclasses.replace(record, delays=delays, stamps=stamps)
 
 
 def _read(reader: BagReader, topic: str) -> dict[str, list[tuple[int, Tracks]]]:

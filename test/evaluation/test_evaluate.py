@@ -1,3 +1,4 @@
+from dataclasses import replace
 import json
 
 import numpy as np
@@ -11,6 +12,7 @@ from colortrack_ros.evaluation import read_record
 from colortrack_ros.evaluation import Record
 from colortrack_ros.evaluation import RecordError
 from colortrack_ros.evaluation import statistics
+from colortrack_ros.evaluation.per_second import per_second
 from colortrack_ros.evaluation.record import empty_rows
 from colortrack_ros.replay.recordings import CLOUD
 from colortrack_ros.tools.evaluate import main
@@ -235,3 +237,63 @@ def test_a_bag_is_closed_also_where_its_tracks_cannot_be_read(tmp_path, monkeypa
     with pytest.raises(RecordError, match='ends early'):
         tracks_of_bag(tmp_path / 'run', '')
     assert closed == [True]
+
+
+def stray(first, count):
+    rows = lines([9], count, first)
+    rows['v'] = 500.0
+    return rows
+
+
+def test_a_false_track_is_told_with_its_first_place_and_shown(tmp_path):
+    tracks = np.concatenate([lines([3]), stray(7, 5)])
+    result = compare(record(lines([1])), record(tracks), radius=10.0)
+    assert result.false_tracks == [(7, 9, 5, 14.0, 500.0)]
+    assert result.counts[[6, 7, 11, 12]].tolist() == [
+        [6, 1, 1, 0], [7, 1, 1, 1], [11, 1, 1, 1], [12, 1, 1, 0],
+    ]  # fmt: skip
+    page = tmp_path / 'page.html'
+    truth = write_truth(tmp_path / 'truth.csv', lines([1]))
+    run = write_mot(tmp_path / 'run.txt', tracks)
+    out = ['--html', str(page), '--pictures', 'scene:single?width=640&height=480']
+    assert main([run, '--truth', truth, '--radius', '10', *out]) == 0
+    assert 'alt="frame 7: track 9, 5 frames"' in page.read_text()
+
+
+def test_each_second_is_counted_also_those_without_tracks():
+    tracks = np.concatenate([lines([3]), stray(25, 3)])
+    tracks['stamp'] = tracks['frame'] * 10**8 + 5 * 10**9
+    tracks = tracks[(tracks['frame'] < 10) | (tracks['frame'] >= 20)]
+    tracks = tracks[tracks['frame'] < 35]
+    tracks['id'][(tracks['frame'] >= 30)] = 4
+    tracks = record(tracks)
+    result = compare(record(lines([1])), tracks, radius=10.0)
+    wanted = [(0, 10, 10, 0, 0), (1, 10, 0, 0, 0), (2, 10, 10, 3, 0), (3, 10, 5, 0, 1)]
+    assert per_second(tracks, result) == wanted
+    tracks.rows['stamp'] = -1
+    assert per_second(tracks, result) == []
+
+
+def test_frames_that_are_missing_between_others_are_lost_and_a_new_start_is_not():
+    stamps = np.delete(np.arange(100), [10, 50, 51]) * 33_333_333
+    tracks = replace(record(lines([1])), stamps=np.concatenate([stamps, stamps]))
+    assert statistics(tracks)['lost'] == pytest.approx(6 / 200)
+    assert 'lost' not in statistics(record(lines([1])))
+
+
+def test_the_parameters_that_differ_are_shown_beside_their_runs(tmp_path, capsys):
+    files = []
+    for name, area in (('a', 20), ('b', 90)):
+        (tmp_path / f'{name}.yaml').write_text(
+            f'detector:\n  ros__parameters: {{min_area: {area}, erosion_size: 3}}\n'
+        )
+        files += ['--params-file', str(tmp_path / f'{name}.yaml')]
+    runs = [write_mot(tmp_path / f'{name}.txt', lines([1])) for name in ('one', 'two')]
+    page = tmp_path / 'page.html'
+    assert main([*runs, *files, '--html', str(page)]) == 0
+    printed = capsys.readouterr().out
+    assert 'detector min_area' in printed
+    assert 'erosion_size' not in printed
+    assert '<td>detector min_area</td><td>20</td><td>90</td>' in page.read_text()
+    assert main([*runs, *files[:2]]) == 1
+    assert 'expected 2, one for each run; got 1' in capsys.readouterr().err
