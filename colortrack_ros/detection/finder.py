@@ -102,7 +102,12 @@ class ColorFinder:
 
     def _find(self, k: int, counts: NDArray[np.float64]) -> Extent | None:
         color = self._colors[k]
-        return find_extent(counts, color.lab, color.samples, color.others, _most_of(color))
+        found = find_extent(counts, color.lab, color.samples, color.others, _most_of(color))
+        if found is None or not color.inverted:
+            return found
+        # The rest shrinks as the ground grows: by much where it is the ground's own uneven light.
+        rest = counts.sum() - found.pixels
+        return found if found.growth * found.pixels < MOST_GROWTH * rest else None
 
     def _renew(self, k: int, pool: NDArray[np.float64], stamp: int) -> None:
         """Take the extent that the color has now, unless it is another thing's."""
@@ -147,7 +152,7 @@ class ColorFinder:
             name = self._colors[k].name
             if k in self._fills:
                 return (
-                    f'{name} fills more than {LARGEST_SHARE:.0%} of the picture: set '
+                    f'{name} fills more than {_most_of(self._colors[k]):.0%} of the picture: set '
                     f'{name}.tolerance, or {name}.others to colors that are not it'
                 )
             if waited:

@@ -108,3 +108,22 @@ def test_where_the_ground_is_not_in_the_picture_or_is_all_of_it_nothing_is_found
     for k in range(4):
         empty = Frame(np.full((120, 160, 3), 183, np.uint8), stamp=k * NANOSECONDS)
         assert len(detector.detect(empty).rows) == 0
+
+
+def test_the_uneven_light_of_a_ground_is_no_thing_before_there_is_one():
+    v, u = np.indices((240, 320))
+    light = 85 - 160 * ((u / 320 - 0.4) ** 2 + (v / 240 - 0.5) ** 2)
+    noise = np.random.default_rng(0).normal(0, 2, (3, 240, 320, 3))
+    empty, entering, there = np.repeat(light[..., None], 3, axis=2) + noise
+    entering[40:200, :20] = there[40:200, 100:150] = 200
+    ground = ReferenceColor.from_rgb('ground', (80, 80, 80), 0.0)
+    detector = Detector(DetectorConfig(colors=(replace(ground, inverted=True),)))
+    found = [
+        detector.detect(
+            Frame(np.clip(picture, 0, 255).astype(np.uint8), stamp=k * NANOSECONDS)
+        ).rows
+        for k, picture in enumerate((empty, empty, entering, there))
+    ]
+    assert [len(rows) for rows in found[:2]] == [0, 0]
+    (last,) = found[-1]
+    assert last['u'] == pytest.approx(124.5, abs=1)
