@@ -21,7 +21,7 @@ def points_inside(
     searches find.
 
     :param center: (N, 2) [px].
-    :param half: (N, 2) half width and half height [px].
+    :param half: (N, 2) half width and half height [px]; what is below 0 holds nothing.
     :param points: (M, 2) [px].
     :param most: where there may be more than this for a rectangle on average, so many that are
         nearest to its center; 0 for all.
@@ -39,13 +39,14 @@ def points_inside(
     key = key[order]
     top = np.floor(_within(y - h - v0, v1 - v0) / height)
     bottom = np.floor(_within(y + h - v0, v1 - v0) / height)
-    rectangle, row = _runs(top, (bottom - top + 1).astype(np.intp))
+    rectangle, row = _runs(top, np.maximum(bottom - top + 1, 0).astype(np.intp))
     start = row * length
     first = key.searchsorted(start + _within(x - w - u0, u1 - u0)[rectangle] + 0.999999)
     last = key.searchsorted(start + _within(x + w - u0, u1 - u0)[rectangle] + 1.000001)
-    if 0 < most * len(x) < int((last - first).sum()):
+    held = np.maximum(last - first, 0)
+    if 0 < most * len(x) < int(held.sum()):
         return _nearest_inside(center, half, points, most)
-    run, place = _runs(first, last - first)
+    run, place = _runs(first, held)
     rectangle, point = rectangle[run], order[place]
     inside = np.abs(v[point] - y[rectangle]) <= h[rectangle]
     inside &= np.abs(u[point] - x[rectangle]) <= w[rectangle]
