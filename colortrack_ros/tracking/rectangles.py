@@ -31,8 +31,7 @@ def points_inside(
         return _compare_all(center, half, points)
     (u, v), (x, y), (w, h) = (np.ascontiguousarray(pairs.T) for pairs in (points, center, half))
     u0, u1, v0, v1 = u.min(), u.max(), v.min(), v.max()
-    tall = float(np.minimum(h, v1 - v0).mean())
-    height = max(2 * tall, float(v1 - v0) / 1000, 1.0)
+    height = max(2 * float(np.minimum(h, v1 - v0).mean()), float(v1 - v0) / 1000, 1.0)
     length = float(u1 - u0) + 2.0
     key = np.floor((v - v0) / height) * length + (u - u0 + 1)
     order = key.argsort(kind='stable')
