@@ -170,7 +170,7 @@ def constants(names, seeds):
             for name, value in (values | changed).items():
                 for room in (room for room in rooms if hasattr(room, name)):
                     setattr(room, name, value)
-            return WindowTracker(WindowConfig(), boxes)
+            return WindowTracker(WindowConfig(appearance=False), boxes)
 
         return start
 

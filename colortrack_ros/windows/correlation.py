@@ -29,11 +29,13 @@ class CorrelationFilter:
 
     :param features: (channels, rows, columns) with the target in the middle.
     :param target: its width and height [cells].
+    :ivar window: (rows, columns) weights of the cells, 1 in the middle and none beyond the rim.
+    :ivar sigma: width of the peak [cells].
     """
 
     def __init__(self, features: Features, target: Floats) -> None:
         rows, columns = features.shape[1:]
-        self._window = np.outer(_taper(rows), _taper(columns))
+        self.window = np.outer(_taper(rows), _taper(columns))
         self.sigma = PEAK_SIGMA * float(np.sqrt(target.prod()))
         v, u = (np.arange(n) - n // 2 for n in (rows, columns))
         wanted = np.exp((u**2 + v[:, None] ** 2) / (-2 * self.sigma**2)).astype(np.float32)
@@ -51,7 +53,7 @@ class CorrelationFilter:
 
     def respond(self, features: Features) -> Features:
         """How much each cell looks like the middle of the target, (rows, columns), below 1."""
-        spectrum = fft.rfft2(features * self._window)
+        spectrum = fft.rfft2(features * self.window)
         answer = (self._filter * spectrum).sum(axis=0)
         return np.asarray(fft.fftshift(fft.irfft2(answer, s=features.shape[1:])))
 
@@ -63,7 +65,7 @@ class CorrelationFilter:
         return np.asarray(np.conj(fft.rfft2(whole * self._inside)))
 
     def _lesson(self, features: Features) -> tuple[Spectrum, Features]:
-        spectrum = fft.rfft2(features * self._window)
+        spectrum = fft.rfft2(features * self.window)
         energy = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
         return self._wanted * spectrum, energy
 

@@ -53,9 +53,6 @@ template has moved on the object [px^2]; steps: the last velocities by matching 
 seen: (u, v) of the last match [px]; looks: frames since then.
 """
 
-INNOVATION_MEMORY = 20
-"""Matches that the mean norm of the innovations goes back."""
-
 LEAST_SIDE = 5
 """Pixels that a template is wide and high, at least: 25 for the six unknowns of Template.align."""
 
@@ -187,7 +184,7 @@ class WindowTracker:
         mean, norm = records['mean_innovation'], matches.innovation_norm
         step = norm - np.where(np.isinf(mean), 0.0, mean)
         usual = accepted & (matches.alone | (norm <= mean))
-        share = 1 / np.clip(records['hits'] - 1, 1, INNOVATION_MEMORY)
+        share = 1 / np.maximum(records['hits'] - 1, 1)
         usual &= np.isfinite(norm)
         mean[usual] = np.where(np.isinf(mean), norm, mean + share * step)[usual]
 
