@@ -23,8 +23,9 @@ class CameraPoseConfig(OdometryConfig):
 
     pose_source: str = parameter(
         'odometry',
-        'Where poses come from: odometry_topic and camera_pose, or TF, which needs tf2_ros.',
-        choices=('odometry', 'tf'),
+        'Where poses come from: odometry_topic and camera_pose; TF, which needs tf2_ros; or fixed, '
+        'camera_pose is in fixed_frame, and nothing moves.',
+        choices=('odometry', 'tf', 'fixed'),
         read_only=True,
     )
     camera_frame: str = parameter(
@@ -77,6 +78,22 @@ class OdometryPoses:
         """See CameraPoses."""
         place = self._config.camera_pose
         return self._poses.at(stamp), Pose.of_rpy(place[:3], place[3:])
+
+
+class FixedPoses:
+    """Of a camera that stands in the room."""
+
+    def __init__(self, config: CameraPoseConfig) -> None:
+        self._config = config
+
+    def configure(self, config: CameraPoseConfig) -> None:
+        """Take another camera_pose into use."""
+        self._config = config
+
+    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
+        """See CameraPoses."""
+        place = self._config.camera_pose
+        return Pose.of_rpy((0, 0, 0), (0, 0, 0)), Pose.of_rpy(place[:3], place[3:])
 
 
 class TfPoses:

@@ -9,6 +9,7 @@ from colortrack_ros.messages import MessageError
 from colortrack_ros.messages.serialized import message_of_serialized
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.camera_pose import CameraPoses
+from colortrack_ros.node_kit.camera_pose import FixedPoses
 from colortrack_ros.node_kit.camera_pose import OdometryPoses
 from colortrack_ros.node_kit.camera_pose import TfPoses
 from colortrack_ros.node_kit.topics import subscribe_to
@@ -38,11 +39,13 @@ class CameraViews:
     ) -> None:
         self._refuse, self._info_topic = refuse, info_topic
         self._camera: CameraModel | None = None
-        self._poses: CameraPoses = (
-            TfPoses(node, config)
-            if config.pose_source == 'tf'
-            else OdometryPoses(node, config, refuse, came)
-        )
+        self._poses: CameraPoses
+        if config.pose_source == 'tf':
+            self._poses = TfPoses(node, config)
+        elif config.pose_source == 'fixed':
+            self._poses = FixedPoses(config)
+        else:
+            self._poses = OdometryPoses(node, config, refuse, came)
         subscribe_to(node, CameraInfo, info_topic, self._learn_lens)
 
     def configure(self, config: CameraPoseConfig) -> None:

@@ -96,6 +96,7 @@ def named(
     each: type['Config'],
     make: Callable[[str, Any], Any],
     *,
+    read_only: bool = False,
     audience: str = USER,
 ) -> Any:
     """A field that is a tuple of items, each with a name and parameters of its own.
@@ -105,7 +106,7 @@ def named(
     :param make: makes an item of its name and an instance of ``each``; raises ValueError.
     """
     names = [item.name for item in default]
-    spec = Spec('', names or (str,), description, audience=audience)
+    spec = Spec('', names or (str,), description, read_only=read_only, audience=audience)
     return field(default=tuple(default), metadata={_NAMED: Named(spec, each, make)})
 
 

@@ -17,10 +17,10 @@ from colortrack_ros.world.inverse_depth import to_points
 from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.state import BIASES
+from colortrack_ros.world.state import columns_of
 from colortrack_ros.world.state import GRAVITY
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import POSITION
-from colortrack_ros.world.state import SIZE
 from colortrack_ros.world.state import VELOCITY
 from colortrack_ros.world.view import View
 
@@ -60,7 +60,7 @@ def predict(mean: Floats, cov: Floats, kinds: Kinds, ground: float, dt: float) -
     With w the wander, Q = w^2 [dt^3/3, dt^2/2; dt^2/2, dt] on each axis (white acceleration,
     Bar-Shalom 2001, 6.2.2).
 
-    :param mean: (N, 16); cov: (N, 16, 16).
+    :param mean: (N, n); cov: (N, n, n).
     :param ground: height of the ground in the fixed frame [m].
     :param dt: [s].
     """
@@ -127,10 +127,12 @@ def update(
     kinds: Kinds,
     ground: float,
     steps: int = LATER_STEPS,
+    camera: int = 0,
 ) -> tuple[Floats, Floats, Floats]:
     """The states after measurements, and how far these were from what was expected.
 
-    :param mean, cov: (N, 16), (N, 16, 16), predicted, in front of the camera.
+    :param mean, cov: (N, n), (N, n, n), predicted, in front of the camera.
+    :param camera: which of them has measured.
     :return: mean, cov, and the normalized innovation squared of the used rows, (N,), NaN where an
         expected one is not in sight; those states stay as they are.
     """
@@ -139,7 +141,7 @@ def update(
     cov = _turned(cov, J)
     at, nis = start, np.zeros(0)
     for step in range(steps):
-        innovation, H, J = _linearized(start, at, measured, view, kinds, ground)
+        innovation, H, J = _linearized(start, at, measured, view, kinds, ground, camera)
         PH = cov @ H.swapaxes(1, 2)
         S = H @ PH + measured.R
         K = np.linalg.solve(S, PH.swapaxes(1, 2)).swapaxes(1, 2)
@@ -148,7 +150,7 @@ def update(
             nis = (innovation * np.linalg.solve(S, innovation[:, :, None])[:, :, 0]).sum(axis=1)
         at = start + (K @ innovation[:, :, None])[:, :, 0]
         at[:, 2] = np.maximum(at[:, 2], start[:, 2] / FARTHER)
-    A = np.eye(SIZE) - K @ H
+    A = np.eye(mean.shape[1]) - K @ H
     cov = A @ cov @ A.swapaxes(1, 2) + K @ measured.R @ K.swapaxes(1, 2)
     after = at.copy()
     after[:, POSITION], J = to_points(view.optical, at[:, POSITION])
@@ -158,15 +160,24 @@ def update(
 
 
 def _linearized(
-    start: Floats, at: Floats, measured: Measured, view: View, kinds: Kinds, ground: float
+    start: Floats,
+    at: Floats,
+    measured: Measured,
+    view: View,
+    kinds: Kinds,
+    ground: float,
+    camera: int,
 ) -> tuple[Floats, Floats, Floats]:
-    """The innovation, (N, 5), and H, (N, 5, 16), linearized at a state in inverse depth.
+    """The innovation, (N, 5), and H, (N, 5, n), linearized at a state in inverse depth.
 
     Both are 0 in what is not measured, and of objects that would not be seen there.
     """
     point = at.copy()
     point[:, POSITION], J = to_points(view.optical, at[:, POSITION])
-    z, H = expected(view, point, kinds.diameter, ground + kinds.height)
+    own = columns_of(camera)
+    z, of_own = expected(view, point[:, own], kinds.diameter, ground + kinds.height)
+    H = np.zeros((*z.shape, at.shape[1]))
+    H[:, :, own] = of_own
     H[:, :, POSITION] = H[:, :, POSITION] @ J
     H[~measured.used] = 0.0
     innovation = measured.z - z - (H @ (start - at)[:, :, None])[:, :, 0]
@@ -177,7 +188,7 @@ def _linearized(
 
 
 def _turned(cov: Floats, J: Floats) -> Floats:
-    """Covariances of states, (N, 16, 16), of which the position is measured otherwise.
+    """Covariances of states, (N, n, n), of which the position is measured otherwise.
 
     :param J: (N, 3, 3) its Jacobian.
     """
@@ -188,7 +199,13 @@ def _turned(cov: Floats, J: Floats) -> Floats:
 
 
 def started(
-    position: Floats, reach: Floats, measured: Measured, view: View, kinds: Kinds, ground: float
+    position: Floats,
+    reach: Floats,
+    measured: Measured,
+    view: View,
+    kinds: Kinds,
+    ground: float,
+    camera: int = 0,
 ) -> tuple[Floats, Floats]:
     """States of objects that are seen for the first time.
 
@@ -196,10 +213,8 @@ def started(
     :param reach: (N,) standard deviation of the guess on each axis, so large that it does not
         count [m].
     """
-    mean = np.zeros((len(position), SIZE))
+    sigma = np.concatenate([np.repeat(reach[:, None], 3, axis=1), kinds.speed, kinds.sigma], axis=1)
+    mean = np.zeros_like(sigma)
     mean[:, POSITION] = position
-    variance = np.concatenate(
-        [np.repeat(reach[:, None], 3, axis=1), kinds.speed, kinds.sigma], axis=1
-    )
-    cov = np.square(variance)[:, :, None] * np.eye(SIZE)
-    return update(mean, cov, measured, view, kinds, ground, FIRST_STEPS)[:2]
+    cov = np.square(sigma)[:, :, None] * np.eye(sigma.shape[1])
+    return update(mean, cov, measured, view, kinds, ground, FIRST_STEPS, camera)[:2]

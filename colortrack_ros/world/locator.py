@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 from scipy.stats import chi2
 
 from colortrack_ros.data import Detections
@@ -12,24 +13,23 @@ from colortrack_ros.data import LOCATION
 from colortrack_ros.data import Locations
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
+from colortrack_ros.world.checks import off_height
+from colortrack_ros.world.checks import off_size
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.filter import drift
 from colortrack_ros.world.filter import predict
 from colortrack_ros.world.filter import started
 from colortrack_ros.world.filter import update
 from colortrack_ros.world.matching import measured_of
-from colortrack_ros.world.matching import round_blobs
 from colortrack_ros.world.matching import taken_detections
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import DEPTH
-from colortrack_ros.world.measurement import expected
+from colortrack_ros.world.measurement import guesses
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
-from colortrack_ros.world.measurement import ranges_by_size
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Objects
 from colortrack_ros.world.state import POSITION
-from colortrack_ros.world.state import SIZE
 from colortrack_ros.world.view import View
 
 Floats = NDArray[np.float64]
@@ -38,6 +38,9 @@ Indices = NDArray[np.intp]
 GATE = chi2.ppf(0.9999, np.arange(1, 6))
 """Of the normalized innovation squared, by the number of what is measured: one measurement in ten
 thousand that is right is refused, one in a minute of 150 measurements a second."""
+
+NEVER = 1e9
+"""Cost of a track and an object that do not fit: above all that do."""
 
 STUBBORN = 1.0
 """An object whose measurements have been refused for so long [s] starts anew: it was moved, or its
@@ -54,35 +57,37 @@ UNCERTAIN = 0.5
 """Share of the range that its standard deviation may have for an object to start: beyond, near the
 horizon, it may be anywhere."""
 
-OUT_OF_PLACE = 5.0
-"""How many standard deviations an object may be off its height, or its blob off its size, before
-somebody is told: of right ones that is one in a million."""
+SILENT = 1.0
+"""A camera that has told nothing for so long [s] sees none of its tracks any more. Assumed."""
 
 
 class Locator:
-    """The objects in the world.
+    """The objects in the world, seen by one camera or several.
+
+    With one camera objects have the IDs of its tracks. With several they have their own: a track
+    that begins is of the object that it fits, or of a new one.
 
     :param config: how they are located.
     :param tell: takes what is wrong, one line at a time.
+    :param cameras: how many there are.
     """
 
-    def __init__(self, config: LocatorConfig, tell: Callable[[str], object]) -> None:
-        self._tell = tell
+    def __init__(
+        self, config: LocatorConfig, tell: Callable[[str], object], cameras: int = 1
+    ) -> None:
+        self._tell, self._cameras, self._next_id = tell, cameras, 1
         self.configure(config)
 
     def configure(self, config: LocatorConfig) -> None:
         """Take other parameters into use; all objects start anew."""
         self._config = config
-        self._kinds = Kinds.of(config)
+        self._kinds = Kinds.of(config, self._cameras)
         self.reset()
 
     def reset(self) -> None:
         """Forget all objects, as when odometry has jumped."""
-        none, count = np.zeros(0, np.int64), np.zeros(0)
-        self._objects = Objects(
-            none, none, none.astype(np.uint8), count, none, np.zeros((0, SIZE)),
-            np.zeros((0, SIZE, SIZE)), self._kinds.take(none),
-        )  # fmt: skip
+        self._objects = Objects.none(self._kinds, self._cameras)
+        self._heard = np.zeros(self._cameras, np.int64)
         self._stamp = 0
         self._view: View | None = None
 
@@ -92,27 +97,34 @@ class Locator:
         detections: Detections,
         view: View,
         depth: NDArray[np.float32] | None = None,
+        camera: int = 0,
     ) -> Locations:
         """The objects after one more picture.
 
         :param tracks, detections: of the picture.
         :param view: the camera when it was taken.
         :param depth: (H, W) [m], aligned with it, for methods depth and fused.
+        :param camera: which of them has taken it.
         """
         self._advance(tracks.stamp, view)
         detections = self._inside(detections, view)
         rows = self._known(tracks)
         taken = taken_detections(rows, detections)
-        self._follow(rows)
+        self._follow(rows, camera)
         found = rows['track_id'][taken >= 0]
         seen = detections.rows[taken[taken >= 0]]
         kinds = self._kinds.take(rows['color'][taken >= 0].astype(np.intp))
         measured = measured_of(seen, kinds, self._config, view.camera, depth)
-        old = np.isin(found, self._objects.track_id)
-        self._correct(found[old], measured.take(old), view)
-        self._start(rows[taken >= 0][~old], measured.take(~old), view)
-        self._check_height()
-        self._check_size(found, seen, view)
+        old = np.isin(found, self._objects.track_id[:, camera])
+        self._correct(found[old], measured.take(old), view, camera)
+        rows, measured = self._recognize(rows[taken >= 0][~old], measured.take(~old), view, camera)
+        self._start(rows, measured, view, camera)
+        for trouble in (
+            off_height(self._objects, self._config),
+            off_size(self._objects, found, seen, view, camera, self._config),
+        ):
+            if trouble:
+                self._tell(trouble)
         return self.locations(tracks.stamp)
 
     def locations(self, stamp: int) -> Locations:
@@ -127,7 +139,8 @@ class Locator:
         for at, name in enumerate(('x', 'y', 'z', 'vx', 'vy', 'vz')):
             rows[name] = mean[:, at]
         rows['covariance'] = cov[:, :6, :6]
-        for name in ('track_id', 'color', 'state', 'score'):
+        rows['track_id'] = objects.object_id
+        for name in ('color', 'state', 'score'):
             rows[name] = getattr(objects, name)
         rows['diameter'] = objects.kinds.diameter
         rows['time_since_update'] = (stamp - objects.updated) / NANOSECONDS
@@ -180,18 +193,20 @@ class Locator:
             )
         return np.asarray(tracks.rows[~unknown])
 
-    def _follow(self, tracks: NDArray[np.void]) -> None:
+    def _follow(self, tracks: NDArray[np.void], camera: int) -> None:
         """Drop the objects whose tracks have gone, and note what the others' tracks tell."""
-        self._objects.keep(np.isin(self._objects.track_id, tracks['track_id']))
-        at = np.searchsorted(tracks['track_id'], self._objects.track_id)
-        self._objects.state = tracks['state'][at]
-        self._objects.score = tracks['score'][at].astype(float)
+        objects = self._objects
+        self._heard[camera] = self._stamp
+        for silent in np.flatnonzero(self._stamp - self._heard > SILENT * NANOSECONDS):
+            objects.unlink(np.arange(len(objects)), int(silent))
+        objects.follow(tracks, camera)
 
-    def _correct(self, found: Indices, measured: Measured, view: View) -> None:
-        """Update objects that are measured; those that do not fit for long are dropped."""
+    def _correct(self, found: Indices, measured: Measured, view: View, camera: int) -> None:
+        """Update objects that are measured; tracks that do not fit for long are of another one."""
         objects, number = self._objects, measured.used.sum(axis=1)
-        order = np.argsort(objects.track_id)
-        rows = order[np.searchsorted(objects.track_id[order], found)]
+        own = objects.track_id[:, camera]
+        order = np.argsort(own)
+        rows = order[np.searchsorted(own[order], found)]
         front = view.optical.inverse().apply(objects.mean[rows, POSITION])[:, 2] > 0
         chosen = front & (number > 0)
         rows, measured, number = rows[chosen], measured.take(chosen), number[chosen]
@@ -199,25 +214,55 @@ class Locator:
             return
         mean, cov, nis = update(
             objects.mean[rows], objects.cov[rows], measured, view, objects.kinds.take(rows),
-            self._config.ground_height,
+            self._config.ground_height, camera=camera,
         )  # fmt: skip
         right = nis <= GATE[number - 1]
         objects.mean[rows[right]], objects.cov[rows[right]] = mean[right], cov[right]
-        objects.updated[rows[right]] = self._stamp
-        lost = rows[~right & (self._stamp - objects.updated[rows] > STUBBORN * NANOSECONDS)]
+        objects.updates[rows[right], camera] = self._stamp
+        unfit = self._stamp - objects.updates[rows, camera] > STUBBORN * NANOSECONDS
+        lost = rows[~right & unfit]
         if len(lost):
             self._tell(
-                f'object {objects.track_id[lost[0]]} is not measured where it is expected: it '
+                f'object {objects.object_id[lost[0]]} is not measured where it is expected: it '
                 'starts anew; if that repeats, camera_pose, calibration or diameter is wrong'
             )
-            objects.keep(np.setdiff1d(np.arange(len(objects)), lost))
+            objects.unlink(lost, camera)
+            objects.keep(np.flatnonzero(objects.track_id.any(axis=1)))
 
-    def _start(self, tracks: NDArray[np.void], measured: Measured, view: View) -> None:
+    def _recognize(
+        self, tracks: NDArray[np.void], measured: Measured, view: View, camera: int
+    ) -> tuple[NDArray[np.void], Measured]:
+        """Give tracks that begin to objects that other cameras see; return those that are left."""
+        objects, number = self._objects, measured.used.sum(axis=1)
+        front = view.optical.inverse().apply(objects.mean[:, POSITION])[:, 2] > 0
+        fit = (objects.track_id[:, camera] == 0) & front
+        one, other = (
+            fit[:, None] & (objects.color[:, None] == tracks['color']) & (number > 0)
+        ).nonzero()
+        if not len(one):
+            return tracks, measured
+        mean, cov, nis = update(
+            objects.mean[one], objects.cov[one], measured.take(other), view,
+            objects.kinds.take(one), self._config.ground_height, camera=camera,
+        )  # fmt: skip
+        cost = np.full((len(objects), len(tracks)), NEVER)
+        right = nis <= GATE[number[other] - 1]
+        cost[one[right], other[right]] = nis[right]
+        pairs = np.stack(linear_sum_assignment(cost))
+        pairs = pairs[:, cost[pairs[0], pairs[1]] < NEVER]
+        for row, track in pairs.T:
+            (pair,) = ((one == row) & (other == track)).nonzero()[0]
+            objects.mean[row], objects.cov[row] = mean[pair], cov[pair]
+        objects.link(pairs[0], tracks[pairs[1]], camera, self._stamp)
+        left = np.setdiff1d(np.arange(len(tracks)), pairs[1])
+        return tracks[left], measured.take(left)
+
+    def _start(self, tracks: NDArray[np.void], measured: Measured, view: View, camera: int) -> None:
         """Begin objects where a measurement says how far away they are."""
         rows = measured.used[:, PLANE] | measured.used[:, BLOB] | measured.used[:, DEPTH]
         tracks, measured = tracks[rows], measured.take(rows)
         kinds = self._kinds.take(tracks['color'].astype(np.intp))
-        guess = self._guesses(measured, kinds, view)
+        guess = guesses(measured, kinds, view, self._config.ground_height)
         away = np.linalg.norm(guess - view.optical.t, axis=1)
         near = away <= self._config.max_range
         if len(near) and not near.all():
@@ -231,65 +276,20 @@ class Locator:
         if not near.any():
             return
         mean, cov = started(
-            guess[near], 10 * away[near], measured, view, kinds, self._config.ground_height
-        )
+            guess[near], 10 * away[near], measured, view, kinds, self._config.ground_height,
+            camera,
+        )  # fmt: skip
         spread = np.sqrt(np.trace(cov[:, POSITION, POSITION], axis1=1, axis2=2))
         sure = np.isfinite(spread) & (spread < UNCERTAIN * away[near])
-        ids, colors = (tracks[name].astype(np.int64) for name in ('track_id', 'color'))
-        score, stamps = tracks['score'].astype(float), np.full(len(kinds), self._stamp)
-        new = Objects(ids, colors, tracks['state'], score, stamps, mean, cov, kinds)
-        self._objects.extend(new.take(sure))
-
-    def _guesses(self, measured: Measured, kinds: Kinds, view: View) -> Floats:
-        """Where measured objects are, by the first of depth, ground and size; NaN for nowhere."""
-        pixels = measured.z[:, :2]
-        rays = view.camera.rays(pixels)
-        directions = rays @ view.optical.R.T
-        height = self._config.ground_height + kinds.height - view.optical.t[2]
-        with np.errstate(divide='ignore', invalid='ignore'):
-            by_plane = height / directions[:, 2]
-            by_depth = measured.z[:, DEPTH] / rays[:, 2]
-        by_size = ranges_by_size(view, pixels, measured.z[:, BLOB], kinds.diameter)
-        distance = np.select(
-            [measured.used[:, DEPTH], measured.used[:, PLANE], measured.used[:, BLOB]],
-            [by_depth, by_plane, by_size],
-            np.nan,
-        )
-        distance[~(distance > 0)] = np.nan
-        return np.asarray(view.optical.t + distance[:, None] * directions)
-
-    def _check_height(self) -> None:
-        """Tell of objects that are said to be on the ground and are not located there."""
-        objects = self._objects
-        above = objects.mean[:, 2] - self._config.ground_height - objects.kinds.height
-        spread = np.sqrt(objects.cov[:, 2, 2] + np.square(objects.kinds.sigma[:, 6]))
-        off = objects.kinds.bound & (np.abs(above) > OUT_OF_PLACE * spread)
-        if off.any():
-            self._tell(
-                f'object {objects.track_id[off][0]} is {above[off][0]:+.2f} m off the height that '
-                'it has on the ground: camera_pose, ground_height, diameter or depth is wrong'
+        tracks, count = tracks[sure], int(np.count_nonzero(sure))
+        ids, self._next_id = self._next_id + np.arange(count), self._next_id + count
+        each = np.zeros((count, self._cameras), np.int64)
+        first = len(self._objects)
+        self._objects.extend(
+            Objects(
+                tracks['track_id'].astype(np.int64) if self._cameras == 1 else ids,
+                tracks['color'].astype(np.int64), each, each.astype(np.uint8), each.astype(float),
+                each.copy(), mean[sure], cov[sure], kinds.take(sure),
             )
-
-    def _check_size(self, found: Indices, seen: NDArray[np.void], view: View) -> None:
-        """Tell of objects that are seen larger or smaller than they would be where they are."""
-        objects, order = self._objects, np.argsort(found)
-        (rows,) = (np.isin(objects.track_id, found) & (objects.kinds.diameter > 0)).nonzero()
-        if not len(rows):
-            return
-        seen = seen[order][np.searchsorted(found[order], objects.track_id[rows])]
-        kinds = objects.kinds.take(rows)
-        z, H = expected(view, objects.mean[rows], kinds.diameter, kinds.height)
-        H = H[:, BLOB]
-        variance = (H[:, None] @ objects.cov[rows] @ H[:, :, None])[:, 0, 0]
-        sizes = np.sqrt(4 * seen['area'] / np.pi)
-        off = np.abs(sizes - z[:, BLOB]) > OUT_OF_PLACE * np.sqrt(
-            variance + self._config.size_noise**2
-        )
-        off &= round_blobs(seen)
-        if off.any():
-            one = off.argmax()
-            self._tell(
-                f'object {objects.track_id[rows][one]} is {sizes[one]:.0f} px large, expected '
-                f'{z[one, BLOB]:.0f} px where it is located: camera_pose (upside down?), '
-                'calibration, ground_height or diameter is wrong'
-            )
+        )  # fmt: skip
+        self._objects.link(first + np.arange(count), tracks, camera, self._stamp)

@@ -15,6 +15,7 @@ from colortrack_ros.data import Columns
 from colortrack_ros.world.state import DIAMETER
 from colortrack_ros.world.state import EDGE
 from colortrack_ros.world.state import HEIGHT
+from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import SCALE
 from colortrack_ros.world.state import SHIFT
@@ -113,3 +114,25 @@ def ranges_by_size(view: View, pixels: Floats, size: Floats, diameter: Floats) -
     with np.errstate(divide='ignore', invalid='ignore'):
         cosine = np.clip(1 - np.square(size) / (8 * magnification), 0.0, 1.0)
         return np.asarray(diameter / 2 / np.sqrt(1 - cosine * cosine))
+
+
+def guesses(measured: Measured, kinds: Kinds, view: View, ground: float) -> Floats:
+    """Where measured objects are, (N, 3), by the first of depth, ground and size; NaN for nowhere.
+
+    :param ground: its height in the fixed frame [m].
+    """
+    pixels = measured.z[:, :2]
+    rays = view.camera.rays(pixels)
+    directions = rays @ view.optical.R.T
+    height = ground + kinds.height - view.optical.t[2]
+    with np.errstate(divide='ignore', invalid='ignore'):
+        by_plane = height / directions[:, 2]
+        by_depth = measured.z[:, DEPTH] / rays[:, 2]
+    by_size = ranges_by_size(view, pixels, measured.z[:, BLOB], kinds.diameter)
+    distance = np.select(
+        [measured.used[:, DEPTH], measured.used[:, PLANE], measured.used[:, BLOB]],
+        [by_depth, by_plane, by_size],
+        np.nan,
+    )
+    distance[~(distance > 0)] = np.nan
+    return np.asarray(view.optical.t + distance[:, None] * directions)

@@ -82,6 +82,39 @@ def test_each_picture_of_a_driving_robot_gives_the_objects_in_odom(ros):
     assert 'Refused' not in robot.node.output
 
 
+def test_two_cameras_that_stand_in_the_room_see_one_ball(ros):
+    """They have no odometry; each has its own topics, place and track IDs."""
+    place = str([float(number) for number in PLACE])
+    node = ros.start(
+        'locator', colors='[red]', pose_source='fixed', cameras='[left, right]',
+        **{'red.diameter': 0.2, 'left.camera_pose': place, 'right.camera_pose': place},
+    )  # fmt: skip
+    locations = ros.listen(PointCloud2, 'locations')
+    make = ros.node.create_publisher
+    topics = {'camera/camera_info': CameraInfo, 'detections': PointCloud2, 'tracks': PointCloud2}
+    cameras = [
+        [make(kind, f'{name}/{topic}', 10) for topic, kind in topics.items()]
+        for name in ('left', 'right')
+    ]
+    every = [publisher for camera in cameras for publisher in camera]
+    assert ros.spin(lambda: all(p.get_subscription_count() for p in every)), ros.outputs()
+    assert ros.spin(lambda: ros.node.count_publishers('locations') == 1)
+    ros.settle()
+    for lens, _, _ in cameras:
+        lens.publish(info(START))
+    ros.settle()
+    for k in range(6):
+        _, detections, tracks = cameras[k % 2]
+        seen, tracked = picture(START + k * FRAME, 0.0)
+        detections.publish(seen)
+        tracks.publish(tracked)
+        assert ros.spin(lambda k=k: len(locations) == k + 1), ros.outputs()
+    assert [locations_of_cloud(m).rows['track_id'].tolist() for m in locations] == [[1]] * 6
+    (row,) = locations_of_cloud(locations[-1]).rows
+    assert (row['x'], row['y'], row['z']) == pytest.approx(BALL, abs=0.01)
+    assert 'Refused' not in node.output
+
+
 def test_late_odometry_is_waited_for(ros):
     robot = Robot(ros)
     robot.drive(0)
