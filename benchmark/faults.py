@@ -3,13 +3,14 @@
 python benchmark/faults.py [SECONDS] prints a table and writes out/benchmark_faults.json. An attempt
 is survived when every node that was not killed still runs and tracks go on. The exit status is 1
 when one is not, when a node has printed a traceback, or when a node holds more threads, or 32 MiB
-more, than 10 s after its start. More files are told alone: a peer that is started anew has shared
-memory of its own. At last all is left alone for 20 s: each picture that the camera gives the
-detector answers, skips or refuses, by their diagnostics.
+more, than 10 s after it has worked for the first time. More files are told alone: a peer that is
+started anew has shared memory of its own. At last all is left alone for 20 s: each picture that the
+camera gives the detector answers, skips or refuses, by their diagnostics.
 """
 
 from collections import Counter
 import json
+import math
 import os
 from pathlib import Path
 import random
@@ -45,7 +46,7 @@ TOPICS = {'camera/image_raw': Image, 'detections': PointCloud2, 'camera/camera_i
 PATIENCE = 60.0
 """How long tracks may take to go on [s], on a machine that does ten other things."""
 SETTLED = 10.0
-"""Age of a node at which what it holds is first looked at [s]."""
+"""How long a node has worked when what it holds is first looked at [s]."""
 MOST = 32 * 2**20
 WAITING = 60
 """Pictures of a second at both ends: camera and detector count seconds of their own."""
@@ -95,19 +96,21 @@ class Chain:
                 self.books['skipped'] = int(values['skipped'])
 
     def start(self, name: str) -> None:
-        """Start a node, and note when."""
+        """Start a node."""
         code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
         command = [sys.executable, '-c', code, '--ros-args']
         if name == 'camera':
             command += ['-p', 'source:=scene:five?width=320&height=240', '-p', 'loop:=true']
         log = (self.folder / f'{name}_{time.monotonic_ns()}.log').open('w')
         self.processes[name] = subprocess.Popen(command, stderr=log, stdout=log)
-        self.first[self.processes[name].pid] = (time.monotonic(), {})
+        self.first[self.processes[name].pid] = (math.inf, {})
 
     def look(self) -> None:
-        """Note what each node holds when it has settled, and how much more since."""
+        """While all work, note what each holds when it has settled, and how much more since."""
         for process in self.processes.values():
             began, first = self.first[process.pid]
+            began = min(began, time.monotonic())
+            self.first[process.pid] = began, first
             if process.poll() is None and time.monotonic() - began > SETTLED:
                 now = held(process.pid)
                 first.update({} if first else now)
@@ -125,8 +128,10 @@ class Chain:
         before, end = self.heard, time.monotonic() + PATIENCE
         while self.heard < before + 3 and time.monotonic() < end:
             rclpy.spin_once(self.node, timeout_sec=0.05)
+        if self.heard < before + 3:
+            return False
         self.look()
-        return self.heard >= before + 3 and all(p.poll() is None for p in self.processes.values())
+        return all(p.poll() is None for p in self.processes.values())
 
     def call(self, kind: type, name: str, request: object) -> None:
         """Call a service, and wait for the answer."""
