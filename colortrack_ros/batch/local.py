@@ -1,14 +1,17 @@
-"""Tasks in processes of this machine, one for each, so that none takes another with it."""
+"""Tasks in processes of this machine, so that none that ends its process takes another with it."""
 
 from collections import Counter
 from collections import deque
 from collections.abc import Iterator
 from collections.abc import Sequence
+import contextlib
 import multiprocessing
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait
+from multiprocessing.context import ForkServerContext
 from multiprocessing.process import BaseProcess
 import os
+import queue
 import signal
 import threading
 
@@ -34,73 +37,100 @@ def run_here(work: Work, tasks: Sequence[Task], stop: threading.Event) -> Iterat
 def run_local(
     work: Work, tasks: Sequence[Task], stop: threading.Event, *, jobs: int
 ) -> Iterator[Outcome]:
-    """Do so many tasks at a time, each in a process that is forked from one with all imports.
+    """Do so many tasks at a time, in processes that are forked from one with all imports.
 
-    One whose process dies is done again. Processes end with this one, however it ends.
+    A task whose process dies is done again, in another one. Processes end with this one, however it
+    ends.
     """
     context = multiprocessing.get_context('forkserver')
     context.set_forkserver_preload([work.__module__])
     waiting, deaths = deque(tasks), Counter[str]()
-    running: dict[Connection, tuple[BaseProcess, Task]] = {}
+    workers: dict[Connection, BaseProcess] = {}
+    running: dict[Connection, Task] = {}
     try:
         while (waiting or running) and not stop.is_set():
             while waiting and len(running) < jobs:
-                task = waiting.popleft()
-                mine, theirs = context.Pipe()
-                process: BaseProcess = context.Process(target=_do, args=(work, task, theirs))
-                process.start()
-                theirs.close()
-                running[mine] = process, task
+                connection, process = _started(context, work)
+                workers[connection] = process
+                _hand_out(waiting, connection, running)
             for ready in wait(list(running), STOP_PERIOD):
                 assert isinstance(ready, Connection)
-                process, task = running.pop(ready)
-                outcome = _received(ready, process, task)
+                task = running.pop(ready)
+                outcome = _received(ready, task)
                 if outcome:
+                    _hand_out(waiting, ready, running)
                     yield outcome
                     continue
+                workers[ready].join()
                 deaths[task.key] += 1
                 if deaths[task.key] < TRIES:
                     waiting.append(task)
                 else:
-                    ended = f'ended {TRIES} processes, the last with status {process.exitcode}'
+                    status = workers[ready].exitcode
+                    ended = f'ended {TRIES} processes, the last with status {status}'
                     yield Outcome(task, None, ended)
     finally:
-        _end(running)
+        _end(workers)
 
 
-def _end(running: dict[Connection, tuple[BaseProcess, Task]]) -> None:
-    for connection in running:
+def _started(context: ForkServerContext, work: Work) -> tuple[Connection, BaseProcess]:
+    """A process that waits for tasks."""
+    connection, other = context.Pipe()
+    process = context.Process(target=_do_all, args=(work, other))
+    process.start()
+    other.close()
+    return connection, process
+
+
+def _hand_out(
+    waiting: deque[Task], connection: Connection, running: dict[Connection, Task]
+) -> None:
+    """Give a process its next task; where there is none, or it has just died, let go of it."""
+    if waiting:
+        with contextlib.suppress(OSError):
+            connection.send(waiting[0])
+            running[connection] = waiting.popleft()
+            return
+    connection.close()
+
+
+def _received(connection: Connection, task: Task) -> Outcome | None:
+    """What a process has found out; None if it died before."""
+    try:
+        answer: Outcome = connection.recv()
+    except (EOFError, OSError):
+        connection.close()
+        return None
+    return answer._replace(task=task)
+
+
+def _end(workers: dict[Connection, BaseProcess]) -> None:
+    for connection in workers:
         connection.close()  # which tells them to end
-    for process, _ in running.values():
+    for process in workers.values():
         process.join(GRACE)
         process.kill()
 
 
-def _received(connection: Connection, process: BaseProcess, task: Task) -> Outcome | None:
-    """What a process has found out; None if it died before."""
-    with connection:
-        try:
-            answer: Outcome = connection.recv()
-        except (EOFError, ConnectionError):
-            process.join()
-            return None
-        # The process may take its time to end: its answer is there.
-        return answer._replace(task=task)
-
-
-def _do(work: Work, task: Task, connection: Connection) -> None:
-    """What a process does: one task."""
+def _do_all(work: Work, connection: Connection) -> None:
+    """What a process does: one task after the other, until the other end is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal sends it to all; the first decides
-    stop = threading.Event()
-    threading.Thread(target=_end_with_parent, args=(connection, stop), daemon=True).start()
-    outcome = attempt(work, task, stop)
-    if not stop.is_set():
-        connection.send(outcome)
+    stop, tasks = threading.Event(), queue.SimpleQueue[Task | None]()
+    threading.Thread(target=_listen, args=(connection, tasks, stop), daemon=True).start()
+    while task := tasks.get():
+        outcome = attempt(work, task, stop)
+        if not stop.is_set():
+            connection.send(outcome)
 
 
-def _end_with_parent(connection: Connection, stop: threading.Event) -> None:
-    """Tell the task to end when the other end is closed; then end the process."""
-    connection.poll(None)
+def _listen(
+    connection: Connection, tasks: queue.SimpleQueue[Task | None], stop: threading.Event
+) -> None:
+    """Pass on tasks; at the end tell the one that is being done to end, and end the process."""
+    with contextlib.suppress(EOFError, OSError):
+        while True:
+            tasks.put(connection.recv())
     stop.set()
+    tasks.put(None)
     threading.Event().wait(GRACE / 2)
     os._exit(1)

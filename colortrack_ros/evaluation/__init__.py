@@ -7,8 +7,8 @@ from colortrack_ros.evaluation.correspondence import score
 from colortrack_ros.evaluation.correspondence import Tally
 from colortrack_ros.evaluation.record import Record
 from colortrack_ros.evaluation.record import record_of_scene
+from colortrack_ros.evaluation.statistics import conditions
 from colortrack_ros.evaluation.statistics import statistics
-from colortrack_ros.evaluation.statistics import timing
 from colortrack_ros.evaluation.tables import read_record
 from colortrack_ros.evaluation.tables import RecordError
 
@@ -19,9 +19,9 @@ __all__ = [
     'Score',
     'Tally',
     'compare',
+    'conditions',
     'read_record',
     'record_of_scene',
     'score',
     'statistics',
-    'timing',
 ]

@@ -19,7 +19,7 @@ def statistics(tracks: Record) -> dict[str, float]:
         tracks of less than ten frames; gaps: times a track was not there between two rows;
         coasting: share of the rows; jumps: share of the steps longer than JUMP_SIGMAS by the
         track's own covariance; sigma: median standard deviation of a position [px]; and those of
-        timing().
+        conditions().
     """
     rows = tracks.rows[np.lexsort((tracks.rows['frame'], tracks.rows['id']))]
     names, lengths = np.unique(rows['id'], return_counts=True)
@@ -38,16 +38,17 @@ def statistics(tracks: Record) -> dict[str, float]:
     if np.isfinite(P).all() and len(rows):
         values['jumps'] = _jumps(rows[:-1][same], rows[1:][same])
         values['sigma'] = float(np.median(np.sqrt((P[:, 0, 0] + P[:, 1, 1]) / 2)))
-    return values | timing(tracks)
+    return values | conditions(tracks)
 
 
-def timing(tracks: Record) -> dict[str, float]:
+def conditions(tracks: Record) -> dict[str, float]:
     """Of all frames together, where it is known.
 
     :return: delay, and delay_95: median and 95th percentile from stamp to recording [s]; lost:
-        share of the frames that are missing between the others, as their stamps tell.
+        share of the frames that are missing between the others, as their stamps tell; and what
+        noise_of() returns.
     """
-    values = {}
+    values = dict(tracks.noise)
     if len(tracks.delays):
         values['delay'] = float(np.median(tracks.delays))
         values['delay_95'] = float(np.percentile(tracks.delays, 95))

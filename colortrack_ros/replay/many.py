@@ -39,16 +39,17 @@ OUTPUTS = ('output', 'csv', 'mot', 'video')
 NAMED = (*OUTPUTS, 'expect')
 """Options with a name that is another one for each recording."""
 
-COLUMNS_OF_TABLE = (
-    'frames',
-    'detections',
-    'tracks',
-    'frames/s',
-    'refused',
-    'dropped',
-    'restarts',
-    'warnings',
-)
+COLUMNS_OF_TABLE = {
+    'frames': 'frames',
+    'detections': 'found',
+    'tracks': 'tracks',
+    'speed': 'Hz',
+    'refused': 'refused',
+    'dropped': 'late',
+    'restarts': 'restarts',
+    'warnings': 'warned',
+}
+"""What is shown of a result, and its head: nine columns on a terminal of 80 characters."""
 
 
 def reason_of(error: Exception) -> str:
@@ -155,15 +156,15 @@ def _refused(task: Task) -> str:
 
 def _table(outcomes: Sequence[Outcome]) -> Table:
     table = Table(box=SIMPLE, pad_edge=False, collapse_padding=True)
-    table.add_column('recording')
-    for column in COLUMNS_OF_TABLE:
-        table.add_column(column, justify='right')
+    table.add_column('recording', overflow='fold')
+    for head in COLUMNS_OF_TABLE.values():
+        table.add_column(head, justify='right', no_wrap=True)
     table.add_column('')
     for task, result, error in outcomes:
         values = [''] * len(COLUMNS_OF_TABLE)
         if result:
             speed = result['frames'] / max(result['seconds'], 1e-9)
-            shown = {**result, 'frames/s': round(speed)}
+            shown = {**result, 'speed': round(speed)}
             values = [str(shown[column]) for column in COLUMNS_OF_TABLE]
         table.add_row(task.name, *values, ('failed', 'faulty')[result is not None] if error else '')
     failed = sum(outcome.result is None for outcome in outcomes)

@@ -7,6 +7,7 @@ import contextlib
 import os
 from pathlib import Path
 import re
+import threading
 from typing import Any
 
 import rclpy
@@ -20,6 +21,9 @@ import yaml
 from colortrack_ros.node_kit.runtime import StartError
 
 DISCOVERY = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+
+RCL_ALONE = threading.Lock()
+"""What rcl reads on its way is of the whole process, whose threads may replay a recording each."""
 
 
 class AskedNode(Node):
@@ -58,23 +62,24 @@ def ros_context(args: Sequence[str]) -> Iterator[Context]:
 
     :raises StartError: rcl cannot read the arguments or a file that they name.
     """
-    before = os.environ.get(DISCOVERY)
-    level = get_logger_level('rcl')
-    set_logger_level('rcl', LoggingSeverity.FATAL)  # what it logs is in the exception as well
-    os.environ[DISCOVERY] = 'OFF'
-    context = Context()
-    try:
-        rclpy.init(args=['--ros-args', *args], context=context)
-        yield context
-    except RuntimeError as error:  # of rclpy
-        text = re.sub(r'^failed to initialize rcl: |, at /\S+:\d+', '', str(error))
-        raise StartError(' '.join(text.split())) from error
-    finally:
-        set_logger_level('rcl', level)
-        os.environ.pop(DISCOVERY)
-        if before is not None:
-            os.environ[DISCOVERY] = before
-        context.try_shutdown()
+    with RCL_ALONE:
+        before = os.environ.get(DISCOVERY)
+        level = get_logger_level('rcl')
+        set_logger_level('rcl', LoggingSeverity.FATAL)  # what it logs is in the exception as well
+        os.environ[DISCOVERY] = 'OFF'
+        context = Context()
+        try:
+            rclpy.init(args=['--ros-args', *args], context=context)
+            yield context
+        except RuntimeError as error:  # of rclpy
+            text = re.sub(r'^failed to initialize rcl: |, at /\S+:\d+', '', str(error))
+            raise StartError(' '.join(text.split())) from error
+        finally:
+            set_logger_level('rcl', level)
+            os.environ.pop(DISCOVERY)
+            if before is not None:
+                os.environ[DISCOVERY] = before
+            context.try_shutdown()
 
 
 def namespaces_of(files: Iterable[Path], names: Sequence[str]) -> set[str]:

@@ -16,12 +16,12 @@ from colortrack_ros.batch import Task
 from colortrack_ros.batch import TaskError
 from colortrack_ros.encodings import writable_bgr
 from colortrack_ros.evaluation import compare
+from colortrack_ros.evaluation import conditions
 from colortrack_ros.evaluation import read_record
 from colortrack_ros.evaluation import Record
 from colortrack_ros.evaluation import record_of_scene
 from colortrack_ros.evaluation import RecordError
 from colortrack_ros.evaluation import statistics
-from colortrack_ros.evaluation import timing
 from colortrack_ros.evaluation.comparison import Event
 from colortrack_ros.evaluation.comparison import FalseTrack
 from colortrack_ros.evaluation.per_second import per_second
@@ -114,7 +114,7 @@ def _evaluated(given: dict[str, Any]) -> dict[str, Any]:
     wanted = given['page'] and given['pictures']
     events: list[Event | FalseTrack] = [*result.switches, *result.false_tracks]
     pictures = _pictures(given['pictures'], events) if wanted else {}
-    run = Run(spec, result.measures | timing(tracks), tracks, result, pictures)
+    run = Run(spec, result.measures | conditions(tracks), tracks, result, pictures)
     return _content(run, page=given['page'])
 
 

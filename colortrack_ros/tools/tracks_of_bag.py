@@ -8,18 +8,21 @@ import numpy as np
 
 from colortrack_ros.bags import BagError
 from colortrack_ros.bags import BagReader
+from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
 from colortrack_ros.evaluation import Record
 from colortrack_ros.evaluation import RecordError
+from colortrack_ros.evaluation.noise import noise_of
 from colortrack_ros.evaluation.record import rows_of_tracks
+from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.replay.recordings import CLOUD
 
 
 def tracks_of_bag(path: Path, topic: str) -> Record:
-    """The tracks that are recorded there, the n-th message being frame n - 1.
+    """The tracks that are recorded there, the n-th message being frame n - 1, and their noise.
 
     :param topic: of the tracks; empty: the only one with tracks.
     :raises RecordError: there is none, or several; or the bag cannot be read to its end.
@@ -27,6 +30,7 @@ def tracks_of_bag(path: Path, topic: str) -> Record:
     try:
         with contextlib.closing(BagReader(path)) as reader:
             read = _read(reader, topic)
+            detections = _detections_of(reader)
     except BagError as error:
         raise RecordError(str(error)) from error
     except MessageError as error:
@@ -41,7 +45,8 @@ def tracks_of_bag(path: Path, topic: str) -> Record:
     delays = np.array([when - tracks.stamp for when, tracks in messages]) / NANOSECONDS
     # What replay wrote carries the time of the picture: its delay says nothing of the tracker.
     delays = delays if (delays > 0).any() else record.delays
-    return dataclasses.replace(record, delays=delays, stamps=stamps)
+    pairs = ((t, detections[t.stamp]) for _, t in messages if t.stamp in detections)
+    return dataclasses.replace(record, delays=delays, stamps=stamps, noise=noise_of(pairs))
 
 
 def _read(reader: BagReader, topic: str) -> dict[str, list[tuple[int, Tracks]]]:
@@ -61,3 +66,13 @@ def _read(reader: BagReader, topic: str) -> dict[str, list[tuple[int, Tracks]]]:
             if topic:
                 raise
     return read
+
+
+def _detections_of(reader: BagReader) -> dict[int, Detections]:
+    """The detections of the first topic that has any, by stamp."""
+    for cloud in reader.topics:
+        if cloud.kind == CLOUD:
+            with contextlib.suppress(MessageError):
+                read = (detections_of_serialized_cloud(cdr) for _, cdr in reader.messages(cloud))
+                return {detections.stamp: detections for detections in read}
+    return {}

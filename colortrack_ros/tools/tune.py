@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Sequence
+from concurrent.futures import BrokenExecutor
 from concurrent.futures import ProcessPoolExecutor
 import contextlib
 from functools import partial
@@ -56,7 +57,7 @@ def main(args: Sequence[str] | None = None) -> int:
     arguments = _parse(args)
     try:
         return _tune(arguments)
-    except (StartError, BagError, RecordError, OSError, ValueError) as error:
+    except (StartError, BagError, RecordError, BrokenExecutor, OSError, ValueError) as error:
         print(f'tune: {error}', file=sys.stderr)
         return 1
 
