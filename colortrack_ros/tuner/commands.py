@@ -90,6 +90,12 @@ COMMANDS: dict[str, dict[str, Check]] = {
     'plane': {},
     'nodes': {},
     'attach': {'node': text, 'to': text},
+    'survey': {},
+    'label': {'id': whole, 'frame': whole, 'u': whole, 'v': whole, 'width': whole, 'height': whole},
+    'gone': {'id': whole, 'frame': whole},
+    'unlabel': {'id': whole, 'frame': whole},
+    'labels_at': {'frame': whole},
+    'save_labels': {'path': text, 'overwrite': flag},
 }
 """The fields of each command, all of which have to be there."""
 

@@ -1,5 +1,6 @@
 """The one folder that the page reads params files from and writes them to."""
 
+from collections.abc import Sequence
 import difflib
 import hashlib
 import os
@@ -39,14 +40,22 @@ class Folder:
 
         :raises ValueError: it is none to read.
         """
-        return self.read(name) if self._path(name).exists() else ''
+        return self.read(name) if self.exists(name) else ''
 
-    def write(self, name: str, text: str) -> None:
+    def exists(self, name: str, suffixes: Sequence[str] = SUFFIXES) -> bool:
+        """Whether there is such a file.
+
+        :raises ValueError: it is none to write.
+        """
+        return self._path(name, suffixes).exists()
+
+    def write(self, name: str, text: str, suffixes: Sequence[str] = SUFFIXES) -> None:
         """Write a file as a whole or not at all.
 
+        :param suffixes: of which its name has to have one.
         :raises ValueError: it is none to write, or cannot be written.
         """
-        path = self._path(name)
+        path = self._path(name, suffixes)
         try:
             mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
             handle, staged = tempfile.mkstemp(suffix='.tmp', dir=path.parent)
@@ -57,7 +66,7 @@ class Folder:
         except OSError as error:
             raise ValueError(f'{name}: {error.strerror}') from error
 
-    def _path(self, name: str) -> Path:
+    def _path(self, name: str, suffixes: Sequence[str] = SUFFIXES) -> Path:
         """Where a file is.
 
         :raises ValueError: outside of the folder, in a folder that is not there, or no YAML.
@@ -68,8 +77,9 @@ class Folder:
             raise ValueError(f'path: {error}') from error
         if not path.is_relative_to(self.root) or not path.parent.is_dir():
             raise ValueError(f'path: expected a file in {self.root}, got {name!r}')
-        if path.suffix not in SUFFIXES:
-            raise ValueError(f'path: expected a name that ends in .yaml or .yml, got {name!r}')
+        if path.suffix not in suffixes:
+            expected = ' or '.join(suffixes)
+            raise ValueError(f'path: expected a name that ends in {expected}, got {name!r}')
         if path.exists() and not path.is_file():
             raise ValueError(f'path: expected a file, got {name!r}')
         return path

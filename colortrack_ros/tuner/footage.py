@@ -87,6 +87,10 @@ class RecordedFootage(Footage):
         self.total = max(self.total, self._next)
         return self._kept[number]
 
+    def open_again(self) -> Source:
+        """The source of all frames, from the first one on."""
+        return self._open()
+
     def close(self) -> None:
         """Let go of the files."""
         self._source.close()

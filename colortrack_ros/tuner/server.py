@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import contextlib
 import json
 from pathlib import Path
+import sys
 import time
 from typing import Any
 from typing import TypeVar
@@ -90,6 +91,7 @@ class Server:
         self._people.add(browser)
         await socket.send_str(json.dumps({'is': 'hello', 'parameters': described()}))
         await self._refresh()
+        self._wake.set()
         sending = asyncio.create_task(self._feed(browser))
         try:
             async for message in socket:
@@ -113,6 +115,9 @@ class Server:
             reply = await self._in_thread(lambda: self._session.do(command, fields))
         except ValueError as error:
             await browser.socket.send_str(_refused(str(error)))
+            return
+        except Exception as error:  # a fault of ours: everybody else goes on
+            await browser.socket.send_str(_refused(f'{type(error).__name__}: {error}'))
             return
         if reply:
             await browser.socket.send_str(json.dumps(reply))
@@ -162,6 +167,14 @@ class Server:
 
     async def _work(self) -> None:
         """Play, and catch up, while somebody looks."""
+        while True:
+            try:
+                await self._work_on()
+            except Exception as error:  # of a picture that nobody has thought of
+                self._session.bench.pause()
+                print(f'tuner: {type(error).__name__}: {error}', file=sys.stderr, flush=True)
+
+    async def _work_on(self) -> None:
         bench = self._session.bench
         due = time.monotonic()
         while True:
@@ -172,8 +185,8 @@ class Server:
                 elif not bench.playing:
                     await self._refresh()
                 await asyncio.sleep(max(due - time.monotonic(), 0))
-            elif not await self._in_thread(bench.catch_up):
-                self._tell()
+            elif not await self._in_thread(self._session.work):
+                await self._refresh()
                 await self._wake.wait()
                 self._wake.clear()
 

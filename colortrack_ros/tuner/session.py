@@ -12,6 +12,8 @@ from colortrack_ros.tuner.folder import difference
 from colortrack_ros.tuner.folder import digest
 from colortrack_ros.tuner.folder import Folder
 from colortrack_ros.tuner.footage import Footage
+from colortrack_ros.tuner.labeling import Labeling
+from colortrack_ros.tuner.labels import Mark
 from colortrack_ros.tuner.measures import plane_of
 from colortrack_ros.tuner.running import RunningNodes
 from colortrack_ros.tuner.samples import Sample
@@ -44,6 +46,7 @@ class Session:
         self._samples: tuple[Sample, ...] = ()
         self._samples_before: list[tuple[Sample, ...]] = []
         self.bench = Workbench(footage, Settings(self._text))
+        self._labeling = Labeling(footage)
 
     @property
     def settings(self) -> Settings:
@@ -78,6 +81,7 @@ class Session:
             ],
             'refused': settings.refused,
             'attached': self._attached,
+            'labeling': self._labeling.state(),
             'live': bench.footage.live,
             'waiting': bench.view is None,
             'changes': settings.changes,
@@ -170,6 +174,33 @@ class Session:
         if view is None:
             raise ValueError('plane: there is no picture')
         return {'is': 'plane', **plane_of(view.frame, self.settings.detector)}
+
+    def work(self) -> bool:
+        """Do a moment's work of what is not urgent; whether there is more to do."""
+        return self.bench.catch_up() or self._labeling.work()
+
+    def _survey(self) -> None:
+        self._labeling.survey(self.settings)
+
+    def _label(self, id: int, frame: int, u: int, v: int, width: int, height: int) -> None:
+        """A click means what the tracker sees there; a box, itself."""
+        is_click = width <= 1 and height <= 1
+        size = (0, 0) if is_click else (width, height)
+        center = u + (width - 1) / 2, v + (height - 1) / 2
+        self._labeling.mark(id, frame, Mark((*center, *size)))
+
+    def _gone(self, id: int, frame: int) -> None:
+        self._labeling.mark(id, frame, Mark(None))
+
+    def _unlabel(self, id: int, frame: int) -> None:
+        self._labeling.mark(id, frame, None)
+
+    def _labels_at(self, frame: int) -> Reply:
+        return {'is': 'labels', 'frame': frame, 'labels': self._labeling.at(frame)}
+
+    def _save_labels(self, path: str, overwrite: bool) -> Reply:
+        self._labeling.save(self._folder, path, overwrite=overwrite)
+        return {'is': 'saved_labels', 'path': str(self._folder.root / path)}
 
     def _nodes(self) -> Reply:
         return {'is': 'nodes', 'nodes': self._running.link().nodes()}

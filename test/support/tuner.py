@@ -12,6 +12,7 @@ import subprocess
 import aiohttp
 import pytest
 from support.ros_domain import executable
+from support.waiting import PATIENCE
 
 TEXT = aiohttp.WSMsgType.TEXT
 BROWSER = next(
@@ -31,7 +32,7 @@ def tuner(*arguments: object, **env: str) -> Iterator[str]:
         assert 'http://' in line, line
         yield line.split()[1]
         process.send_signal(signal.SIGINT)
-        assert process.wait(10.0) == 0
+        assert process.wait(PATIENCE) == 0
     finally:
         process.kill()
         process.wait()
@@ -98,7 +99,7 @@ def browser() -> Iterator[object]:
 def open_page(found, url: str, **options):
     """A page of the tuner that shows its first picture; any error of its code fails the test."""
     page = found.new_page(**{'viewport': {'width': 1280, 'height': 900}} | options)
-    page.set_default_timeout(20_000)
+    page.set_default_timeout(1000 * PATIENCE)
     errors = page.errors = []
     page.on('pageerror', lambda error: errors.append(str(error)))
     page.on('console', lambda message: message.type == 'error' and errors.append(message.text))

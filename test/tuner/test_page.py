@@ -16,6 +16,7 @@ from support.tuner import place
 from support.tuner import tuner
 import yaml
 
+from colortrack_ros.evaluation import read_record
 from colortrack_ros.scenes import open_scene
 
 pytestmark = NEEDS_BROWSER
@@ -146,3 +147,30 @@ def test_a_region_that_is_drawn_is_not_looked_in_and_all_goes_by_keys(chromium, 
         page.keyboard.press('u')
         page.wait_for_selector('#found:text("1 blobs")')
         assert page.errors == []
+
+
+def test_two_balls_are_labeled_by_a_click_each_and_saved(chromium, tmp_path):
+    spec = 'five?width=320&height=180&duration=8'
+    scene = open_scene(spec)
+    seen = [scene.truth(k)[scene.truth(k)['visible'] == 1] for k in range(len(scene))]
+    frame = next(k for k, balls in enumerate(seen) if len(balls) > 1)
+    with tuner(f'scene:{spec}', '--folder', tmp_path) as url:
+        page = open_page(chromium, url)
+        look_at(page, frame)
+        page.click('#labeling summary')
+        page.wait_for_selector('body[data-surveyed="true"]')
+        for k, ball in enumerate(seen[frame][:2]):
+            page.fill('#label-id', str(k + 1))
+            page.locator('#label-id').blur()
+            spot = place(page, float(ball['u']), float(ball['v']), (320, 180))
+            page.locator('#picture').click(position=spot)
+            page.wait_for_selector(f'body[data-labels$="{k + 1}:1"]')
+        page.click('#label-save')
+        page.wait_for_selector('body[data-saved-labels]')
+        assert page.errors == []
+    truth = read_record(tmp_path / 'truth.csv')
+    for k, ball in enumerate(seen[frame][:2]):
+        (row,) = truth.rows[(truth.rows['frame'] == frame) & (truth.rows['id'] == k + 1)]
+        assert abs(row['u'] - ball['u']) < 2
+        assert abs(row['v'] - ball['v']) < 2
+        assert np.count_nonzero(truth.rows['id'] == k + 1) > 20

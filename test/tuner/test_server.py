@@ -12,6 +12,7 @@ from support.tuner import only
 from support.tuner import state_of
 from support.tuner import talk
 from support.tuner import tuner
+from support.waiting import PATIENCE
 
 SCENE = 'scene:single?width=160&height=120&duration=2'
 
@@ -159,6 +160,9 @@ GOOD = [
     {'do': 'shown'}, {'do': 'pause'}, {'do': 'seek', 'frame': 3}, {'do': 'step', 'by': -1},
     {'do': 'set', 'node': 'detector', 'values': {'min_area': 9}, 'follows': True}, {'do': 'undo'},
     {'do': 'sample', 'color': 'x', 'is_it': True, 'u': 5, 'v': 5, 'width': 1, 'height': 1},
+    {'do': 'survey'}, {'do': 'gone', 'id': 1, 'frame': 2}, {'do': 'unlabel', 'id': 1, 'frame': 2},
+    {'do': 'label', 'id': 1, 'frame': 2, 'u': 5, 'v': 5, 'width': 1, 'height': 1}, {'do': 'plane'},
+    {'do': 'labels_at', 'frame': 2}, {'do': 'save_labels', 'path': 'none', 'overwrite': True},
     {'do': 'remove_color', 'color': 'x'}, {'do': 'learn_background'}, {'do': 'lines'},
     {'do': 'load', 'path': 'none.yaml'}, {'do': 'diff', 'path': 'none.yaml'},
     {'do': 'save', 'path': 'none.yaml', 'digest': 'none'},
@@ -248,7 +252,7 @@ def test_a_browser_that_takes_nothing_keeps_nobody_waiting(served):
                 if seen == 20:
                     return
 
-    asyncio.run(asyncio.wait_for(watch(), 60))
+    asyncio.run(asyncio.wait_for(watch(), PATIENCE))
 
 
 def test_a_page_that_is_opened_a_hundred_times_leaves_nothing_behind(served):

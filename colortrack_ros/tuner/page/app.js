@@ -2,6 +2,7 @@
 
 import { histogram, plane } from '/page/charts.js';
 import { element, field, set } from '/page/fields.js';
+import { askLabels, chooseId, isLabeling, label, showLabeling } from '/page/labels.js';
 import { crossKey, current, draw, drawRegion, endRegion, isDrawing, LAYERS, layers, onPick, PALETTE, show, showRegions, zoomBy } from '/page/stage.js';
 import { connect, on, send } from '/page/wire.js';
 
@@ -30,6 +31,7 @@ const spec = (node, name) => described[node].parameters.find((one) => one.name =
 function showView(view) {
   show(view);
   showHistograms();
+  askLabels();
   if ($('plane-box').open && !state?.playing) send('plane');
   $('timeline').max = Math.max((state?.total ?? 1) - 1, view.number);
   if (document.activeElement !== $('timeline') || !scrubbing) $('timeline').value = view.number;
@@ -67,6 +69,10 @@ LAYERS.forEach((name, k) => {
 });
 
 onPick((place) => {
+  if (isLabeling()) {
+    label(place);
+    return;
+  }
   asked = performance.now();
   send('sample', { color: active, ...place });
   $('step-pick').classList.add('done');
@@ -248,6 +254,7 @@ function showState() {
   for (const { node, name, made } of fields) made.update(state.values[node][name], state.given[node].includes(name));
   showRegionList();
   showNodes();
+  showLabeling(state.labeling, state.total);
   if (state.waiting) {
     $('trouble').hidden = false;
     $('trouble').textContent = `No picture has come from ${state.source} yet.`;
@@ -364,6 +371,10 @@ document.addEventListener('keydown', (event) => {
     '?': () => $('helping').showModal(),
   };
   LAYERS.forEach((name, k) => { actions[k + 1] = () => $(`layer-${name}`).click(); });
+  if (isLabeling() && /^[1-9]$/.test(event.key)) {
+    chooseId(Number(event.key));
+    return;
+  }
   const action = actions[event.key];
   if (!action || (event.key === ' ' && event.target.matches('button, summary'))) return;
   event.preventDefault();
@@ -371,6 +382,11 @@ document.addEventListener('keydown', (event) => {
 });
 
 document.addEventListener('asked', () => { asked ||= performance.now(); });
+on('saved_labels', ({ path }) => {
+  document.body.dataset.savedLabels = path;
+  notice(`Saved ${path}`);
+});
+$('label-id').addEventListener('change', showState);
 on('hello', (message) => { described = message.parameters; makeFields(); });
 on('state', (message) => { state = message; showState(); });
 on('view', showView);

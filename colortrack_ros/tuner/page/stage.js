@@ -17,6 +17,7 @@ let drag = null;
 let cross = null;
 let pick = () => {};
 let regions = [];
+let labels = [];
 let corners = null; // of the region that is drawn
 let finish = () => {};
 
@@ -24,6 +25,11 @@ export const current = () => view;
 
 export function onPick(listener) {
   pick = listener;
+}
+
+export function showLabels(next) {
+  labels = next;
+  draw();
 }
 
 export function showRegions(next) {
@@ -105,7 +111,15 @@ export function draw() {
     for (const blob of view.blobs) drawBlob(blob, thin);
   }
   for (const track of view.tracks ?? []) drawTrack(track, thin);
+  labels.forEach((label) => drawLabel(label, thin));
   drawMarks(thin);
+}
+
+function drawLabel({ id, box: [u, v, width, height], guessed, marked }, thin) {
+  pen.beginPath();
+  pen.rect(u - width / 2, v - height / 2, width, height);
+  line('#fff', (marked ? 3 : 2) * thin, guessed ? [5 * thin, 4 * thin] : []);
+  words(`ID ${id}${guessed ? '?' : ''}`, u + width / 2 + 3 * thin, v, '#fff', thin);
 }
 
 function line(color, width, dash = []) {

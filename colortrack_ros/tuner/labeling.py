@@ -1,0 +1,132 @@
+"""The labels that somebody makes: marks by ID, the survey, and what follows from both."""
+
+from collections.abc import Callable
+import itertools
+from typing import Any
+
+import numpy as np
+
+from colortrack_ros.tuner.folder import Folder
+from colortrack_ros.tuner.footage import Footage
+from colortrack_ros.tuner.footage import RecordedFootage
+from colortrack_ros.tuner.labels import csv_of
+from colortrack_ros.tuner.labels import GUESSED
+from colortrack_ros.tuner.labels import Labels
+from colortrack_ros.tuner.labels import Mark
+from colortrack_ros.tuner.labels import mot_of
+from colortrack_ros.tuner.labels import NONE
+from colortrack_ros.tuner.labels import propose
+from colortrack_ros.tuner.settings import Settings
+from colortrack_ros.tuner.survey import Survey
+
+FORMATS: dict[str, Callable[[dict[int, Labels]], str]] = {'.csv': csv_of, '.txt': mot_of}
+"""By the end of a file's name: a table with a header, or MOTChallenge."""
+
+MOST_IDS = 1000
+"""Objects that may be labeled."""
+
+
+class Labeling:
+    """Marks, and the labels that follow.
+
+    :param footage: of which a recording can be labeled, a camera not.
+    """
+
+    def __init__(self, footage: Footage) -> None:
+        self._footage = footage
+        self._marks: dict[int, dict[int, Mark]] = {}
+        self._labels: dict[int, Labels] = {}
+        self._survey: Survey | None = None
+
+    def survey(self, settings: Settings) -> None:
+        """Look at the whole recording, with these settings.
+
+        :raises ValueError: it is a camera.
+        """
+        if not isinstance(self._footage, RecordedFootage):
+            raise ValueError('labels: expected a recording, such as a video or a bag; got a camera')
+        if self._survey is not None:
+            self._survey.close()
+        self._survey = Survey(self._footage.open_again(), settings)
+
+    def work(self) -> bool:
+        """Go on with the survey for a moment; whether there is more to do."""
+        if self._survey is None or self._survey.done:
+            return False
+        if self._survey.work():
+            return True
+        self._propose(*self._marks)
+        return False
+
+    def mark(self, name: int, frame: int, mark: Mark | None) -> None:
+        """Say where an object is in a frame; None takes that back.
+
+        :raises ValueError: the frame or the ID is not one.
+        """
+        if not (1 <= name <= MOST_IDS and 0 <= frame <= self._footage.last):
+            expected = f'an ID from 1 to {MOST_IDS}, and a frame up to {self._footage.last}'
+            raise ValueError(f'labels: expected {expected}; got {name} and {frame}')
+        marks = self._marks.setdefault(name, {})
+        if mark is not None:
+            marks[frame] = mark
+        elif marks.pop(frame, None) is None:
+            raise ValueError(f'labels: {name} has no mark in frame {frame}')
+        if not marks:
+            del self._marks[name]
+            self._labels.pop(name, None)
+        else:
+            self._propose(name)
+
+    def state(self) -> dict[str, Any]:
+        """How far the survey is, and for each ID its marks, and what its frames are."""
+        seen = len(self._survey.frames) if self._survey else 0
+        done = self._survey is not None and self._survey.done
+        labels = [
+            {
+                'id': name,
+                'marks': sorted(self._marks[name]),
+                'labeled': int(np.count_nonzero(found.state)),
+                'guessed': int(np.count_nonzero(found.state == GUESSED)),
+                'stretches': _stretches(found),
+            }
+            for name, found in sorted(self._labels.items())
+        ]
+        return {'seen': seen, 'done': done, 'labels': labels}
+
+    def at(self, frame: int) -> list[dict[str, Any]]:
+        """The labels of a frame."""
+        return [
+            {
+                'id': name,
+                'box': found.box[frame].tolist(),
+                'guessed': bool(found.state[frame] == GUESSED),
+                'marked': frame in self._marks[name],
+            }
+            for name, found in sorted(self._labels.items())
+            if 0 <= frame < len(found.state) and found.state[frame] != NONE
+        ]
+
+    def save(self, folder: Folder, path: str, *, overwrite: bool) -> None:
+        """Write all labels.
+
+        :raises ValueError: there are none, or the file is none to write, or is there already.
+        """
+        if not self._labels:
+            raise ValueError('labels: there are none yet')
+        if folder.exists(path, tuple(FORMATS)) and not overwrite:
+            raise ValueError(f'{path}: is there already; save again to overwrite it')
+        (form,) = (form for suffix, form in FORMATS.items() if path.endswith(suffix))
+        folder.write(path, form(self._labels), tuple(FORMATS))
+
+    def _propose(self, *names: int) -> None:
+        frames = self._survey.frames if self._survey else []
+        for name in names:
+            self._labels[name] = propose(self._marks[name], frames)
+
+
+def _stretches(labels: Labels) -> list[tuple[int, int, int]]:
+    """First frame, one behind the last, and state of each stretch with labels."""
+    (changes,) = np.diff(labels.state).nonzero()
+    ends = [0, *(changes + 1).tolist(), len(labels.state)]
+    parts = itertools.pairwise(ends)
+    return [(a, b, int(labels.state[a])) for a, b in parts if b > a and labels.state[a] != NONE]

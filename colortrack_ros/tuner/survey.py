@@ -1,0 +1,71 @@
+"""The tracks over a whole recording, from which labels are proposed."""
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.chain import ColorTracker
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Tracks
+from colortrack_ros.sources import Source
+from colortrack_ros.sources import SourceError
+from colortrack_ros.tuner.settings import Settings
+
+SIGHTING = np.dtype([('track', 'i8'), ('box', 'f8', 4), ('measured', '?')])
+"""One track in one frame. box: u, v of its center, width and height [px], of the blob where it was
+measured: a truth must not lean on the filter that it is to judge."""
+
+
+class Survey:
+    """Detector and tracker over all frames of a recording, a little at a time.
+
+    :param source: of the frames, from the first one on; is closed at the end.
+    :param settings: those in force.
+    :ivar frames: (N,) of dtype SIGHTING of each frame so far.
+    :ivar done: whether that is all.
+    """
+
+    def __init__(self, source: Source, settings: Settings) -> None:
+        self.frames: list[NDArray[np.void]] = []
+        self.done = False
+        self._source = source
+        self._track = ColorTracker(settings.detector, settings.tracker)
+
+    def work(self, seconds: float = 0.03) -> bool:
+        """Go on for no longer than that.
+
+        :returns: whether there is more to do.
+        """
+        end = time.monotonic() + seconds
+        while not self.done and time.monotonic() < end:
+            try:
+                frame = self._source.read()
+            except SourceError:
+                continue
+            if frame is None:
+                self.close()
+            else:
+                tracks = self._track(frame)
+                self.frames.append(_seen(tracks, self._track.detections))
+        return not self.done
+
+    def close(self) -> None:
+        """End it where it is."""
+        self.done = True
+        self._source.close()
+
+
+def _seen(tracks: Tracks, detections: Detections) -> NDArray[np.void]:
+    rows, blobs = tracks.rows, detections.rows
+    seen = np.zeros(len(rows), SIGHTING)
+    seen['track'] = rows['track_id']
+    seen['box'] = np.stack([rows[name] for name in ('u', 'v', 'box_w', 'box_h')], axis=1)
+    seen['measured'] = rows['time_since_update'] == 0
+    if len(blobs) and len(rows):
+        away = np.hypot(*(rows[name][:, None] - blobs[name] for name in 'uv'))
+        near = away.argmin(axis=1)
+        inside = seen['measured'] & (away.min(axis=1) < np.hypot(rows['box_w'], rows['box_h']) / 2)
+        blob = blobs[near[inside]]
+        seen['box'][inside] = np.stack([blob[n] for n in ('u', 'v', 'box_w', 'box_h')], axis=1)
+    return seen
