@@ -120,11 +120,31 @@ def peers() -> Iterator[tuple[str, Callable]]:
             print(f'# {name}: not in this OpenCV; pip install opencv-contrib-python-headless')
 
 
-def judged(start: Callable, pictures: list[Path], truth: np.ndarray) -> tuple[float, ...]:
-    """Success and on nothing [%] of a tracker on a sequence, and its median time [ms]."""
+def shown(path: Path, shrink: float, gray: bool) -> np.ndarray:
+    """A picture as it is, or so many times smaller, or without its colors."""
+    image = cv2.imread(str(path))
+    if shrink != 1:
+        factor = 1 / shrink
+        image = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    return (
+        cv2.cvtColor(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR) if gray else image
+    )
+
+
+def judged(
+    start: Callable, pictures: list[Path], truth: np.ndarray, every: int = 1, shrink: float = 1.0,
+    gray: bool = False,
+) -> tuple[float, ...]:  # fmt: skip
+    """Success and on nothing [%] of a tracker on a sequence, and its median time [ms].
+
+    :param every: pictures from one that is shown to the next; shrink, gray: see shown.
+    """
     step, overlaps, nothing, times = None, [], [], []
-    for k, (path, box) in enumerate(zip(pictures, truth, strict=True)):
-        image = cv2.imread(str(path))
+    corner = np.array([0.5, 0.5, 0, 0])
+    truth = (truth + corner) / shrink - corner
+    pairs = zip(pictures, truth, strict=True)
+    for k, (path, box) in list(enumerate(pairs))[::every]:
+        image = shown(path, shrink, gray)
         if step is None:
             step = start(image, box)
             continue
@@ -144,6 +164,9 @@ def main() -> None:
     parser.add_argument('folder', type=Path)
     parser.add_argument('--each', action='store_true', help='a line for each sequence as well')
     parser.add_argument('--frames', type=int, default=10**6, help='of each sequence, at most')
+    parser.add_argument('--every', type=int, default=1, help='pictures from one to the next')
+    parser.add_argument('--shrink', type=float, default=1.0, help='times smaller pictures')
+    parser.add_argument('--gray', action='store_true', help='without colors')
     parser.add_argument('--only', nargs='+', metavar='NAME', help='trackers, or sequences')
     given = parser.parse_args()
     cv2.setNumThreads(1)
@@ -161,7 +184,8 @@ def main() -> None:
     for name, start in ways.items():
         results = []
         for folder in folders:
-            results.append(judged(start, *sequence(folder, given.frames)))
+            found = sequence(folder, given.frames)
+            results.append(judged(start, *found, given.every, given.shrink, given.gray))
             if given.each:
                 print('| {} | {:.0f} % | {:.0f} % | {:.1f} |'.format(folder.name, *results[-1]))
         mean = np.mean(results, axis=0)
