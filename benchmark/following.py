@@ -73,7 +73,7 @@ class Run:
         self.simulation = Simulation(SimulationConfig(seed=seed, **parameters))
         self._rng = np.random.default_rng(seed)
         self._detector = Detector(DetectorConfig(colors=COLORS, min_area=20))
-        self._tracker = Tracker(TrackerConfig())
+        self._tracker = Tracker(TrackerConfig(ego_motion='odometry'))
         colors = tuple(Kind(name, kinds[name]) for name in NAMES)
         config = LocatorConfig(method=method, colors=colors, camera_pose_sigma=SIGMA)
         self._locator = Locator(config, lambda _: None)
@@ -94,9 +94,9 @@ class Run:
         for name in ('u', 'v'):
             rows[name] += NOISE * self._rng.normal(size=len(rows))
             rows[f'cov_{name * 2}'] += NOISE**2
-        detections = replace(detections, rows=rows)
-        tracks = self._tracker.update(detections)
         view = View(simulation.camera, simulation.robot.odometry.pose, self._mount)
+        detections = replace(detections, rows=rows, viewpoint=view)
+        tracks = self._tracker.update(detections)
         depth = sight.depth * (1 + 0.01 * self._rng.normal())
         locations = self._locator.update(tracks, detections, view, depth)
         self._note(locations, simulation.truth(sight.visible))

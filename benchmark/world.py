@@ -170,6 +170,38 @@ def run(method, motion, drives, runs=100, seed=0, pitch=PITCH):
     return Outcome(len(known), np.array(nees), np.concatenate(error), np.concatenate(speed))
 
 
+def bound(method, motion, drives, runs=100, seed=0, pitch=PITCH):
+    """The least RMSE, as a share of the range, that any estimator could have (Cramer-Rao).
+
+    The recursion of Tichavsky et al. (1998) for motions that are linear, of the state with all its
+    biases: Kalman's covariance, with measurements linearized at the truth.
+    """
+    rng = np.random.default_rng(seed)
+    kinds = Kinds.of(config_of(method, motion, pitch)).take(np.zeros(runs, int))
+    truth = truths(motion, runs, kinds, rng)
+    sigma = np.concatenate([np.full((runs, 3), 100.0), kinds.speed, kinds.sigma], axis=1)
+    cov = np.square(sigma)[:, :, None] * np.eye(sigma.shape[1])
+    F, variance, begun = np.eye(sigma.shape[1]), [], None
+    F[:3, 3:6] = DT * np.eye(3)
+    for k, base in enumerate(bases(drives)):
+        if k:
+            move(truth, motion, rng)
+            cov = F @ cov @ F.T
+            cov[:, [3, 4], [3, 4]] += WANDER[motion] ** 2 * DT
+        view = View(CAMERA, base, MOUNT)
+        measured, seen = measure(view, truth, kinds, method, motion, rng)
+        _, H = expected(view, truth, kinds.diameter, kinds.height)
+        H[~measured.used] = 0.0
+        PH = cov @ H.swapaxes(1, 2)
+        gain = np.linalg.solve(H @ PH + measured.R, PH.swapaxes(1, 2)).swapaxes(1, 2)
+        cov -= gain @ PH.swapaxes(1, 2)
+        begun = seen if begun is None else begun
+        distance = np.linalg.norm(truth[:, :3] - view.optical.t, axis=1)
+        counted = begun & seen & (distance > 1) & (distance < 5)
+        variance.append((np.trace(cov[:, :3, :3], axis1=1, axis2=2) / distance**2)[counted])
+    return float(np.sqrt(np.mean(np.concatenate(variance))))
+
+
 def update_time(objects=50, steps=50):
     """Time to predict and update so many objects [ms], fastest of the steps."""
     rng = np.random.default_rng(0)
@@ -194,12 +226,17 @@ def main():
     arguments = parser.parse_args()
     runs = arguments.runs
     table = Table(title=f'Objects in the world, {runs} runs each')
-    for column in ('robot', 'object', 'method', 'NEES', '95 %', 'RMSE, share of range'):
+    for column in ('robot', 'object', 'method', 'NEES', '95 %', 'RMSE, share of range', 'bound'):
         table.add_column(column, justify='right')
     for drives in (False, True):
         for motion in MOTIONS:
             for method in RANGE_METHODS:
                 out = run(method, motion, drives, runs, pitch=arguments.pitch)
+                least = '-'
+                if motion != 'bounces':
+                    least = (
+                        f'{100 * bound(method, motion, drives, runs, pitch=arguments.pitch):.1f} %'
+                    )
                 table.add_row(
                     'drives' if drives else 'stands',
                     motion,
@@ -207,6 +244,7 @@ def main():
                     f'{out.nees.mean():.2f}',
                     '{:.2f} to {:.2f}'.format(*out.bounds),
                     f'{100 * np.sqrt(np.mean(out.error**2)):.1f} %',
+                    least,
                 )
     Console(width=100).print(table)
     print(f'50 objects: {update_time():.2f} ms')

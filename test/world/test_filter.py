@@ -33,6 +33,14 @@ def test_the_covariance_says_how_far_off_the_object_is(method, motion, drives):
     assert low - 0.35 < outcome.nees.mean() < high + 0.35
 
 
+@pytest.mark.parametrize('method', RANGE_METHODS)
+def test_a_robot_that_stands_knows_where_things_stand_as_well_as_anybody_could(method):
+    """50 runs: their root mean square is known to 10 %."""
+    error = world.run(method, 'stands', drives=False, runs=50, seed=7).error
+    least = world.bound(method, 'stands', drives=False, runs=50, seed=7)
+    assert 0.7 < np.sqrt(np.mean(error**2)) / least < 1.35
+
+
 def test_an_error_of_the_pitch_is_not_averaged_away_by_looking_longer():
     kinds = Kinds.of(world.config_of('ground', 'stands')).take(np.zeros(1, int))
     rng = np.random.default_rng(0)
