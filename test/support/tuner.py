@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Iterator
 import contextlib
+import importlib.util
 import json
 import os
 import shutil
@@ -18,7 +19,8 @@ TEXT = aiohttp.WSMsgType.TEXT
 BROWSER = next(
     filter(None, map(shutil.which, ('chromium', 'google-chrome', 'chromium-browser'))), ''
 )
-NEEDS_BROWSER = pytest.mark.skipif(not BROWSER, reason='there is no chromium')
+DRIVEN = BROWSER and importlib.util.find_spec('playwright')
+NEEDS_BROWSER = pytest.mark.skipif(not DRIVEN, reason='there is no chromium, or no playwright')
 
 
 @contextlib.contextmanager
