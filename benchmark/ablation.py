@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 from colortrack_ros.evaluation import Tally
 from colortrack_ros.scenes import BLACKOUT
 from colortrack_ros.tracking import adaptation
+from colortrack_ros.tracking import extents
 from colortrack_ros.tracking import prediction
 from colortrack_ros.tracking import process_noise
 from colortrack_ros.tracking import Tracker
@@ -75,7 +76,13 @@ WITHOUT = {
     'merge and split': ({}, [replaced(tracker, 'merge_split', lambda _, *given: given)]),
     'stitching': ({}, [replaced(tracker, 'find_stitches', no_stitches)]),
     'memory': ({'max_hidden': 0.0}, []),
-    'learned sizes': ({}, [replaced(update, 'learn_extents', lambda *given: given[3].copy())]),
+    'learned sizes': (
+        {},
+        [
+            replaced(extents, 'FOLLOWING_SHARE', 0.0),
+            replaced(extents, '_learn_unlike', lambda *given: given[4]),
+        ],
+    ),
     'boxes': ({'use_boxes': False}, []),
     'births at the border': (
         {},
