@@ -117,7 +117,7 @@ doc/demo.webp: $(VENV)/demo
 # norfair asks for NumPy 1, which the newest OpenCV does not work with; it works with NumPy 2.
 %/bench: setup.py benchmark/requirements.txt
 	$(environment)
-	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check -e '.[standalone,demo]'
+	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check -e '.[standalone,demo,replay]'
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check \
 		-r benchmark/requirements.txt
 	$(RUN) $*/bin/python -m pip install --quiet --disable-pip-version-check --no-deps norfair
