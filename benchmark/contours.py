@@ -109,6 +109,42 @@ def measure_quality():
     return result
 
 
+def panned(k, scene):
+    """Frame k as a camera sees it that pans and tilts by up to 3 px a frame, and where it looks."""
+    left, top = 20 + 20 * np.sin(k / 7), 15 + 15 * np.sin(k / 8)
+    look = np.array([round(left), round(top)])
+    height, width = scene.height - 30, scene.width - 40
+    return scene.render(k)[look[1] : look[1] + height, look[0] : look[0] + width], look
+
+
+def measure_moving_camera():
+    """Boxes of a picture, followed by their edges alone; counted is what is wholly in view."""
+    result = {}
+    for name in REPORTED:
+        scene, first = open_scene(f'{name}?width=360&height=270'), INSIDE[name] + 60
+        tracker, seen, ids = ContourTracker(ContourConfig(start='targets')), [], set()
+        for k in range(first, first + FRAMES):
+            image, look = panned(k, scene)
+            outlines = [scene.outlines(k)[i] - look for i in sorted(scene.outlines(k))]
+            if k == first:
+                tracker.start([[*p.min(axis=0), *np.ptp(p, axis=0)] for p in outlines])
+            tracks = tracker.update(Frame(image, 'bgr8', round(k * 1e9 / scene.rate)))
+            found = dict(zip(tracks.rows['track_id'].tolist(), tracks.outlines, strict=True))
+            ids |= set(found)
+            none, size = np.zeros((1, 2)), np.array(image.shape[1::-1]) - 1
+            seen.append([
+                overlap(found.get(i, none), p, image.shape[:2])
+                if ((p > 0) & (p < size)).all() else np.nan
+                for i, p in enumerate(outlines, 1)
+            ])  # fmt: skip
+        result[name] = {
+            'intersection over union, mean': np.nanmean(seen, axis=0).round(2).tolist(),
+            'least': np.nanmin(seen, axis=0).round(2).tolist(),
+            'IDs': len(ids),
+        }
+    return result
+
+
 def measure_constants(names):
     """What half and twice constants of the room, such as ``tracker.GROWN``, make of it."""
     rooms = [importlib.import_module(f'colortrack_ros.contours.{room}') for room in ROOMS]
@@ -199,6 +235,8 @@ def main():
     show(console, 'One frame of 640x480, one thread', result['speed'])
     result['quality'] = measure_quality()
     show(console, 'Followed against the truth', result['quality'])
+    result['moving camera'] = measure_moving_camera()
+    show(console, 'Before a camera that moves', result['moving camera'])
     OUT.parent.mkdir(exist_ok=True)
     OUT.write_text(json.dumps(result, indent=2) + '\n')
 

@@ -1,15 +1,26 @@
 """Targets that somebody names: boxes of a person, or of a detector."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import FITS
 from colortrack_ros.contours.boxes import Floats
 from colortrack_ros.contours.boxes import overlaps
+from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.filters import Indices
+from colortrack_ros.contours.lines import find_edges
+from colortrack_ros.contours.spline import Spline
 
 LEAST_BOX_SIDE = 4.0
 """Narrower boxes are refused [px]: their sides are not 16 px apart all around, the least area."""
+
+
+MAX_LINE = 200
+"""Longest line that there may be [px]: the greatest line_length."""
 
 
 class Told:
@@ -66,12 +77,27 @@ class Told:
         return new[: max(free, 0)], same
 
 
-def inscribed(box: Floats, points: int) -> Floats:
-    """Ellipses in boxes, (K, points, 2) [px], in the sense from u to v."""
-    angle = 2 * np.pi * np.arange(points) / points
+def contours_in(
+    box: Floats, image: NDArray[np.uint8], spline: Spline, config: ContourConfig
+) -> Contours:
+    """Contours of things in boxes, (K, 4): from ellipses in them to the edges next to these.
+
+    Edges are looked for up to a quarter of the largest side inward and outward, and none has to be
+    where the others are.
+    """
+    angle = 2 * np.pi * np.arange(config.points) / config.points
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     middle, half = (box[:, :2] + box[:, 2:]) / 2, (box[:, 2:] - box[:, :2]) / 2
-    return np.asarray(middle[:, None] + half[:, None] * circle)
+    nodes = middle[:, None] + half[:, None] * circle
+    contours = Contours.new(nodes, np.zeros_like(middle), config)
+    contours.doubt_velocity(config.sigma)
+    length = int(np.clip(half.max(initial=0.0), config.line_length, MAX_LINE))
+    normals, sigma = spline.normals(nodes), np.full(nodes.shape[:2], length / 4)
+    far = replace(config, line_length=length)
+    edges = find_edges(image, nodes, normals, sigma, contours.sides, far)
+    contours.correct(edges.offset, edges.found, normals, 0.0, config)
+    contours.sides[edges.found] = edges.sides[edges.found]
+    return contours
 
 
 def _corners(boxes: ArrayLike) -> Floats:

@@ -30,7 +30,7 @@ from colortrack_ros.contours.regions import is_within
 from colortrack_ros.contours.regions import match
 from colortrack_ros.contours.regions import OwnAreas
 from colortrack_ros.contours.spline import Spline
-from colortrack_ros.contours.told import inscribed
+from colortrack_ros.contours.told import contours_in
 from colortrack_ros.contours.told import Told
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Frame
@@ -284,9 +284,7 @@ class ContourTracker:
         tracks, config = self._tracks, self.config
         own = boxes(self._spline.outline(tracks.filters.nodes))
         new, same = self.told.take(own, frame.image.shape, config.max_targets - len(tracks))
-        contours = Contours.new(inscribed(new, config.points), np.zeros((len(new), 2)), config)
-        contours.doubt_velocity(config.sigma)
-        self._measure(frame, contours, 0.0, config.min_found)
+        contours = contours_in(new, frame.image, self._spline, config)
         begin(tracks, contours, self._spline, self._clock.now)['told'] = True
         tracks.records['told'][same] = True
         tracks.records['moved'] |= tracks.records['told']

@@ -7,6 +7,7 @@ from support.contour_pictures import corners_of
 from support.contour_pictures import overlap
 from support.contour_pictures import SHAPES
 
+from colortrack_ros.contours import placing
 from colortrack_ros.contours.placing import along_outline
 from colortrack_ros.contours.placing import equally_spaced
 from colortrack_ros.contours.spline import Spline
@@ -71,3 +72,17 @@ def test_along_a_box_they_are_equally_spaced():
     np.testing.assert_allclose(steps, 15)
     assert (nodes.min(axis=0) == [10, 20]).all()
     assert (nodes.max(axis=0) == [40, 80]).all()
+
+
+@pytest.mark.parametrize('n', [12, 64])
+def test_placing_is_bounded_work_whatever_the_outline(n, monkeypatch):
+    """The longest work of a frame, counted in curves: it made one take ten times the others."""
+    curves, cost = [], placing._Outline.cost
+    monkeypatch.setattr(
+        placing._Outline, 'cost', lambda self, place: curves.append(len(place)) or cost(self, place)
+    )
+    random = np.random.default_rng(0)
+    angle = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    ragged = np.stack([np.cos(angle), np.sin(angle)], axis=1) * random.uniform(20, 90, (400, 1))
+    along_outline(ragged, Spline(n))
+    assert sum(curves) <= placing.PHASES + placing.MAX_ROUNDS * 2 * n
