@@ -39,7 +39,7 @@ STANDALONE = [
 
 setup(
     name=NAME,
-    version='0.1.0',
+    version='0.2.0',
     description='Finds objects by their color and tracks them with a bank of Kalman filters',
     license='Apache-2.0',
     maintainer='colortrack_ros maintainers',

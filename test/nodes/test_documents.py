@@ -324,7 +324,7 @@ def test_the_security_policy_gives_the_pipeline_what_its_three_nodes_have():
         for enclave in tree.iter('enclave')
     }
     setup = (ROOT / 'setup.py').read_text().partition('EXECUTABLES')[2].partition('}')[0]
-    executables = set(re.findall(r"'(\w+)': '(?:nodes|tools|replay)\.", setup))
+    executables = set(re.findall(r"'(\w+)': '(?:nodes|tools|replay|tuner)\.", setup))
     assert executables - {'evaluate', 'replay', 'tune'} == set(profiles)  # which send nothing
     names = ('camera', 'detector', 'tracker')
     assert profiles['pipeline'] == {name: profiles[name][name] for name in names}

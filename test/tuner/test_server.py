@@ -13,6 +13,7 @@ from support.tuner import state_of
 from support.tuner import talk
 from support.tuner import tuner
 from support.waiting import PATIENCE
+from support.waiting import wait_until
 
 SCENE = 'scene:single?width=160&height=120&duration=2'
 
@@ -268,8 +269,13 @@ def test_a_page_that_is_opened_a_hundred_times_leaves_nothing_behind(served):
                         await wire.receive()
                     wire._response.close()  # as a browser that is killed
 
-    asyncio.run(reload())
-    assert only(talk(served[0], []), 'hello')
+    def is_served():
+        with contextlib.suppress(aiohttp.WSServerHandshakeError):
+            return bool(only(talk(served[0], []), 'hello'))
+        return False
+
+    asyncio.run(asyncio.wait_for(reload(), PATIENCE))
+    wait_until(is_served)
 
 
 @pytest.mark.parametrize(
