@@ -8,6 +8,7 @@ import sys
 import time
 
 import cv2
+from support.waiting import wait_until
 
 from colortrack_ros.scenes import open_scene
 
@@ -35,10 +36,18 @@ class Stream(http.server.BaseHTTPRequestHandler):
 
 
 def serve(port: int) -> subprocess.Popen:
-    """The stream from a process of its own, so that killing it cuts the connections."""
-    return subprocess.Popen(
+    """The stream from a process of its own, so that killing it cuts the connections; it is up."""
+    server = subprocess.Popen(
         [sys.executable, '-m', 'support.mjpeg', str(port)], cwd=Path(__file__).parents[1]
     )
+    wait_until(lambda: is_up(port), what=lambda: 'the stream')
+    return server
+
+
+def is_up(port: int) -> bool:
+    """Whether somebody takes connections there: a camera that is refused one ends."""
+    with socket.socket() as knocking:
+        return knocking.connect_ex(('127.0.0.1', port)) == 0
 
 
 def free_port() -> int:
