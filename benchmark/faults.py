@@ -228,26 +228,27 @@ def main() -> int:
                 process.kill()
         logs = [path.read_text(errors='replace') for path in Path(folder).iterdir()]
     tracebacks = sum('Traceback' in log for log in logs)
+    _print(chain, tried, survived, seconds)
+    console = Console()
+    console.print(f'books of pictures: {dict(chain.books)}, missing {missing}')
+    console.print(f'exit statuses {dict(statuses)}, logs with a traceback: {tracebacks}')
+    grown = chain.grown['resident'] > MOST or chain.grown['threads'] > 0
+    lost = abs(missing) > WAITING
+    all_well = ready and tried == survived and not grown and not lost
+    return int(not all_well or tracebacks > 0 or set(statuses) != {0})
+
+
+def _print(chain: Chain, tried: Counter, survived: Counter, seconds: float) -> None:
+    """What was tried and survived, on the terminal and as JSON."""
     table = Table('attempt', 'tried', 'survived', title=f'Everything at once for {seconds:g} s')
     for name in tried:
         table.add_row(getattr(Chain, name).__doc__, str(tried[name]), str(survived[name]))
     console = Console()
     console.print(table)
     console.print(f'held more than when settled, at most: {dict(chain.grown)}')
-    console.print(f'books of pictures: {dict(chain.books)}, missing {missing}')
-    console.print(f'exit statuses {dict(statuses)}, logs with a traceback: {tracebacks}')
     OUT.parent.mkdir(exist_ok=True)
     OUT.write_text(
         json.dumps({'tried': tried, 'survived': survived, 'grown': chain.grown}, indent=2)
-    )
-    grown = chain.grown['resident'] > MOST or chain.grown['threads'] > 0
-    return int(
-        not ready
-        or tried != survived
-        or grown
-        or tracebacks > 0
-        or set(statuses) != {0}
-        or abs(missing) > WAITING
     )
 
 
