@@ -1,6 +1,8 @@
 """The library that reads and writes bags: rosbag2_py where ROS is installed, rosbags elsewhere."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Protocol
@@ -63,8 +65,15 @@ def canonical(cdr: bytes, kind: str) -> bytes:
     :param cdr: a serialized message.
     :param kind: its type.
     """
+    rewrite = _rewriter()
+    return rewrite(cdr, kind) if rewrite else cdr
+
+
+@cache
+def _rewriter() -> Callable[[bytes, str], bytes] | None:
+    """What writes messages anew; looked for once, not for each message."""
     if find_spec('rosbags') is None:
-        return cdr
+        return None
     from colortrack_ros.bags.portable import rewritten
 
-    return rewritten(cdr, kind)
+    return rewritten

@@ -19,6 +19,21 @@ POLL_RATE = 60.0
 """How often a look is taken for a new frame of a camera [Hz]: as often as a screen shows one."""
 
 
+class KeptFrames(OrderedDict[int, Frame]):
+    """Frames by their numbers, as many as there is room for: the first ones go first."""
+
+    _bytes = 0
+
+    def add(self, number: int, frame: Frame) -> None:
+        """Keep a frame, as the last one."""
+        before = self.pop(number, None)
+        self[number] = frame
+        self._bytes += frame.image.nbytes - (before.image.nbytes if before else 0)
+        while self._bytes > KEPT_BYTES and len(self) > 1:
+            _, old = self.popitem(last=False)
+            self._bytes -= old.image.nbytes
+
+
 class Footage(ABC):
     """Frames with numbers from 0.
 
@@ -65,8 +80,8 @@ class RecordedFootage(Footage):
         self._open, self._source = open_it, open_it()
         self.label, self.total = label, self._source.total
         self.rate = NANOSECONDS / self._source.period
-        self._kept: OrderedDict[int, Frame] = OrderedDict()
-        self._bytes = self._next = 0
+        self._kept = KeptFrames()
+        self._next = 0
 
     def frame(self, number: int) -> Frame | None:
         """A frame; None behind the end."""
@@ -82,7 +97,7 @@ class RecordedFootage(Footage):
             if frame is None:
                 self.total = self._next
                 return None
-            self._keep(self._next, frame)
+            self._kept.add(self._next, frame)
             self._next += 1
         self.total = max(self.total, self._next)
         return self._kept[number]
@@ -103,13 +118,6 @@ class RecordedFootage(Footage):
                 continue
             return frame
 
-    def _keep(self, number: int, frame: Frame) -> None:
-        self._kept[number] = frame
-        self._bytes += frame.image.nbytes
-        while self._bytes > KEPT_BYTES and len(self._kept) > 1:
-            _, old = self._kept.popitem(last=False)
-            self._bytes -= old.image.nbytes
-
 
 class LiveFootage(Footage):
     """The last frames of a camera, which any thread may put in."""
@@ -119,18 +127,13 @@ class LiveFootage(Footage):
 
     def __init__(self, label: str) -> None:
         self.label = label
-        self._kept: OrderedDict[int, Frame] = OrderedDict()
-        self._bytes = 0
+        self._kept = KeptFrames()
         self._lock = threading.Lock()
 
     def put(self, frame: Frame) -> None:
         """Take the newest frame."""
         with self._lock:
-            self._kept[self.total] = frame
-            self._bytes += frame.image.nbytes
-            while self._bytes > KEPT_BYTES and len(self._kept) > 1:
-                _, old = self._kept.popitem(last=False)
-                self._bytes -= old.image.nbytes
+            self._kept.add(self.total, frame)
             self.first = next(iter(self._kept))
             self.total += 1
 
