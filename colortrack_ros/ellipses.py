@@ -15,8 +15,9 @@ def ellipses(
 
     :param covariance: (N, 2, 2); a variance below zero counts as zero.
     """
-    # Not by LAPACK, whose last bits differ by where the arrays lie.
-    a, b, c = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
+    # Not by LAPACK, whose last bits differ by where the arrays lie; so do those of NumPy 1's
+    # arctan2 (and exp, log, power) for columns of a table, which are copied for it.
+    a, b, c = covariance[:, 0, 0], covariance[:, 0, 1].copy(), covariance[:, 1, 1]
     mean, half = (a + c) / 2, (a - c) / 2
     spread = np.sqrt(half * half + b * b)
     major, minor = (np.sqrt(np.maximum(v, 0.0)) for v in (mean + spread, mean - spread))

@@ -136,7 +136,7 @@ class MeasurementNoise:
         count = self._evidence[:, 0]
         mean = self._evidence[:, 1:] / np.maximum(count, 1e-9)[:, None]
         mean[:, 0] -= MEAN_LOG * (count > 0)
-        self._usual = np.exp(mean[:, 2])
+        self._usual = np.exp(mean[:, 2].copy())
         prior = count / (count + PRIOR)
         least = np.minimum(LEAST_VARIANCE / self._usual, 1.0)
         self._factors = np.maximum(_factor(prior * mean[:, 0], mean[:, 1]), least)

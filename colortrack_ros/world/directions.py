@@ -39,7 +39,7 @@ def pixels_of(camera: CameraModel, rays: Floats) -> Floats:
 
 def _angles(rays: Floats) -> Floats:
     """Off the optical axis [rad]."""
-    return np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), rays[:, 2])
+    return np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), rays[:, 2].copy())
 
 
 def _polar(flat: Floats) -> tuple[Floats, Floats]:

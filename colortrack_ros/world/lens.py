@@ -158,7 +158,7 @@ class Equidistant(Lens):
     def distort(self, points: Floats) -> tuple[Floats, Floats]:
         """See :meth:`Lens.distort`."""
         r = np.hypot(points[:, 0], points[:, 1])
-        theta = np.arctan2(r, points[:, 2])
+        theta = np.arctan2(r, points[:, 2].copy())
         theta[theta > self._limit] = np.nan
         bent, slope = self._bent(theta)
         length2 = r * r + np.square(points[:, 2])
