@@ -103,7 +103,7 @@ def split(mask: Mask, least: int) -> list[Mask]:
     is one thing.
     """
     edged = cv2.copyMakeBorder(mask, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
-    depth = cv2.distanceTransform(edged, cv2.DIST_L2, 3)[1:-1, 1:-1]
+    depth = cv2.distanceTransform(edged, cv2.DIST_L2, cv2.DIST_MASK_5)[1:-1, 1:-1]
     cores = (depth > CORE * depth.max()).astype(np.uint8)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(cores)
     left = stats[1:, cv2.CC_STAT_LEFT]
@@ -111,7 +111,7 @@ def split(mask: Mask, least: int) -> list[Mask]:
     if group.max(initial=0) == 0:
         return [mask]
     labels = np.concatenate([[0], group + 1])[labels]
-    _, nearest = cv2.distanceTransformWithLabels(1 - cores, cv2.DIST_L2, 3)
+    _, nearest = cv2.distanceTransformWithLabels(1 - cores, cv2.DIST_L2, cv2.DIST_MASK_5)
     names = np.zeros(nearest.max() + 1, labels.dtype)
     names[nearest[cores > 0]] = labels[cores > 0]
     labels = names[nearest] * mask

@@ -51,7 +51,9 @@ def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: in
     start = np.clip(points, -MAX_COORDINATE, MAX_COORDINATE).astype(np.float32)
     along = normals.astype(np.float32)
     u, v = (start[:, [axis]] + along[:, [axis]] * steps for axis in (0, 1))
-    picture = cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    # Of coordinates in fixed point, 1/32 px, all versions of OpenCV make the same.
+    fixed = cv2.convertMaps(u, v, cv2.CV_16SC2)
+    picture = cv2.remap(image, *fixed, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     if picture.ndim == 2:
         return picture
     return np.maximum(np.maximum(picture[..., 0], picture[..., 1]), picture[..., 2])
@@ -122,9 +124,15 @@ def _squared_deviation(sides: Floats, usual: Floats, config: ContourConfig) -> F
 
 
 def _responses(samples: NDArray[np.uint8], mask: tuple[float, ...]) -> NDArray[np.float32]:
-    """The edge mask at each sample, without its sign: h for a step by h levels."""
-    if not len(samples):
-        return samples.astype(np.float32)
-    weights = np.array([mask], np.float32)
+    """The edge mask at each sample, without its sign: h for a step by h levels.
+
+    (cv2.filter2D rounds sums in one order or another by its version, and equal ones differ.)
+    """
+    weights = np.array(mask, np.float32)
     weights /= np.abs(weights).sum() / 2
-    return np.abs(cv2.filter2D(samples, cv2.CV_32F, weights, borderType=cv2.BORDER_REPLICATE))
+    width = samples.shape[1]
+    padded = np.pad(samples, ((0, 0), (len(mask) // 2,) * 2), mode='edge')
+    response = np.zeros(samples.shape, np.float32)
+    for k in np.flatnonzero(weights).tolist():
+        response += weights[k] * padded[:, k : k + width]
+    return np.abs(response, out=response)

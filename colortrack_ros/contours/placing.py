@@ -24,6 +24,10 @@ and `approach` (``benchmark/contours.py --constants placing.PHASES placing.MAX_R
 CENTROID_WEIGHT = 4.0
 """How much more a centroid that is off counts than a curve that is."""
 
+TIE = 1e-9
+"""Costs that differ by a smaller share are equal: on symmetrical outlines, of which the last digit,
+rounded otherwise by each library, would choose one of two ways."""
+
 
 def equally_spaced(points: Floats, spline: Spline) -> Floats:
     """Nodes (n, 2) [px] equally spaced along an outline, of positive area.
@@ -46,18 +50,23 @@ def along_outline(points: Floats, spline: Spline) -> tuple[Floats, float]:
     outline, n = _Outline(points, spline), spline.count
     tried = np.arange(n) / n + np.arange(PHASES)[:, None] / PHASES / n
     cost = outline.cost(tried)
-    place, least, step = tried[cost.argmin()], cost.min(), FIRST_STEP
+    place, least, step = tried[_first_least(cost)], cost.min(), FIRST_STEP
     for _ in range(MAX_ROUNDS):
         tried = place + np.concatenate([np.eye(n), -np.eye(n)]) * step / n
         gap = np.diff(np.concatenate([tried, tried[:, :1] + 1], axis=1), axis=1)
         cost = np.where(gap.min(axis=1) < LEAST_SPACING / n, np.inf, outline.cost(tried))
-        if cost.min() < least:
-            place, least = tried[cost.argmin()], cost.min()
+        if cost.min() < least * (1 - TIE):
+            place, least = tried[_first_least(cost)], cost.min()
         elif step < LAST_STEP:
             break
         else:
             step /= 2
     return outline.nodes(place), float(np.sqrt(outline.squared_distance(place[None])[0]))
+
+
+def _first_least(cost: Floats) -> int:
+    """Index of the least cost, of ties the first."""
+    return int(np.argmax(cost <= cost.min() * (1 + TIE)))
 
 
 class _Outline:

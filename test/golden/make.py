@@ -1,7 +1,8 @@
 """The recipe of the golden recording: ``python test/golden/make.py``, after a wanted change.
 
 Five balls pass behind a bar. The bag holds their detections, tracks.csv what the tracker makes of
-them. Look at what has changed before you commit it.
+them; contours.csv is what the contour tracker makes of another scene. Look at what has changed
+before you commit it.
 """
 
 from pathlib import Path
@@ -15,6 +16,7 @@ from colortrack_ros.replay.main import main
 HERE = Path(__file__).parent
 SCENE = 'scene:occlusion?width=320&height=240&rate=8'
 TOPIC = '/detections'
+CONTOURS = ['scene:silhouette?width=160&height=120&rate=5', '--tracker', 'contour_tracker']
 
 
 def make_bag(folder: Path) -> None:
@@ -31,13 +33,14 @@ def make_bag(folder: Path) -> None:
         reader.close()
 
 
-def make_tracks(bag: Path, table: Path) -> None:
-    """Track the detections of the bag."""
+def make_tracks(table: Path, *source: str) -> None:
+    """Track a recording: its input, and further arguments of replay."""
     with tempfile.TemporaryDirectory() as scratch:
-        assert main([str(bag), '--output', f'{scratch}/new', '--csv', str(table), '--force']) == 0
+        assert main([*source, '--output', f'{scratch}/new', '--csv', str(table), '--force']) == 0
 
 
 if __name__ == '__main__':
     shutil.rmtree(HERE / 'bag', ignore_errors=True)
     make_bag(HERE / 'bag')
-    make_tracks(HERE / 'bag', HERE / 'tracks.csv')
+    make_tracks(HERE / 'tracks.csv', str(HERE / 'bag'))
+    make_tracks(HERE / 'contours.csv', *CONTOURS)

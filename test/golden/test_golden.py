@@ -5,6 +5,7 @@ from pathlib import Path
 import signal
 
 import cv2
+from golden.make import CONTOURS
 import pytest
 
 from colortrack_ros.replay.main import main
@@ -16,8 +17,8 @@ HERE = Path(__file__).parent
 def replay(tmp_path, capsys):
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 
-    def run(*options):
-        status = main([str(HERE / 'bag'), '--output', str(tmp_path / 'new'), '--force', *options])
+    def run(*options, source=(str(HERE / 'bag'),)):
+        status = main([*source, '--output', str(tmp_path / 'new'), '--force', *options])
         return status, capsys.readouterr().out
 
     yield run
@@ -27,6 +28,11 @@ def replay(tmp_path, capsys):
 
 def test_the_tracks_of_the_recording_are_the_expected_ones(replay):
     status, printed = replay('--expect', str(HERE / 'tracks.csv'))
+    assert status == 0, printed
+
+
+def test_contours_are_the_expected_ones_with_any_version_of_the_libraries(replay):
+    status, printed = replay('--expect', str(HERE / 'contours.csv'), source=CONTOURS)
     assert status == 0, printed
 
 
