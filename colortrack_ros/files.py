@@ -1,4 +1,4 @@
-"""Reads files that parameters name: nothing in them may end or block a node."""
+"""Reads files that parameters name, which may not end or block a node; and writes files whole."""
 
 from collections.abc import Callable
 from functools import partial
@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 import queue
 import stat
+import tempfile
 import threading
 from typing import NoReturn
 from typing import TypeVar
@@ -14,6 +15,9 @@ Answer = TypeVar('Answer')
 
 TIME_TO_READ = 2.0
 """How long reading a file may take [s]: one on a dead network drive never ends."""
+
+NEW_FILE = 0o644
+"""Permissions of a file that was not there: all may read it, as umask has it nearly everywhere."""
 
 
 def read_file(path: str | Path, most: int) -> bytes:
@@ -31,6 +35,26 @@ def read_file(path: str | Path, most: int) -> bytes:
         raise ValueError(f'{error.strerror}: {path}') from error
     except Exception as error:
         raise ValueError(f'{str(path)!r}: {error}') from error
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """Write a file as a whole or not at all: beside its place, then moved there.
+
+    What was there keeps its permissions; where a link was, what it points to is replaced.
+
+    :raises OSError: it cannot be written; what was there stays, and nothing is left beside it.
+    """
+    path = path.resolve()
+    mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else NEW_FILE
+    handle, beside = tempfile.mkstemp(prefix='.', suffix='.new', dir=path.parent)
+    try:
+        with open(handle, 'wb') as file:
+            file.write(content)
+        os.chmod(beside, mode)
+        os.replace(beside, path)
+    except BaseException:
+        Path(beside).unlink()
+        raise
 
 
 def in_time(call: Callable[[], Answer], seconds: float) -> Answer:

@@ -6,6 +6,7 @@ import pytest
 
 from colortrack_ros import files
 from colortrack_ros.files import read_file
+from colortrack_ros.files import write_file
 
 
 def test_a_file_is_read_up_to_its_limit(tmp_path):
@@ -35,3 +36,24 @@ def test_a_file_that_never_comes_is_not_waited_for(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match=r'within 0\.1 s'):
         read_file(tmp_path, 100)
     never.set()
+
+
+def test_a_file_is_written_as_a_whole_or_stays_as_it_was(tmp_path, monkeypatch):
+    path, link = tmp_path / 'mine.yaml', tmp_path / 'link.yaml'
+    path.write_bytes(b'old')
+    path.chmod(0o600)
+    link.symlink_to(path)
+    write_file(link, b'new')
+    assert path.read_bytes() == b'new'
+    assert path.stat().st_mode & 0o777 == 0o600
+    assert link.is_symlink()
+
+    def refuse(*_):
+        assert path.read_bytes() == b'new'  # until all is there
+        raise OSError('no space left')
+
+    monkeypatch.setattr(os, 'replace', refuse)
+    with pytest.raises(OSError, match='no space'):
+        write_file(path, b'newer')
+    assert path.read_bytes() == b'new'
+    assert sorted(tmp_path.iterdir()) == [link, path]

@@ -31,7 +31,7 @@ ROOMS_WITHOUT_ROS = (
 )
 ALLOWED = {
     'data': set(),
-    'batch': set(),
+    'batch': {'files'},
     'encodings': {'data'},
     'parameters': set(),
     'files': set(),
@@ -56,8 +56,8 @@ ALLOWED = {
 
 
 FLOORS = (
-    {'batch', 'data', 'ellipses', 'files', 'parameters'},
-    {'encodings', 'picture_files'},
+    {'data', 'ellipses', 'files', 'parameters'},
+    {'batch', 'encodings', 'picture_files'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},
     {'contours', 'chain', 'simulation', 'evaluation'},

@@ -10,6 +10,7 @@ from typing import Any
 from colortrack_ros.batch.tasks import BatchError
 from colortrack_ros.batch.tasks import Outcome
 from colortrack_ros.batch.tasks import Task
+from colortrack_ros.files import write_file
 
 
 class Journal:
@@ -81,10 +82,9 @@ class Journal:
         """Leave one line for each of these, in this order."""
         if self._path is None:
             return
-        beside = self._path.with_name(f'.{self._path.name}.new')
+        text = ''.join(json.dumps(_line(o)) + '\n' for o in outcomes)
         try:
-            beside.write_text(''.join(json.dumps(_line(o)) + '\n' for o in outcomes))
-            beside.replace(self._path)
+            write_file(self._path, text.encode())
         except OSError as error:
             raise BatchError(f'{self._path}: {error.strerror}') from error
 

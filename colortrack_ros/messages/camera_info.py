@@ -1,7 +1,6 @@
 """The YAML of camera_calibration -> sensor_msgs/CameraInfo -> the size of its pictures."""
 
 from collections.abc import Mapping
-import os
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import yaml
 from colortrack_ros.data import Frame
 from colortrack_ros.encodings import size_of
 from colortrack_ros.files import read_file
+from colortrack_ros.files import write_file
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.serialized import message_of_serialized
@@ -87,16 +87,11 @@ def save_camera_info(url: str, info: CameraInfo) -> None:
         )
     if path.exists() and not path.is_file():
         raise ValueError(f'expected a file, got a folder, a pipe or a device: {path}')
-    # Beside, then renamed: on a full disk the old calibration stays.
-    beside = path.with_name(f'.{path.name}.{os.getpid()}')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_bytes(text)
-        beside.replace(path)
+        write_file(path, text)
     except OSError as error:
         raise ValueError(f'{error.strerror}: {path}') from error
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def camera_info_of_frame(frame: Frame, info: CameraInfo) -> CameraInfo:

@@ -9,6 +9,7 @@ import numpy as np
 
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.lab import rgb_from_lab
+from colortrack_ros.files import write_file
 from colortrack_ros.parameters.params_file import flow
 from colortrack_ros.parameters.params_file import given_in
 from colortrack_ros.parameters.params_file import has_node
@@ -44,7 +45,7 @@ def write_color(path: Path, color: ReferenceColor, min_area: int) -> None:
         if text.strip() and not has_node(text, 'detector'):
             raise ValueError('there is none in it')
         values = color_values(given_in(text, 'detector'), color, min_area)
-        path.write_text(with_values(text, 'detector', values))
+        write_file(path, with_values(text, 'detector', values).encode())
     except OSError as error:
         raise ValueError(f'{path}: {error.strerror}') from error
     except (LookupError, TypeError, ValueError) as error:

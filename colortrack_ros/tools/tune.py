@@ -21,6 +21,7 @@ from rich.table import Table
 from colortrack_ros.bags import BagError
 from colortrack_ros.bags import is_bag
 from colortrack_ros.evaluation import RecordError
+from colortrack_ros.files import write_file
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.nodes.tracker import TrackerSetup
 from colortrack_ros.parameters.params_file import with_values
@@ -217,7 +218,7 @@ def _write(arguments: argparse.Namespace, values: Values, console: Console) -> N
         own = {name: value for (whose, name), value in values.items() if whose == node}
         text = with_values(text, node, own)
     if arguments.write:
-        arguments.write.write_text(text)
+        write_file(arguments.write, text.encode())
         console.print(f'written to {arguments.write}')
     else:
         console.print(text, markup=False, highlight=False)

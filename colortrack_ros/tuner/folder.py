@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 import difflib
 import hashlib
-import os
 from pathlib import Path
-import tempfile
 
 from colortrack_ros.files import read_file
+from colortrack_ros.files import write_file
 
 SUFFIXES = ('.yaml', '.yml')
 
@@ -57,12 +56,7 @@ class Folder:
         """
         path = self._path(name, suffixes)
         try:
-            mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
-            handle, staged = tempfile.mkstemp(suffix='.tmp', dir=path.parent)
-            with os.fdopen(handle, 'w', encoding='utf-8') as file:
-                file.write(text)
-            os.chmod(staged, mode)
-            os.replace(staged, path)
+            write_file(path, text.encode())
         except OSError as error:
             raise ValueError(f'{name}: {error.strerror}') from error
 
