@@ -126,6 +126,22 @@ class BackgroundModel:
         )
         return cv2.min(recent, lasting)
 
+    @property
+    def recent(self) -> Picture:
+        """(H, W, channels) the recent one."""
+        return self._models[0]
+
+    def moves(self, picture: Picture, threshold: float) -> Picture:
+        """(H, W) 255 where a picture is like none of the backgrounds, 0 elsewhere.
+
+        :param picture: (H, W, channels), of a shape that it knows.
+        :param threshold: of the mean of the channels' differences, below 85 [levels].
+        """
+        ones = np.ones((1, picture.shape[2]))
+        sums = [cv2.transform(cv2.absdiff(picture, model), ones) for model in self._models]
+        greatest = int(threshold * picture.shape[2])
+        return cv2.threshold(cv2.min(*sums), greatest, 255, cv2.THRESH_BINARY)[1]
+
     def clear_still(self, picture: Picture, image: LabelImage, threshold: float) -> None:
         """Set the labels to 0, in place, where the picture is like one of the backgrounds.
 
@@ -135,10 +151,7 @@ class BackgroundModel:
         greatest = int(threshold * picture.shape[2])  # of their sum, which is a whole number
         labeled = np.count_nonzero(image.padded)
         if labeled > DENSE_SHARE * image.padded.size and greatest < SATURATED:
-            ones = np.ones((1, picture.shape[2]))
-            sums = [cv2.transform(cv2.absdiff(picture, model), ones) for model in self._models]
-            _, moves = cv2.threshold(cv2.min(*sums), greatest, 255, cv2.THRESH_BINARY)
-            cv2.bitwise_and(image.pixels, moves, dst=image.pixels)
+            cv2.bitwise_and(image.pixels, self.moves(picture, threshold), dst=image.pixels)
             return
         position = image.positions()
         v, u = np.divmod(position, image.stride)

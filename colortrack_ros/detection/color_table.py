@@ -28,8 +28,9 @@ from colortrack_ros.detection.reference import ReferenceColor
 CELLS = 1 << 16
 """5 bits of red, 6 of green, 5 of blue."""
 
-CUT, UNKNOWN = 255, 255
-"""Entry of a cell whose colors may not belong together; of a color not yet computed."""
+CUT, UNKNOWN = 255, 0
+"""Entry of a cell whose colors may not belong together; of a color not yet computed, the label of
+one that is having 1 added: pages of zeros cost nothing before they are written to."""
 
 _TO_CELL = {
     'bgr8': cv2.COLOR_BGR2BGR565,
@@ -141,7 +142,7 @@ class ColorTable:
         self._cells, touched = self._label_cells()
         self.overlaps = bool((touched[np.logical_not(self._inverted)].sum(axis=0) > 1).any())
         self._column_filter = None if HAS_16_BIT_LUT else ColumnFilter(touched)
-        self._exact = np.full(1 << 24, UNKNOWN, np.uint8)
+        self._exact = np.zeros(1 << 24, np.uint8)
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
 
     def _label_cells(self) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
@@ -278,7 +279,7 @@ class ColorTable:
         if unknown.size:
             self._compute_cells(unknown)
             labels = self._exact.take(color)
-        image.padded.reshape(-1)[position] = labels
+        image.padded.reshape(-1)[position] = labels - 1
 
     def _compute_cells(self, colors: NDArray[np.int32]) -> None:
         """Label every color of the cells that the given colors are in, and remember it.
@@ -288,7 +289,7 @@ class ColorTable:
         cells = np.unique(colors >> 8 & 0xF800 | colors >> 5 & 0x07E0 | colors >> 3 & 0x001F)
         rgb = (_corner(cells)[:, None] + _IN_CELL).reshape(-1, 3)
         labels = self.label_colors(rgb)
-        self._exact[rgb @ [1 << 16, 1 << 8, 1]] = labels
+        self._exact[rgb @ [1 << 16, 1 << 8, 1]] = labels + 1
         labels = labels.reshape(len(cells), -1)
         whole = (labels == labels[:, :1]).all(axis=1)
         self._cells[cells[whole]] = labels[whole, 0]

@@ -1,5 +1,6 @@
 """From a frame to its detections."""
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +19,8 @@ from colortrack_ros.detection.methods import METHODS
 from colortrack_ros.detection.morphology import close
 from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import open_
+from colortrack_ros.detection.pixels import channels_of
+from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.detection.regions import Regions
 from colortrack_ros.detection.shape import keep_shapes
 from colortrack_ros.detection.skewness import UsualSkewness
@@ -77,6 +80,19 @@ class Detector:
     def mask(self) -> NDArray[np.uint8]:
         """(H, W) of the last frame, 255 where a blob may be, 0 elsewhere."""
         return np.where(self.labels != 0, np.uint8(255), np.uint8(0))
+
+    def background(self, frame: Frame) -> tuple[NDArray, NDArray] | None:
+        """The learned background, and where a frame is not like it; None if none is learned.
+
+        :returns: (H, W, 3) BGR, and (H, W), 255 for what moves, 0 elsewhere.
+        """
+        frame = plain(frame)
+        picture = channels_of(frame)
+        if not self._background.knows(picture):
+            return None
+        red, green, blue = split_rgb(self._background.recent, frame.encoding)
+        moves = self._background.moves(picture, self._config.difference_threshold)
+        return cv2.merge([blue, green, red]), moves
 
     def detect(self, frame: Frame) -> Detections:
         """The blobs of a frame, largest area first; at equal area, in raster order.

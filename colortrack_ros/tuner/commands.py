@@ -82,6 +82,8 @@ COMMANDS: dict[str, dict[str, Check]] = {
         'height': whole,
     },
     'remove_color': {'color': identifier},
+    'rename_color': {'color': identifier, 'to': identifier},
+    'background': {},
     'learn_background': {},
     'load': {'path': text},
     'diff': {'path': text},
@@ -95,6 +97,7 @@ COMMANDS: dict[str, dict[str, Check]] = {
     'gone': {'id': whole, 'frame': whole},
     'unlabel': {'id': whole, 'frame': whole},
     'labels_at': {'frame': whole},
+    'load_labels': {'path': text},
     'save_labels': {'path': text, 'overwrite': flag},
 }
 """The fields of each command, all of which have to be there."""

@@ -32,7 +32,7 @@ class Folder:
 
         :raises ValueError: there is none, or it is none to read.
         """
-        return read_file(self._path(name), LARGEST_FILE).decode()
+        return read_file(self.path(name), LARGEST_FILE).decode()
 
     def read_or_empty(self, name: str) -> str:
         """The text of a file, empty where there is none yet.
@@ -46,7 +46,7 @@ class Folder:
 
         :raises ValueError: it is none to write.
         """
-        return self._path(name, suffixes).exists()
+        return self.path(name, suffixes).exists()
 
     def write(self, name: str, text: str, suffixes: Sequence[str] = SUFFIXES) -> None:
         """Write a file as a whole or not at all.
@@ -54,13 +54,13 @@ class Folder:
         :param suffixes: of which its name has to have one.
         :raises ValueError: it is none to write, or cannot be written.
         """
-        path = self._path(name, suffixes)
+        path = self.path(name, suffixes)
         try:
             write_file(path, text.encode())
         except OSError as error:
             raise ValueError(f'{name}: {error.strerror}') from error
 
-    def _path(self, name: str, suffixes: Sequence[str] = SUFFIXES) -> Path:
+    def path(self, name: str, suffixes: Sequence[str] = SUFFIXES) -> Path:
         """Where a file is.
 
         :raises ValueError: outside of the folder, in a folder that is not there, or no YAML.

@@ -5,7 +5,10 @@ import itertools
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from colortrack_ros.evaluation import read_record
+from colortrack_ros.evaluation import RecordError
 from colortrack_ros.tuner.folder import Folder
 from colortrack_ros.tuner.footage import Footage
 from colortrack_ros.tuner.footage import RecordedFootage
@@ -16,6 +19,7 @@ from colortrack_ros.tuner.labels import Mark
 from colortrack_ros.tuner.labels import mot_of
 from colortrack_ros.tuner.labels import NONE
 from colortrack_ros.tuner.labels import propose
+from colortrack_ros.tuner.labels import sightings_of
 from colortrack_ros.tuner.settings import Settings
 from colortrack_ros.tuner.survey import Survey
 
@@ -37,6 +41,7 @@ class Labeling:
         self._marks: dict[int, dict[int, Mark]] = {}
         self._labels: dict[int, Labels] = {}
         self._survey: Survey | None = None
+        self._loaded: list[NDArray[np.void]] = []
 
     def survey(self, settings: Settings) -> None:
         """Look at the whole recording, with these settings.
@@ -45,9 +50,13 @@ class Labeling:
         """
         if not isinstance(self._footage, RecordedFootage):
             raise ValueError('labels: expected a recording, such as a video or a bag; got a camera')
+        self._stop()
+        self._survey = Survey(self._footage.open_again(), settings)
+
+    def _stop(self) -> None:
         if self._survey is not None:
             self._survey.close()
-        self._survey = Survey(self._footage.open_again(), settings)
+        self._survey, self._loaded = None, []
 
     def work(self) -> bool:
         """Go on with the survey for a moment; whether there is more to do."""
@@ -63,8 +72,8 @@ class Labeling:
 
         :raises ValueError: the frame or the ID is not one.
         """
-        if not (1 <= name <= MOST_IDS and 0 <= frame <= self._footage.last):
-            expected = f'an ID from 1 to {MOST_IDS}, and a frame up to {self._footage.last}'
+        if not (0 <= name <= MOST_IDS and 0 <= frame <= self._footage.last):
+            expected = f'an ID from 0 to {MOST_IDS}, and a frame up to {self._footage.last}'
             raise ValueError(f'labels: expected {expected}; got {name} and {frame}')
         marks = self._marks.setdefault(name, {})
         if mark is not None:
@@ -79,8 +88,8 @@ class Labeling:
 
     def state(self) -> dict[str, Any]:
         """How far the survey is, and for each ID its marks, and what its frames are."""
-        seen = len(self._survey.frames) if self._survey else 0
-        done = self._survey is not None and self._survey.done
+        seen = len(self._survey.frames if self._survey else self._loaded)
+        done = self._survey.done if self._survey else bool(self._loaded)
         labels = [
             {
                 'id': name,
@@ -106,6 +115,28 @@ class Labeling:
             if 0 <= frame < len(found.state) and found.state[frame] != NONE
         ]
 
+    def load(self, folder: Folder, path: str) -> None:
+        """Take a truth that is there, to mend it: marks choose among its labels from then on.
+
+        :raises ValueError: the file is none to read, or none that holds labels.
+        """
+        try:
+            truth = read_record(folder.path(path, tuple(FORMATS)))
+        except RecordError as error:
+            raise ValueError(str(error)) from error
+        names, first = np.unique(truth.rows['id'], return_index=True)
+        if not len(names) or names[0] < 0 or names[-1] > MOST_IDS:
+            raise ValueError(f'{path}: expected IDs from 0 to {MOST_IDS}, got {names.tolist()}')
+        self._stop()
+        self._loaded = sightings_of(truth)
+        rows = truth.rows[first]
+        self._marks = {
+            int(row['id']): {int(row['frame']): Mark((row['u'], row['v'], 0, 0), int(row['id']))}
+            for row in rows
+        }
+        self._labels = {}
+        self._propose(*self._marks)
+
     def save(self, folder: Folder, path: str, *, overwrite: bool) -> None:
         """Write all labels.
 
@@ -119,7 +150,7 @@ class Labeling:
         folder.write(path, form(self._labels), tuple(FORMATS))
 
     def _propose(self, *names: int) -> None:
-        frames = self._survey.frames if self._survey else []
+        frames = self._survey.frames if self._survey else self._loaded
         for name in names:
             self._labels[name] = propose(self._marks[name], frames)
 

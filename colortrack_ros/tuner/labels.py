@@ -8,6 +8,9 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.evaluation import Record
+from colortrack_ros.tuner.survey import SIGHTING
+
 NO_SIZE = 20.0
 """Side of a box of which nobody knows the size [px]: one that can be seen and corrected."""
 
@@ -23,9 +26,11 @@ class Mark:
     """What somebody said of an object in a frame.
 
     :param box: u, v of its center, width and height [px], size 0 for a click; None if it is gone.
+    :param track: that it means; None for the one at the place.
     """
 
     box: tuple[float, float, float, float] | None
+    track: int | None = None
 
 
 @dataclass(frozen=True)
@@ -34,10 +39,12 @@ class Labels:
 
     :param state: (F,) NONE, MEASURED or GUESSED.
     :param box: (F, 4) u, v of its center, width and height [px].
+    :param visible: (F,) share in sight, 0 where it is guessed.
     """
 
     state: NDArray[np.int8]
     box: NDArray[np.float64]
+    visible: NDArray[np.float64]
 
 
 def propose(marks: dict[int, Mark], frames: Sequence[NDArray[np.void]]) -> Labels:
@@ -51,7 +58,7 @@ def propose(marks: dict[int, Mark], frames: Sequence[NDArray[np.void]]) -> Label
     :param frames: what the tracker saw in each, of dtype SIGHTING.
     """
     count = max(len(frames), max(marks, default=-1) + 1)
-    box = np.full((count, 4), np.nan)
+    box = np.full((count, 5), np.nan)  # and the share in sight
     order = sorted(marks)
     tracks = {k: _track_at(marks[k], frames[k] if k < len(frames) else None) for k in order}
     for before, after in zip([None, *order], [*order, None], strict=True):
@@ -59,12 +66,12 @@ def propose(marks: dict[int, Mark], frames: Sequence[NDArray[np.void]]) -> Label
     for k in order:
         _put_mark(box, k, marks[k], frames[k] if k < len(frames) else None)
     known = np.isfinite(box[:, 0])
-    state = known.astype(np.int8)
+    state = np.where(known, np.where(box[:, 4] > 0, MEASURED, GUESSED), NONE).astype(np.int8)
     ends = [-1, *(k for k in order if marks[k].box is None), count]
     for begin, end in itertools.pairwise(ends):
         _interpolate(box, state, begin + 1, end)
     _give_sizes(box, state)
-    return Labels(state, box)
+    return Labels(state, box[:, :4], np.nan_to_num(box[:, 4]))
 
 
 def _track_at(mark: Mark, seen: NDArray[np.void] | None) -> int | None:
@@ -76,6 +83,8 @@ def _track_at(mark: Mark, seen: NDArray[np.void] | None) -> int | None:
 def _nearest(mark: Mark, seen: NDArray[np.void] | None) -> int | None:
     if mark.box is None or seen is None or not len(seen):
         return None
+    if mark.track is not None:
+        return int((seen['track'] == mark.track).argmax())
     away = np.abs(seen['box'][:, :2] - mark.box[:2])
     inside = (away <= seen['box'][:, 2:] / 2 + MARGIN).all(axis=1)
     distance = np.where(inside, np.hypot(*away.T), np.inf)
@@ -84,12 +93,12 @@ def _nearest(mark: Mark, seen: NDArray[np.void] | None) -> int | None:
 
 
 def _path(track: int | None, begin: int, end: int, frames: Sequence[NDArray[np.void]]) -> NDArray:
-    """(end - begin, 4) boxes of a track where it was measured, NaN elsewhere."""
-    path = np.full((max(end - begin, 0), 4), np.nan)
+    """(end - begin, 5) boxes of a track where it was measured, and visible; NaN elsewhere."""
+    path = np.full((max(end - begin, 0), 5), np.nan)
     for k in range(begin, min(end, len(frames))):
         (mine,) = ((frames[k]['track'] == track) & frames[k]['measured']).nonzero()
         if len(mine):
-            path[k - begin] = frames[k]['box'][mine[0]]
+            path[k - begin] = [*frames[k]['box'][mine[0]], frames[k]['visible'][mine[0]]]
     return path
 
 
@@ -121,14 +130,14 @@ def _put_mark(box: NDArray[np.float64], k: int, mark: Mark, seen: NDArray[np.voi
     if mark.box is None:
         box[k] = np.nan
     elif mark.box[2] > 0 or near is None or seen is None:
-        box[k] = [*mark.box[:2], *(size or np.nan for size in mark.box[2:])]
+        box[k] = [*mark.box[:2], *(size or np.nan for size in mark.box[2:]), 1.0]
     else:
-        box[k] = seen['box'][near]
+        box[k] = [*seen['box'][near], seen['visible'][near] if mark.track is not None else 1.0]
 
 
 def _interpolate(box: NDArray[np.float64], state: NDArray[np.int8], begin: int, end: int) -> None:
     """Fill what is between known frames of a stretch."""
-    (known,) = (state[begin:end] == MEASURED).nonzero()
+    (known,) = (state[begin:end] != NONE).nonzero()
     if len(known) < 2:
         return
     span = np.arange(known[0], known[-1] + 1)
@@ -141,7 +150,7 @@ def _interpolate(box: NDArray[np.float64], state: NDArray[np.int8], begin: int, 
 def _give_sizes(box: NDArray[np.float64], state: NDArray[np.int8]) -> None:
     """Sizes that nobody gave are those of the nearest frames."""
     (labeled,) = (state != NONE).nonzero()
-    for column in box.T[2:]:
+    for column in box.T[2:4]:
         (sized,) = (np.isfinite(column) & (state != NONE)).nonzero()
         given = column[sized] if len(sized) else [NO_SIZE]
         at = sized if len(sized) else [0]
@@ -152,31 +161,39 @@ def csv_of(labels: dict[int, Labels]) -> str:
     """CSV: frame (from 0), id, u, v, w, h, visible: 0 where it was neither marked nor measured."""
     lines = io.StringIO()
     lines.write('frame,id,u,v,w,h,visible\n')
-    for frame, name, box, state in _rows(labels):
-        u, v, width, height = box
-        lines.write(
-            f'{frame},{name},{u:.2f},{v:.2f},{width:.2f},{height:.2f},{state == MEASURED:d}\n'
-        )
+    for frame, name, (u, v, width, height), visible in _rows(labels):
+        lines.write(f'{frame},{name},{u:.2f},{v:.2f},{width:.2f},{height:.2f},{visible:.3g}\n')
     return lines.getvalue()
 
 
 def mot_of(labels: dict[int, Labels]) -> str:
     """MOTChallenge: frame, id, left, top, width, height, 1, -1, -1, visible; all count from 1."""
     lines = io.StringIO()
-    for frame, name, box, state in _rows(labels):
-        u, v, width, height = box
+    for frame, name, (u, v, width, height), visible in _rows(labels):
         left, top = u - (width - 1) / 2 + 1, v - (height - 1) / 2 + 1
         lines.write(
-            f'{frame + 1},{name},{left:.2f},{top:.2f},{width:.2f},{height:.2f},1,-1,'
-            f'{state == MEASURED:d}\n'
+            f'{frame + 1},{name},{left:.2f},{top:.2f},{width:.2f},{height:.2f},1,-1,{visible:.3g}\n'
         )
     return lines.getvalue()
 
 
-def _rows(labels: dict[int, Labels]) -> list[tuple[int, int, list[float], int]]:
-    """Frame, id, box and state of all labels, in the order of the frames."""
+def _rows(labels: dict[int, Labels]) -> list[tuple[int, int, list[float], float]]:
+    """Frame, id, box and share in sight of all labels, in the order of the frames."""
     return sorted(
-        (k, name, found.box[k].tolist(), int(found.state[k]))
+        (k, name, found.box[k].tolist(), float(found.visible[k]))
         for name, found in labels.items()
         for k in found.state.nonzero()[0].tolist()
     )
+
+
+def sightings_of(truth: Record) -> list[NDArray[np.void]]:
+    """A truth as if a tracker had seen it, with its IDs: (N,) of dtype SIGHTING of each frame."""
+    frames = []
+    for frame in range(int(truth.rows['frame'].max(initial=-1)) + 1):
+        rows = truth.rows_of(frame)
+        seen = np.zeros(len(rows), SIGHTING)
+        box = np.stack([rows[name] for name in ('u', 'v', 'w', 'h')], axis=1)
+        seen['track'], seen['visible'], seen['measured'] = rows['id'], rows['visible'], True
+        seen['box'] = np.where(np.isfinite(box), box, NO_SIZE)
+        frames.append(seen)
+    return frames

@@ -1,5 +1,6 @@
 """What the sliders are set by: the blobs before limits, and the colors of the picture."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shape import MEASURES
 from colortrack_ros.encodings import plain
 
@@ -23,6 +25,10 @@ MOST_MEASURED = 200
 BIN = 3.0
 """Side of a square of the a-b plane [CIELAB units]: a little more than what is just seen as
 different, 2.3 (Mahy 1994)."""
+
+
+REACH_BINS, REACH_SPAN = 40, 100.0
+"""Bars over the slider of a tolerance, and its end [CIELAB units]: that of black from white."""
 
 
 def blobs_before_limits(labels: NDArray[np.uint8]) -> list[dict[str, Any]]:
@@ -47,32 +53,74 @@ def plane_of(frame: Frame, config: DetectorConfig) -> dict[str, Any]:
     """The colors of a picture in the a-b plane, and where the reference colors are.
 
     :returns: cells, [a, b, pixels, red, green, blue] of each square with pixels; and for each
-        reference color its samples and what is not it, each [L, a, b], and its half axes, those
-        that the detector would find where none are given, None where it would not.
+        reference color its samples and what is not it, each [L, a, b], its half axes, those that
+        the detector would find where none are given, None where it would not, and its reach.
     """
     frame = plain(frame)
     counts = count_colors(frame.image, frame.encoding)
     (filled,) = counts.nonzero()
-    lab, number = cell_bounds()[0].T[filled], counts[filled]
-    squares, square = np.unique(np.floor(lab[:, 1:] / BIN), axis=0, return_inverse=True)
+    lab_of_cells, number = cell_bounds()[0].T[filled], counts[filled]
+    squares, square = np.unique(np.floor(lab_of_cells[:, 1:] / BIN), axis=0, return_inverse=True)
     square = square.reshape(-1)
     pixels = np.bincount(square, number)
-    mean = [np.bincount(square, number * lab[:, axis]) / pixels for axis in range(3)]
+    mean = [np.bincount(square, number * lab_of_cells[:, axis]) / pixels for axis in range(3)]
     rgb = rgb_from_lab(np.stack(mean, axis=1))
     middle = (squares + 0.5) * BIN
-    colors = [_place_of(color, counts) for color in config.colors]
+    colors = [_place_of(color, counts, lab_of_cells, number) for color in config.colors]
     return {'cells': np.column_stack([middle, pixels, rgb]).round(1).tolist(), 'colors': colors}
 
 
-def _place_of(color: ReferenceColor, counts: NDArray[np.float64]) -> dict[str, Any]:
-    """A reference color, in a picture with so many pixels in each cell of the color table."""
+def _place_of(
+    color: ReferenceColor,
+    counts: NDArray[np.float64],
+    cells: NDArray[np.float64],
+    number: NDArray[np.float64],
+) -> dict[str, Any]:
+    """A reference color, in a picture with so many pixels in each cell of the color table.
+
+    :param cells: (N, 3) CIELAB of those with pixels.
+    :param number: (N,) of their pixels.
+    """
     lab, axes = color.lab, color.axes if not color.is_sought else None
     if axes is None:
         extent = find_extent(counts, color.lab, color.samples, color.others)
         lab, axes = (extent.lab, extent.axes) if extent else (lab, None)
+    samples = [lab, *color.samples]
     return {
         'name': color.name,
-        'samples': [lab, *color.samples],
+        'samples': samples,
         'others': color.others,
         'axes': axes,
+        'reach': _reach(samples, axes, color.tolerance_lab is not None, cells, number),
     }
+
+
+def _reach(
+    samples: Sequence[Triple],
+    axes: Triple | None,
+    each_axis: bool,
+    cells: NDArray[np.float64],
+    number: NDArray[np.float64],
+) -> list[list[list[float]]]:
+    """What the sliders of a color's reach let in and out: pixels by their distance to it.
+
+    :param each_axis: along L, a and b, of pixels within reach along the two others.
+    :returns: for each slider, the pixels within reach and those beyond it, in REACH_BINS.
+    """
+    away = np.abs(cells[:, None] - np.array(samples))
+    scaled = (away / (axes or (np.inf,) * 3)) ** 2
+    nearest = scaled.sum(axis=2).argmin(axis=1)
+    away, scaled = (np.take_along_axis(a, nearest[:, None, None], 1)[:, 0] for a in (away, scaled))
+    inside = (scaled.sum(axis=1) < 1) & (axes is not None)
+    if each_axis:
+        cuts = [(away[:, k], np.delete(scaled, k, axis=1).sum(axis=1) < 1) for k in range(3)]
+    else:
+        cuts = [(np.linalg.norm(away, axis=1), np.ones(len(cells), bool))]
+    bars = []
+    for distance, shown in cuts:
+        place = (distance * REACH_BINS / REACH_SPAN).astype(int).clip(0, REACH_BINS - 1)
+        both = (
+            np.bincount(place, number * (shown & part), REACH_BINS) for part in (inside, ~inside)
+        )
+        bars.append([counts.tolist() for counts in both])
+    return bars

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from colortrack_ros.bags import is_bag
 from colortrack_ros.sources import open_source
+from colortrack_ros.sources.stream import without_secrets
 from colortrack_ros.tuner.footage import CameraFootage
 from colortrack_ros.tuner.footage import Footage
 from colortrack_ros.tuner.footage import RecordedFootage
@@ -29,6 +30,6 @@ def open_footage(
         return RecordedFootage(spec, lambda: BagSource(path, topic))
     source = open_source(spec, rate)
     if source.live:
-        return CameraFootage(spec, source)
+        return CameraFootage(without_secrets(spec), source)
     source.close()
     return RecordedFootage(spec, lambda: open_source(spec, rate))

@@ -57,6 +57,7 @@ class Server:
         self.app = web.Application(middlewares=[web.middleware(self._guarded())])
         self.app.router.add_get('/', self._page)
         self.app.router.add_get('/socket', self._socket)
+        self.app.router.add_get('/snapshot', self._snapshot)
         self.app.router.add_static('/page', PAGE)
         self.app.cleanup_ctx.append(self._playing)
 
@@ -82,6 +83,16 @@ class Server:
             raise answer
         return web.FileResponse(PAGE / 'index.html')
 
+    async def _snapshot(self, _: web.Request) -> web.StreamResponse:
+        """What belongs to a report of a fault, as a file to keep."""
+        try:
+            content = await self._in_thread(self._session.snapshot)
+        except ValueError as error:
+            raise web.HTTPNotFound(text=f'{error}\n') from error
+        name = time.strftime('tuner-%Y%m%d-%H%M%S.zip')
+        headers = {'Content-Disposition': f'attachment; filename="{name}"'}
+        return web.Response(body=content, content_type='application/zip', headers=headers)
+
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if len(self._people) >= MOST_PEOPLE:
             raise web.HTTPServiceUnavailable(text=f'{MOST_PEOPLE} browsers are enough\n')
@@ -99,6 +110,8 @@ class Server:
                     await self._answer(browser, message.data)
                 elif message.type == WSMsgType.BINARY:
                     await socket.send_str(_refused('expected a text'))
+        except ConnectionError:  # it has gone while it was answered
+            pass
         finally:
             self._people.discard(browser)
             sending.cancel()
@@ -112,7 +125,7 @@ class Server:
             if command == 'shown':
                 browser.has_shown()
                 return
-            reply = await self._in_thread(lambda: self._session.do(command, fields))
+            reply = await self._in_thread(lambda: self._carry_out(command, fields))
         except ValueError as error:
             await browser.socket.send_str(_refused(str(error)))
             return
@@ -121,8 +134,16 @@ class Server:
             return
         if reply:
             await browser.socket.send_str(json.dumps(reply))
-        await self._refresh()
+        self._tell()
         self._wake.set()
+
+    def _carry_out(self, command: str, fields: dict[str, Any]) -> dict[str, Any] | None:
+        """Do it, and all that the browsers wait for then, before anything that is less urgent."""
+        reply = self._session.do(command, fields)
+        self._note_state()
+        if any(one.ready for one in self._people):
+            self._picture()
+        return reply
 
     async def _feed(self, browser: 'Browser') -> None:
         """Send what is new, as fast as the browser takes it."""
@@ -130,13 +151,17 @@ class Server:
             while True:
                 await browser.changed.wait()
                 browser.changed.clear()
-                if browser.state is not self._state:
-                    browser.state = self._state
-                    await browser.socket.send_str(self._state)
                 view = self._session.bench.view
                 if browser.ready and view is not None and browser.view is not view:
                     browser.view, browser.ready = view, False
-                    await browser.socket.send_bytes(await self._in_thread(self._picture))
+                    made, picture = self._encoded
+                    if made is not view:
+                        picture = await self._in_thread(self._picture)
+                    await browser.socket.send_bytes(picture)
+                # Behind the picture, which is decoded while this is shown.
+                if browser.state is not self._state:
+                    browser.state = self._state
+                    await browser.socket.send_str(self._state)
 
     def _picture(self) -> bytes:
         """The newest view as it is sent, made once for all browsers."""
@@ -147,9 +172,12 @@ class Server:
 
     async def _refresh(self) -> None:
         """Let all browsers have the newest state."""
-        state = await self._in_thread(lambda: json.dumps(self._session.state()))
-        self._state = state if state != self._state else self._state
+        await self._in_thread(self._note_state)
         self._tell()
+
+    def _note_state(self) -> None:
+        state = json.dumps(self._session.state())
+        self._state = state if state != self._state else self._state
 
     def _tell(self) -> None:
         for browser in self._people:

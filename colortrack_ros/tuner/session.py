@@ -1,7 +1,9 @@
 """What the people before the page share: the workbench, the settings, the samples and the file."""
 
+import base64
 from collections.abc import Mapping
 from dataclasses import asdict
+from dataclasses import replace
 import shlex
 from typing import Any
 
@@ -22,6 +24,9 @@ from colortrack_ros.tuner.samples import values_of
 from colortrack_ros.tuner.settings import colors_of
 from colortrack_ros.tuner.settings import CONFIGS
 from colortrack_ros.tuner.settings import Settings
+from colortrack_ros.tuner.snapshot import snapshot
+from colortrack_ros.tuner.view import jpeg_of
+from colortrack_ros.tuner.view import png_of
 from colortrack_ros.tuner.workbench import Workbench
 
 Reply = dict[str, Any]
@@ -108,8 +113,8 @@ class Session:
         elif view:
             self.bench.seek(view.number + by)
 
-    def _set(self, node: str, values: dict[str, Any], follows: bool) -> None:
-        self._change(node, values, self._samples, follows=follows)
+    def _set(self, node: str, values: dict[str, Any], follows: bool) -> Reply:
+        return self._change(node, values, self._samples, follows=follows)
 
     def _undo(self) -> None:
         for node in self._attached:
@@ -118,14 +123,15 @@ class Session:
         self._samples = self._samples_before.pop()
         self.bench.configure()
 
-    def _sample(self, color: str, is_it: bool, u: int, v: int, width: int, height: int) -> None:
+    def _sample(self, color: str, is_it: bool, u: int, v: int, width: int, height: int) -> Reply:
         view = self.bench.view
         if view is None:
             raise ValueError('sample: there is no picture')
         example = Example(view.frame, (u, v, width, height))
         samples = (*self._samples, Sample(color, example, is_it))
         picked = taught(samples, color, self.settings.detector)
-        self._change('detector', values_of(self.settings.given('detector'), picked), samples)
+        values = values_of(self.settings.given('detector'), picked)
+        return self._change('detector', values, samples)
 
     def _remove_color(self, color: str) -> None:
         given = self.settings.given('detector')
@@ -133,6 +139,35 @@ class Session:
         gone = {name: None for name in given if name.startswith(f'{color}.')}
         samples = tuple(sample for sample in self._samples if sample.color != color)
         self._change('detector', {'colors': names, **gone}, samples)
+
+    def _rename_color(self, color: str, to: str) -> None:
+        names = [c.name for c in self.settings.detector.colors]
+        if color not in names or to in names:
+            raise ValueError(f'name: expected a color of {names} and a new name, got {color}, {to}')
+        given = self.settings.given('detector')
+        mine = {name: value for name, value in given.items() if name.startswith(f'{color}.')}
+        values: dict[str, Any] = {'colors': [to if name == color else name for name in names]}
+        values |= dict.fromkeys(mine)
+        values |= {f'{to}.{name.partition(".")[2]}': value for name, value in mine.items()}
+        samples = (replace(s, color=to) if s.color == color else s for s in self._samples)
+        self._change('detector', values, tuple(samples))
+
+    def _background(self) -> Reply:
+        """What stands still, and what moves before it; both empty while that is not known."""
+        found = self.bench.background()
+        files = (jpeg_of(found[0]), png_of(found[1])) if found else (b'', b'')
+        picture, moves = (base64.b64encode(file).decode() for file in files)
+        return {'is': 'background', 'picture': picture, 'moves': moves}
+
+    def snapshot(self) -> bytes:
+        """The frame that is looked at and all that belongs to it, see :func:`snapshot`.
+
+        :raises ValueError: there is none.
+        """
+        view = self.bench.view
+        if view is None:
+            raise ValueError('snapshot: there is no picture')
+        return snapshot(view, self.bench.footage.label, self.settings.written_into(''))
 
     def _learn_background(self) -> None:
         self.bench.learn_background()
@@ -198,6 +233,9 @@ class Session:
     def _labels_at(self, frame: int) -> Reply:
         return {'is': 'labels', 'frame': frame, 'labels': self._labeling.at(frame)}
 
+    def _load_labels(self, path: str) -> None:
+        self._labeling.load(self._folder, path)
+
     def _save_labels(self, path: str, overwrite: bool) -> Reply:
         self._labeling.save(self._folder, path, overwrite=overwrite)
         return {'is': 'saved_labels', 'path': str(self._folder.root / path)}
@@ -234,7 +272,8 @@ class Session:
         samples: tuple[Sample, ...],
         *,
         follows: bool = False,
-    ) -> None:
+    ) -> Reply:
+        """Change some values; the answer tells which pictures are found with them."""
         before = self.settings.changes
         self._give(node, self.settings.checked(node, values))
         self.settings.change(node, values, follows=follows)
@@ -242,3 +281,4 @@ class Session:
             self._samples_before.append(self._samples)
         self._samples = samples
         self.bench.configure()
+        return {'is': 'set', 'revision': self.settings.revision}

@@ -28,11 +28,13 @@ class Settings:
 
     :param text: of a params file; empty for the defaults.
     :ivar refused: why values of the file are not in force, by node and name.
+    :ivar revision: goes up with every change, by which a picture tells what it was made with.
     :raises ValueError: the text is no params file.
     """
 
     def __init__(self, text: str = '') -> None:
         self.refused: dict[str, str] = {}
+        self.revision = 0
         self._before: list[Values] = []
         self._given: Values = {}
         self._configs: dict[str, Any] = {}
@@ -89,6 +91,7 @@ class Settings:
             self._before.append(self._given)
         self._given = {**self._given, node: given}
         self._configs[node] = _config(node, given)
+        self.revision += 1
 
     def adopt(self, node: str, values: Mapping[str, Any]) -> None:
         """Take over the values of a running node, but for those that are the defaults.
@@ -133,6 +136,7 @@ class Settings:
             raise ValueError('undo: there is nothing to take back')
         self._given = self._before.pop()
         self._configs = {node: _config(node, given) for node, given in self._given.items()}
+        self.revision += 1
 
     @property
     def changes(self) -> int:

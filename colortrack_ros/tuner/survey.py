@@ -11,10 +11,12 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.sources import Source
 from colortrack_ros.sources import SourceError
 from colortrack_ros.tuner.settings import Settings
+from colortrack_ros.tuner.workbench import WORK_SECONDS
 
-SIGHTING = np.dtype([('track', 'i8'), ('box', 'f8', 4), ('measured', '?')])
-"""One track in one frame. box: u, v of its center, width and height [px], of the blob where it was
-measured: a truth must not lean on the filter that it is to judge."""
+SIGHTING = np.dtype([('track', 'i8'), ('box', 'f8', 4), ('measured', '?'), ('visible', 'f8')])
+"""One track in one frame, or one object of a truth. box: u, v of its center, width and height [px],
+of the blob where it was measured: a truth must not lean on the filter that it is to judge. visible:
+share in sight, 0..1."""
 
 
 class Survey:
@@ -32,7 +34,7 @@ class Survey:
         self._source = source
         self._track = ColorTracker(settings.detector, settings.tracker)
 
-    def work(self, seconds: float = 0.03) -> bool:
+    def work(self, seconds: float = WORK_SECONDS) -> bool:
         """Go on for no longer than that.
 
         :returns: whether there is more to do.
@@ -62,6 +64,7 @@ def _seen(tracks: Tracks, detections: Detections) -> NDArray[np.void]:
     seen['track'] = rows['track_id']
     seen['box'] = np.stack([rows[name] for name in ('u', 'v', 'box_w', 'box_h')], axis=1)
     seen['measured'] = rows['time_since_update'] == 0
+    seen['visible'] = seen['measured']
     if len(blobs) and len(rows):
         away = np.hypot(*(rows[name][:, None] - blobs[name] for name in 'uv'))
         near = away.argmin(axis=1)

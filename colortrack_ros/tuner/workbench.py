@@ -3,6 +3,7 @@
 import time
 
 import numpy as np
+from numpy.typing import NDArray
 
 from colortrack_ros.chain import ColorChain
 from colortrack_ros.data import Detections
@@ -14,12 +15,16 @@ from colortrack_ros.flow.stage import Stage
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tuner.footage import Footage
 from colortrack_ros.tuner.settings import Settings
+from colortrack_ros.tuner.view import Picture
 from colortrack_ros.tuner.view import ShownFrame
 from colortrack_ros.tuner.view import trails_of
 
 WARM_UP = 240
 """Frames before the one that is looked at, from which its tracks and the background come: 8 s at
 30 Hz, longer than the tracker remembers a lost object by default."""
+
+WORK_SECONDS = 0.01
+"""What is done at a time of what is not urgent [s]: a click or a slider waits for no longer."""
 
 
 class Workbench:
@@ -37,9 +42,10 @@ class Workbench:
 
     def __init__(self, footage: Footage, settings: Settings) -> None:
         self.footage, self.settings = footage, settings
-        self._behind = False
+        self._behind = self._stale = False
         self.playing = footage.live
         self.view: ShownFrame | None = None
+        self._picture = Picture(Frame(np.zeros((0, 0, 3), np.uint8)))
         self._restart(0)
         self._advance(0)
 
@@ -87,13 +93,22 @@ class Workbench:
         """Forget the background; what stands still from the next frame on is background."""
         self._detector.learn_background()
 
-    def catch_up(self, seconds: float = 0.03) -> bool:
+    def background(self) -> tuple[NDArray, NDArray] | None:
+        """See :meth:`Detector.background`, of the frame that is looked at.
+
+        :returns: None as well while the frames before it are still to be seen.
+        """
+        return None if self._behind or not self.view else self._detector.background(self._frame)
+
+    def catch_up(self, seconds: float = WORK_SECONDS) -> bool:
         """Work towards the tracks of the frame that is looked at, for no longer than that.
 
         :returns: whether there is more to do.
         """
         if not self._behind or self.view is None:
             return False
+        if self._stale:
+            self._restart(max(self.view.number - WARM_UP, self.footage.first))
         end = time.monotonic() + seconds
         while self._next <= self.view.number:
             if time.monotonic() > end:
@@ -116,7 +131,7 @@ class Workbench:
         self._tracker = Tracker(self.settings.tracker)
         self._trails = Trails()
         self._next = number
-        self._behind = False
+        self._stale = False
         detection: Stage[Frame, Detections] = Stage(self._detector.detect, str)
         tracking: Stage[Detections, Tracks] = Stage(self._tracker.update, str)
         self._chain = ColorChain(detection, tracking)
@@ -131,8 +146,7 @@ class Workbench:
         self._seconds = time.monotonic() - start
         self._frame = frame
         self._show(number)
-        self._restart(max(number - WARM_UP, self.footage.first))
-        self._behind = True
+        self._behind = self._stale = True
 
     def _advance(self, number: int) -> bool:
         frame = self.footage.frame(number)
@@ -150,15 +164,18 @@ class Workbench:
         self._frame = frame
 
     def _show(self, number: int | None = None) -> None:
+        if self._picture.frame is not self._frame:
+            self._picture = Picture(self._frame)
         self.view = ShownFrame(
             self._next - 1 if number is None else number,
-            self._frame,
+            self._picture,
             np.array(self._detector.labels),
             self._detections,
             self._tracks,
             {} if self._tracks is None else trails_of(self._trails),
             self._seconds * 1e3,
             self._detector.trouble,
+            self.settings.revision,
         )
 
     def _take_detections(self, detections: Detections, _: object) -> None:

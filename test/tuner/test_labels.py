@@ -8,6 +8,9 @@ from colortrack_ros.evaluation import read_record
 from colortrack_ros.evaluation import record_of_scene
 from colortrack_ros.scenes import open_scene
 from colortrack_ros.sources import open_source
+from colortrack_ros.tuner.folder import Folder
+from colortrack_ros.tuner.footage import RecordedFootage
+from colortrack_ros.tuner.labeling import Labeling
 from colortrack_ros.tuner.labels import csv_of
 from colortrack_ros.tuner.labels import GUESSED
 from colortrack_ros.tuner.labels import Mark
@@ -25,7 +28,7 @@ def frames_of(paths):
     frames = []
     for k in range(max(map(len, paths.values()))):
         seen = [
-            (track, (*path[k], 10, 10), True)
+            (track, (*path[k], 10, 10), True, 1.0)
             for track, path in paths.items()
             if k < len(path) and path[k] is not None
         ]
@@ -98,3 +101,51 @@ def test_five_clicks_on_five_balls_are_the_truth_of_the_scene(tmp_path, suffix):
     found = compare(read_record(path), record_of_scene(scene), radius=10.0, visible=0.5)
     assert found.measures['idf1'] > 0.95
     assert found.measures['rmse'] < 1.0
+
+
+@pytest.mark.parametrize('suffix', ['csv', 'txt'])
+def test_a_truth_that_is_there_is_loaded_and_mended_by_a_click_where_it_is_wrong(tmp_path, suffix):
+    spec = 'scene:five?width=64&height=48&duration=1'
+    labeling = Labeling(RecordedFootage(spec, lambda: open_source(spec)))
+    labeling._footage.frame(20)  # so that it knows of so many
+    path = (
+        [(10.0 + k, 20.0, 4.0, 4.0) for k in range(20)],
+        [(50.0 - k, 30.0, 4.0, 4.0) for k in range(20)],
+    )
+    lines = [
+        f'{k},{1 + (which ^ (k >= 8))},{u},{v},{w},{h},{0.5 if k == 3 else 1}'
+        for k in range(20)
+        for which, (u, v, w, h) in enumerate(one[k] for one in path)
+    ]
+    (tmp_path / 'wrong.csv').write_text('\n'.join(['frame,id,u,v,w,h,visible', *lines]) + '\n')
+    folder = Folder(tmp_path)
+    labeling.load(folder, 'wrong.csv')
+    assert labeling.state()['done']
+    assert [one['labeled'] for one in labeling.state()['labels']] == [20, 20]
+    labeling.save(folder, 'same.csv', overwrite=False)
+    same, wrong = (
+        np.sort(read_record(tmp_path / name).rows, order=('frame', 'id'))
+        for name in ('same.csv', 'wrong.csv')
+    )
+    for name in ('frame', 'id', 'u', 'v', 'w', 'h', 'visible'):
+        assert np.array_equal(same[name], wrong[name])
+    for one in (1, 2):
+        for frame in (7, 8):  # where it changes over
+            labeling.mark(one, frame, click(*path[one - 1][frame][:2]))
+    labeling.save(folder, f'right.{suffix}', overwrite=False)
+    right = read_record(tmp_path / f'right.{suffix}').rows
+    for one in (1, 2):
+        mine = right[right['id'] == one]
+        assert np.allclose(mine['u'], [at[0] for at in path[one - 1]])
+
+
+@pytest.mark.parametrize(
+    'text', ['frame,id\n', 'frame,id,u,v\n', 'frame,id,u,v\n0,9999,1,1\n', '\0']
+)
+def test_what_is_no_truth_is_not_loaded(tmp_path, text):
+    spec = 'scene:five?width=64&height=48&duration=1'
+    labeling = Labeling(RecordedFootage(spec, lambda: open_source(spec)))
+    (tmp_path / 'none.csv').write_text(text)
+    with pytest.raises(ValueError, match=r'none\.csv'):
+        labeling.load(Folder(tmp_path), 'none.csv')
+    assert labeling.state()['labels'] == []

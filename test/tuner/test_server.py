@@ -164,7 +164,9 @@ GOOD = [
     {'do': 'survey'}, {'do': 'gone', 'id': 1, 'frame': 2}, {'do': 'unlabel', 'id': 1, 'frame': 2},
     {'do': 'label', 'id': 1, 'frame': 2, 'u': 5, 'v': 5, 'width': 1, 'height': 1}, {'do': 'plane'},
     {'do': 'labels_at', 'frame': 2}, {'do': 'save_labels', 'path': 'none', 'overwrite': True},
-    {'do': 'remove_color', 'color': 'x'}, {'do': 'learn_background'}, {'do': 'lines'},
+    {'do': 'rename_color', 'color': 'x', 'to': 'y'}, {'do': 'background'},
+    {'do': 'load_labels', 'path': 'none.csv'}, {'do': 'remove_color', 'color': 'x'},
+    {'do': 'learn_background'}, {'do': 'lines'},
     {'do': 'load', 'path': 'none.yaml'}, {'do': 'diff', 'path': 'none.yaml'},
     {'do': 'save', 'path': 'none.yaml', 'digest': 'none'},
 ]  # fmt: skip

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,9 +126,9 @@ class ColorDistance:
         config = self._config
         self._given = colors
         colors = self._finder.resolve(colors)
-        self._table = ColorTable(colors, config.threads)
+        self._table = _table_of(colors, config.threads)
         if config.grow > 1:
-            self._loose = ColorTable(tuple(_grown(c, config.grow) for c in colors), config.threads)
+            self._loose = _table_of(tuple(_grown(c, config.grow) for c in colors), config.threads)
 
     @property
     def trouble(self) -> str:
@@ -210,6 +211,12 @@ class ColorDistance:
         self._follower = ColorFollower(self._config.colors, self._config.follow_light)
         self._finder = ColorFinder(self._config.colors)
         self._take(self._config.colors)
+
+
+@lru_cache(maxsize=4)
+def _table_of(colors: tuple[ReferenceColor, ...], threads: int) -> ColorTable:
+    """Made once: another configuration with the same colors is in force at once."""
+    return ColorTable(colors, threads)
 
 
 def _grown(color: ReferenceColor, factor: float) -> ReferenceColor:

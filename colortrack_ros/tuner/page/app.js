@@ -1,20 +1,21 @@
 // The page: what the server tells, shown; what people do, sent.
 
-import { histogram, plane } from '/page/charts.js';
-import { element, field, set } from '/page/fields.js';
+import { histogram } from '/page/charts.js';
+import { chosen, describeColors, forgetColor, showColors, showPlane } from '/page/colors.js';
+import { answered, element, field } from '/page/fields.js';
 import { askLabels, chooseId, isLabeling, label, showLabeling } from '/page/labels.js';
-import { crossKey, current, draw, drawRegion, endRegion, isDrawing, LAYERS, layers, onPick, PALETTE, show, showRegions, zoomBy } from '/page/stage.js';
+import { showRegionList } from '/page/regions.js';
+import { describeSaving, openSaving, showFiles } from '/page/saving.js';
+import { crossKey, current, draw, endRegion, isDrawing, LAYERS, layers, onPick, show, showBackground, zoomBy } from '/page/stage.js';
+import { begin, end, expect, forget } from '/page/waits.js';
 import { connect, on, send } from '/page/wire.js';
 
 const $ = (id) => document.getElementById(id);
 const SHAPE = ['min_area', 'max_area', 'min_aspect', 'min_extent', 'min_circularity', 'min_solidity'];
-const AXES = ['L', 'a', 'b'];
+const IDLE = 120; // without a new picture, before what is not urgent is drawn [ms]
 let described = {};
 let state = null;
-let active = '';
-let asked = 0;
 let fields = [];
-let shownColors = '';
 
 function notice(text, seconds = 6) {
   $('notice').textContent = text;
@@ -23,16 +24,17 @@ function notice(text, seconds = 6) {
   notice.timer = setTimeout(() => $('notice').classList.remove('shown'), seconds * 1000);
 }
 
-const spec = (node, name) => described[node].parameters.find((one) => one.name === name)
-  ?? described[node].each.colors?.find((one) => one.name === name.split('.').pop());
+const spec = (node, name) => described[node].parameters.find((one) => one.name === name);
 
 // ---- the picture and the time
 
 function showView(view) {
   show(view);
-  showHistograms();
+  clearTimeout(showView.timer);
+  showView.timer = setTimeout(() => { if (!state?.playing) send('plane'); }, IDLE);
+  requestAnimationFrame(showHistograms);
   askLabels();
-  if ($('plane-box').open && !state?.playing) send('plane');
+  if (layers.background) send('background');
   $('timeline').max = Math.max((state?.total ?? 1) - 1, view.number);
   if (document.activeElement !== $('timeline') || !scrubbing) $('timeline').value = view.number;
   $('frame').textContent = `${view.number} / ${$('timeline').max}`;
@@ -41,9 +43,8 @@ function showView(view) {
   const tracks = view.tracks?.filter((track) => track.state).length;
   const known = tracks === undefined ? 'tracks follow' : `${tracks} tracks`;
   $('found').textContent = `${view.blobs.length} blobs, ${known}, ${view.time.toFixed(2)} s, worked ${view.milliseconds.toFixed(1)} ms`;
-  if (asked) {
-    const wait = performance.now() - asked;
-    asked = 0;
+  const wait = end(view.revision);
+  if (wait) {
     document.body.dataset.wait = wait.toFixed(0);
     $('found').textContent += `, shown after ${wait.toFixed(0)} ms`;
   }
@@ -54,7 +55,6 @@ function showView(view) {
 let scrubbing = false;
 $('timeline').addEventListener('input', () => {
   scrubbing = true;
-  asked ||= performance.now();
   send('seek', { frame: Number($('timeline').value) });
 });
 $('timeline').addEventListener('change', () => { scrubbing = false; });
@@ -63,87 +63,45 @@ $('back').addEventListener('click', () => send('step', { by: -1 }));
 $('on').addEventListener('click', () => send('step', { by: 1 }));
 
 LAYERS.forEach((name, k) => {
-  const box = element('input', { type: 'checkbox', id: `layer-${name}`, on: { change: () => { layers[name] = box.checked; draw(); } } });
+  const box = element('input', { type: 'checkbox', id: `layer-${name}`, on: { change: () => showLayer(name, box.checked) } });
   box.checked = layers[name];
   $('layers').append(element('label', { title: `${name} (${k + 1})` }, box, name));
 });
+
+function showLayer(name, shown) {
+  layers[name] = shown;
+  draw();
+  if (name === 'background' && shown) send('background');
+}
+
+on('background', async ({ picture, moves }) => {
+  if (!picture) {
+    if (current()?.tracks) {
+      showBackground(null);
+      notice('No background is learned: moving_only, or the method background, does.');
+    }
+    return; // or it comes with the tracks
+  }
+  const images = [['jpeg', picture], ['png', moves]].map(([kind, text]) => imageOf(`data:image/${kind};base64,${text}`));
+  showBackground(await Promise.all(images));
+});
+
+async function imageOf(address) {
+  const image = new Image();
+  image.src = address;
+  await image.decode();
+  return createImageBitmap(image);
+}
 
 onPick((place) => {
   if (isLabeling()) {
     label(place);
     return;
   }
-  asked = performance.now();
-  send('sample', { color: active, ...place });
+  begin();
+  send('sample', { color: chosen(), ...place });
   $('step-pick').classList.add('done');
 });
-
-// ---- colors
-
-function showColors() {
-  const names = state.colors.map((color) => color.name);
-  const chosen = names.filter((name) => state.given.detector.some((given) => given.startsWith(`${name}.`)));
-  if (!active) active = chosen[0] ?? 'ball';
-  const listed = names.includes(active) ? names : [...names, active];
-  const key = JSON.stringify([state.colors, state.samples, active]);
-  $('active').textContent = active;
-  if (key === shownColors) return;
-  shownColors = key;
-  $('colors').replaceChildren(...listed.map((name) => {
-    const k = names.indexOf(name);
-    const radio = element('input', { type: 'radio', name: 'color', id: `color-${name}`, on: { change: () => { active = name; showState(); } } });
-    radio.checked = name === active;
-    const swatch = element('span', { class: 'swatch', 'aria-hidden': 'true' });
-    if (k >= 0) swatch.style.background = PALETTE[k % PALETTE.length];
-    const mine = state.samples.filter((sample) => sample.color === name);
-    const tag = k < 0 ? 'not yet picked' : mine.length ? `${mine.length} picked` : chosen.includes(name) ? '' : 'built in';
-    const remove = element('button', { class: 'reset', text: 'remove', type: 'button', 'aria-label': `Remove ${name}`, on: { click: () => send('remove_color', { color: name }) } });
-    remove.hidden = names.length < 2 || k < 0;
-    return element('div', { class: 'color' }, radio, swatch, element('label', { class: 'name', for: radio.id, text: k < 0 ? name : `${k + 1}: ${name}` }), element('span', { class: 'tag', text: tag }), remove);
-  }));
-  showReach();
-}
-
-$('add').addEventListener('click', () => {
-  const name = $('name').value.trim();
-  if (!/^[A-Za-z0-9_-]{1,40}$/.test(name)) {
-    notice('A name has letters, digits, _ and -.');
-    return;
-  }
-  active = name;
-  $('name').value = '';
-  showState();
-});
-
-// How far the active color reaches: one number, or one for each axis.
-let reachKey = '';
-let reach = [];
-function showReach() {
-  const color = state.colors.find((one) => one.name === active);
-  const key = color ? `${active} ${color.tolerance_lab === null}` : '';
-  if (key !== reachKey) {
-    reachKey = key;
-    reach = [];
-    const tolerance = color && spec('detector', 'x.tolerance');
-    if (color?.tolerance_lab) {
-      reach = AXES.map((axis, k) => {
-        const one = field('detector', `${active}.tolerance_lab.${axis}`, { ...tolerance, minimum: 0.5, default: null, description: `How far the color reaches along ${axis}.` }, {
-          place: 'reach', label: `reach in ${axis}`, brief: true, most: 100,
-          give: (value, sliding) => {
-            const axes = state.colors.find((each) => each.name === active).tolerance_lab;
-            set('detector', `${active}.tolerance_lab`, axes.map((old, at) => (at === k ? value : old)), sliding);
-          },
-        });
-        one.axis = k;
-        return one;
-      });
-    } else if (color) {
-      reach = [field('detector', `${active}.tolerance`, tolerance, { place: 'reach', label: 'tolerance', brief: true, most: 100 })];
-    }
-    $('reach').replaceChildren(...reach);
-  }
-  reach.forEach((one) => one.update(one.axis === undefined ? color.tolerance : color.tolerance_lab[one.axis], false));
-}
 
 // ---- all parameters
 
@@ -191,43 +149,6 @@ function showHistograms() {
   }
 }
 
-on('plane', (message) => plane($('plane'), message, active));
-$('plane-box').addEventListener('toggle', () => { if ($('plane-box').open) send('plane'); });
-
-// ---- regions
-
-function showRegionList() {
-  showRegions(state.regions);
-  $('regions').replaceChildren(...state.regions.map(({ name, ignore }) => element('div', { class: 'region' },
-    element('span', { class: 'name', text: name }), element('span', { class: 'tag', text: ignore ? 'ignored' : 'looked in' }),
-    element('button', { class: 'reset', text: 'remove', type: 'button', 'aria-label': `Remove region ${name}`, on: { click: () => removeRegion(name) } }))));
-}
-
-function removeRegion(gone) {
-  const rest = state.regions.map(({ name }) => name).filter((name) => name !== gone);
-  const values = { regions: rest.length ? rest : null, [`${gone}.polygon`]: null, [`${gone}.ignore`]: null };
-  send('set', { node: 'detector', values, follows: false });
-}
-
-function addRegion(ignore) {
-  $('drawing').textContent = 'Click the corners; Enter closes the region, Esc drops it.';
-  layers.regions = true;
-  $('layer-regions').checked = true;
-  drawRegion((polygon) => {
-    $('drawing').textContent = '';
-    if (!polygon) return;
-    const names = state.regions.map(({ name }) => name);
-    let k = 1;
-    while (names.includes(`region${k}`)) k++;
-    const values = { regions: [...names, `region${k}`], [`region${k}.polygon`]: polygon.flat() };
-    if (ignore) values[`region${k}.ignore`] = true;
-    send('set', { node: 'detector', values, follows: false });
-  });
-}
-
-$('look-in').addEventListener('click', () => addRegion(false));
-$('ignore').addEventListener('click', () => addRegion(true));
-
 $('search').addEventListener('input', () => {
   const words = $('search').value.toLowerCase().split(/\s+/).filter(Boolean);
   for (const group of $('parameters').querySelectorAll('details')) {
@@ -246,20 +167,19 @@ function showState() {
   $('source').textContent = state.source;
   $('play').textContent = state.playing ? 'Stop' : 'Play';
   $('undo').disabled = !state.changes;
-  $('folder').textContent = state.folder;
-  $('files').replaceChildren(...state.files.map((name) => element('option', { value: name })));
+  showFiles(state);
   $('step-look').classList.toggle('done', state.samples.some((sample) => !sample.is_it) || state.changes > 1);
   document.title = `${state.unsaved ? '• ' : ''}tuner: ${state.file || state.source}`;
-  showColors();
+  showColors(state);
   for (const { node, name, made } of fields) made.update(state.values[node][name], state.given[node].includes(name));
-  showRegionList();
+  showRegionList(state.regions);
   showNodes();
   showLabeling(state.labeling, state.total);
   if (state.waiting) {
     $('trouble').hidden = false;
     $('trouble').textContent = `No picture has come from ${state.source} yet.`;
   }
-  showHistograms();
+  requestAnimationFrame(showHistograms);
   document.body.dataset.changes = state.changes;
   const refused = Object.values(state.refused);
   if (refused.length) notice(`Refused from ${state.file}: ${refused.join('; ')}`, 15);
@@ -271,6 +191,9 @@ let found = null;
 function showNodes() {
   if (!found && !Object.keys(state.attached).length) return;
   const kinds = Object.keys(described);
+  const key = JSON.stringify([found, state.attached]);
+  if (key === showNodes.shown) return;
+  showNodes.shown = key;
   $('nodes').replaceChildren(...kinds.map((kind) => {
     const names = [...new Set([...(found?.[kind] ?? []), ...(state.attached[kind] ? [state.attached[kind]] : [])])];
     const choice = element('select', { id: `node-${kind}`, on: { change: () => send('attach', { node: kind, to: choice.value }) } },
@@ -283,48 +206,6 @@ function showNodes() {
 on('nodes', ({ nodes }) => { found = nodes; showNodes(); });
 $('find').addEventListener('click', () => send('nodes'));
 
-// ---- saving
-
-function askDiff() {
-  $('save-now').disabled = true;
-  send('diff', { path: $('path').value });
-}
-
-function openSaving() {
-  $('path').value = state?.file || 'colortrack.yaml';
-  $('saving').showModal();
-  askDiff();
-}
-
-let seen = null;
-on('diff', (message) => {
-  if (message.path !== $('path').value) return; // another one has been asked for since
-  seen = message;
-  $('save-now').disabled = !message.diff;
-  const lines = (message.diff || 'Nothing would change.').split('\n');
-  $('diff').replaceChildren(...lines.map((line) => element('span', {
-    class: line.startsWith('+') ? 'plus' : line.startsWith('-') ? 'minus' : '', text: `${line}\n`,
-  })));
-});
-on('saved', ({ path }) => {
-  $('saving').close();
-  $('step-save').classList.add('done');
-  document.body.dataset.saved = path;
-  notice(`Saved ${path}`);
-});
-on('lines', async ({ text }) => {
-  try {
-    await navigator.clipboard.writeText(text);
-    notice('Copied.');
-  } catch {
-    $('diff').textContent = text || 'Nothing has changed.';
-  }
-});
-$('save').addEventListener('click', openSaving);
-$('path').addEventListener('change', askDiff);
-$('save-now').addEventListener('click', () => send('save', { path: seen.path, digest: seen.digest }));
-$('load').addEventListener('click', () => { send('load', { path: $('path').value }); active = ''; $('saving').close(); });
-$('copy').addEventListener('click', () => send('lines'));
 $('undo').addEventListener('click', () => send('undo'));
 $('help').addEventListener('click', () => $('helping').showModal());
 
@@ -381,16 +262,27 @@ document.addEventListener('keydown', (event) => {
   action();
 });
 
-document.addEventListener('asked', () => { asked ||= performance.now(); });
 on('saved_labels', ({ path }) => {
   document.body.dataset.savedLabels = path;
   notice(`Saved ${path}`);
 });
 $('label-id').addEventListener('change', showState);
-on('hello', (message) => { described = message.parameters; makeFields(); });
+on('hello', (message) => {
+  described = message.parameters;
+  describeColors(described, { refresh: showState, notice });
+  makeFields();
+});
+describeSaving({ notice, loads: forgetColor });
+on('set', ({ revision }) => { expect(revision); answered(); });
+on('plane', showPlane);
 on('state', (message) => { state = message; showState(); });
 on('view', showView);
-on('refused', ({ why }) => { notice(why); showState(); });
+on('refused', ({ why }) => {
+  notice(why);
+  forget();
+  answered();
+  showState();
+});
 on('link', (up) => {
   $('link').textContent = up ? 'connected' : 'connection lost, trying again';
   $('link').classList.toggle('lost', !up);

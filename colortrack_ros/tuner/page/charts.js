@@ -2,30 +2,36 @@
 
 import { PALETTE } from '/page/stage.js';
 
+const BINS = 40; // as REACH_BINS of the server
 const SPAN = 128; // a and b go from -128 to 128
 
 function sharp(canvas) {
-  const box = canvas.getBoundingClientRect();
-  canvas.width = Math.max(Math.round(box.width * devicePixelRatio), 1);
-  canvas.height = Math.max(Math.round(box.height * devicePixelRatio), 1);
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((side) => Math.max(Math.round(side * devicePixelRatio), 1));
+  if (canvas.width !== width) canvas.width = width;
+  if (canvas.height !== height) canvas.height = height;
   return canvas.getContext('2d');
 }
 
-// Bars along a slider; those that the limits leave out are pale.
+// Things by their places along a slider; those that the limits leave out are pale.
 export function histogram(canvas, places, kept, text) {
+  const counts = [0, 1].map(() => new Array(BINS).fill(0));
+  places.forEach((place, k) => {
+    counts[Number(kept[k])][Math.min(Math.max(Math.floor(place * BINS), 0), BINS - 1)]++;
+  });
+  bars(canvas, counts[1], counts[0], text, (count) => count);
+}
+
+// Bars along a slider: what is let in, and above it what is not.
+export function bars(canvas, within, beyond, text, height) {
   const pen = sharp(canvas);
   const style = getComputedStyle(canvas);
-  const bins = 40;
-  const counts = [new Array(bins).fill(0), new Array(bins).fill(0)];
-  places.forEach((place, k) => {
-    counts[Number(kept[k])][Math.min(Math.max(Math.floor(place * bins), 0), bins - 1)]++;
-  });
-  const most = Math.max(1, ...counts[0].map((out, k) => out + counts[1][k]));
-  const wide = canvas.width / bins;
-  const tall = (count) => (count ? (0.15 + (0.85 * count) / most) * canvas.height : 0);
-  for (let k = 0; k < bins; k++) {
-    const both = tall(counts[0][k] + counts[1][k]);
-    const inside = both * (counts[1][k] / Math.max(counts[0][k] + counts[1][k], 1));
+  const most = Math.max(1, ...within.map((count, k) => height(count + beyond[k])));
+  const wide = canvas.width / BINS;
+  const tall = (count) => (count ? (0.15 + (0.85 * height(count)) / most) * canvas.height : 0);
+  pen.clearRect(0, 0, canvas.width, canvas.height);
+  for (let k = 0; k < BINS; k++) {
+    const both = tall(within[k] + beyond[k]);
+    const inside = both * (within[k] / Math.max(within[k] + beyond[k], 1));
     pen.fillStyle = style.outlineColor;
     pen.fillRect(k * wide + 1, canvas.height - both, wide - 2, both - inside);
     pen.fillStyle = style.color;

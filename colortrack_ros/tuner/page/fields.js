@@ -1,14 +1,35 @@
 // A field for each parameter: its name, value, unit, text and range.
 
+import { begin } from '/page/waits.js';
 import { send } from '/page/wire.js';
 
 let dragged = '';
+let flying = false; // a change has been sent and not answered yet
+let waiting = null;
 
-// Sends a value; while a slider is dragged, all its places are one change.
+// Sends a value; while a slider is dragged, all its places are one change, and those that the
+// server has no time for are left out.
 export function set(node, name, value, sliding = false) {
-  document.dispatchEvent(new Event('asked'));
-  send('set', { node, values: { [name]: value }, follows: sliding && dragged === name });
+  const change = { node, values: { [name]: value }, follows: sliding && dragged === name };
   dragged = sliding ? name : '';
+  begin();
+  if (flying && change.follows) {
+    waiting = change;
+    return;
+  }
+  if (waiting) give(waiting);
+  give(change);
+}
+
+function give(change) {
+  waiting = null;
+  flying = send('set', change);
+}
+
+// The last change is in force, or refused.
+export function answered() {
+  flying = false;
+  if (waiting) give(waiting);
 }
 
 export function element(tag, options = {}, ...children) {
@@ -54,7 +75,9 @@ export function field(node, name, spec, options = {}) {
   box.update = (value, given) => {
     box.classList.toggle('given', given);
     reset.classList.toggle('idle', !given);
-    input.update(value ?? spec.default);
+    const key = JSON.stringify([value ?? spec.default, options.place]);
+    if (key !== box.shown || box.contains(document.activeElement)) input.update(value ?? spec.default);
+    box.shown = key;
   };
   box.slider = input.slider;
   return box;
@@ -90,7 +113,7 @@ function control(id, spec, give, options) {
     slider = sliderOf(spec, options, (value) => { box.value = value; give(value, true); });
     slider.setAttribute('aria-label', `${options.label ?? spec.name}, slider`);
     slider.addEventListener('change', () => { dragged = ''; });
-    const chart = options.place === 'shape' && element('canvas', { class: 'histogram', role: 'img' });
+    const chart = options.place && element('canvas', { class: 'histogram', role: 'img' });
     parts.unshift(element('div', { class: 'slide' }, ...(chart ? [chart] : []), slider));
   }
   const update = (value) => {

@@ -4,6 +4,7 @@ import { element } from '/page/fields.js';
 import { current, showLabels } from '/page/stage.js';
 import { on, send } from '/page/wire.js';
 
+let begun = false; // the tracker has been sent over the recording, or a truth is loaded
 const $ = (id) => document.getElementById(id);
 const id = () => Number($('label-id').value);
 let asked = ''; // the path that was refused because there is such a file
@@ -25,6 +26,7 @@ export function askLabels() {
 }
 
 export function showLabeling({ seen, done, labels }, total) {
+  begun = seen > 0;
   $('survey').textContent = !isLabeling() ? '' : done ? `${seen} frames seen.` : `The tracker looks at all frames: ${seen} of ${total}.`;
   $('labels').replaceChildren(...labels.map((one) => {
     const strip = element('canvas', { width: 300, height: 12, role: 'img', 'aria-label': `ID ${one.id}: ${one.labeled} frames labeled, ${one.guessed} of them guessed` });
@@ -51,11 +53,13 @@ function paint(canvas, { stretches, marks }, total) {
 }
 
 $('labeling').addEventListener('toggle', () => {
-  if (isLabeling()) send('survey');
+  if (isLabeling() && !begun) send('survey');
   else showLabels([]);
 });
 $('label-gone').addEventListener('click', () => send('gone', { id: id(), frame: current().number }));
 $('label-undo').addEventListener('click', () => send('unlabel', { id: id(), frame: current().number }));
+$('survey-again').addEventListener('click', () => send('survey'));
+$('label-load').addEventListener('click', () => send('load_labels', { path: $('label-path').value }));
 $('label-save').addEventListener('click', () => {
   const path = $('label-path').value;
   send('save_labels', { path, overwrite: asked === path });

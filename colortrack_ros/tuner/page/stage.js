@@ -2,14 +2,14 @@
 
 // Okabe and Ito's colors, told apart by nearly everybody; each blob has its color's number as well.
 export const PALETTE = ['#e69f00', '#56b4e9', '#009e73', '#f0e442', '#0072b2', '#d55e00', '#cc79a7'];
-export const LAYERS = ['picture', 'mask', 'blobs', 'tracks', 'trails', 'ellipses', 'regions'];
+export const LAYERS = ['picture', 'mask', 'blobs', 'tracks', 'trails', 'ellipses', 'regions', 'background'];
 
 const canvas = document.getElementById('picture');
 const pen = canvas.getContext('2d');
 const masked = document.createElement('canvas');
 const SPREAD = Math.sqrt(5.991); // 95 % of a normal distribution in the plane are within it
 
-export const layers = Object.fromEntries(LAYERS.map((name) => [name, true]));
+export const layers = Object.fromEntries(LAYERS.map((name) => [name, name !== 'background']));
 let view = null;
 let zoom = 1;
 let corner = [0, 0];
@@ -18,6 +18,7 @@ let cross = null;
 let pick = () => {};
 let regions = [];
 let labels = [];
+let background = null; // what stands still, and what moves in white
 let corners = null; // of the region that is drawn
 let finish = () => {};
 
@@ -53,6 +54,12 @@ export function endRegion(keep) {
 
 export const isDrawing = () => corners !== null;
 
+export function showBackground(next) {
+  background?.forEach((image) => image.close());
+  background = next;
+  draw();
+}
+
 export function show(next) {
   view?.picture.close();
   view?.mask.close();
@@ -68,8 +75,7 @@ function rgb(hex) {
 // The labels, which come as gray levels, in the colors of the palette.
 function paintMask() {
   const [width, height] = view.size;
-  masked.width = width;
-  masked.height = height;
+  if (masked.width !== width || masked.height !== height) [masked.width, masked.height] = [width, height];
   const brush = masked.getContext('2d', { willReadFrequently: true });
   brush.drawImage(view.mask, 0, 0);
   const image = brush.getImageData(0, 0, width, height);
@@ -90,13 +96,16 @@ export function draw() {
   const [width, height] = view.size;
   const shown = canvas.clientWidth || width;
   const scale = Math.min(Math.max(1, (shown * devicePixelRatio) / width), 4);
-  canvas.width = Math.round(width * scale);
-  canvas.height = Math.round(height * scale);
+  const size = [width, height].map((side) => Math.round(side * scale));
+  if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
   canvas.style.aspectRatio = `${width} / ${height}`;
+  pen.resetTransform();
+  if (!layers.picture) pen.clearRect(0, 0, ...size);
   pen.setTransform(scale * zoom, 0, 0, scale * zoom, -corner[0] * scale * zoom, -corner[1] * scale * zoom);
   pen.imageSmoothingEnabled = zoom < 3;
   const thin = width / shown / zoom;
   if (layers.picture) pen.drawImage(view.picture, 0, 0, width, height);
+  if (layers.background && background) drawBackground(width, height);
   pen.imageSmoothingEnabled = false;
   if (layers.mask) {
     pen.globalAlpha = layers.picture ? 0.7 : 1;
@@ -113,6 +122,17 @@ export function draw() {
   for (const track of view.tracks ?? []) drawTrack(track, thin);
   labels.forEach((label) => drawLabel(label, thin));
   drawMarks(thin);
+}
+
+// What stands still, in place of the picture; what moves lightens it.
+function drawBackground(width, height) {
+  const [still, moves] = background;
+  pen.drawImage(still, 0, 0, width, height);
+  pen.globalAlpha = 0.6;
+  pen.globalCompositeOperation = 'lighter';
+  pen.drawImage(moves, 0, 0, width, height);
+  pen.globalCompositeOperation = 'source-over';
+  pen.globalAlpha = 1;
 }
 
 function drawLabel({ id, box: [u, v, width, height], guessed, marked }, thin) {
