@@ -37,8 +37,9 @@ from colortrack_ros.tools.tune_search import search
 from colortrack_ros.tools.tune_search import Slider
 from colortrack_ros.tools.tune_search import sliders_of
 from colortrack_ros.tools.tune_search import Values
-from colortrack_ros.tools.tune_trial import halves
+from colortrack_ros.tools.tune_trial import HELD_OUT
 from colortrack_ros.tools.tune_trial import Labeled
+from colortrack_ros.tools.tune_trial import split
 from colortrack_ros.tools.tune_trial import Trial
 from colortrack_ros.tools.tune_trial import try_out
 
@@ -46,7 +47,8 @@ FEW = 30
 """Labeled frames held out, below which a score is off by a tenth by chance (the standard error of a
 share of one half)."""
 
-Judged = Callable[[Sequence[Values]], list[Trial]]
+Judged = Callable[[Sequence[Values], bool], list[Trial]]
+"""Of some candidates, and whether also where they are held out."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -97,18 +99,18 @@ def _tune(arguments: argparse.Namespace) -> int:
     with _trials(arguments, labeled) as judged:
 
         def judge(candidates: Sequence[Values]) -> list[float]:
-            return [float(np.mean(trial.searched)) for trial in judged(candidates)]
+            return [float(np.nanmean(trial.searched)) for trial in judged(candidates, False)]
 
         found = search(sliders, judge, arguments.trials, arguments.seed)
         values, worth = pruned(changed(found, sliders), judge)
-        before, after = judged([{}, values])
+        before, after = judged([{}, values], True)
     console.print(_scores(labeled, before, after, arguments.goal))
     console.print(_changes(sliders, values, worth))
     for doubt in doubts(
         labeled, before, after, [s for s in sliders if s.is_at_bound(values.get((s.node, s.name)))]
     ):
         console.print(f'- {doubt}', markup=False)
-    if not values or np.mean(after.held_out) <= np.mean(before.held_out):
+    if not values or np.nanmean(after.held_out) <= np.nanmean(before.held_out):
         print('nothing better was found for what was held out: nothing is written', file=sys.stderr)
         return 3
     _write(arguments, values, console)
@@ -120,13 +122,16 @@ def _labeled(arguments: argparse.Namespace) -> Iterator[Labeled]:
 
     :raises RecordError: one has none.
     """
+    found = []
     for source in recordings_in(arguments.inputs):
         name = name_of(source.partition('?')[0])
         is_scene = source.startswith('scene:')
         if not is_scene and not arguments.truth:
             raise RecordError(f'{source}: its truth is not known; expected --truth')
         truth = source if is_scene else arguments.truth.replace('{}', name)
-        yield Labeled(name, source, halves(read_tracks(truth, '')))
+        found.append((name, source, read_tracks(truth, '')))
+    for (name, source, _), parts in zip(found, split([one[2] for one in found]), strict=True):
+        yield Labeled(name, source, parts)
 
 
 @contextlib.contextmanager
@@ -141,12 +146,13 @@ def _trials(arguments: argparse.Namespace, labeled: Sequence[Labeled]) -> Iterat
     ):
         task = bar.add_task('candidates', total=arguments.trials)
 
-        def judged(candidates: Sequence[Values]) -> list[Trial]:
-            new = {repr(one): one for one in candidates if repr(one) not in known}
+        def judged(candidates: Sequence[Values], everywhere: bool) -> list[Trial]:
+            jobs = [(one, everywhere) for one in candidates]
+            new = {repr(job): job for job in jobs if repr(job) not in known}
             for key, trial in zip(new, pool.map(work, new.values()), strict=True):
                 known[key] = trial
                 bar.advance(task)
-            return [known[repr(one)] for one in candidates]
+            return [known[repr(job)] for job in jobs]
 
         yield judged
 
@@ -162,14 +168,16 @@ def _scores(labeled: Sequence[Labeled], before: Trial, after: Trial, goal: str) 
                 *(t[k] for t in (before.searched, after.searched, before.held_out, after.held_out))
             ),
         )
-    means = (np.mean(t) for t in (before.searched, after.searched, before.held_out, after.held_out))
+    means = (
+        np.nanmean(t) for t in (before.searched, after.searched, before.held_out, after.held_out)
+    )
     table.add_row('mean', *_row(*map(float, means)))
     return table
 
 
 def _row(*scores: float) -> tuple[str, ...]:
-    a, b, c, d = (f'{score:.3f}' for score in scores)
-    return a, f'-> {b}', c, f'-> {d}'
+    a, b, c, d = ('' if np.isnan(score) else f'{score:.3f}' for score in scores)
+    return a, f'-> {b}' * bool(b), c, f'-> {d}' * bool(d)
 
 
 def _changes(
@@ -194,14 +202,16 @@ def doubts(
     """Where what was found may not hold for other recordings, a sentence each."""
     if len(labeled) == 1:
         yield 'one recording: nothing is known of another light, place or camera'
+    elif len(labeled) < HELD_OUT:
+        yield 'two recordings, both searched in part: nothing is known of a third'
     frames = sum(len(recording.parts[1].frames) for recording in labeled)
     if frames < FEW:
         yield f'{frames} labeled frames are held out: below {FEW}, chance decides'
     for recording, one, two in zip(labeled, before.held_out, after.held_out, strict=True):
         if two < one:
             yield f'{recording.name} is worse where it was held out: {one:.3f} -> {two:.3f}'
-    gain = np.mean(after.searched) - np.mean(before.searched)
-    held = np.mean(after.held_out) - np.mean(before.held_out)
+    gain = np.nanmean(after.searched) - np.nanmean(before.searched)
+    held = np.nanmean(after.held_out) - np.nanmean(before.held_out)
     if held < gain / 2:
         yield f'{gain:+.3f} where it was searched, {held:+.3f} where not: fitted to the frames'
     for slider in at_bound:

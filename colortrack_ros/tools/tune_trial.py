@@ -26,8 +26,8 @@ from colortrack_ros.replay.setup import read_setup
 from colortrack_ros.tools.tune_search import Values
 
 STRETCHES, HELD_OUT = 6, 3
-"""The labeled frames of a recording are cut into so many stretches, of which every third is held
-out: long enough for identities, and every one beside another that is searched."""
+"""Every third recording is held out; of fewer than three, every third of so many stretches of the
+labeled frames of each: long enough for identities, each beside another that is searched."""
 
 
 class Labeled(NamedTuple):
@@ -44,7 +44,10 @@ class Labeled(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """How good a candidate is: for each recording, where it was searched and where held out."""
+    """How good a candidate is: for each recording, where it was searched and where held out.
+
+    NaN where none of it was.
+    """
 
     searched: tuple[float, ...]
     held_out: tuple[float, ...]
@@ -67,6 +70,14 @@ class RecordOutput(Output):
         """Nothing is open."""
 
 
+def split(truths: Sequence[Record]) -> list[tuple[Record, Record]]:
+    """The truth that is searched, and that which is held out, of each recording."""
+    if len(truths) < HELD_OUT:
+        return [halves(truth) for truth in truths]
+    parts = [(truth, Record(truth.rows, truth.frames[:0], truth.delays)) for truth in truths]
+    return [p[::-1] if k % HELD_OUT == HELD_OUT - 1 else p for k, p in enumerate(parts)]
+
+
 def halves(truth: Record) -> tuple[Record, Record]:
     """The truth of the stretches that are searched, and of those that are held out."""
     number = np.arange(len(truth.frames)) * STRETCHES // max(len(truth.frames), 1)
@@ -75,19 +86,28 @@ def halves(truth: Record) -> tuple[Record, Record]:
     return searched, held_out
 
 
-def try_out(arguments: argparse.Namespace, labeled: Sequence[Labeled], values: Values) -> Trial:
+def try_out(
+    arguments: argparse.Namespace, labeled: Sequence[Labeled], job: tuple[Values, bool]
+) -> Trial:
     """Track and judge them all.
 
     :param arguments: of the command line.
+    :param job: the candidate, and whether it is judged as well where it is held out.
     :raises StartError, BagError: a recording cannot be read, or a value is refused.
     """
+    values, everywhere = job
     given = [f'{node}:{name}:={flow(value)}' for (node, name), value in values.items()]
     options = {name: getattr(arguments, name) for name in ('radius', 'iou', 'visible')}
     scores = []
     for recording in labeled:
-        tracks = tracked(arguments, recording.source, given)
-        results = [compare(part, tracks, **options) for part in recording.parts]
-        scores.append([result.measures[arguments.goal] for result in results])
+        parts = recording.parts if everywhere else recording.parts[:1]
+        score = [float('nan')] * 2
+        if any(len(part.frames) for part in parts):
+            tracks = tracked(arguments, recording.source, given)
+            for k, part in enumerate(parts):
+                if len(part.frames):
+                    score[k] = compare(part, tracks, **options).measures[arguments.goal]
+        scores.append(score)
     searched, held_out = zip(*scores, strict=True)
     return Trial(searched, held_out)
 

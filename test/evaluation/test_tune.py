@@ -16,6 +16,7 @@ from colortrack_ros.tools.tune_search import Slider
 from colortrack_ros.tools.tune_search import sliders_of
 from colortrack_ros.tools.tune_trial import halves
 from colortrack_ros.tools.tune_trial import Labeled
+from colortrack_ros.tools.tune_trial import split
 from colortrack_ros.tools.tune_trial import Trial
 from colortrack_ros.tracking import TrackerConfig
 
@@ -33,7 +34,7 @@ FILE = """# where the robot plays
     red: {rgb: [205, 58, 34], tolerance: 6.0}  # by eye
     min_area: 20
 """
-SCENES = [f'scene:single?width=160&height=120&rate=6&duration=4&seed={seed}' for seed in (1, 2)]
+SCENES = [f'scene:single?width=160&height=120&rate=6&duration=4&seed={k}' for k in (1, 2, 3)]
 
 
 def test_sliders_stand_for_values_that_the_nodes_accept_and_begin_where_they_are():
@@ -82,23 +83,40 @@ def test_what_is_searched_and_what_is_held_out_share_no_frame_and_leave_none():
     assert np.count_nonzero(np.diff(held_out.frames) > 1) == 1  # two stretches
 
 
+def test_of_three_recordings_or_more_every_third_is_held_out_whole():
+    truths = [read_truth(60 + k) for k in range(7)]
+    lengths = [tuple(len(part.frames) for part in parts) for parts in split(truths)]
+    assert lengths == [(60, 0), (61, 0), (0, 62), (63, 0), (64, 0), (0, 65), (66, 0)]
+    assert [[len(part.frames) for part in parts] for parts in split(truths[:1])] == [[40, 20]]
+
+
 def read_truth(count):
     rows = empty_rows(count)
     rows['frame'], rows['id'] = np.arange(count), 1
     return Record.of(rows, range(count))
 
 
-def said(*, searched=(0.5, 0.6), held_out=(0.5, 0.6), frames=120, count=2, at_bound=()):
-    labeled = [Labeled(f'r{k}', '', halves(read_truth(frames))) for k in range(count)]
-    before, after = (Trial((searched[k],) * count, (held_out[k],) * count) for k in range(2))
+def said(*, searched=(0.5, 0.6), held_out=(0.5, 0.6), frames=120, count=3, at_bound=()):
+    parts = split([read_truth(frames) for _ in range(count)])
+    labeled = [Labeled(f'r{k}', '', part) for k, part in enumerate(parts)]
+    before, after = (
+        Trial(
+            *(
+                [value[k] if len(part.frames) else np.nan for part in some]
+                for value, some in zip((searched, held_out), zip(*parts, strict=True), strict=True)
+            )
+        )
+        for k in range(2)
+    )
     return ' '.join(doubts(labeled, before, after, at_bound))
 
 
 def test_doubts_are_told_where_there_is_reason_and_only_there():
     assert said() == ''
     assert 'one recording' in said(count=1)
-    assert '20 labeled frames' in said(frames=30)
-    assert 'r0 is worse where it was held out: 0.700 -> 0.600' in said(held_out=(0.7, 0.6))
+    assert 'two recordings' in said(count=2)
+    assert '20 labeled frames' in said(frames=20)
+    assert 'r2 is worse where it was held out: 0.700 -> 0.600' in said(held_out=(0.7, 0.6))
     assert 'fitted to the frames' in said(held_out=(0.5, 0.51))
     assert 'min_area is at the end' in said(at_bound=SLIDERS[:1])
 
