@@ -53,14 +53,14 @@ class Recorder:
         covariance.outline_blur = self._keep_blur
         detector.centroid_covariance = self._keep
 
-    def _keep_blur(self, picture, blobs):
-        self.blur = self._blur(picture, blobs)
+    def _keep_blur(self, frame, blobs):
+        self.blur = self._blur(frame, blobs)
         return self.blur
 
-    def _keep(self, blobs, picture, score, part, skewness):
+    def _keep(self, blobs, frame, score, part, skewness):
         part = np.broadcast_to(part, score.shape)
-        result = self._covariance(blobs, picture, score, part, skewness)
-        self.made = blobs, picture.shape[:2], score, part, skewness, self.blur
+        result = self._covariance(blobs, frame, score, part, skewness)
+        self.made = blobs, frame.image.shape[:2], score, part, skewness, self.blur
         return result
 
     def of(self, i):
@@ -72,10 +72,10 @@ class Recorder:
     def again(self, made):
         """The covariance with the constants of now."""
         blobs, shape, score, part, skewness, blur = made
-        covariance.outline_blur = lambda picture, blobs: blur
+        covariance.outline_blur = lambda frame, blobs: blur
         try:
-            picture = np.broadcast_to(np.uint8(0), shape)
-            return self._covariance(blobs, picture, score, part, skewness)[0]
+            frame = Frame(np.broadcast_to(np.uint8(0), (*shape, 3)))
+            return self._covariance(blobs, frame, score, part, skewness)[0]
         finally:
             covariance.outline_blur = self._keep_blur
 

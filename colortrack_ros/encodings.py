@@ -104,12 +104,31 @@ def writable_bgr(frame: Frame) -> NDArray[np.uint8]:
     return frame.image.copy() if frame.encoding == 'bgr8' else _converted(frame)
 
 
+def is_yuv(frame: Frame) -> bool:
+    """Whether a frame has YUV of limited range, which :func:`to_bgr` converts."""
+    return frame.encoding in (*YUV422, *YUV420) and not frame.full_range
+
+
+def to_bgr(image: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
+    """(H, W, 3) blue, green and red of a picture that is not empty; YUV of limited range."""
+    return np.asarray(cv2.cvtColor(image, _TO_BGR[encoding]), np.uint8)
+
+
+def bgr_at(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.uint8]:
+    """(..., 3) single pixels of a YUV picture of limited range, as :func:`plain` has them."""
+    luma, u, v = yuv_planes(frame)
+    shared = row // (len(luma) // len(u)), column // 2
+    y = luma[row, column]
+    pairs = np.stack([y, u[shared], y, v[shared]], axis=-1).reshape(1, -1, 2)
+    return to_bgr(pairs, 'yuyv')[0, ::2].reshape(*row.shape, 3)
+
+
 def _converted(frame: Frame) -> NDArray:
     if not frame.image.size:
         return np.zeros((*size_of(frame), 3), np.uint8)
     if frame.full_range and frame.encoding in (*YUV422, *YUV420):
         return cv2.cvtColor(_full_chroma(frame), cv2.COLOR_YCrCb2BGR)
-    return cv2.cvtColor(frame.image, _TO_BGR[frame.encoding])
+    return to_bgr(frame.image, frame.encoding)
 
 
 def _full_chroma(frame: Frame) -> NDArray:

@@ -3,7 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.pixels import pixels_at
+from colortrack_ros.encodings import size_of
 
 PROFILES = 2
 """Rows, and columns, of a blob, each with two ends: the median of four bears one with another thing
@@ -24,7 +27,7 @@ ENDS = 2
 """Samples whose mean is the color inside, or outside: fewer have more noise, more less reach."""
 
 
-def outline_blur(picture: NDArray[np.uint8], blobs: BlobTable) -> NDArray[np.float64]:
+def outline_blur(frame: Frame, blobs: BlobTable) -> NDArray[np.float64]:
     """Width of the transition from a blob to what is around it, along u and along v.
 
     A profile across the outline falls from the color inside to the one outside, as the share f of
@@ -32,11 +35,9 @@ def outline_blur(picture: NDArray[np.uint8], blobs: BlobTable) -> NDArray[np.flo
     f (1 - f) is w / 6, wherever on the ramp the outline lies. Rows and columns are those of the
     middle half, where the outline is across them.
 
-    :param picture: (H, W, channels) or (H, W).
     :returns: (N, 2) [px].
     """
-    height, width = picture.shape[:2]
-    pixels = picture.reshape(height * width, -1)
+    height, width = size_of(frame)
     minor, _ = blobs.axes
     reach = np.maximum(REACH_SHARE * 2 * np.sqrt(minor), PROFILE_SAMPLES)
     gap = np.ones((len(reach), PROFILE_SAMPLES))
@@ -51,7 +52,7 @@ def outline_blur(picture: NDArray[np.uint8], blobs: BlobTable) -> NDArray[np.flo
     v = _across(top, bottom, out, height)
     v *= width
     v += column[..., None, None]
-    f = _shares(pixels.take(np.concatenate([u, v], axis=1), axis=0))
+    f = _shares(pixels_at(frame, np.concatenate([u, v], axis=1)))
     # Two ends of each of PROFILES rows, and of as many columns.
     blur = 6 * np.einsum('nkes,ns->nke', f * (1 - f), weight).reshape(-1, 2, 2 * PROFILES)
     blur.sort(axis=2)

@@ -8,43 +8,30 @@ remembered.
 """
 
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.detection.cells import cell_bounds
+from colortrack_ros.detection.cells import cells_of
+from colortrack_ros.detection.cells import corner_of
+from colortrack_ros.detection.cells import IN_CELL
+from colortrack_ros.detection.cells import TO_CELL
 from colortrack_ros.detection.column_filter import ColumnFilter
-from colortrack_ros.detection.lab import cube_root_or_line_slope
-from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import lab_from_rgb
-from colortrack_ros.detection.lab import LINEAR
-from colortrack_ros.detection.lab import WHITE_TO_ONE
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.reference import ReferenceColor
 
-CELLS = 1 << 16
-"""5 bits of red, 6 of green, 5 of blue."""
-
 CUT, UNKNOWN = 255, 0
 """Entry of a cell whose colors may not belong together; of a color not yet computed, the label of
 one that is having 1 added: pages of zeros cost nothing before they are written to."""
 
-_TO_CELL = {
-    'bgr8': cv2.COLOR_BGR2BGR565,
-    'rgb8': cv2.COLOR_RGB2BGR565,
-    'bgra8': cv2.COLOR_BGRA2BGR565,
-    'rgba8': cv2.COLOR_RGBA2BGR565,
-}
-_IN_CELL = np.stack(np.meshgrid(range(8), range(4), range(8), indexing='ij'), -1).reshape(-1, 3)
 STRIP, LONG_STRIP = 1 << 18, 1 << 20
 """Pixels that are worked on at a time, by one thread and by several; they set the time alone, which
 `python benchmark/detection.py` measures."""
-
-_MARGIN = 1e-6
-"""Added to the bounds for rounding, which is below 1e-11 of a CIELAB unit in double precision."""
 
 
 def _has_16_bit_lut() -> bool:
@@ -59,36 +46,12 @@ HAS_16_BIT_LUT = _has_16_bit_lut()
 """OpenCV 5 indexes a table by 16 bits, 4.6 does not."""
 
 
-def _corner(cell: NDArray[np.intp]) -> NDArray[np.intp]:
-    """(N, 3), the least red, green, blue of each cell."""
-    return np.stack([cell >> 11 << 3, (cell >> 5 & 63) << 2, (cell & 31) << 3], axis=-1)
-
-
-@lru_cache(maxsize=1)
-def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """CIELAB over each cell lies within center plus and minus radius, axis by axis.
-
-    L is monotone in red, green and blue. For a and b the mean value theorem bounds the way from
-    the middle of the cell by the largest slope in it, and f' of CIE 1976 falls monotonically.
-
-    :returns: centers and radii, both (3, 65536).
-    """
-    low = _corner(np.arange(1 << 16))
-    low_linear, high_linear = LINEAR[low], LINEAR[low + _IN_CELL[-1]]
-    center = lab_from_linear((low_linear + high_linear) / 2)
-    half = (high_linear - low_linear) / 2
-    steep = cube_root_or_line_slope(low_linear @ WHITE_TO_ONE.T)
-    flat = cube_root_or_line_slope(high_linear @ WHITE_TO_ONE.T)
-    radius = np.empty_like(center)
-    lightness = np.stack([lab_from_linear(end)[:, 0] for end in (low_linear, high_linear)])
-    center[:, 0] = lightness.mean(axis=0)
-    radius[:, 0] = np.ptp(lightness, axis=0) / 2
-    for axis, (plus, minus, scale) in enumerate(((0, 1, 500), (1, 2, 200)), start=1):
-        rising = steep[:, [plus]] * WHITE_TO_ONE[plus] - flat[:, [minus]] * WHITE_TO_ONE[minus]
-        falling = flat[:, [plus]] * WHITE_TO_ONE[plus] - steep[:, [minus]] * WHITE_TO_ONE[minus]
-        slope = np.maximum(np.abs(rising), np.abs(falling))
-        radius[:, axis] = scale * (slope * half).sum(axis=1)
-    return np.ascontiguousarray(center.T), np.ascontiguousarray(radius.T) + _MARGIN
+def look_up(table: NDArray[np.uint8], index: NDArray[np.uint16], out: NDArray[np.uint8]) -> None:
+    """Set an array to the entries, of 65,536 bytes, that 16-bit numbers stand for."""
+    if HAS_16_BIT_LUT:
+        cv2.LUT(index, table, dst=out)
+    else:
+        out[...] = table.take(index, mode='clip')
 
 
 def _bounds(
@@ -108,12 +71,6 @@ def _bounds(
     return nearest, farthest
 
 
-def cells_of(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.uint16]:
-    """(H, W) the cell of each pixel."""
-    code = _TO_CELL.get(encoding, cv2.COLOR_GRAY2BGR565)
-    return cv2.cvtColor(picture, code).view(np.uint16).reshape(picture.shape[:2])
-
-
 class ColorTable:
     """Labels pixels: 0 for none of the colors, k + 1 for colors[k].
 
@@ -128,6 +85,7 @@ class ColorTable:
     :param threads: that work on a picture at the same time; the result is the same.
 
     overlaps: whether a pixel may be within tolerance of several that are not inverted.
+    touched: (65536,) which cells hold something of a color.
     """
 
     def __init__(self, colors: tuple[ReferenceColor, ...], threads: int = 1) -> None:
@@ -141,6 +99,7 @@ class ColorTable:
         self._stretch = self._tolerance[:, None] / [color.axes for color in colors]
         self._cells, touched = self._label_cells()
         self.overlaps = bool((touched[np.logical_not(self._inverted)].sum(axis=0) > 1).any())
+        self.touched: NDArray[np.bool_] = np.logical_or.reduce(touched)
         self._column_filter = None if HAS_16_BIT_LUT else ColumnFilter(touched)
         self._exact = np.zeros(1 << 24, np.uint8)
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
@@ -242,13 +201,13 @@ class ColorTable:
         :returns: the words that may hold any.
         """
         if self._column_filter is None:
-            cv2.LUT(cells_of(picture, encoding), self._cells, dst=image.pixels)
+            look_up(self._cells, cells_of(picture, encoding), image.pixels)
         else:
             image.padded[...] = 0
             parts = self._column_filter.parts(picture, encoding)
             for left, right in parts:
-                cells = cv2.cvtColor(picture[:, left:right], _TO_CELL[encoding]).view(np.uint16)
-                image.pixels[:, left:right] = self._cells.take(cells[..., 0], mode='clip')
+                cells = cv2.cvtColor(picture[:, left:right], TO_CELL[encoding]).view(np.uint16)
+                look_up(self._cells, cells[..., 0], image.pixels[:, left:right])
         words, found = image.content()
         (cut,) = (found.reshape(-1) == CUT).nonzero()
         if cut.size:
@@ -287,7 +246,7 @@ class ColorTable:
         :param colors: (N,) red << 16 | green << 8 | blue.
         """
         cells = np.unique(colors >> 8 & 0xF800 | colors >> 5 & 0x07E0 | colors >> 3 & 0x001F)
-        rgb = (_corner(cells)[:, None] + _IN_CELL).reshape(-1, 3)
+        rgb = (corner_of(cells)[:, None] + IN_CELL).reshape(-1, 3)
         labels = self.label_colors(rgb)
         self._exact[rgb @ [1 << 16, 1 << 8, 1]] = labels + 1
         labels = labels.reshape(len(cells), -1)

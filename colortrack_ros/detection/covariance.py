@@ -3,9 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blur import outline_blur
 from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.encodings import size_of
 
 # The constants below were fitted to rendered balls of 8 to 43 px radius by
 # `python benchmark/detection_covariance.py --fit`, which brings the normalized squared error, NSE,
@@ -53,7 +55,7 @@ disc: it is within 0.01 radii of the integral."""
 
 def centroid_covariance(
     blobs: BlobTable,
-    picture: NDArray[np.uint8],
+    frame: Frame,
     score: NDArray[np.float64],
     part: NDArray[np.float64] | float,
     skewness: NDArray[np.float64],
@@ -69,17 +71,17 @@ def centroid_covariance(
     - pixels of the color dropped beside the blob, along a part s of the outline: they cut off
       little if it is small, and seldom more than half of an extent e: s^4 (e / 2)^2 / 12.
 
-    :param picture: that the blobs are in, (H, W, channels) or (H, W).
+    :param frame: that the blobs are in.
     :param score: (N,) mean closeness to the reference color, 0..1.
     :param part: (N,) of the outline beyond which the color was dropped, 0..1, see open_part().
     :param skewness: (N,) three-fold skewness beyond the usual, see UsualSkewness.
     :returns: (N, 2, 2) [px^2], positive definite.
     """
-    height, width = picture.shape[:2]
+    height, width = size_of(frame)
     outline = np.asarray(np.pi / 2 * blobs.box[:, 2:].sum(axis=1), np.float64)
     share = 2 * OUTLINE_VARIANCE * outline / blobs.area**2
     covariance: NDArray[np.float64] = share[:, None, None] * blobs.spread
-    shift = blur_shift(blobs, picture, score, outline)
+    shift = blur_shift(blobs, frame, score, outline)
     beyond = border_shift(blobs, width, height)
     cut = np.where(beyond.any(axis=1), 0, cut_shift(blobs, skewness))
     dropped = part**4 * blobs.box[:, 2:].max(axis=1) ** 2 / 48
@@ -91,7 +93,7 @@ def centroid_covariance(
 
 def blur_shift(
     blobs: BlobTable,
-    picture: NDArray[np.uint8],
+    frame: Frame,
     score: NDArray[np.float64],
     outline: NDArray[np.float64],
 ) -> NDArray[np.float64]:
@@ -106,7 +108,7 @@ def blur_shift(
 
     :returns: (N, 2) [px].
     """
-    blur = outline_blur(picture, blobs)
+    blur = outline_blur(frame, blobs)
     blurred = np.minimum(blur.mean(axis=1) * outline / 2 / blobs.area, 1)
     distance = np.maximum(1 - score - BLURRED_DISTANCE * blurred, LEAST_DISTANCE)
     along, aside = blur, blur[:, ::-1] / 2

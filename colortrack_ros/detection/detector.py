@@ -26,7 +26,9 @@ from colortrack_ros.detection.shape import keep_shapes
 from colortrack_ros.detection.skewness import UsualSkewness
 from colortrack_ros.detection.split import split_touching
 from colortrack_ros.encodings import check
+from colortrack_ros.encodings import is_yuv
 from colortrack_ros.encodings import plain
+from colortrack_ros.encodings import size_of
 
 SCORE_PIXELS = 16
 """Pixels of a blob, at most, whose mean closeness is its score: it is known to a quarter of their
@@ -101,7 +103,8 @@ class Detector:
         :raises ValueError: when the encoding is not known or does not fit the picture's shape.
         """
         check(frame)
-        frame = plain(frame)
+        if not (self._method.reads_yuv and is_yuv(frame)):
+            frame = plain(frame)
         if not frame.image.size:
             return Detections(stamp=frame.stamp, frame_id=frame.frame_id)
         config, method = self._config, self._method
@@ -119,7 +122,7 @@ class Detector:
         kept = keep_shapes(blobs.take(method.keep(frame, blobs)), config)
         method.learn(frame, blobs, kept)
         part = open_part(kept, image, whole) if whole else 0.0
-        height, width = frame.image.shape[:2]
+        height, width = size_of(frame)
         rows = self._rows(frame, kept, part)
         return Detections(rows, frame.stamp, frame.frame_id, (width, height))
 
@@ -128,10 +131,10 @@ class Detector:
         rows['u'], rows['v'] = blobs.mean.T
         if not len(rows):
             return rows
-        height, width = frame.image.shape[:2]
+        height, width = size_of(frame)
         score = rows['score'] = self._score(frame, blobs)
         skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
-        covariance = centroid_covariance(blobs, frame.image, score, part, skewness)
+        covariance = centroid_covariance(blobs, frame, score, part, skewness)
         rows['cov_uu'], rows['cov_uv'] = covariance[:, 0, 0], covariance[:, 0, 1]
         rows['cov_vv'] = covariance[:, 1, 1]
         rows['area'] = blobs.area

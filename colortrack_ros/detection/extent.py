@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
-from colortrack_ros.detection.color_table import cell_bounds
-from colortrack_ros.detection.color_table import CELLS
-from colortrack_ros.detection.color_table import cells_of
+from colortrack_ros.detection.cells import cell_bounds
+from colortrack_ros.detection.cells import CELLS
+from colortrack_ros.detection.cells import cells_of
 from colortrack_ros.detection.reference import Triple
 
 COUNTED_PIXELS = 1 << 19

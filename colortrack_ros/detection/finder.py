@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.extent import count_colors
@@ -19,6 +20,7 @@ from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.encodings import plain
 
 LOOK_SECONDS = 0.25
 """Time from one look at the colors of a picture to the next [s]: it costs about 2 ms."""
@@ -75,16 +77,18 @@ class ColorFinder:
         self._specks = 0
         self._largest = np.zeros(len(colors))
 
-    def look(self, picture: NDArray[np.uint8], encoding: str, stamp: int) -> bool:
+    def look(self, frame: Frame) -> bool:
         """Look at a picture, if it is time to.
 
         :returns: whether colors have changed.
         """
+        stamp = frame.stamp
         elapsed = (stamp - self._looked) / NANOSECONDS
         complete = len(self._found) == len(self._sought)
         if complete and 0 <= elapsed < LOOK_SECONDS:
             return False
-        now = count_colors(picture, encoding)
+        frame = plain(frame)
+        now = count_colors(frame.image, frame.encoding)
         if self._pool is None or elapsed < 0:
             self._pool = now
         self._pool += (now - self._pool) * -np.expm1(-max(elapsed, 0) / POOL_SECONDS)

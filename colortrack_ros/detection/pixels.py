@@ -5,6 +5,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
+from colortrack_ros.encodings import bgr_at
+from colortrack_ros.encodings import is_yuv
+from colortrack_ros.encodings import size_of
 
 RED_FIRST = ('rgb8', 'rgba8')
 """Encodings whose first channel is red; in the others it is blue."""
@@ -15,6 +18,27 @@ def rgb_of(pixels: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
     if encoding == 'mono8':
         return np.repeat(pixels.reshape(-1, 1), 3, axis=1)
     return pixels[:, :3] if encoding in RED_FIRST else pixels[:, 2::-1]
+
+
+def pixels_at(frame: Frame, position: NDArray[np.intp]) -> NDArray[np.uint8]:
+    """(..., channels) single pixels; of a YUV picture, blue, green and red.
+
+    :param position: v width + u.
+    """
+    height, width = size_of(frame)
+    if is_yuv(frame):
+        return bgr_at(frame, *np.divmod(position, width))
+    return frame.image.reshape(height * width, -1).take(position, axis=0)
+
+
+def rgb_at(frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]]) -> NDArray[np.uint8]:
+    """Red, green and blue, (N, 3), of single pixels.
+
+    :param pixel: (N,) rows and columns.
+    """
+    if is_yuv(frame):
+        return bgr_at(frame, *pixel)[:, ::-1]
+    return rgb_of(frame.image[pixel], frame.encoding)
 
 
 def split_rgb(picture: NDArray[np.uint8], encoding: str) -> list[NDArray]:

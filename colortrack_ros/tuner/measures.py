@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection.blobs import find_blobs
-from colortrack_ros.detection.color_table import cell_bounds
+from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.extent import count_colors
 from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.lab import rgb_from_lab

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from support import textbook
 
-from colortrack_ros.detection.color_table import cell_bounds
+from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.lab import lab_from_rgb
 
 

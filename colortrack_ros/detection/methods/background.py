@@ -54,6 +54,7 @@ class BackgroundSubtraction:
     """
 
     labels = 1
+    reads_yuv = False
     whole = None
     trouble = ''
     connect = staticmethod(connect)

@@ -25,6 +25,10 @@ class Method(Protocol):
         """The greatest label there is."""
 
     @property
+    def reads_yuv(self) -> bool:
+        """Whether it takes frames with YUV; others have red, green and blue, or gray levels."""
+
+    @property
     def connect(self) -> Connect:
         """How runs of pixels become blobs."""
 

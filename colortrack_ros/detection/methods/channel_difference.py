@@ -64,6 +64,7 @@ class ChannelDifference:
     """
 
     labels = 1
+    reads_yuv = False
     whole = None
     trouble = ''
 

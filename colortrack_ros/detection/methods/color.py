@@ -15,6 +15,7 @@ from colortrack_ros.detection.blobs import clear
 from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.blobs import find_runs
 from colortrack_ros.detection.blobs import sample_pixels
+from colortrack_ros.detection.chroma_filter import ChromaFilter
 from colortrack_ros.detection.color_table import ColorTable
 from colortrack_ros.detection.finder import ColorFinder
 from colortrack_ros.detection.lab import lab_from_rgb
@@ -26,13 +27,15 @@ from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import MorphologyConfig
 from colortrack_ros.detection.pieces import join_pieces
 from colortrack_ros.detection.pixels import channels_of
-from colortrack_ros.detection.pixels import rgb_of
+from colortrack_ros.detection.pixels import rgb_at
 from colortrack_ros.detection.reference import DEFAULT_COLORS
 from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import reference_color_of
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import ReferenceColorConfig
+from colortrack_ros.encodings import is_yuv
+from colortrack_ros.encodings import plain
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import named
 from colortrack_ros.parameters import parameter
@@ -127,8 +130,15 @@ class ColorDistance:
         self._given = colors
         colors = self._finder.resolve(colors)
         self._table = _table_of(colors, config.threads)
+        self._chroma_filter: ChromaFilter | None = None
         if config.grow > 1:
             self._loose = _table_of(tuple(_grown(c, config.grow) for c in colors), config.threads)
+
+    @property
+    def reads_yuv(self) -> bool:
+        """Whether only pixels that may have a color are looked at."""
+        config = self._config
+        return config.grow == 1 and config.white_balance == 'none' and not config.moving_only
 
     @property
     def trouble(self) -> str:
@@ -137,28 +147,38 @@ class ColorDistance:
 
     def label(self, frame: Frame) -> LabelImage:
         """The reference color that each pixel is within tolerance of."""
-        picture = frame.image
+        original = frame
         if self._config.white_balance == 'gray_world':
-            picture = self._gray_world.balance(picture)
-        self._picture, self._encoding = picture, frame.encoding
-        if self._finder.look(picture, frame.encoding, frame.stamp):
+            frame = replace(frame, image=self._gray_world.balance(frame.image))
+        self._frame = frame
+        if self._finder.look(frame):
             self._take(self._given)
-        image = self._table.label(picture, frame.encoding)
+        image = self._labels(frame)
         self.whole = None
         if self._config.grow > 1:
-            image = self._grow(image, self._loose.label(picture, frame.encoding))
+            image = self._grow(image, self._loose.label(frame.image, frame.encoding))
         if self._config.moving_only:
             self.whole = image.copy()
-            self._drop_background(frame, image)
+            self._drop_background(original, image)
         if self._table.overlaps and colors_touch(image):
             join_pieces(image, lambda position, label: self._is_within(image, position, label))
         return image
+
+    def _labels(self, frame: Frame) -> LabelImage:
+        """The colors that are nearest; only what may have one is converted from YUV."""
+        if is_yuv(frame):
+            self._chroma_filter = self._chroma_filter or ChromaFilter(self._table.touched)
+            image = self._chroma_filter.label(frame, lambda x: self._table.label(x, 'bgr8').pixels)
+            if image is not None:
+                return image
+            frame = plain(frame)
+        return self._table.label(frame.image, frame.encoding)
 
     def _is_within(
         self, image: LabelImage, position: NDArray[np.intp], label: NDArray[np.uint8]
     ) -> NDArray[np.bool_]:
         """(N,) whether pixels, v stride + u, are in tolerance of a color that is not inverted."""
-        rgb = rgb_of(self._picture[np.divmod(position, image.stride)], self._encoding)
+        rgb = rgb_at(self._frame, np.divmod(position, image.stride))
         inverted = np.array([color.inverted for color in self._given])
         return (self._table.closeness(rgb, label) > 0) & ~inverted[label.astype(int) - 1]
 
@@ -185,7 +205,7 @@ class ColorDistance:
         self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray
     ) -> NDArray[np.float64]:
         """1 - D / tolerance."""
-        return self._table.closeness(rgb_of(self._picture[pixel], frame.encoding), label)
+        return self._table.closeness(rgb_at(self._frame, pixel), label)
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """Those that are large enough, where that is found."""
@@ -199,8 +219,7 @@ class ColorDistance:
             self._background.follow(picture, frame.stamp, blobs, config.learn_seconds)
         if config.follow_light > 0:
             blob, position = sample_pixels(kept, FOLLOW_PIXELS)
-            pixels = self._picture[np.divmod(position, kept.runs.stride)]
-            lab = lab_from_rgb(rgb_of(pixels, frame.encoding))
+            lab = lab_from_rgb(rgb_at(self._frame, np.divmod(position, kept.runs.stride)))
             colors = self._follower.follow(lab, kept.label[blob] - 1, frame.stamp)
             if colors is not None:
                 self._take(colors)

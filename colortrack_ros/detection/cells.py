@@ -1,0 +1,64 @@
+"""The 2^16 cells that the 2^24 colors are grouped into, and how far CIELAB reaches over each."""
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.detection.lab import cube_root_or_line_slope
+from colortrack_ros.detection.lab import lab_from_linear
+from colortrack_ros.detection.lab import LINEAR
+from colortrack_ros.detection.lab import WHITE_TO_ONE
+
+CELLS = 1 << 16
+"""5 bits of red, 6 of green, 5 of blue."""
+
+TO_CELL = {
+    'bgr8': cv2.COLOR_BGR2BGR565,
+    'rgb8': cv2.COLOR_RGB2BGR565,
+    'bgra8': cv2.COLOR_BGRA2BGR565,
+    'rgba8': cv2.COLOR_RGBA2BGR565,
+}
+IN_CELL = np.stack(np.meshgrid(range(8), range(4), range(8), indexing='ij'), -1).reshape(-1, 3)
+
+_MARGIN = 1e-6
+"""Added to the bounds for rounding, which is below 1e-11 of a CIELAB unit in double precision."""
+
+
+def corner_of(cell: NDArray[np.intp]) -> NDArray[np.intp]:
+    """(N, 3), the least red, green, blue of each cell."""
+    return np.stack([cell >> 11 << 3, (cell >> 5 & 63) << 2, (cell & 31) << 3], axis=-1)
+
+
+@lru_cache(maxsize=1)
+def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """CIELAB over each cell lies within center plus and minus radius, axis by axis.
+
+    L is monotone in red, green and blue. For a and b the mean value theorem bounds the way from
+    the middle of the cell by the largest slope in it, and f' of CIE 1976 falls monotonically.
+
+    :returns: centers and radii, both (3, 65536).
+    """
+    low = corner_of(np.arange(1 << 16))
+    low_linear, high_linear = LINEAR[low], LINEAR[low + IN_CELL[-1]]
+    center = lab_from_linear((low_linear + high_linear) / 2)
+    half = (high_linear - low_linear) / 2
+    steep = cube_root_or_line_slope(low_linear @ WHITE_TO_ONE.T)
+    flat = cube_root_or_line_slope(high_linear @ WHITE_TO_ONE.T)
+    radius = np.empty_like(center)
+    lightness = np.stack([lab_from_linear(end)[:, 0] for end in (low_linear, high_linear)])
+    center[:, 0] = lightness.mean(axis=0)
+    radius[:, 0] = np.ptp(lightness, axis=0) / 2
+    for axis, (plus, minus, scale) in enumerate(((0, 1, 500), (1, 2, 200)), start=1):
+        rising = steep[:, [plus]] * WHITE_TO_ONE[plus] - flat[:, [minus]] * WHITE_TO_ONE[minus]
+        falling = flat[:, [plus]] * WHITE_TO_ONE[plus] - steep[:, [minus]] * WHITE_TO_ONE[minus]
+        slope = np.maximum(np.abs(rising), np.abs(falling))
+        radius[:, axis] = scale * (slope * half).sum(axis=1)
+    return np.ascontiguousarray(center.T), np.ascontiguousarray(radius.T) + _MARGIN
+
+
+def cells_of(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.uint16]:
+    """(H, W) the cell of each pixel."""
+    code = TO_CELL.get(encoding, cv2.COLOR_GRAY2BGR565)
+    return cv2.cvtColor(picture, code).view(np.uint16).reshape(picture.shape[:2])

@@ -1,0 +1,165 @@
+"""Labels of YUV pictures, of which only what may have a color is converted.
+
+Two or four pixels share their chroma, U and V, and most of a picture has a chroma that none of the
+colors has with any luma. One look-up for a chroma sample, 16 bits of the picture as they are, rules
+it out; the pixels of the others are converted and labeled. The result is that of converting the
+picture first, to the bit.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import Frame
+from colortrack_ros.detection.color_table import look_up
+from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.label_image import WORD
+from colortrack_ros.encodings import size_of
+from colortrack_ros.encodings import to_bgr
+from colortrack_ros.encodings import YUV422
+
+Label = Callable[[NDArray[np.uint8]], NDArray[np.uint8]]
+"""(H, W) labels of a bgr8 picture, (H, W, 3)."""
+
+CHROMA_STEP = 4
+"""Levels of Y, U and V that are looked at together where the table of the chroma is made."""
+
+CELL_DILATION = (1, 2, 1)
+"""Cells of red, green and blue by which the color at the middle of CHROMA_STEP^3 levels may be
+beside that of any of them: by BT.601 they differ by at most 5.2, 4.6, 5.8 levels."""
+
+NEARLY_GRAY = slice(112, 144)
+"""U and V of what most of a picture is made of, within 1/8 of their range."""
+
+CONVERTED_SHARE = 0.25
+"""Share of the chroma up to which it is worth it to convert pixels one by one. It sets the time
+alone, as CHROMA_PAUSE does; `python benchmark/detection.py` measures it."""
+
+CHROMA_PAUSE = 16
+"""Pictures for which that is not tried again where the share is larger."""
+
+
+@lru_cache(maxsize=1)
+def _cells() -> NDArray[np.intp]:
+    """(64 U, 64 V, 60 Y) the cell at the middle of CHROMA_STEP^3 levels, by ITU-R BT.601."""
+    chroma = np.arange((CHROMA_STEP - 1) / 2, 256, CHROMA_STEP) - 128
+    luma = 1.164 * (np.arange(16 + (CHROMA_STEP - 1) / 2, 256, CHROMA_STEP) - 16)
+    u, v, y = np.meshgrid(chroma, chroma, luma, indexing='ij', sparse=True)
+    rgb = y + 1.596 * v + 0 * u, y - 0.391 * u - 0.813 * v, y + 2.018 * u + 0 * v
+    red, green, blue = (np.clip(np.rint(c), 0, 255).astype(np.intp) for c in rgb)
+    return np.asarray(red >> 3 << 11 | green >> 2 << 5 | blue >> 3)
+
+
+def _dilated(touched: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(65536,) the cells with those around them, by CELL_DILATION."""
+    cells = touched.reshape(32, 64, 32)
+    for axis, reach in enumerate(CELL_DILATION):
+        one = np.moveaxis(cells, axis, 0)
+        wide = one.copy()
+        for k in range(1, reach + 1):
+            wide[k:] |= one[:-k]
+            wide[:-k] |= one[k:]
+        cells = np.moveaxis(wide, 0, axis)
+    return cells.reshape(-1)
+
+
+class ChromaFilter:
+    """Which chroma may belong to a color, with any luma.
+
+    :param touched: (65536,) which cells of 5, 6 and 5 bits hold something of a color.
+    """
+
+    def __init__(self, touched: NDArray[np.bool_]) -> None:
+        may = _dilated(touched)[_cells()].any(axis=2)
+        table = np.kron(may, np.ones((CHROMA_STEP, CHROMA_STEP), bool)).astype(np.uint8)
+        # The byte that comes first in the picture is the lower one of the number.
+        self._v_first, self._u_first = table.reshape(-1), table.T.reshape(-1)
+        # Of U and V alone, the one that tells more of what is nearly gray from the colors.
+        alone = table.max(axis=1), table.max(axis=0)
+        self._better = int(np.argmin([one[NEARLY_GRAY].sum() for one in alone]))
+        self._alone = alone[self._better]
+        first, behind = self._alone.argmax(), len(self._alone) - self._alone[::-1].argmax()
+        self._range = int(first), int(behind) - 1
+        self._chroma: NDArray = np.empty((0, 0), np.uint8)
+        self._pause = 0
+
+    def label(self, frame: Frame, label: Label) -> LabelImage | None:
+        """The labels of a YUV picture, None where converting all of it is faster.
+
+        :param label: of what is converted.
+        """
+        if self._pause:
+            self._pause -= 1
+            return None
+        height, width = size_of(frame)
+        may = (self._may_have if frame.encoding in YUV422 else self._plane_may_have)(frame)
+        sample = may.positions()
+        if len(sample) > CONVERTED_SHARE * may.pixels.size:
+            self._pause = CHROMA_PAUSE
+            return None
+        row, column = np.divmod(sample, may.stride)
+        image = LabelImage.empty(height, width)
+        image.padded[...] = 0
+        image.filled = np.zeros(0, np.intp)
+        if len(sample):
+            pixels = (_pairs if frame.encoding in YUV422 else _quadruples)(frame, row, column)
+            pairs = label(to_bgr(pixels, frame.encoding)).view(np.uint16)
+            _write(image, pairs, row * len(pairs), column)
+        return image
+
+    def _may_have(self, frame: Frame) -> LabelImage:
+        """(H, W / 2) not 0 where U or V of yuyv or uyvy, the better one, may belong to a color."""
+        height, width = size_of(frame)
+        may = LabelImage.empty(height, width // 2)
+        channel = 2 * self._better + (frame.encoding == 'yuyv')
+        pairs = frame.image.reshape(height, width // 2, 4)
+        # Into the memory of the last picture's: fresh pages cost as much as the work.
+        self._chroma = cv2.extractChannel(pairs, channel, dst=self._chroma)
+        low, high = self._range
+        if self._alone[low : high + 1].all():
+            cv2.inRange(self._chroma, low, high, dst=may.pixels)
+        else:
+            cv2.LUT(self._chroma, self._alone, dst=may.pixels)
+        return may
+
+    def _plane_may_have(self, frame: Frame) -> LabelImage:
+        """(H / 2, W / 2) not 0 where U and V of nv12 or nv21 may belong to a color."""
+        chroma = frame.image[size_of(frame)[0] :].view(np.uint16)
+        may = LabelImage.empty(*chroma.shape)
+        look_up(self._v_first if frame.encoding == 'nv21' else self._u_first, chroma, may.pixels)
+        return may
+
+
+def _pairs(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.uint8]:
+    """(1, 2 N, 2) pairs of pixels that share their chroma, as a picture of yuyv or uyvy."""
+    width = frame.image.shape[1]
+    words = np.ascontiguousarray(frame.image).reshape(-1).view(np.uint32)
+    return words.take(row * (width // 2) + column).view(np.uint8).reshape(1, -1, 2)
+
+
+def _quadruples(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.uint8]:
+    """(3, 2 N) two by two pixels that share their chroma, as a picture of nv12 or nv21."""
+    height, width = size_of(frame)
+    words = np.ascontiguousarray(frame.image).reshape(-1).view(np.uint16)
+    line = width // 2
+    first = 2 * row * line + column
+    taken = [first, first + line, (height + row) * line + column]
+    return words.take(np.stack(taken)).view(np.uint8)
+
+
+def _write(
+    image: LabelImage, pairs: NDArray[np.uint16], top: NDArray[np.intp], column: NDArray[np.intp]
+) -> None:
+    """Set pairs of labels, in place.
+
+    :param pairs: (rows, N) in the row top, and below it.
+    :param top, column: (N,) row, and column in pairs, in raster order.
+    """
+    position = (np.arange(len(pairs)) * image.stride)[:, None] + top * image.stride + 2 * column
+    image.padded.reshape(-1).view(np.uint16)[position >> 1] = pairs
+    word = position // WORD
+    word = word[:, np.append(True, word[0, 1:] != word[0, :-1])]
+    image.filled = np.sort(word, axis=None)
