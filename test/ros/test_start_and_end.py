@@ -4,6 +4,7 @@ import time
 import pytest
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support.ros_domain import executable
 from support.waiting import slowness
 
 SOURCE = 'scene:single?width=320&height=240'
@@ -14,8 +15,11 @@ APART = ('camera', 'detector', 'tracker', 'overlay', 'window_tracker', 'contour_
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
 def test_a_signal_ends_a_node_within_2_seconds_with_status_0_and_no_traceback(ros, number):
     source = ('-p', f'camera:source:={SOURCE}', '-p', 'camera:loop:=true')
-    processes = [ros.start(name, *source) for name in APART]
-    processes.append(ros.start('pipeline', *source, '-r', '__ns:=/one'))
+    arguments = dict.fromkeys(APART, source) | {'pipeline': (*source, '-r', '__ns:=/one')}
+    processes = [
+        ros.start_command(name, [executable(name), '--ros-args', *words])
+        for name, words in arguments.items()
+    ]
     names = {(name, '/') for name in APART} | {(n, '/one') for n in ('camera', 'tracker')}
     there = ros.spin(lambda: names <= set(ros.node.get_node_names_and_namespaces()))
     assert there, ros.outputs()

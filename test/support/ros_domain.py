@@ -23,6 +23,9 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from support.forks import Fork
+from support.forks import nursery
+from support.forks import program_of
 from support.waiting import PATIENCE
 from support.waiting import wait_until
 
@@ -82,18 +85,10 @@ def remove_orphans(before: set[Path]) -> None:
 
 
 class Process:
-    """A node as a user starts it: an executable on the path, with ROS arguments."""
+    """A process, and the file that takes what it prints."""
 
-    def __init__(self, command: list[str], env: dict[str, str], log: Path) -> None:
-        self.log = log
-        with log.open('w') as file:
-            self.popen = subprocess.Popen(
-                command,
-                env=env,
-                stdin=subprocess.DEVNULL,
-                stdout=file,
-                stderr=subprocess.STDOUT,
-            )
+    def __init__(self, popen: subprocess.Popen | Fork, log: Path) -> None:
+        self.popen, self.log = popen, log
 
     @property
     def output(self) -> str:
@@ -132,22 +127,39 @@ class Ros:
         self.executor.add_node(self.node)
 
     def start(self, name: str, *arguments: str, **parameters: object) -> Process:
-        """Start an executable with parameters (YAML values) and further ROS arguments."""
+        """Start what an executable does with parameters (YAML values) and further ROS arguments."""
         options = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
-        return self.start_command(name, [executable(name), '--ros-args', *options, *arguments])
+        return self._fork(name, program_of(name), *options, *arguments)
 
     def start_code(self, code: str, *arguments: str) -> Process:
         """Start a Python program with ROS arguments."""
-        return self.start_command('code', [sys.executable, '-c', code, '--ros-args', *arguments])
+        return self._fork('code', code, *arguments)
 
     def start_command(self, name: str, command: list[str]) -> Process:
-        """Start any program in this domain.
+        """Start any program in this domain, as a user does.
 
         :param name: of its log.
         """
-        env = dict(os.environ, ROS_DOMAIN_ID=str(self.domain))
+        log, env = self._log(name), self._environment()
+        with log.open('w') as file:
+            popen = subprocess.Popen(
+                command, env=env, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.STDOUT
+            )
+        return self._keep(Process(popen, log))
+
+    def _fork(self, name: str, code: str, *arguments: str) -> Process:
+        log, argv = self._log(name), [name, '--ros-args', *arguments]
+        return self._keep(Process(nursery().start(code, argv, self._environment(), log), log))
+
+    def _log(self, name: str) -> Path:
         log = self.folder / f'{len(self.processes)}_{name}.log'
-        process = Process(command, env, log)
+        log.touch()
+        return log
+
+    def _environment(self) -> dict[str, str]:
+        return dict(os.environ, ROS_DOMAIN_ID=str(self.domain))
+
+    def _keep(self, process: Process) -> Process:
         self.processes.append(process)
         return process
 

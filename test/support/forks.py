@@ -1,0 +1,153 @@
+"""Nodes without the second that importing takes each of them: forked where all is imported already.
+
+Each is a process of its own that runs its program from the first line to the last.
+"""
+
+from collections.abc import Callable
+import contextlib
+import functools
+import importlib
+from importlib.metadata import distribution
+import json
+import os
+from pathlib import Path
+import select
+import signal
+import socket
+import subprocess
+import sys
+
+ROOMS = ('contours', 'detection', 'drawing', 'parameters', 'scenes', 'simulation', 'sources',
+         'tracking', 'windows', 'world')  # fmt: skip
+"""What takes long and is without ROS: rclpy starts threads, which no fork has."""
+
+
+@functools.cache
+def entries() -> dict[str, str]:
+    """Executables, and the module of each."""
+    return {entry.name: entry.module for entry in distribution('colortrack_ros').entry_points}
+
+
+def program_of(name: str) -> str:
+    """What an executable does, as Python code."""
+    return f'import sys; from {entries()[name]} import main; sys.exit(main())'
+
+
+class Fork:
+    """A process that :class:`Nursery` has made, with what a Popen has.
+
+    :ivar pid: of the process.
+    :ivar returncode: None while it runs, minus the number of the signal that has killed it.
+    """
+
+    def __init__(self, pid: int, status: int) -> None:
+        self.pid, self._status = pid, status
+        self.returncode: int | None = None
+
+    def poll(self) -> int | None:
+        """The exit status, None while it runs."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.wait(0.0)
+        return self.returncode
+
+    def wait(self, timeout: float | None = None) -> int:
+        """The exit status.
+
+        :raises subprocess.TimeoutExpired: it has not ended.
+        """
+        if self.returncode is None:
+            if not select.select([self._status], [], [], timeout)[0]:
+                raise subprocess.TimeoutExpired(f'process {self.pid}', timeout or 0.0)
+            self.returncode = int(os.read(self._status, 20))
+            os.close(self._status)
+        return self.returncode
+
+    def send_signal(self, number: int) -> None:
+        """Send a signal, unless it has ended."""
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def kill(self) -> None:
+        """Send SIGKILL."""
+        self.send_signal(signal.SIGKILL)
+
+
+class Nursery:
+    """Starts the process that has everything imported, which ends with this one."""
+
+    def __init__(self) -> None:
+        self._socket, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with other:
+            command = [sys.executable, '-m', 'support.forks', str(other.fileno())]
+            folder = Path(__file__).parents[1]
+            self._process = subprocess.Popen(command, cwd=folder, pass_fds=[other.fileno()])
+
+    def start(self, code: str, argv: list[str], env: dict[str, str], log: Path) -> Fork:
+        """Run a program in Python.
+
+        :param argv: its own name, and the arguments.
+        :param log: takes what it prints.
+        """
+        reading, writing = os.pipe()
+        content = json.dumps([code, argv, env, os.getcwd(), str(log.absolute())]).encode()
+        socket.send_fds(self._socket, [content], [writing])
+        os.close(writing)
+        return Fork(int(self._socket.recv(20)), reading)
+
+
+@functools.cache
+def nursery() -> Nursery:
+    """That of this process."""
+    return Nursery()
+
+
+def _serve(requests: socket.socket) -> Callable[[], None] | None:
+    """Fork for each request; in the child return what it has to do, at the end nothing."""
+    children: dict[int, tuple[int, int]] = {}
+    while True:
+        for ready in select.select([requests, *children], [], [])[0]:
+            if ready in children:
+                pid, status = children.pop(ready)
+                code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+                with contextlib.suppress(OSError):  # nobody may wait for it
+                    os.write(status, str(code).encode())
+                os.close(status)
+                os.close(ready)
+                continue
+            content, statuses, *_ = socket.recv_fds(requests, 1 << 20, 1)
+            if not content:
+                return None
+            pid = os.fork()
+            if not pid:
+                return functools.partial(_run, *json.loads(content))
+            children[os.pidfd_open(pid)] = pid, statuses[0]
+            requests.send(str(pid).encode())
+
+
+def _run(code: str, argv: list[str], env: dict[str, str], folder: str, log: str) -> None:
+    """Be what a process that is started so is."""
+    os.closerange(3, 1024)
+    for number, path in enumerate((os.devnull, log, log)):
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
+        os.dup2(file, number)
+        os.close(file)
+    os.environ.clear()
+    os.environ.update(env)
+    os.chdir(folder)
+    sys.argv[:] = argv
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    exec(compile(code, '<string>', 'exec'), {'__name__': '__main__'})
+
+
+def _main() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for room in ROOMS:
+        importlib.import_module(f'colortrack_ros.{room}')
+    assert len(os.listdir('/proc/self/task')) == 1
+    do = _serve(socket.socket(fileno=int(sys.argv[1])))
+    if do:
+        do()
+
+
+if __name__ == '__main__':
+    _main()
