@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.special import chdtri
 from support.pipeline import run
 
 from colortrack_ros.data import TENTATIVE
@@ -80,7 +80,7 @@ def test_the_published_95_percent_ellipse_holds_the_truth_and_is_not_far_too_lar
                 e = error[far.argmin()]
                 squares.append(e @ np.linalg.solve(row['covariance'][:2, :2], e))
                 partly.append(objects['visible'][far.argmin()] < 1)
-    inside = np.array(squares) < chi2.ppf(0.95, 2)
+    inside = np.array(squares) < chdtri(2, 0.05)
     assert inside.mean() >= 0.9
     assert not any(partly) or inside[partly].mean() >= 0.9
     assert np.median(squares) > 0.25

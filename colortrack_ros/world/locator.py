@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from colortrack_ros.data import Detections
 from colortrack_ros.data import LOCATION
@@ -35,7 +35,7 @@ from colortrack_ros.world.view import View
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-GATE = chi2.ppf(0.9999, np.arange(1, 6))
+GATE = chdtri(np.arange(1, 6), 1e-4)
 """Of the normalized innovation squared, by the number of what is measured: one measurement in ten
 thousand that is right is refused, one in a minute of 150 measurements a second."""
 

@@ -6,7 +6,7 @@ a consistent filter is chi-square distributed. Each run is a track of one bank.
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion import MOTION_MODELS
@@ -67,7 +67,7 @@ def within(values, freedom):
 
     A right filter's average over BATCH runs would be outside in one test of twenty.
     """
-    low, high = chi2.ppf([0.025, 0.975], BATCH * freedom) / BATCH
+    low, high = chdtri(BATCH * freedom, [0.975, 0.025]) / BATCH
     return low < values.mean() < high
 
 
