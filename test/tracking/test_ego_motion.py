@@ -12,6 +12,7 @@ from support.silhouettes import points
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.ego_motion import EgoMotion
 from colortrack_ros.tracking.ego_motion import find_ego_motion
 from colortrack_ros.world import Pose
 from colortrack_ros.world.view import View
@@ -30,6 +31,20 @@ def turned(x, degrees, zoom, shift):
     a = np.radians(degrees)
     A = zoom * np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
     return (x - (320, 240)) @ A.T + (320, 240) + shift
+
+
+@pytest.mark.parametrize('degrees', [0, 0.3, 20])
+@pytest.mark.parametrize('zoom', [1, 1.02])
+def test_a_motion_is_made_of_its_parts_in_time(degrees, zoom):
+    origin = turned(np.zeros(2), degrees, zoom, (7, -3))
+    A = np.stack([turned(e, degrees, zoom, (7, -3)) - origin for e in np.eye(2)], axis=1)
+    whole = EgoMotion(A, origin)
+    x = crowd(np.random.default_rng(0), 5)
+    for share in (1 / 3, 0.5, 2.0):
+        part = whole.during(share)
+        rest = whole.during(1 - share)
+        np.testing.assert_allclose(rest.of(part.of(x)), whole.of(x), atol=1e-6)
+        np.testing.assert_allclose(part.way(part.of(x)), part.of(x) - x, atol=1e-9)
 
 
 @pytest.mark.parametrize('seed', range(5))
