@@ -1,0 +1,39 @@
+"""Reference colors that follow the light."""
+
+import numpy as np
+import pytest
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.light import ColorFollower
+from colortrack_ros.detection.light import FOLLOW_STEP
+
+BALL = ReferenceColor('ball', (60.0, 40.0, 30.0), 20.0)
+
+
+def followed(found, bound, seconds=60):
+    """Where the reference is [CIELAB] after so many seconds of nothing but this color."""
+    follower, color = ColorFollower((BALL,), bound), BALL
+    for k in range(seconds):
+        moved = follower.follow(np.array([found]), np.zeros(1, int), k * NANOSECONDS)
+        (color,) = moved or (color,)
+    return color
+
+
+def test_it_ends_at_what_is_found_where_that_is_near():
+    assert followed((55.0, 42.0, 28.0), 10.0).lab == pytest.approx(
+        (55.0, 42.0, 28.0), abs=FOLLOW_STEP
+    )
+
+
+@pytest.mark.parametrize('bound', [2.0, 8.0])
+def test_it_goes_no_further_than_the_bound_towards_what_is_far(bound):
+    way = np.subtract(followed((20.0, 10.0, 60.0), bound).lab, BALL.lab)
+    assert np.linalg.norm(way) == pytest.approx(bound, abs=0.3)
+    straight = np.array([-40.0, -30.0, 30.0])
+    assert way @ straight > 0.99 * np.linalg.norm(way) * np.linalg.norm(straight)
+
+
+def test_in_less_light_the_tolerance_shrinks_half_as_much():
+    color = followed((22.0, 40.0, 30.0), 100.0)
+    assert color.tolerance == pytest.approx(20 * np.sqrt((22 + 16) / (60 + 16)), rel=0.05)
