@@ -35,14 +35,16 @@ class Record:
     :param frames: (F,) the frames that there are, ascending, also those without rows.
     :param delays: (F,) from the stamp of each frame to when its tracks were recorded [s], or empty.
     :param stamps: (F,) of each frame [ns], or empty.
-    :param noise: of the measurements, see noise_of(); empty if it is not known.
+    :param conditions: what is known of the recording besides, such as the noise of measurements.
+    :param said: what its nodes warned of, with the seconds that it lasted.
     """
 
     rows: NDArray[np.void]
     frames: NDArray[np.int64]
     delays: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     stamps: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    noise: dict[str, float] = field(default_factory=dict)
+    conditions: dict[str, float] = field(default_factory=dict)
+    said: dict[str, int] = field(default_factory=dict)
 
     @classmethod
     def of(cls, rows: NDArray[np.void], frames: Iterable[int] | None = None) -> 'Record':

@@ -116,6 +116,10 @@ def _grid(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
 
 
 def _run(run: Run) -> Iterator[str]:
+    if run.tracks.said:
+        yield '<h3>What the nodes warned of</h3>'
+        lines = [[text, str(seconds)] for text, seconds in run.tracks.said.items()]
+        yield _grid(['', 'seconds'], lines)
     if run.comparison is None:
         yield '<p>When each track was there; pale: it coasted.</p>'
         yield _timeline([(f'track {k}', bars) for k, bars in _tracks(run.tracks)], run.tracks)

@@ -45,10 +45,10 @@ def conditions(tracks: Record) -> dict[str, float]:
     """Of all frames together, where it is known.
 
     :return: delay, and delay_95: median and 95th percentile from stamp to recording [s]; lost:
-        share of the frames that are missing between the others, as their stamps tell; and what
-        noise_of() returns.
+        share of the frames that are missing between the others, as their stamps tell; and the
+        conditions of the record.
     """
-    values = dict(tracks.noise)
+    values = dict(tracks.conditions)
     if len(tracks.delays):
         values['delay'] = float(np.median(tracks.delays))
         values['delay_95'] = float(np.percentile(tracks.delays, 95))

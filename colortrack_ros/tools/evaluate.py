@@ -31,6 +31,7 @@ from colortrack_ros.tools.evaluation_task import evaluation_task
 from colortrack_ros.tools.evaluation_task import evaluation_tasks
 from colortrack_ros.tools.evaluation_task import name_of
 from colortrack_ros.tools.evaluation_task import recorded_in
+from colortrack_ros.tools.health_of_bag import COUNTERS
 
 OPTIONS = ('truth', 'pictures', 'radius', 'iou', 'visible', 'topic')
 """What a task takes of the command line."""
@@ -39,6 +40,8 @@ NODES_WITH_TRACKS = ('camera', 'detector', 'tracker', 'window_tracker', 'contour
 """Whose parameters decide what is tracked."""
 
 COUNTS = ('switches', 'fragments', 'misses', 'false', 'false_tracks', 'frames', 'tracks', 'gaps')
+
+COUNTED_BY_NODES = tuple(name.replace(' ', '_') for name in COUNTERS)
 
 COLUMNS_AT_MOST = 4
 """Runs that have a column each; more are one line each, with SHORT alone."""
@@ -91,6 +94,8 @@ def _show(results: Sequence[Result], parameters: Sequence[Sequence[str]]) -> Non
     for result in results:
         if result.get('switches') and len(results) <= COLUMNS_AT_MOST:
             console.print(_switches_of(result))
+        for text, seconds in result.get('said', {}).items():
+            console.print(f'- {Path(result["run"]).name}: {text} ({seconds} s)', markup=False)
     if parameters:
         table = Table(*parameters[0], title='parameters that differ')
         for line in parameters[1:]:
@@ -145,7 +150,8 @@ def _switches_of(result: Result) -> Table:
 def _text(name: str, value: float | None) -> str:
     if value is None:
         return ''
-    return f'{value:.0f}' if name in COUNTS else f'{value:.3f}'
+    is_count = name in COUNTS or name.partition('.')[2] in COUNTED_BY_NODES
+    return f'{value:.0f}' if is_count else f'{value:.3f}'
 
 
 def _parse(args: Sequence[str] | None) -> argparse.Namespace:

@@ -123,6 +123,7 @@ def _content(run: Run, *, page: bool) -> dict[str, Any]:
         'run': run.name,
         'measures': run.measures,
         'section': section_of(run) if page else '',
+        'said': run.tracks.said,
     }
     detail = run.comparison
     if detail is None:

@@ -13,16 +13,18 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
 from colortrack_ros.evaluation import Record
 from colortrack_ros.evaluation import RecordError
+from colortrack_ros.evaluation.noise import innovations_of
 from colortrack_ros.evaluation.noise import noise_of
 from colortrack_ros.evaluation.record import rows_of_tracks
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.replay.recordings import CLOUD
+from colortrack_ros.tools.health_of_bag import health_of
 
 
 def tracks_of_bag(path: Path, topic: str) -> Record:
-    """The tracks that are recorded there, the n-th message being frame n - 1, and their noise.
+    """The tracks that are recorded there, message n being frame n - 1, and what else is told.
 
     :param topic: of the tracks; empty: the only one with tracks.
     :raises RecordError: there is none, or several; or the bag cannot be read to its end.
@@ -31,6 +33,7 @@ def tracks_of_bag(path: Path, topic: str) -> Record:
         with contextlib.closing(BagReader(path)) as reader:
             read = _read(reader, topic)
             detections = _detections_of(reader)
+            health, said = health_of(reader)
     except BagError as error:
         raise RecordError(str(error)) from error
     except MessageError as error:
@@ -45,8 +48,11 @@ def tracks_of_bag(path: Path, topic: str) -> Record:
     delays = np.array([when - tracks.stamp for when, tracks in messages]) / NANOSECONDS
     # What replay wrote carries the time of the picture: its delay says nothing of the tracker.
     delays = delays if (delays > 0).any() else record.delays
-    pairs = ((t, detections[t.stamp]) for _, t in messages if t.stamp in detections)
-    return dataclasses.replace(record, delays=delays, stamps=stamps, noise=noise_of(pairs))
+    pairs = [(t, detections[t.stamp]) for _, t in messages if t.stamp in detections]
+    conditions = noise_of(pairs) | innovations_of(pairs) | health
+    return dataclasses.replace(
+        record, delays=delays, stamps=stamps, conditions=conditions, said=said
+    )
 
 
 def _read(reader: BagReader, topic: str) -> dict[str, list[tuple[int, Tracks]]]:

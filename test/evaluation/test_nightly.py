@@ -1,0 +1,69 @@
+"""What a recording tells without a truth: the nodes' own counts, their latency, the innovations."""
+
+import json
+
+from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import KeyValue
+import pytest
+from rclpy.serialization import serialize_message
+
+from colortrack_ros.bags import BagWriter
+from colortrack_ros.chain import ColorTracker
+from colortrack_ros.messages import cloud_of_detections
+from colortrack_ros.messages import cloud_of_tracks
+from colortrack_ros.replay.recordings import CLOUD
+from colortrack_ros.sources import open_source
+from colortrack_ros.tools.evaluate import main
+from colortrack_ros.tools.health_of_bag import KIND
+
+SCENE = 'scene:single?width=160&height=120&rate=20&duration=3&noise=3'
+SECONDS = [
+    {'refused': 0, 'skipped': 0, 'latency from stamp, median [ms]': 'none'},
+    {'refused': 2, 'skipped': 5, 'latency from stamp, median [ms]': '12.0'},
+    {'refused': 0, 'skipped': 1, 'latency from stamp, median [ms]': '30.0'},  # started again
+]
+
+
+def status(name, level, message, values):
+    pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+    return DiagnosticStatus(name=name, level=level, message=message, values=pairs)
+
+
+@pytest.fixture(scope='module')
+def night(tmp_path_factory):
+    path = tmp_path_factory.mktemp('bags') / 'night'
+    bag = BagWriter(path, {'/d': CLOUD, '/t': CLOUD, '/diagnostics': KIND}, 'mcap')
+    track = ColorTracker()
+    for frame in open_source(SCENE):
+        tracks = track(frame)
+        when = frame.stamp + 20_000_000
+        bag.write('/d', when, serialize_message(cloud_of_detections(track.detections)))
+        bag.write('/t', when, serialize_message(cloud_of_tracks(tracks)))
+    for k, values in enumerate(SECONDS):
+        level = DiagnosticStatus.WARN if k else DiagnosticStatus.OK
+        ours = status('robot1/detector: messages', level, 'too slow' if k else 'working', values)
+        theirs = status('lidar: spin', DiagnosticStatus.ERROR, 'stuck', {'refused': '99'})
+        bag.write(
+            '/diagnostics', k * 10**9, serialize_message(DiagnosticArray(status=[ours, theirs]))
+        )
+    bag.close()
+    return path
+
+
+def test_a_nightly_recording_tells_what_was_refused_skipped_and_late(night, tmp_path, capsys):
+    out, page = tmp_path / 'out.json', tmp_path / 'page.html'
+    assert main([str(night), '--json', str(out), '--html', str(page)]) == 0
+    (result,) = json.loads(out.read_text())
+    measures = result['measures']
+    assert measures['robot1/detector.refused'] == 2
+    assert measures['robot1/detector.skipped'] == 6
+    assert measures['robot1/detector.latency'] == pytest.approx(0.021)
+    assert measures['robot1/detector.latency_most'] == pytest.approx(0.030)
+    assert measures['delay'] == pytest.approx(0.020)
+    assert 0.1 < measures['nis'] < 3
+    assert measures['noise'] > 0
+    assert result['said'] == {'robot1/detector: too slow': 2}
+    assert 'night: robot1/detector: too slow (2 s)' in capsys.readouterr().out
+    assert 'What the nodes warned of' in page.read_text()
+    assert main([str(night), '--max', 'robot1/detector.refused=1']) == 3
