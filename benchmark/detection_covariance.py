@@ -57,10 +57,10 @@ class Recorder:
         self.blur = self._blur(frame, blobs)
         return self.blur
 
-    def _keep(self, blobs, frame, score, part, skewness):
+    def _keep(self, blobs, frame, score, part, skewness, doubt):
         part = np.broadcast_to(part, score.shape)
-        result = self._covariance(blobs, frame, score, part, skewness)
-        self.made = blobs, frame.image.shape[:2], score, part, skewness, self.blur
+        result = self._covariance(blobs, frame, score, part, skewness, doubt)
+        self.made = blobs, frame.image.shape[:2], score, part, skewness, doubt, self.blur
         return result
 
     def of(self, i):
@@ -71,11 +71,11 @@ class Recorder:
 
     def again(self, made):
         """The covariance with the constants of now."""
-        blobs, shape, score, part, skewness, blur = made
+        blobs, shape, score, part, skewness, doubt, blur = made
         covariance.outline_blur = lambda frame, blobs: blur
         try:
             frame = Frame(np.broadcast_to(np.uint8(0), (*shape, 3)))
-            return self._covariance(blobs, frame, score, part, skewness)[0]
+            return self._covariance(blobs, frame, score, part, skewness, doubt)[0]
         finally:
             covariance.outline_blur = self._keep_blur
 

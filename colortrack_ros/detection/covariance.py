@@ -59,6 +59,7 @@ def centroid_covariance(
     score: NDArray[np.float64],
     part: NDArray[np.float64] | float,
     skewness: NDArray[np.float64],
+    doubt: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Measurement covariance of each centroid: the sum of those of independent errors.
 
@@ -66,6 +67,7 @@ def centroid_covariance(
       central second moments S, and the outline B of the ellipse-like shape in the box, whose
       second moments about its center are twice those of the area;
     - the grid: PIXELATION / N;
+    - where a color ends, if that was found: doubt, of the radius of the disc with the area N;
     - :func:`blur_shift` along each axis, :func:`border_shift` across the border, and where there is
       none :func:`cut_shift` in any direction;
     - pixels of the color dropped beside the blob, along a part s of the outline: they cut off
@@ -75,6 +77,7 @@ def centroid_covariance(
     :param score: (N,) mean closeness to the reference color, 0..1.
     :param part: (N,) of the outline beyond which the color was dropped, 0..1, see open_part().
     :param skewness: (N,) three-fold skewness beyond the usual, see UsualSkewness.
+    :param doubt: (N,) shift by not knowing where a blob ends [radii], see Method.
     :returns: (N, 2, 2) [px^2], positive definite.
     """
     height, width = size_of(frame)
@@ -85,7 +88,7 @@ def centroid_covariance(
     beyond = border_shift(blobs, width, height)
     cut = np.where(beyond.any(axis=1), 0, cut_shift(blobs, skewness))
     dropped = part**4 * blobs.box[:, 2:].max(axis=1) ** 2 / 48
-    even = PIXELATION / blobs.area + cut**2 / 2 + dropped
+    even = (PIXELATION + doubt**2 * blobs.area**2 / np.pi) / blobs.area + cut**2 / 2 + dropped
     for axis in range(2):
         covariance[:, axis, axis] += even + shift[:, axis] ** 2 + beyond[:, axis] ** 2
     return covariance

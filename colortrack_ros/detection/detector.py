@@ -134,7 +134,8 @@ class Detector:
         height, width = size_of(frame)
         score = rows['score'] = self._score(frame, blobs)
         skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
-        covariance = centroid_covariance(blobs, frame, score, part, skewness)
+        doubt = np.broadcast_to(self._method.doubt, self._method.labels + 1)[blobs.label]
+        covariance = centroid_covariance(blobs, frame, score, part, skewness, doubt)
         rows['cov_uu'], rows['cov_uv'] = covariance[:, 0, 0], covariance[:, 0, 1]
         rows['cov_vv'] = covariance[:, 1, 1]
         rows['area'] = blobs.area

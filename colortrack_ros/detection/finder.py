@@ -18,6 +18,7 @@ from colortrack_ros.detection.extent import middle_of
 from colortrack_ros.detection.extent import NEAR
 from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.extent import SHAPE
+from colortrack_ros.detection.extent import VALLEY_SHIFT
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.encodings import plain
@@ -37,9 +38,10 @@ LARGEST_SECONDS = 3.0
 """Time constant with which the area of the largest blob is forgotten [s]: longer than a hand or a
 turn hides most of a thing, shorter than one takes to walk away from the camera."""
 
-LEAST_SHARE, PIECE_SHARE = 1 / 20, 1 / 5
+LEAST_SHARE, PIECE_SHARE = 1 / 20, 1 / 3
 """Least area over that of the largest blob, anywhere and right beside a larger one: things at
-4.5 times the distance are found, sparkles are not, and pieces of a striped thing are no things."""
+4.5 times the distance are found, sparkles are not; and of two equal things of which one is right
+beside the other, none is at 1.7 times the distance, but a stripe or a finger cuts off a third."""
 
 PIECE_REACH = 0.5
 """How far beside the box of a blob its pieces are [share of its side]."""
@@ -146,6 +148,14 @@ class ColorFinder:
                 colors[k], lab=extent.lab, tolerance=max(da, db), tolerance_lab=(dL, da, db)
             )
         return tuple(found)
+
+    @property
+    def doubt(self) -> NDArray[np.float64]:
+        """(colors + 1,) by label, shift of centroids by not knowing where a color ends [radii]."""
+        growth = np.zeros(len(self._colors) + 1)
+        for k, extent in self._found.items():
+            growth[k + 1] = 0 if self._colors[k].inverted else extent.growth
+        return VALLEY_SHIFT * growth
 
     @property
     def trouble(self) -> str:

@@ -68,6 +68,24 @@ def test_sparkles_and_the_pieces_of_a_thing_are_no_things():
     assert len(sought(RED).detect(Frame(image)).rows) == 1
 
 
+def test_a_third_of_a_thing_right_beside_it_is_a_piece_of_it():
+    image = picture((80, 80, 30, RED), (80, 130, 16, RED, 1.0))
+    (row,) = sought(RED).detect(Frame(image)).rows
+    assert row['v'] == pytest.approx(80, abs=2)
+
+
+def test_centroids_of_a_color_that_runs_into_others_are_known_less():
+    alone, beside = picture((80, 80, 25, RED)), picture((80, 80, 25, RED))
+    share = np.linspace(0, 1, 80)[:, None]  # a strip that goes from the color to that of the wall
+    beside[20:30, 200:280] = share * WALL[::-1] + (1 - share) * RED[::-1]
+    sure, unsure = (sought(RED).detect(Frame(image)).rows[0] for image in (alone, beside))
+    assert unsure['area'] == pytest.approx(sure['area'], rel=0.1)
+    assert unsure['cov_uu'] - sure['cov_uu'] == pytest.approx(
+        unsure['cov_vv'] - sure['cov_vv'], rel=0.3
+    )
+    assert unsure['cov_uu'] > 2 * sure['cov_uu']
+
+
 def test_a_smaller_thing_elsewhere_is_a_thing():
     image = picture((80, 80, 30, RED), (250, 60, 9, RED, 1.0))
     assert len(sought(RED).detect(Frame(image)).rows) == 2

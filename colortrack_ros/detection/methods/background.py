@@ -55,6 +55,7 @@ class BackgroundSubtraction:
 
     labels = 1
     reads_yuv = False
+    doubt = 0.0
     whole = None
     trouble = ''
     connect = staticmethod(connect)

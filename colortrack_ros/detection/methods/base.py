@@ -37,6 +37,13 @@ class Method(Protocol):
         """The labels of the last frame before some were dropped that may be parts of objects."""
 
     @property
+    def doubt(self) -> NDArray[np.float64] | float:
+        """(labels + 1,) by label, how far centroids are off as nobody knows where objects end.
+
+        That is a standard deviation along one axis [radii]; one number for all labels will do.
+        """
+
+    @property
     def trouble(self) -> str:
         """What a person should know and do; empty when all is well."""
 

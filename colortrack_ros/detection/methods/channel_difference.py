@@ -65,6 +65,7 @@ class ChannelDifference:
 
     labels = 1
     reads_yuv = False
+    doubt = 0.0
     whole = None
     trouble = ''
 

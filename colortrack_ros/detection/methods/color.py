@@ -141,6 +141,11 @@ class ColorDistance:
         return config.grow == 1 and config.white_balance == 'none' and not config.moving_only
 
     @property
+    def doubt(self) -> NDArray[np.float64]:
+        """That of colors whose tolerance was found."""
+        return self._finder.doubt
+
+    @property
     def trouble(self) -> str:
         """That of finding how far colors reach."""
         return self._finder.trouble
