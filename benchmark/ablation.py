@@ -83,6 +83,7 @@ WITHOUT = {
             replaced(extents, '_learn_unlike', lambda *given: given[4]),
         ],
     ),
+    'growth': ({}, [replaced(extents, 'learn_growth', lambda *_: None)]),
     'boxes': ({'use_boxes': False}, []),
     'births at the border': (
         {},

@@ -6,6 +6,9 @@ from numpy.typing import NDArray
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.centers import centers
+from colortrack_ros.tracking.growth import FOLLOWING_SHARE
+from colortrack_ros.tracking.growth import learn_growth
+from colortrack_ros.tracking.growth import STEADY_SIDE
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
@@ -19,9 +22,6 @@ Indices = NDArray[np.intp]
 
 # Constants marked "assumed" were set by hand; benchmark/ablation.py --constants extents.NAME shows
 # what IDF1 becomes with half and twice the value.
-
-FOLLOWING_SHARE = 0.2
-"""Share of a whole blob's size in the learned size, a memory of five frames. Assumed."""
 
 GROWING, SHRINKING = 0.3, 2.0
 """Time constants of the learned size [s]: towards a blob that is suddenly larger, or smaller and
@@ -46,13 +46,16 @@ def update_extents(
     now = extent + FOLLOWING_SHARE * (reach - extent)
     one = unlike.nonzero()[0]
     if len(one):
-        excess = np.where(other, excess, 0.0)[one]
+        beyond = np.where(other, excess, 0.0)[one]
         of_one = taken.track[one], taken.blob[one], extent[one], reach[one]
-        now[one] = _learn_unlike(prediction, blobs, *of_one, excess)
+        now[one] = _learn_unlike(prediction, blobs, *of_one, beyond)
     mixed = blobs.mixed[blob]
     if np.count_nonzero(mixed):
         now[mixed] = extent[mixed]
         unlike |= mixed
+    grows = np.count_nonzero(np.abs(excess) > 2 * STEADY_SIDE)
+    if grows or np.count_nonzero(records['growth']):
+        _learn_growth(prediction, blobs, track, blob, unlike)
     records['extent'][track] = now
     whole = ~unlike
     if np.count_nonzero(records['partial']):
@@ -62,6 +65,18 @@ def update_extents(
         growth[growth < slack(size)] = 0.0
         tracks.filters.doubt_velocity(track, (growth / 2 / prediction.step.period) ** 2)
     return whole
+
+
+def _learn_growth(
+    prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices, unlike: Bools
+) -> None:
+    """Learn how fast objects, (K,), grow, from how far the sides of their blobs have moved."""
+    records = prediction.records
+    moved = blobs.box[blob] - prediction.center[track][:, None]
+    np.negative(moved[:, 0], out=moved[:, 0])
+    moved -= records['extent'][track]
+    cut = blobs.cut[blob] | records['partial'][track]
+    learn_growth(records, track, moved, cut, unlike, prediction.step.period)
 
 
 def _learn_unlike(

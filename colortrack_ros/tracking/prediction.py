@@ -13,6 +13,7 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.adaptation import LEAST_SPEED
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.growth import grow
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.sizes import total
@@ -102,6 +103,7 @@ def predict(
         _follow_camera(tracks, measurements, learned, step)
     if dt > 0:
         learned.camera.carry(tracks)
+    grow(records, tracks.unmeasured(step.now), dt)
     records['visible'], records['hidden'] = predict_existence(
         records['visible'], records['hidden'], dt, config.max_time_since_update
     )

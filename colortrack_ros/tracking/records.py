@@ -28,6 +28,7 @@ FIELDS = [
     ('box_w', 'f4'),
     ('box_h', 'f4'),
     ('extent', 'f8', (2, 2)),
+    ('growth', 'f8', 2),
     ('partial', '?', 2),
     ('outside', '?'),
     ('visible', 'f8'),
@@ -51,7 +52,8 @@ FIELDS = [
 
 origin, seen: where it began and where it was last measured [px]; misses: frames without a
 detection; area, box_w, box_h: of the last detection [px]; extent: reach of the object to the low
-and high side, by axis [px], see extents; partial: it has never been in sight wholly, by axis;
+and high side, by axis [px], see extents;
+growth: of that [1/s]; partial: it has never been in sight wholly, by axis;
 outside: predicted outside the picture; visible, hidden: probability that the object exists and can,
 or cannot, be seen; rival: ID of the track that it may have exchanged detections with, 0 for none;
 met, apart: stamp of the first frame and of the last in which they were near each other [ns];

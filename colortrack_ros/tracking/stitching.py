@@ -22,7 +22,7 @@ from colortrack_ros.tracking.sizes import slack
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'partial', 'hits')
+KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'hits')
 """What a track keeps when another goes on in its place."""
 
 REACH_SIGMAS = 7.0

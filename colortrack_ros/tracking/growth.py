@@ -1,0 +1,74 @@
+"""Growth: how fast what comes nearer, goes away or turns changes its size in the picture.
+
+Both sides of it move apart, or together. Of an object that is cut or merged with another only one
+side moves, so the side that moves less tells how much is growth.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+FOLLOWING_SHARE = 0.2
+"""Share of a whole blob's size in the learned size, a memory of five frames. Assumed."""
+
+GROWTH_SHARE = FOLLOWING_SHARE**2 / (2 - FOLLOWING_SHARE)
+"""Share of what a blob's size differs by in the learned growth: beta = alpha^2 / (2 - alpha)
+(Benedict and Bordner 1962)."""
+
+STEADY_SIDE = 0.5
+"""A side that is this near to where it was predicted says nothing of growth, unless the object has
+grown before [px]: boxes have whole pixels."""
+
+FASTEST_GROWTH = 1.5
+"""Bound of the growth of an object [1/s]: it would touch the camera in 0.7 s."""
+
+GROWTH_TIME = 0.1
+"""Time constant with which growth ends unseen, or where a blob is cut or merged [s]. Assumed."""
+
+
+def grow(records: NDArray[np.void], unmeasured: Floats, dt: float) -> None:
+    """Predict the extents of tracks.
+
+    :param records: (N,) of all tracks, see records.FIELDS.
+    :param unmeasured: (N,) time since each was measured [s].
+    :param dt: since the last message [s].
+    """
+    growth = records['growth']
+    if dt > 0 and np.count_nonzero(growth):
+        records['extent'] *= np.exp(growth * _lasting(dt))[:, None]
+        growth[unmeasured > dt] *= math.exp(-dt / GROWTH_TIME)
+
+
+def learn_growth(
+    records: NDArray[np.void], track: Indices, moved: Floats, cut: Bools, odd: Bools, period: float
+) -> None:
+    """Learn from the sides of blobs.
+
+    :param records: (N,) of all tracks, see records.FIELDS.
+    :param track: (K,) which were measured, each once.
+    :param moved: (K, 2, 2) how far the low and the high side are outside of where they were
+        predicted, by axis [px].
+    :param cut: (K, 2) by axis: a side is not the object's own.
+    :param odd: (K,) of another size, or mixed with others.
+    :param period: since the last frame [s].
+    """
+    before = records['growth'][track]
+    margin = STEADY_SIDE * (before == 0)
+    least, most = np.minimum(moved[:, 0], moved[:, 1]), np.maximum(moved[:, 0], moved[:, 1])
+    both = 2 * (np.maximum(least - margin, 0.0) + np.minimum(most + margin, 0.0))
+    both[cut | odd[:, None]] = 0.0
+    extent, hits = records['extent'][track], records['hits'][track] + 1.0
+    share = np.maximum(6 / (hits * (hits + 1)), GROWTH_SHARE)[:, None]  # first of a growing memory
+    change = share * both / np.maximum(extent[:, 0] + extent[:, 1], 1.0) / _lasting(period)
+    change += np.where(odd[:, None], math.expm1(-period / GROWTH_TIME) * before, 0.0)
+    records['growth'][track] = (before + change).clip(-FASTEST_GROWTH, FASTEST_GROWTH)
+
+
+def _lasting(dt: float) -> float:
+    """The time that growth which ends with GROWTH_TIME lasts of dt [s]."""
+    return -GROWTH_TIME * math.expm1(-dt / GROWTH_TIME)

@@ -1,0 +1,77 @@
+"""What comes nearer, goes away or turns is where its centroid is, whatever its box does."""
+
+import numpy as np
+import pytest
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+RATE, NOISE = 30, 0.3
+PICTURE = (1280, 720)
+FIRST = 15
+
+
+def frames_of(growth, seed, first_size):
+    """Places, (K, 4, 2), and detections of four things whose sides grow by a share a frame.
+
+    They go straight on until they are five times as large, or as small, but for 90 frames at most.
+
+    :param growth: (2,) of width and height.
+    """
+    rng = np.random.default_rng(seed)
+    count = min(90, int(np.log(5) / np.abs(growth).max()))
+    k, angle = np.arange(count)[:, None, None], rng.uniform(0, 2 * np.pi, 4)
+    start = np.array([[250, 200], [950, 200], [250, 520], [950, 520]])
+    place = start + k * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    size = first_size * rng.uniform(0.8, 1.25, (4, 1)) * (1 + np.array(growth)) ** k
+    low, high = np.round(place - size / 2), np.round(place + size / 2)
+    z = place + rng.normal(0, NOISE, place.shape)
+    rows = np.zeros((count, 4), DETECTION)
+    for names, values in (
+        (('u', 'v'), z), (('box_u', 'box_v'), low + 0.5), (('box_w', 'box_h'), high - low)
+    ):  # fmt: skip
+        rows[names[0]], rows[names[1]] = values[..., 0], values[..., 1]
+    rows['cov_uu'] = rows['cov_vv'] = NOISE**2
+    return place, [Detections(r, round(i * 1e9 / RATE), '', PICTURE) for i, r in enumerate(rows)]
+
+
+def rmse(place, frames, **options):
+    """Of tracks 1 to 4 on an axis, and whether there are others."""
+    tracker, squares = Tracker(TrackerConfig(**options)), []
+    for truth, message in zip(place, frames, strict=True):
+        rows = tracker.update(message).rows
+        squares.append(np.square([rows['u'], rows['v']] - truth.T))
+    assert rows['track_id'].tolist() == [1, 2, 3, 4]
+    return np.sqrt(np.mean(squares[FIRST:]))
+
+
+@pytest.mark.parametrize(
+    ('growth', 'first_size'),
+    [
+        ((0.005, 0.005), 40), ((0.01, 0.01), 40), ((0.02, 0.02), 40), ((0.03, 0.03), 40),
+        ((0.01, 0.01), 100), ((0.03, 0.03), 60),
+        ((-0.005, -0.005), 200), ((-0.01, -0.01), 120), ((-0.03, -0.03), 200),
+        ((0.02, -0.02), 100), ((0.0, 0.01), 60), ((-0.02, 0.0), 100),
+    ],
+)  # fmt: skip
+def test_boxes_that_grow_or_shrink_do_not_draw_tracks_aside(growth, first_size):
+    scenes = [frames_of(growth, seed, first_size) for seed in range(4)]
+    with_boxes, without = (
+        np.mean([rmse(*scene, use_boxes=boxes) for scene in scenes]) for boxes in (True, False)
+    )
+    assert with_boxes <= 1.15 * without
+
+
+def test_a_blob_that_one_side_of_is_covered_has_not_shrunk():
+    place, frames = frames_of((1e-9, 1e-9), 0, 60)
+    tracker = Tracker()
+    for k, message in enumerate(frames):
+        covered = 3.0 * max(k - 40, 0)
+        message.rows['box_w'] -= covered
+        message.rows['u'] -= covered / 2
+        rows = tracker.update(message).rows
+        if covered == 24:
+            break
+    assert rows['u'] == pytest.approx(place[k, :, 0], abs=2)
