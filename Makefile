@@ -30,7 +30,7 @@ endef
 
 BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py %/faults.py,$(wildcard benchmark/*.py))
 
-.PHONY: bench soak demo tuner test quick test-ubuntu lint docs doc/demo.webp clean
+.PHONY: bench soak demo tuner test quick test-ubuntu lint docs doc/demo.webp doc/tuner.webp clean
 
 # With ROBOT=1 a simulated robot that follows a ball, in place of SOURCE.
 demo: $(VENV)/demo
@@ -107,6 +107,12 @@ doc/demo.webp: $(VENV)/demo
 	$(RUN) $(VENV)/bin/replay 'scene:occlusion?width=480&height=270&noise=0&duration=11' \
 		--params-file params/colortrack.yaml --output build/demo --video build/demo.mp4 --force
 	ffmpeg -v error -y -ss 5 -i build/demo.mp4 -vf fps=12 -loop 0 -quality 50 $@
+
+# The moving picture of the tuner's page; needs ffmpeg and chromium.
+doc/tuner.webp: $(VENV)/test
+	rm -rf build/tuner
+	$(PYTHON_IN) doc/tuner_film.py build/tuner
+	ffmpeg -v error -y -framerate 6 -i build/tuner/%04d.png -vf scale=800:-1 -loop 0 -quality 40 $@
 
 %/docs: setup.py
 	$(environment)

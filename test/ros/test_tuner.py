@@ -1,6 +1,7 @@
 """The tuner beside running nodes: it shows a topic, and sets their parameters as they allow."""
 
 from rcl_interfaces.srv import GetParameters
+from sensor_msgs.msg import PointCloud2
 from support.ros_domain import Ros
 from support.tuner import only
 from support.tuner import see_a_picture
@@ -49,6 +50,13 @@ def test_changes_go_to_the_running_node_and_what_it_refuses_is_told(ros, tmp_pat
         lines = only(talk(url, [{'do': 'lines'}]), 'lines')[-1]['text']
         assert 'ros2 param set /robot1/detector min_area 50' in lines
     assert value_of(ros, 'min_area').integer_value == 50
+    with tuner(topic, '--folder', tmp_path, killed=True, ROS_DOMAIN_ID=str(ros.domain)) as url:
+        wait_until(lambda: not only(talk(url, [attach]), 'refused')[:-1])
+        see_a_picture(url)
+        talk(url, [set_to(min_area=60), {'do': 'play'}])
+    found = ros.listen(PointCloud2, '/robot1/detections')
+    assert ros.spin(lambda: len(found) > 20)  # a second of the camera
+    assert value_of(ros, 'min_area').integer_value == 60
     assert camera.popen.poll() is None
     detector = ros.processes[1]
     assert 'refused' not in detector.output

@@ -24,8 +24,8 @@ NEEDS_BROWSER = pytest.mark.skipif(not DRIVEN, reason='there is no chromium, or 
 
 
 @contextlib.contextmanager
-def tuner(*arguments: object, **env: str) -> Iterator[str]:
-    """The address of a tuner, which has to end well."""
+def tuner(*arguments: object, killed: bool = False, **env: str) -> Iterator[str]:
+    """The address of a tuner, which has to end well, unless it is killed in the middle."""
     command = [executable('tuner'), '--port', '0', *map(str, arguments)]
     environment = {**os.environ, **env}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
@@ -33,6 +33,8 @@ def tuner(*arguments: object, **env: str) -> Iterator[str]:
         line = process.stdout.readline()
         assert 'http://' in line, line
         yield line.split()[1]
+        if killed:
+            return
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE) == 0
     finally:
@@ -106,7 +108,7 @@ def open_page(found, url: str, **options):
     page.on('pageerror', lambda error: errors.append(str(error)))
     page.on('console', lambda message: message.type == 'error' and errors.append(message.text))
     page.goto(url)
-    page.wait_for_selector('body[data-frame]')
+    page.wait_for_selector('body[data-frame][data-changes]')
     return page
 
 

@@ -2,7 +2,7 @@
 
 import io
 import json
-import subprocess
+import threading
 import time
 import zipfile
 
@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 import pytest
 from support.paths import DATA
-from support.ros_domain import executable
 from support.tuner import browser
 from support.tuner import click
 from support.tuner import look_at
@@ -23,7 +22,9 @@ import yaml
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.evaluation import read_record
+from colortrack_ros.replay.command import replay
 from colortrack_ros.scenes import open_scene
+from colortrack_ros.tools.evaluate import main as evaluate
 from colortrack_ros.tuner.settings import Settings
 
 pytestmark = NEEDS_BROWSER
@@ -99,10 +100,11 @@ def test_balls_picked_in_a_room_of_their_colors_are_tracked_with_what_is_saved(c
     assert given['moving_only'] is True
     assert given['max_area'] == 1200
     assert 0.2 < given['min_aspect'] < 0.45
-    replay = [executable('replay'), ROOM, '--params-file', 'my.yaml', '--csv', 't.csv']
-    subprocess.run(replay, cwd=tmp_path, check=True, stdout=subprocess.DEVNULL)
-    judge = [executable('evaluate'), 't.csv', '--truth', ROOM, '--radius', '20']
-    subprocess.run([*judge, '--visible', '0.25', '--min', 'idf1=0.95'], cwd=tmp_path, check=True)
+    files = ['--params-file', f'{tmp_path}/my.yaml', '--csv', f'{tmp_path}/t.csv']
+    files += ['--output', f'{tmp_path}/t']
+    assert replay([ROOM, *files], threading.Event()) == 0
+    judge = [f'{tmp_path}/t.csv', '--truth', ROOM, '--radius', '20', '--visible', '0.25']
+    assert evaluate([*judge, '--min', 'idf1=0.95']) == 0
 
 
 @pytest.mark.skipif(not (DATA / 'ball_toss').exists(), reason='no ../shared/data')

@@ -35,9 +35,8 @@ function showView(view) {
   requestAnimationFrame(showHistograms);
   askLabels();
   if (layers.background) send('background');
-  $('timeline').max = Math.max((state?.total ?? 1) - 1, view.number);
+  showLength();
   if (document.activeElement !== $('timeline') || !scrubbing) $('timeline').value = view.number;
-  $('frame').textContent = `${view.number} / ${$('timeline').max}`;
   $('trouble').hidden = !view.trouble;
   $('trouble').textContent = view.trouble;
   const tracks = view.tracks?.filter((track) => track.state).length;
@@ -50,6 +49,12 @@ function showView(view) {
   }
   document.body.dataset.frame = view.number;
   document.body.dataset.tracks = tracks ?? '';
+}
+
+function showLength() {
+  const number = current()?.number ?? 0;
+  $('timeline').max = Math.max((state?.total ?? 1) - 1, number);
+  $('frame').textContent = `${number} / ${$('timeline').max}`;
 }
 
 let scrubbing = false;
@@ -168,6 +173,7 @@ function showState() {
   $('play').textContent = state.playing ? 'Stop' : 'Play';
   $('undo').disabled = !state.changes;
   showFiles(state);
+  showLength();
   $('step-look').classList.toggle('done', state.samples.some((sample) => !sample.is_it) || state.changes > 1);
   document.title = `${state.unsaved ? '• ' : ''}tuner: ${state.file || state.source}`;
   showColors(state);
