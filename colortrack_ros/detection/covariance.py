@@ -11,8 +11,8 @@ from colortrack_ros.encodings import size_of
 
 # The constants below were fitted to rendered balls of 8 to 43 px radius by
 # `python benchmark/detection_covariance.py --fit`, which brings the normalized squared error, NSE,
-# of all scenes near to 1, where the covariance is right, and rounded so that it is 0.9 to 1.2 at
-# 320x240 to 3840x2160.
+# of all scenes near to 1, where the covariance is right, and rounded so that it is 0.8 to 1.0 over
+# the five scenes without maneuvers at 320x240 to 3840x2160.
 
 OUTLINE_VARIANCE = 0.01
 """Variance of the membership of a pixel on the outline, which is in or out by chance; 1/4 were the
@@ -24,8 +24,12 @@ PIXELATION = 1 / 12
 SHADING_SHIFT = 0.195
 """Shift of a centroid over the width of the blur, for a mean D / tolerance of 1."""
 
-BLURRED_DISTANCE = 0.11
-"""Mean D / tolerance of what is blurred, more than that of the rest of a blob."""
+BLURRED_DISTANCE = 0.25
+"""Mean D / tolerance of what is blurred, more than that of the rest of a blob: 1/2 where it goes
+evenly from 0 at the inner end of the blur to 1 at the outline, less where blur has no inner end."""
+
+BLURRED_MARGIN = 1.0
+"""Width of the blur that is not in the blob [px]: what the default erosion takes off."""
 
 LEAST_DISTANCE = 0.02
 """Least mean D / tolerance of what is not blurred: the score is that of 16 pixels."""
@@ -112,7 +116,8 @@ def blur_shift(
     :returns: (N, 2) [px].
     """
     blur = outline_blur(frame, blobs)
-    blurred = np.minimum(blur.mean(axis=1) * outline / 2 / blobs.area, 1)
+    inner = np.maximum(blur.mean(axis=1) / 2 - BLURRED_MARGIN, 0)
+    blurred = np.minimum(inner * outline / blobs.area, 1)
     distance = np.maximum(1 - score - BLURRED_DISTANCE * blurred, LEAST_DISTANCE)
     along, aside = blur, blur[:, ::-1] / 2
     return np.asarray(SHADING_SHIFT * distance[:, None] * np.hypot(along, aside))
