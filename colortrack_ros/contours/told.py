@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import FITS
@@ -14,67 +13,42 @@ from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.filters import Indices
 from colortrack_ros.contours.lines import find_edges
 from colortrack_ros.contours.spline import Spline
+from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 
 LEAST_BOX_SIDE = 4.0
 """Narrower boxes are refused [px]: their sides are not 16 px apart all around, the least area."""
-
 
 MAX_LINE = 200
 """Longest line that there may be [px]: the greatest line_length."""
 
 
-class Told:
-    """Boxes that wait for the next frame.
+def begin_in(
+    waiting: WaitingBoxes, own: Floats, shape: tuple[int, ...], free: int
+) -> tuple[Floats, Indices]:
+    """Boxes that begin a target in this frame, and which targets are such a box already.
 
-    :param targets: boxes of the first frame, and of the first one after each restart; see add.
-    :ivar refused: boxes refused so far: too small, outside the picture, or one too many.
+    Those offered with their center in a target, or in a box that is not offered, are dropped.
+
+    :param own: (N, 4) boxes of the targets [px].
+    :param shape: height and width of the frame, and more.
+    :param free: so many may begin.
+    :return: (K, 4) left, top, right, bottom [px], and (M,).
     """
-
-    def __init__(self, targets: ArrayLike = ()) -> None:
-        self.targets = targets
-        self.refused = 0
-        self.restart()
-
-    def restart(self) -> None:
-        """Wait for a first frame."""
-        self._boxes, self._offered = _corners(self.targets), np.zeros(len(_corners(self.targets)))
-
-    def __len__(self) -> int:
-        return len(self._boxes)
-
-    def add(self, boxes: ArrayLike, *, offered: bool) -> None:
-        """Take boxes of the next frame.
-
-        :param boxes: (N, 4) u, v of the top left pixel, width and height [px].
-        :param offered: those with their center in a target, or in a box that is none, are dropped.
-        """
-        more = _corners(boxes)
-        self._boxes = np.concatenate([self._boxes, more])
-        self._offered = np.concatenate([self._offered, np.full(len(more), float(offered))])
-
-    def take(self, own: Floats, shape: tuple[int, ...], free: int) -> tuple[Floats, Indices]:
-        """Boxes that begin a target in this frame, and which targets are such a box already.
-
-        :param own: (N, 4) boxes of the targets [px].
-        :param shape: height and width of the frame, and more.
-        :param free: so many may begin.
-        :return: (K, 4) left, top, right, bottom [px], and (M,).
-        """
-        box, offered = self._boxes, self._offered > 0
-        self._boxes, self._offered = box[:0], self._offered[:0]
-        center = (box[:, :2] + box[:, 2:]) / 2
-        good = (box[:, 2:] - box[:, :2] >= LEAST_BOX_SIDE - 1).all(axis=1)
-        good &= ((center >= 0) & (center <= np.array([shape[1], shape[0]]) - 1)).all(axis=1)
-        self.refused += int(np.count_nonzero(~good))
-        box, offered, center = box[good], offered[good], center[good]
-        alike = overlaps(own, box)
-        known = alike.max(axis=0, initial=0.0) > FITS
-        followed = np.concatenate([own, box[~offered]])[:, None]
-        inside = (center >= followed[..., :2]) & (center <= followed[..., 2:])
-        new = box[~known & ~(offered & inside.all(axis=2).any(axis=0))]
-        self.refused += max(len(new) - free, 0)
-        same = alike[:, known].argmax(axis=0) if known.any() else np.zeros(0, np.intp)
-        return new[: max(free, 0)], same
+    named, offered = waiting.take()
+    box = np.concatenate([named[:, :2], named[:, :2] + named[:, 2:] - 1], axis=1)
+    center = (box[:, :2] + box[:, 2:]) / 2
+    good = (box[:, 2:] - box[:, :2] >= LEAST_BOX_SIDE - 1).all(axis=1)
+    good &= ((center >= 0) & (center <= np.array([shape[1], shape[0]]) - 1)).all(axis=1)
+    waiting.refused += int(np.count_nonzero(~good))
+    box, offered, center = box[good], offered[good], center[good]
+    alike = overlaps(own, box)
+    known = alike.max(axis=0, initial=0.0) > FITS
+    followed = np.concatenate([own, box[~offered]])[:, None]
+    inside = (center >= followed[..., :2]) & (center <= followed[..., 2:])
+    new = box[~known & ~(offered & inside.all(axis=2).any(axis=0))]
+    waiting.refused += max(len(new) - free, 0)
+    same = alike[:, known].argmax(axis=0) if known.any() else np.zeros(0, np.intp)
+    return new[: max(free, 0)], same
 
 
 def contours_in(
@@ -98,9 +72,3 @@ def contours_in(
     contours.correct(edges.offset, edges.found, normals, 0.0, config)
     contours.sides[edges.found] = edges.sides[edges.found]
     return contours
-
-
-def _corners(boxes: ArrayLike) -> Floats:
-    """(N, 4) first and last column and row, of any numbers of boxes u, v, width, height."""
-    box = np.asarray(boxes, float).reshape(-1, 4)
-    return np.concatenate([box[:, :2], box[:, :2] + box[:, 2:] - 1], axis=1)

@@ -30,8 +30,8 @@ from colortrack_ros.contours.regions import is_within
 from colortrack_ros.contours.regions import match
 from colortrack_ros.contours.regions import OwnAreas
 from colortrack_ros.contours.spline import Spline
+from colortrack_ros.contours.told import begin_in
 from colortrack_ros.contours.told import contours_in
-from colortrack_ros.contours.told import Told
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
@@ -41,6 +41,7 @@ from colortrack_ros.encodings import plain
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable
+from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 
 CONFIRM_HITS = 3
 """Measurements that confirm a target, as many as the tracker of detections wants by default."""
@@ -63,11 +64,11 @@ class ContourTracker:
 
     :param config: see ContourConfig.
     :param targets: boxes to start with the first frame, and again after each restart; see start.
-    :ivar told: boxes that wait for the next frame.
+    :ivar waiting: boxes that wait for the next frame.
     """
 
     def __init__(self, config: ContourConfig | None = None, targets: ArrayLike = ()) -> None:
-        self.config, self.told = config or ContourConfig(), Told(targets)
+        self.config, self.waiting = config or ContourConfig(), WaitingBoxes(targets)
         self._foreground, self._initiation = Foreground(self.config), Initiation()
         self._clock = Clock()
         self._start(1)
@@ -86,7 +87,7 @@ class ContourTracker:
         self._clock.restart(why)
         self._initiation.restart()
         self._foreground.restart()
-        self.told.restart()
+        self.waiting.restart()
         self._start(self._tracks.next_id)
 
     def learn_background(self) -> None:
@@ -103,12 +104,12 @@ class ContourTracker:
             self._start(self._tracks.next_id)
 
     def start(self, boxes: ArrayLike) -> None:
-        """Follow in the next frame what is inside the boxes, (N, 4); see Told.add."""
-        self.told.add(boxes, offered=False)
+        """Follow in the next frame what is inside the boxes, (N, 4); see WaitingBoxes."""
+        self.waiting.add(boxes, offered=False)
 
     def offer(self, boxes: ArrayLike) -> None:
         """The same, where no target is yet."""
-        self.told.add(boxes, offered=True)
+        self.waiting.add(boxes, offered=True)
 
     def update(self, frame: Frame) -> Tracks:
         """Take the next frame.
@@ -279,11 +280,12 @@ class ContourTracker:
 
     def _begin_told(self, frame: Frame) -> None:
         """Begin what was told, at the edges next to ellipses in the boxes."""
-        if not len(self.told):
+        if not len(self.waiting):
             return
         tracks, config = self._tracks, self.config
         own = boxes(self._spline.outline(tracks.filters.nodes))
-        new, same = self.told.take(own, frame.image.shape, config.max_targets - len(tracks))
+        free = config.max_targets - len(tracks)
+        new, same = begin_in(self.waiting, own, frame.image.shape, free)
         contours = contours_in(new, frame.image, self._spline, config)
         begin(tracks, contours, self._spline, self._clock.now)['told'] = True
         tracks.records['told'][same] = True

@@ -1,18 +1,21 @@
 """What nodes have in common that follow in pictures what they are told to."""
 
-from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 from typing import TypeVar
 
+from numpy.typing import ArrayLike
 from sensor_msgs.msg import PointCloud2
 
 from colortrack_ros.data import Tracks
+from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 from colortrack_ros.flow.pairing import Pair
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
+from colortrack_ros.node_kit.image_tracker import ImageTracker
 from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.intake import worker_of
@@ -45,6 +48,15 @@ class TargetTrackerSetup(ImageTrackerSetup):
             )
 
 
+class TargetTracker(ImageTracker, Protocol):
+    """What such a tracker has besides what every one of pictures has."""
+
+    waiting: WaitingBoxes
+
+    def start(self, boxes: ArrayLike) -> None:
+        """Follow what is inside the boxes in the next frame."""
+
+
 TargetSetup = TypeVar('TargetSetup', bound=TargetTrackerSetup)
 
 
@@ -52,8 +64,10 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
     """Targets of the parameter ``targets``, and those that detections start.
 
     With ``detections_topic``, pictures wait for their detections, and then for their turn.
-    A node of its own has :meth:`make`, :meth:`follow`, and :meth:`refused`.
+    A node of its own has :meth:`make`.
     """
+
+    tracker: TargetTracker
 
     def configure(self) -> None:
         """Make what every such node has, and take detections."""
@@ -64,17 +78,9 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
     def facts(self) -> dict[str, Callable[[], object]]:
         """Further values for the diagnostics."""
         return {
-            'refused_targets': self.refused,
+            'refused_targets': lambda: self.tracker.waiting.refused,
             'skipped_pairs': lambda: getattr(self._tracking, 'skipped', 0),
         }
-
-    @abstractmethod
-    def refused(self) -> int:
-        """Boxes refused so far."""
-
-    @abstractmethod
-    def follow(self, targets: tuple[float, ...]) -> None:
-        """Start these targets with the next picture, and after each restart."""
 
     def make_tracking(self) -> Stage[Pair, Tracks]:
         """What tracks pictures; with detections, once it is known what is in them."""
@@ -86,7 +92,8 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
     def apply(self, setup: TargetSetup) -> None:
         """Take changed parameters into use, while no picture is worked on."""
         if setup.targets != self.setup.targets:
-            self.follow(setup.targets)
+            self.tracker.start(setup.targets)
+            self.tracker.waiting.targets = setup.targets  # of each restart
         super().apply(setup)
         if isinstance(self._tracking, Worker):
             self._tracking.max_lag = setup.intake.max_lag

@@ -43,15 +43,6 @@ class ContourTrackerNode(TargetTrackerNode[ContourTrackerSetup]):
         """The tracker of the room."""
         return ContourTracker(setup.config, setup.targets)
 
-    def refused(self) -> int:
-        """Boxes refused so far."""
-        return self.tracker.told.refused
-
-    def follow(self, targets: tuple[float, ...]) -> None:
-        """Start these targets with the next picture, and after each restart."""
-        self.tracker.start(targets)
-        self.tracker.told.targets = targets
-
     def _learn_background(self, _: Trigger.Request) -> str:
         with self.lock:
             self.tracker.learn_background()

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.target_tracker import TargetTrackerNode
 from colortrack_ros.node_kit.target_tracker import TargetTrackerSetup
@@ -31,15 +29,6 @@ class WindowTrackerNode(TargetTrackerNode[WindowTrackerSetup]):
     def make(self, setup: WindowTrackerSetup) -> WindowTracker:
         """The tracker of the room."""
         return WindowTracker(setup.config, setup.targets)
-
-    def refused(self) -> int:
-        """Boxes refused so far."""
-        return self.tracker.refused
-
-    def follow(self, targets: tuple[float, ...]) -> None:
-        """Start these targets with the next picture, and after each restart."""
-        self.tracker.start(targets)
-        self.tracker.targets = np.array(targets).reshape(-1, 4)
 
 
 def main() -> int:

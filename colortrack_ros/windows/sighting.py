@@ -58,13 +58,26 @@ def sight(
     return sightings
 
 
+def are_doubtful(
+    records: NDArray[np.void], matches: Matches, sightings: dict[int, Sighting]
+) -> NDArray[np.bool_]:
+    """Which targets had been lost, and are seen again by their appearance, but not for sure, (N,).
+
+    They are followed, but not said to be there: of what is as like as they are there is much.
+    """
+    unsure = np.zeros(len(records), bool)
+    for i, seen in sightings.items():
+        unsure[i] = not records['appearance'][i].is_sure(seen)
+    return np.asarray(unsure & (records['looks'] > 0) & ~(matches.similarity > 0))
+
+
 def learn(
     frame: Frame, records: NDArray[np.void], accepted: NDArray[np.bool_], z: Floats,
     sightings: dict[int, Sighting],
 ) -> None:  # fmt: skip
     """Learn what the targets look like where they are, and how large they are.
 
-    :param accepted: (N,) which are measured.
+    :param accepted: (N,) which are measured, and not doubtful.
     :param z: (N, 2) where [px].
     """
     records['looks'] = np.where(accepted, 0, records['looks'] + 1)

@@ -11,6 +11,7 @@ from colortrack_ros.encodings import plain
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable
+from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 from colortrack_ros.windows.appearance import Appearance
 from colortrack_ros.windows.appearance import Sighting
 from colortrack_ros.windows.config import WindowConfig
@@ -20,6 +21,7 @@ from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.motion import Bools
 from colortrack_ros.windows.motion import Floats
 from colortrack_ros.windows.motion import Motion
+from colortrack_ros.windows.sighting import are_doubtful
 from colortrack_ros.windows.sighting import learn
 from colortrack_ros.windows.sighting import sight
 from colortrack_ros.windows.swarm import Swarm
@@ -42,6 +44,7 @@ WINDOW_FIELDS = [
     ('steps', 'f8', (STEPS, 2)),
     ('seen', 'f8', 2),
     ('looks', 'i8'),
+    ('followed', 'i8'),
 ]
 """What is recorded of a target besides what is of every track.
 
@@ -50,7 +53,8 @@ the box [px]; similarity: of the last valid match, 0 before the first; mean_inno
 [px], infinite before the first;
 last: (u, v) by matching and by the filter in the last frame [px]; drift: covariance of what the
 template has moved on the object [px^2]; steps: the last velocities by matching [px/s], NaN: none;
-seen: (u, v) of the last match [px]; looks: frames since then.
+seen: (u, v) of the last match [px]; looks: frames without it since it was last seen for sure;
+followed: when it was last seen, be it in doubt [ns].
 """
 
 LEAST_SIDE = 5
@@ -62,20 +66,17 @@ class WindowTracker:
 
     :param config: see WindowConfig.
     :param targets: boxes to start with the first frame, and again after each restart; see start.
-    :ivar refused: boxes refused so far: outside the picture, or one too many.
+    :ivar waiting: boxes that wait for the next frame.
     """
 
     def __init__(self, config: WindowConfig | None = None, targets: ArrayLike = ()) -> None:
-        self.config = config or WindowConfig()
-        self.targets, self._offered = _boxes(targets), _boxes(())
-        self.refused = 0
+        self.config, self.waiting = config or WindowConfig(), WaitingBoxes(targets)
         self._swarm, self._clock = Swarm(self.config), Clock()
         self._start(1)
 
     def _start(self, first_id: int) -> None:
         none = Motion.of_new(np.zeros((0, 2)), self.config)
         self._tracks = TrackTable(none, WINDOW_FIELDS, first_id)
-        self._waiting = self.targets
 
     def reset(self, why: str = '') -> None:
         """Forget all targets, and start the first ones again. IDs go on: none is used twice.
@@ -83,6 +84,7 @@ class WindowTracker:
         :param why: what the next Tracks tell as the reason.
         """
         self._clock.restart(why)
+        self.waiting.restart()
         self._start(self._tracks.next_id)
 
     def configure(self, config: WindowConfig) -> None:
@@ -95,11 +97,11 @@ class WindowTracker:
 
         :param boxes: (N, 4) u, v of the top left pixel, width and height [px].
         """
-        self._waiting = np.concatenate([self._waiting, _boxes(boxes)])
+        self.waiting.add(boxes, offered=False)
 
     def offer(self, boxes: ArrayLike) -> None:
         """Follow what is inside the boxes in the next frame, where no target is yet; see start."""
-        self._offered = np.concatenate([self._offered, _boxes(boxes)])
+        self.waiting.add(boxes, offered=True)
 
     def update(self, frame: Frame) -> Tracks:
         """Take the next frame.
@@ -115,14 +117,15 @@ class WindowTracker:
         if self._is_learning:
             sightings = sight(frame, self._tracks.records, matches, valid, predicted)
         accepted = self._supervise(matches, valid, predicted)
-        self._correct(matches, accepted, dt)
+        certain = accepted & ~are_doubtful(self._tracks.records, matches, sightings)
+        self._correct(matches, accepted, certain, dt)
         if self._is_learning:
-            learn(frame, self._tracks.records, accepted, matches.z, sightings)
+            learn(frame, self._tracks.records, certain, matches.z, sightings)
         self._renew_templates(frame, matches, accepted)
         self._delete(frame)
-        self._initiate(frame, self._waiting)
-        self._initiate(frame, self._unfollowed(self._offered))
-        self._waiting = self._offered = _boxes(())
+        boxes, offered = self.waiting.take()
+        self._initiate(frame, boxes[~offered])
+        self._initiate(frame, self._unfollowed(boxes[offered]))
         return Tracks(self._rows(), frame.stamp, frame.frame_id, self._clock.tell_restart())
 
     def _match(self, frame: Frame, predicted: Floats) -> Matches:
@@ -162,8 +165,11 @@ class WindowTracker:
             self._tracks.filters.turn(track, z[track] - predicted[track], unmeasured)
         return accepted
 
-    def _correct(self, matches: Matches, accepted: Bools, dt: float) -> None:
-        """Update filters and records with the matches that are accepted."""
+    def _correct(self, matches: Matches, accepted: Bools, certain: Bools, dt: float) -> None:
+        """Update filters and records with the matches that are accepted.
+
+        :param certain: (N,) those that count as seen.
+        """
         track, records = np.flatnonzero(accepted), self._tracks.records
         if dt > 0:
             self._note_steps(matches, accepted, dt)
@@ -174,11 +180,11 @@ class WindowTracker:
             step = matches.z[track] - records['last'][track, 0]
             # After a gap matching tells no velocity: in the last frame it was a prediction.
             last_frame = self._clock.now - round(dt * NANOSECONDS)
-            step[records['updated'][track] < last_frame] = np.nan
+            step[records['followed'][track] < last_frame] = np.nan
             step[~matches.are_sharp(self.config.max_deviation)[track]] = np.nan
             self._tracks.filters.steer(self._swarm, track, step, dt)
-        self._tracks.record_hits(track, self._clock.now)
-        records['seen'][track] = matches.z[track]
+        self._tracks.record_hits(np.flatnonzero(certain), self._clock.now)
+        records['seen'][track], records['followed'][track] = matches.z[track], self._clock.now
         alike = track[matches.similarity[track] > 0]  # not of what was seen beside the template
         records['similarity'][alike] = matches.similarity[alike]
         mean, norm = records['mean_innovation'], matches.innovation_norm
@@ -196,7 +202,7 @@ class WindowTracker:
         """
         records, motion = self._tracks.records, self._tracks.filters
         sure = matches.are_sharp(self.config.tolerance)
-        before = records['updated'] >= self._clock.now - round(dt * NANOSECONDS)
+        before = records['followed'] >= self._clock.now - round(dt * NANOSECONDS)
         lost = np.flatnonzero(~accepted & before & (records['hits'] > 1))
         if len(lost) and self.config.method != 'WM':
             steps = records['steps'][lost]
@@ -237,9 +243,10 @@ class WindowTracker:
                 records['template'][i] = former
 
     def _delete(self, frame: Frame) -> None:
-        """Delete targets whose center has left the picture, or that were not seen for long."""
+        """Delete targets whose center has left the picture, or that were not even seen in doubt."""
         position = self._tracks.filters.bank.estimate()[0][:, :2]
-        overdue = self._tracks.is_overdue(self._clock.now, self.config.max_time_since_update)
+        longest = round(self.config.max_time_since_update * NANOSECONDS)
+        overdue = self._clock.now - self._tracks.records['followed'] > longest
         self._tracks.keep(is_inside(position, *frame.image.shape[:2]) & ~overdue)
 
     def _unfollowed(self, boxes: Floats) -> Floats:
@@ -260,7 +267,7 @@ class WindowTracker:
             inside = (_centers(boxes) >= 0) & (_centers(boxes) <= size - 1) & (boxes[:, 2:] >= 1)
         free = max(self.config.max_targets - len(self._tracks), 0)
         kept = boxes[inside.all(axis=1)][:free]
-        self.refused += len(boxes) - len(kept)
+        self.waiting.refused += len(boxes) - len(kept)
         center, box = _centers(kept), kept[:, 2:]
         new = self._tracks.initiate(Motion.of_new(center, self.config), self._clock.now)
         new['mean_innovation'], new['last'] = np.inf, center[:, None]
@@ -268,7 +275,7 @@ class WindowTracker:
         new['area'] = new['box_w'] * new['box_h']
         wanted = self.config.window or np.maximum(box, LEAST_SIDE)
         odd = np.broadcast_to(np.minimum(wanted, size).astype(int) - 1 | 1, box.shape)
-        new['seen'], new['steps'] = center, np.nan
+        new['seen'], new['steps'], new['followed'] = center, np.nan, self._clock.now
         for i, (w, h) in enumerate(odd.tolist()):
             new['template'][i] = Template(cut_window(frame, center[i], (h, w)))
             if self._is_learning:
@@ -288,8 +295,3 @@ class WindowTracker:
 
 def _centers(boxes: Floats) -> Floats:
     return boxes[:, :2] + (boxes[:, 2:] - 1) / 2
-
-
-def _boxes(values: ArrayLike) -> Floats:
-    """(N, 4) of any numbers of boxes."""
-    return np.asarray(values, float).reshape(-1, 4)

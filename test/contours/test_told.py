@@ -10,8 +10,9 @@ from support.contour_pictures import texture
 
 from colortrack_ros.contours import ContourConfig
 from colortrack_ros.contours import ContourTracker
-from colortrack_ros.contours.told import Told
+from colortrack_ros.contours.told import begin_in
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 
 RADIUS = 26.0
 ALONE = ContourConfig(start='targets')
@@ -94,12 +95,12 @@ def test_a_box_of_nothing_is_refused_and_counted(box):
     tracker = ContourTracker(ALONE, box)
     with np.errstate(all='ignore'):
         assert len(tracker.update(frame(picture(None, None, 0.0))).rows) == 0
-    assert tracker.told.refused == 1
+    assert tracker.waiting.refused == 1
 
 
 def test_one_too_many_is_refused():
-    told = Told([[10, 10, 30, 30], [60, 10, 30, 30], [110, 10, 30, 30]])
-    new, _ = told.take(np.zeros((0, 4)), (240, 320), 2)
+    waiting = WaitingBoxes([[10, 10, 30, 30], [60, 10, 30, 30], [110, 10, 30, 30]])
+    new, _ = begin_in(waiting, np.zeros((0, 4)), (240, 320), 2)
     np.testing.assert_array_equal(new, [[10, 10, 39, 39], [60, 10, 89, 39]])
-    assert told.refused == 1
-    assert len(told) == 0
+    assert waiting.refused == 1
+    assert len(waiting) == 0

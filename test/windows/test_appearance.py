@@ -11,6 +11,7 @@ from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Frame
 from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows import WindowTracker
+from colortrack_ros.windows.appearance import Appearance
 
 WALL = 0.4 * texture(30, 240, 320) + 70
 
@@ -99,3 +100,21 @@ def test_every_encoding_is_learned(encoding):
         (row,) = tracker.update(Frame(image, encoding, k * 33_333_333)).rows
     assert row['state'] == CONFIRMED
     assert abs(row['u'] - 87) < 2
+
+
+@pytest.mark.parametrize(('likeness', 'state'), [(0.6, COASTING), (0.95, CONFIRMED)])
+def test_what_was_lost_is_followed_in_doubt_but_is_said_to_be_seen_only_for_sure(
+    monkeypatch, likeness, state
+):
+    """One in 30 other places is as like as 0.6: it is not the target by that alone."""
+    tracker = WindowTracker(targets=around((100, 100)))
+    look, beside = texture(35, 31, 31), 0.4 * texture(36, 240, 320) + 70
+    for k in range(30):
+        rows = tracker.update(frame(shown(look, (100, 100)), k)).rows
+    assert rows['state'] == CONFIRMED
+    for value, frames in ((0.0, 3), (likeness, 60)):  # longer than max_time_since_update
+        monkeypatch.setattr(Appearance, 'likeness', lambda *_, value=value: value)
+        for _ in range(frames):
+            k += 1
+            rows = tracker.update(frame(beside, k)).rows
+    assert rows['state'].tolist() == [state]

@@ -183,10 +183,10 @@ def test_boxes_that_cannot_be_followed_are_refused_and_counted():
     bad += [[np.nan, 50, 20, 20], [50, 50, np.inf, 20], [50, np.inf, 20, 20], [5, 5, 1e300, 9]]
     tracker.start(bad)
     assert len(tracker.update(frame(moving(0)[0], 0)).rows) == 0
-    assert tracker.refused == len(bad)
+    assert tracker.waiting.refused == len(bad)
     tracker.start([box((60, 50))] * 5)
     assert len(tracker.update(frame(moving(1)[0], 1)).rows) == 3
-    assert tracker.refused == len(bad) + 2
+    assert tracker.waiting.refused == len(bad) + 2
 
 
 @pytest.mark.slow
