@@ -175,7 +175,7 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         '--pictures',
         metavar='SOURCE',
-        help='video, pictures or scene, {} as above: shows switches on the page',
+        help='bag, video, pictures or scene, {} as above: shows switches on the page',
     )
     parser.add_argument(
         '--params-file', type=Path, action='append', default=[], metavar='YAML',

@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Mapping
 from collections.abc import Sequence
+import itertools
 from pathlib import Path
 import threading
 from typing import Any
@@ -28,6 +29,7 @@ from colortrack_ros.evaluation.per_second import per_second
 from colortrack_ros.evaluation.report import picture_of
 from colortrack_ros.evaluation.report import Run
 from colortrack_ros.evaluation.report import section_of
+from colortrack_ros.replay.pictures_of_bag import BagSource
 from colortrack_ros.scenes import open_scene
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
@@ -113,7 +115,7 @@ def _evaluated(given: dict[str, Any]) -> dict[str, Any]:
     result = compare(read_tracks(given['truth'], given['topic']), tracks, **options)
     wanted = given['page'] and given['pictures']
     events: list[Event | FalseTrack] = [*result.switches, *result.false_tracks]
-    pictures = _pictures(given['pictures'], events) if wanted else {}
+    pictures = _pictures(given['pictures'], events, tracks.stamps) if wanted else {}
     run = Run(spec, result.measures | conditions(tracks), tracks, result, pictures)
     return _content(run, page=given['page'])
 
@@ -151,23 +153,28 @@ def read_tracks(spec: str, topic: str) -> Record:
 
 
 def _pictures(
-    source: str, events: Sequence[Event | FalseTrack]
+    source: str, events: Sequence[Event | FalseTrack], stamps: NDArray[np.int64]
 ) -> dict[Event | FalseTrack, NDArray[np.uint8]]:
-    """The surroundings of each event in a video, pictures or a scene.
+    """The surroundings of each event in a bag, a video, pictures or a scene.
 
+    :param stamps: (F,) of the frames [ns], by which those of a bag are found, as a node may have
+        skipped some; empty where the n-th picture is the n-th frame.
     :raises SourceError: it cannot be opened.
     """
+    from_bag = is_bag(Path(source))
+    by_stamp = from_bag and len(stamps) > 0
     wanted: dict[int, list[Event | FalseTrack]] = {}
     for event in events:
-        wanted.setdefault(event.frame, []).append(event)
+        key = int(stamps[event.frame]) if by_stamp else event.frame
+        wanted.setdefault(key, []).append(event)
     found: dict[Event | FalseTrack, NDArray[np.uint8]] = {}
-    frames = open_source(source)
+    frames = BagSource(Path(source), '') if from_bag else open_source(source)
     try:
-        for number in range(max(wanted, default=-1) + 1):
-            frame = frames.read()
+        for number in itertools.count():
+            frame = frames.read() if wanted else None
             if frame is None:
                 break
-            for event in wanted.get(number, []):
+            for event in wanted.pop(frame.stamp if by_stamp else number, []):
                 found[event] = picture_of(event, writable_bgr(frame))
     finally:
         frames.close()

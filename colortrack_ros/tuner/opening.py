@@ -25,7 +25,7 @@ def open_footage(
         return running.footage(spec)
     if is_bag(path):
         # Not at the top: bags need ROS's messages, and all else does not.
-        from colortrack_ros.tuner.bag import BagSource
+        from colortrack_ros.replay.pictures_of_bag import BagSource
 
         return RecordedFootage(spec, lambda: BagSource(path, topic))
     source = open_source(spec, rate)

@@ -96,7 +96,11 @@ class Server:
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if len(self._people) >= MOST_PEOPLE:
             raise web.HTTPServiceUnavailable(text=f'{MOST_PEOPLE} browsers are enough\n')
-        socket = web.WebSocketResponse(max_msg_size=LARGEST_MESSAGE, heartbeat=QUIET_SECONDS)
+        socket = web.WebSocketResponse(
+            max_msg_size=LARGEST_MESSAGE,
+            heartbeat=QUIET_SECONDS,
+            compress=False,  # of which JPEG and PNG get no smaller
+        )
         await socket.prepare(request)
         browser = Browser(socket)
         self._people.add(browser)

@@ -174,7 +174,11 @@ class Session:
 
     def _load(self, path: str) -> None:
         text = self._folder.read(path)
-        self.bench.settings = Settings(text)
+        settings = Settings(text)
+        for node in self._attached:
+            self._give(node, settings.given(node))
+        settings.revision = self.settings.revision + 1
+        self.bench.settings = settings
         self._file, self._text = path, text
         self._samples, self._samples_before = (), []
         self.bench.configure()

@@ -5,16 +5,22 @@ import json
 from diagnostic_msgs.msg import DiagnosticArray
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.msg import KeyValue
+import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
+from support.recorded import frames
+from support.recorded import write_bag
 
 from colortrack_ros.bags import BagWriter
 from colortrack_ros.chain import ColorTracker
+from colortrack_ros.evaluation.comparison import FalseTrack
+from colortrack_ros.evaluation.report import picture_of
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.replay.recordings import CLOUD
 from colortrack_ros.sources import open_source
 from colortrack_ros.tools.evaluate import main
+from colortrack_ros.tools.evaluation_task import _pictures
 from colortrack_ros.tools.health_of_bag import KIND
 
 SCENE = 'scene:single?width=160&height=120&rate=20&duration=3&noise=3'
@@ -67,3 +73,13 @@ def test_a_nightly_recording_tells_what_was_refused_skipped_and_late(night, tmp_
     assert 'night: robot1/detector: too slow (2 s)' in capsys.readouterr().out
     assert 'What the nodes warned of' in page.read_text()
     assert main([str(night), '--max', 'robot1/detector.refused=1']) == 3
+
+
+def test_pictures_of_a_bag_are_found_by_their_stamps_as_some_may_be_missing(tmp_path):
+    images = list(open_source(SCENE))
+    bag = write_bag(tmp_path / 'pictures', {'/camera/image_raw': frames(SCENE)[::2]})
+    stamps = np.array([image.stamp for image in images])
+    there, missing = (FalseTrack(frame, 3, 5, 80.0, 60.0) for frame in (8, 9))
+    found = _pictures(str(bag), [there, missing], stamps)
+    assert set(found) == {there}
+    assert np.array_equal(found[there], picture_of(there, images[8].image))

@@ -49,7 +49,9 @@ def test_changes_go_to_the_running_node_and_what_it_refuses_is_told(ros, tmp_pat
         assert any('max_area: expected at least' in a['why'] for a in only(answers, 'refused'))
         lines = only(talk(url, [{'do': 'lines'}]), 'lines')[-1]['text']
         assert 'ros2 param set /robot1/detector min_area 50' in lines
-    assert value_of(ros, 'min_area').integer_value == 50
+        (tmp_path / 'b.yaml').write_text('/**/detector: {ros__parameters: {min_area: 52}}')
+        talk(url, [{'do': 'load', 'path': 'b.yaml'}])
+    assert value_of(ros, 'min_area').integer_value == 52
     with tuner(topic, '--folder', tmp_path, killed=True, ROS_DOMAIN_ID=str(ros.domain)) as url:
         wait_until(lambda: not only(talk(url, [attach]), 'refused')[:-1])
         see_a_picture(url)

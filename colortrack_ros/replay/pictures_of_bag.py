@@ -1,4 +1,4 @@
-"""The pictures of a bag."""
+"""The pictures of a bag, as a source of frames."""
 
 from collections.abc import Iterator
 from pathlib import Path
