@@ -47,7 +47,9 @@ PATIENCE = 60.0
 """How long tracks may take to go on [s], on a machine that does ten other things."""
 SETTLED = 10.0
 """How long a node has worked when what it holds is first looked at [s]."""
-MOST = 32 * 2**20
+MOST = {'own': 32 * 2**20, 'shared': 128 * 2**20, 'threads': 0}
+"""More of each that a node may hold; shared: all of the segments of both that send pictures, of
+which none may be left over from a peer that has been killed."""
 WAITING = 60
 """Pictures of a second at both ends: camera and detector count seconds of their own."""
 FULL_DISK = """ulimit -f 64; exec {python} -c 'from colortrack_ros.replay.main import main
@@ -232,7 +234,7 @@ def main() -> int:
     console = Console()
     console.print(f'books of pictures: {dict(chain.books)}, missing {missing}')
     console.print(f'exit statuses {dict(statuses)}, logs with a traceback: {tracebacks}')
-    grown = chain.grown['resident'] > MOST or chain.grown['threads'] > 0
+    grown = any(chain.grown[name] > most for name, most in MOST.items())
     lost = abs(missing) > WAITING
     all_well = ready and tried == survived and not grown and not lost
     return int(not all_well or tracebacks > 0 or set(statuses) != {0})
