@@ -42,5 +42,10 @@ class StreamSource(LiveCapture):
 
 
 def without_secrets(address: str) -> str:
-    """Return the address with *** for the password and the query, which may hold a key."""
+    """Return the address with *** for the password and the query, which may hold a key.
+
+    What is no address, such as `scene:five?rate=60`, stays as it is.
+    """
+    if '://' not in address:
+        return address
     return re.sub(r'\?.*', '?***', re.sub(r'(://[^:/@]*):.*@', r'\1:***@', address))

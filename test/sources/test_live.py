@@ -129,6 +129,7 @@ def test_an_address_that_never_answers_fails_in_time_and_keeps_the_password(
         ('rtsp://joe:p@s/w@h/1', 'rtsp://joe:***@h/1'),
         ('http://h:80/a?user=joe&pwd=x', 'http://h:80/a?***'),
         ('http://h:80/a@b', 'http://h:***@b'),
+        ('scene:five?rate=60', 'scene:five?rate=60'),
     ],
 )
 def test_secrets_are_masked(address, shown):
