@@ -162,9 +162,9 @@ def _box(
     """Return the rows and columns that a smeared thing may touch."""
     half_width, half_height = half_width + 1 + abs(smear[0]), half_height + 1 + abs(smear[1])
     height, width = image.shape[:2]
-    rows = np.clip([center[1] - half_height, center[1] + half_height + 1], 0, height).astype(int)
-    columns = np.clip([center[0] - half_width, center[0] + half_width + 1], 0, width).astype(int)
-    return slice(*rows), slice(*columns)
+    (u, v), clipped = center.tolist(), lambda x, most: int(min(max(x, 0), most))
+    rows = slice(clipped(v - half_height, height), clipped(v + half_height + 1, height))
+    return rows, slice(clipped(u - half_width, width), clipped(u + half_width + 1, width))
 
 
 def _offsets(box: Box, center: NDArray, smear: NDArray) -> tuple[NDArray, NDArray]:
