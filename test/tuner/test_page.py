@@ -174,7 +174,12 @@ def test_two_balls_are_labeled_by_a_click_each_and_saved(chromium, tmp_path):
             page.fill('#label-id', str(k + 1))
             page.locator('#label-id').blur()
             spot = place(page, float(ball['u']), float(ball['v']), (320, 180))
+            page.locator('#picture').hover(position=spot)
+            page.mouse.wheel(0, -400)  # what is below the pointer stays there
+            page.wait_for_timeout(100)
             page.locator('#picture').click(position=spot)
+            page.locator('h1').click()
+            page.keyboard.press('0')
             page.wait_for_selector(f'body[data-labels$="{k + 1}:1"]')
         page.click('#label-save')
         page.wait_for_selector('body[data-saved-labels]')
@@ -242,8 +247,11 @@ def test_a_slider_shows_in_the_next_picture_within_a_tenth_of_a_second(chromium,
     with tuner('scene:clutter?width=640&height=480&duration=6', '--folder', tmp_path) as url:
         page = open_page(chromium, url)
         look_at(page, 100)
-        late = min(np.percentile(page.evaluate(DRAG), 95) for _ in range(3))  # others work, too
-        print(f'from slider to picture: {late:.0f} ms in 95 of 100')
+        for _ in range(3):  # others may work, too
+            late = np.percentile(page.evaluate(DRAG), 95)
+            print(f'from slider to picture: {late:.0f} ms in 95 of 100')
+            if late < 100:
+                break
         assert late < 100
         assert page.errors == []
 
@@ -259,7 +267,7 @@ DRAG = """async () => {
         slider.dispatchEvent(new Event('input'));
         while (document.body.dataset.wait === undefined) await new Promise(requestAnimationFrame);
         waits.push(Number(document.body.dataset.wait));
-        await new Promise((resume) => setTimeout(resume, k % 3 ? 5 : 250));
+        await new Promise((resume) => setTimeout(resume, k % 3 ? 5 : 150));
     }
     return waits;
 }"""
