@@ -45,12 +45,13 @@ def test_the_rest_stays_and_a_red_that_nobody_chose_goes(tmp_path, text):
     assert ('# touching' in after) == ('# touching' in text)
 
 
-def test_other_colors_keep_their_shades_and_the_least_area_is_that_of_the_smallest(tmp_path):
+def test_other_colors_keep_their_shades_and_areas_and_the_new_one_has_its_own(tmp_path):
     text = 'detector: {ros__parameters: {colors: [red], red: {preset: red}, min_area: 30}}'
     _, given = written(tmp_path, text)
     assert given['colors'] == ['red', 'ball']
     assert given['red'] == {'preset': 'red'}
     assert given['min_area'] == 30
+    assert given['ball'] == {**ENTRY, 'min_area': 70}
 
 
 def test_what_else_a_color_has_stays(tmp_path):

@@ -2,11 +2,15 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from colortrack_ros.detection.methods import METHODS
 from colortrack_ros.detection.methods.background import BackgroundSubtractionConfig
 from colortrack_ros.detection.methods.channel_difference import ChannelDifferenceConfig
 from colortrack_ros.detection.methods.color import ColorDistanceConfig
 from colortrack_ros.detection.morphology import MorphologyConfig
+from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.regions import Region
 from colortrack_ros.detection.regions import region_of
 from colortrack_ros.detection.regions import RegionConfig
@@ -34,3 +38,17 @@ class DetectorConfig(
     )
     mask: str = parameter('', 'Path of a picture that is dark where not to look; empty for none.')
     method: str = parameter('color', 'How objects are told from the rest.', choices=METHODS)
+
+    def check(self) -> None:
+        """The least area of each color is at most its greatest."""
+        super().check()
+        for color, least, most in zip(self.colors, *self.areas()[:, 1:].tolist(), strict=True):
+            expect(least <= most, f'{color.name}.max_area', most, f'at least {least} px')
+
+    def areas(self) -> NDArray[np.int64]:
+        """(2, colors + 1) the least and the greatest area of blobs, by label [px]."""
+        own = self.colors if self.method == 'color' else ()
+        areas = np.tile(np.array([[self.min_area], [self.max_area]]), len(self.colors) + 1)
+        for k, color in enumerate(own, start=1):
+            areas[:, k] = color.min_area or self.min_area, color.max_area or self.max_area
+        return areas

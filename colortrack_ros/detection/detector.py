@@ -61,7 +61,7 @@ class Detector:
         self._regions = Regions(config.regions, config.mask)
         self._method = METHODS[config.method](config, self._background)
         self._skewness = UsualSkewness(self._method.labels)
-        self._config = config
+        self._config, self._areas = config, config.areas()
 
     def learn_background(self) -> None:
         """Forget the background: what stands still from the next frame on is background."""
@@ -116,15 +116,23 @@ class Detector:
         close(image, config.closing_size, method.labels)
         erode(image, config.erosion_size, method.labels)
         open_(image, config.opening_size, method.labels)
-        blobs = find_blobs(image, config.min_area, connect=method.connect)
-        if config.split and split_touching(image, blobs, config.max_area):
-            blobs = find_blobs(image, config.min_area, connect=method.connect)
-        kept = keep_shapes(blobs.take(method.keep(frame, blobs)), config)
+        blobs = self._blobs(image)
+        most = self._areas[1]
+        if config.split and split_touching(image, blobs, int(most.max())):
+            blobs = self._blobs(image)
+        kept = blobs.take(method.keep(frame, blobs))
+        kept = keep_shapes(kept.take(kept.area <= most[kept.label]), config)
         method.learn(frame, blobs, kept)
         part = open_part(kept, image, whole) if whole else 0.0
         height, width = size_of(frame)
         rows = self._rows(frame, kept, part)
         return Detections(rows, frame.stamp, frame.frame_id, (width, height))
+
+    def _blobs(self, image: LabelImage) -> BlobTable:
+        """Those that are large enough for their color."""
+        least = self._areas[0]
+        blobs = find_blobs(image, int(least.min()), connect=self._method.connect)
+        return blobs.take(blobs.area >= least[blobs.label])
 
     def _rows(self, frame: Frame, blobs: BlobTable, part: NDArray | float) -> NDArray[np.void]:
         rows = np.zeros(len(blobs.area), DETECTION)

@@ -12,6 +12,9 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
+MAX_AREA = 1_000_000_000
+"""More than any picture has [px]: no limit."""
+
 MAX_TOLERANCE = 200.0
 """Greatest tolerance [CIELAB units]: black and white are 100 apart, the extremes of sRGB, blue and
 green, 259."""
@@ -43,6 +46,7 @@ class ReferenceColor:
     :param others: colors, as lab, that are not it: what is nearer to one of them is not it either.
     :param inverted: everything is looked for that is not this color, and of no other that is not
         inverted: what lies on a cloth, a table or a lawn.
+    :param min_area, max_area: other blobs of it are left out [px]; 0 for those of the detector.
     """
 
     name: str
@@ -52,6 +56,8 @@ class ReferenceColor:
     samples: tuple[Triple, ...] = ()
     others: tuple[Triple, ...] = ()
     inverted: bool = False
+    min_area: int = 0
+    max_area: int = 0
 
     def __post_init__(self) -> None:
         expect(self.name != '', 'colors', self.name, 'a name that is not empty')
@@ -173,6 +179,20 @@ class ReferenceColorConfig(Config):
         maximum=MAX_TOLERANCE,
         audience=EXPERT,
     )
+    min_area: int = parameter(
+        0,
+        'Blobs of this color with fewer pixels are dropped; 0: min_area of the detector.',
+        unit='px',
+        minimum=0,
+        maximum=MAX_AREA,
+    )
+    max_area: int = parameter(
+        0,
+        'Blobs of this color with more pixels are dropped; 0: max_area of the detector.',
+        unit='px',
+        minimum=0,
+        maximum=MAX_AREA,
+    )
     tolerance: float = parameter(
         0.0,
         'Pixels closer than this to the reference color belong to it (tau); 0 finds in the '
@@ -195,7 +215,14 @@ def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColo
         samples = samples[1:]
     else:
         color = _shade_of(name, config)
-    return replace(color, samples=samples, others=others, inverted=config.inverted)
+    return replace(
+        color,
+        samples=samples,
+        others=others,
+        inverted=config.inverted,
+        min_area=config.min_area,
+        max_area=config.max_area,
+    )
 
 
 def _labs_of(name: str, rgb: tuple[float, ...]) -> tuple[Triple, ...]:

@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.reference import MAX_AREA
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
-
-MAX_AREA = 1_000_000_000
-"""More than any picture has [px]: no limit."""
 
 PIXEL_MOMENT = 1 / 12
 """Second moment of a unit square about its center, on each axis [px^2]."""
@@ -92,9 +90,7 @@ MEASURES: dict[str, Callable[[BlobTable], NDArray[np.float64]]] = {
 
 
 def keep_shapes(blobs: BlobTable, config: ShapeConfig) -> BlobTable:
-    """The blobs up to max_area with all the shapes asked for; 0 asks for nothing."""
-    if (large := blobs.area > config.max_area).any():
-        blobs = blobs.take(~large)
+    """The blobs with all the shapes asked for; 0 asks for nothing."""
     for name, measure in MEASURES.items():
         least = getattr(config, name)
         if least > 0 and len(blobs.area):

@@ -19,7 +19,7 @@ from colortrack_ros.parameters.params_file import with_values
 SHADES = ('lab', 'rgb', 'preset', 'samples')
 """The entries of which one says what color a name is."""
 
-REPLACED = (*SHADES, 'others', 'tolerance')
+REPLACED = (*SHADES, 'others', 'tolerance', 'min_area', 'max_area')
 """What another color has no use for."""
 
 
@@ -56,14 +56,16 @@ def write_color(path: Path, color: ReferenceColor, min_area: int) -> None:
 def color_values(old: Mapping[str, Any], color: ReferenceColor, min_area: int) -> dict[str, Any]:
     """What a color that was picked or taught changes in a detector's values, None for what goes.
 
+    Beside other colors, whose things may be of another size, it has a least area of its own.
+
     :param old: the values that are given, by full name.
     """
     chosen = {name.rpartition('.')[0] for name in old if name.rpartition('.')[2] in SHADES}
     names = [name for name in old.get('colors', []) if name != color.name and name in chosen]
-    least = min(old.get('min_area', min_area), min_area) if names else min_area
+    least = {f'{color.name}.min_area' if names else 'min_area': min_area}
     gone = {f'{color.name}.{key}': None for key in REPLACED if f'{color.name}.{key}' in old}
     new = {f'{color.name}.{key}': value for key, value in _entry(color).items()}
-    return {'colors': [*names, color.name], **gone, **new, 'min_area': least}
+    return {'colors': [*names, color.name], **gone, **new, **least}
 
 
 def _entry(color: ReferenceColor) -> dict[str, Any]:

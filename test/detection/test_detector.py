@@ -113,6 +113,23 @@ def test_colors_are_eroded_each_for_itself():
     assert rows[['color', 'area', 'box_v', 'box_h']].tolist() == [(0, 45, 0, 5), (1, 45, 7, 5)]
 
 
+def test_each_color_may_have_areas_of_its_own():
+    image = np.full((40, 80, 3), (30, 40, 220), np.uint8)
+    image[:, ::20] = image[:, 50:] = 128  # two of 760 px, one of 360
+    image[10:14, 55:60] = (30, 220, 40)
+    green = ReferenceColor.from_rgb('green', (40, 220, 30), 30.0)
+
+    def areas(least=0, most=0, **config):
+        colors = (replace(RED, min_area=least, max_area=most), green)
+        detector = Detector(DetectorConfig(colors=colors, erosion_size=1, **config))
+        return detector.detect(Frame(image)).rows['area'].tolist()
+
+    assert areas(min_area=5) == [760, 760, 360, 20]
+    assert areas(least=500, min_area=5) == [760, 760, 20]
+    assert areas(least=2, most=500, min_area=30) == [360]
+    assert areas(most=800, max_area=100, min_area=5) == [760, 760, 360, 20]
+
+
 @pytest.mark.parametrize('encoding', ENCODINGS)
 @pytest.mark.parametrize('shape', [(0, 0), (0, 5), (5, 0), (1, 1), (1, 9), (9, 1)])
 def test_tiny_and_empty_pictures_give_detections(encoding, shape):

@@ -40,6 +40,10 @@ def test_a_color_is_given_as_lab_rgb_or_preset():
         ({'colors': ['b'], 'b__rgb': [1.0, 2.0, 256.0]}, 'b.rgb: expected .*0..255, got .*256.0'),
         ({'red__tolerance': -1.0}, 'tolerance: expected 0..200 CIELAB units, got -1.0'),
         ({'min_area': 9, 'max_area': 8}, 'max_area: expected at least min_area, 9 px, got 8'),
+        (
+            {'red__min_area': 9, 'max_area': 8, 'min_area': 1},
+            'red.max_area: expected at least 9 px',
+        ),
         ({'mask': '/no/such.png'}, 'mask: expected .*, got .*/no/such.png'),
         ({'regions': ['door'], 'door__polygon': [1.0, 2.0, 3.0]}, 'door.polygon: expected pairs'),
         ({'regions': ['door']}, 'door.polygon: expected at least three corners'),

@@ -51,11 +51,11 @@ def test_writing_changes_that_color_alone_and_keeps_the_comments(tmp_path, capsy
     )
     text = params.read_text()
     for line in PARAMS.splitlines():
-        if not line.strip().startswith(('rgb:', 'tolerance:', 'colors:', 'min_area:')):
+        if not line.strip().startswith(('rgb:', 'tolerance:', 'colors:')):
             assert line in text, line
     detector = yaml.safe_load(text)['/**/detector']['ros__parameters']
     assert detector['colors'] == ['blue', 'red']
-    assert set(detector['red']) == {'lab', 'tolerance_lab'}
+    assert set(detector['red']) == {'lab', 'tolerance_lab', 'min_area'}
 
 
 @pytest.mark.parametrize('name', ['picture.png', 'video.avi'])
