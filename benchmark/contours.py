@@ -32,8 +32,8 @@ OUT = Path(__file__).parents[1] / 'out' / 'benchmark_contours.json'
 SIZES = {'320x240': 'width=320&height=240', '640x480': 'width=640&height=480'}
 FRAMES = 300
 ROOMS = (
-    'agreement', 'areas', 'filters', 'foreground', 'gating', 'initiation', 'lines', 'placing',
-    'publishing', 'records', 'regions', 'spline', 'tracker',
+    'agreement', 'areas', 'boxes', 'filters', 'foreground', 'gating', 'initiation', 'lines',
+    'placing', 'publishing', 'records', 'regions', 'spline', 'tracker',
 )  # fmt: skip
 EMPTY, INSIDE = 24, {'silhouette': 65, 'approach': 85}
 """Frames of the background alone, and the first one in which all have come in."""
@@ -145,8 +145,11 @@ def measure_moving_camera():
     return result
 
 
-def measure_constants(names):
-    """What half and twice constants of the room, such as ``tracker.GROWN``, make of it."""
+def ways_of(names):
+    """Set half and twice constants of the room, such as ``tracker.GROWN``, by turns.
+
+    What is done is yielded; at last they are what they were.
+    """
     rooms = [importlib.import_module(f'colortrack_ros.contours.{room}') for room in ROOMS]
     owners = [importlib.import_module('colortrack_ros.contours.' + n.split('.')[0]) for n in names]
     names = [name.split('.')[1] for name in names]
@@ -156,11 +159,18 @@ def measure_constants(names):
         kind = np.asarray if isinstance(value, np.ndarray) else type(value)
         for changed in (kind(value / 2), kind(value * 2)):
             ways[f'{name} {changed}, not {value}'] = {name: changed}
-    result = {}
-    for way, changed in ways.items():
+    for way, changed in (ways | {'': {}}).items():
         for name, value in (values | changed).items():
             for room in (room for room in rooms if hasattr(room, name)):
                 setattr(room, name, value)
+        if way:
+            yield way
+
+
+def measure_constants(names):
+    """What half and twice constants of the room make of the scenes."""
+    result = {}
+    for way in ways_of(names):
         result[way] = {}
         for scene in REPORTED:
             seen = quality(scene, SIZES['320x240'], ContourConfig())

@@ -6,6 +6,8 @@ the numbers of the frames that are judged, in which every object is labeled. An 
 a box that overlaps its own by ``--iou`` of their union; one visible by less than VISIBLE need not
 be found. Told are confirmed targets alone, those that coast as well.
 
+``--constants regions.SLACK ...`` compares constants of the room with half and twice their values.
+
 Beside ours OpenCV's MOG2 with a morphological clean-up, whose boxes norfair tracks (pip install
 norfair); both are given every frame, and areas of the same least size.
 """
@@ -16,6 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 import time
 
+from contours import ways_of
 import cv2
 import motmetrics
 import numpy as np
@@ -112,11 +115,25 @@ def judge(step: Callable, video: Path, iou: float) -> tuple[motmetrics.MOTAccumu
     return book, np.array(times)
 
 
+def constants(names: list[str], videos: list[Path], iou: float) -> None:
+    """Print IDF1 and precision with half and twice the value of constants."""
+    print('| | ' + ' | '.join(v.stem for v in videos) + ' |\n|---|' + '---|' * len(videos))
+    for way in ways_of(names):
+        cells = []
+        for video in videos:
+            rate = cv2.VideoCapture(str(video)).get(cv2.CAP_PROP_FPS)
+            book, _ = judge(ours(rate, ()), video, iou)
+            row = motmetrics.metrics.create().compute(book, metrics=FIGURES).iloc[0]
+            cells.append(f'{row["idf1"]:.2f}, {row["precision"]:.2f}')
+        print(f'| {way} | ' + ' | '.join(cells) + ' |', flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('folder', type=Path, nargs='+')
     parser.add_argument('--iou', type=float, default=0.3)
     parser.add_argument('--only', nargs='+', metavar='NAME', help='trackers, or videos')
+    parser.add_argument('--constants', nargs='+', metavar='FILE.NAME')
     given = parser.parse_args()
     cv2.setNumThreads(1)
     ways = {'contour_tracker': ours, 'MOG2, norfair': mog2_with_norfair}
@@ -124,6 +141,9 @@ def main() -> None:
     if given.only:
         ways = {n: w for n, w in ways.items() if n in given.only} or ways
         videos = [v for v in videos if v.stem in given.only] or videos
+    if given.constants:
+        constants(given.constants, videos, given.iou)
+        return
     print('| | | IDF1 | MOTA | precision | recall | switches | median, max ms |')
     print('|---|---|---|---|---|---|---|---|')
     for video in videos:

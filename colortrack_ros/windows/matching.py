@@ -37,13 +37,16 @@ class Match(NamedTuple):
 
     position: (u, v) of the window's center, whole [px]; around: (3, 3) distances there and beside
     it, by v and u, NaN where there is none; innovation_norm: from the predicted position [px];
-    alone: there was no other candidate.
+    alone: there was no other candidate; surface: distances of all windows, by v and u; corner:
+    (u, v) of the center of the first of them [px].
     """
 
     position: NDArray[np.intp]
     around: Floats
     innovation_norm: float
     alone: bool
+    surface: NDArray
+    corner: NDArray[np.intp]
 
 
 class Matches(NamedTuple):
@@ -52,7 +55,8 @@ class Matches(NamedTuple):
     z: (M, 2) u, v of the windows' centers [px], the prediction if nothing was found; R: (M, 2, 2)
     its covariance [px^2], NaN without a minimum; similarity, correlation: (M,) of window and
     template (see Template.align), NaN if nothing was found; innovation_norm, alone: (M,) as of
-    Match; crops: the parts of the frame that were searched.
+    Match; crops: the parts of the frame that were searched; surfaces: corner and surface of each
+    Match.
     """
 
     z: Floats
@@ -62,6 +66,7 @@ class Matches(NamedTuple):
     innovation_norm: Floats
     alone: NDArray[np.bool_]
     crops: list[Crop | None]
+    surfaces: list[tuple[NDArray[np.intp], NDArray]]
 
     def are_valid(self, last_similarity: Floats, config: WindowConfig) -> NDArray[np.bool_]:
         """(M,) which matches are to be trusted (3.4.1, "Validação da Correspondência").
@@ -100,7 +105,7 @@ def match_templates(
     norm, alone = np.full(count, np.inf), np.zeros(count, bool)
     for i, pair in enumerate(found):
         if pair:
-            z[i], around[i], norm[i], alone[i] = pair[0]
+            z[i], around[i], norm[i], alone[i] = pair[0][:4]
     shift, R = refine(around, np.array([t.picture.size for t in templates]))
     z += np.nan_to_num(shift)
     for i, (pair, template) in enumerate(zip(found, templates, strict=True)):
@@ -109,7 +114,26 @@ def match_templates(
         elif pair:
             alike[i] = template.correlation(pair[1].window(z[i], template.picture.shape))
     crops = [pair and pair[1] for pair in found]
-    return Matches(z, R, alike[:, 0], alike[:, 1], norm, alone, crops)
+    surfaces = [(pair[0].corner, pair[0].surface) for pair in found if pair]
+    return Matches(z, R, alike[:, 0], alike[:, 1], norm, alone, crops, surfaces)
+
+
+def reliability_map(
+    surfaces: list[tuple[NDArray[np.intp], NDArray]], shape: tuple[int, ...]
+) -> NDArray[np.uint8]:
+    """Where the windows are like the templates (3.2.3): a peak that stands alone can be relied on.
+
+    :param surfaces: see Matches.
+    :param shape: height and width of the picture.
+    :return: of that shape, for the center of each window that was compared from 0, the least like
+        its template in the search region, to 255, the most like; 0 elsewhere.
+    """
+    picture = np.zeros(shape, np.uint8)
+    for (u, v), surface in surfaces:
+        part = picture[v : v + surface.shape[0], u : u + surface.shape[1]]
+        alike = 255 * (surface.max() - surface) / max(float(np.ptp(surface)), 1e-9)
+        np.maximum(part, alike.astype(np.uint8), out=part)
+    return picture
 
 
 def _search(
@@ -130,7 +154,7 @@ def _search(
     crop = Crop.of(frame, first - rim, last + rim)
     matrix = distances(config.cost, template, crop.gray)
     match = _choose(matrix, predicted - first, mean_innovation, config.ambiguity)
-    return match._replace(position=match.position + first), crop
+    return match._replace(position=match.position + first, corner=first), crop
 
 
 def _choose(matrix: NDArray, predicted: Floats, mean_innovation: float, ambiguity: float) -> Match:
@@ -153,7 +177,8 @@ def _choose(matrix: NDArray, predicted: Floats, mean_innovation: float, ambiguit
     if 0 < v < matrix.shape[0] - 1 and 0 < u < matrix.shape[1] - 1:
         around[:] = matrix[v - 1 : v + 2, u - 1 : u + 2]
     innovation_norm = float(np.hypot(u - predicted[0], v - predicted[1]))
-    return Match(np.array([u, v]), around, innovation_norm, len(rows) == 1)
+    place = np.array([u, v])
+    return Match(place, around, innovation_norm, len(rows) == 1, matrix, np.zeros(2, np.intp))
 
 
 def refine(around: Floats, pixels: NDArray[np.intp]) -> tuple[Floats, Floats]:

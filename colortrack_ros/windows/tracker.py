@@ -67,11 +67,13 @@ class WindowTracker:
     :param config: see WindowConfig.
     :param targets: boxes to start with the first frame, and again after each restart; see start.
     :ivar waiting: boxes that wait for the next frame.
+    :ivar surfaces: of the last frame; see Matches and reliability_map.
     """
 
     def __init__(self, config: WindowConfig | None = None, targets: ArrayLike = ()) -> None:
         self.config, self.waiting = config or WindowConfig(), WaitingBoxes(targets)
         self._swarm, self._clock = Swarm(self.config), Clock()
+        self.surfaces: list[tuple[NDArray[np.intp], NDArray]] = []
         self._start(1)
 
     def _start(self, first_id: int) -> None:
@@ -112,7 +114,7 @@ class WindowTracker:
         dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
         predicted = self._tracks.filters.predict(dt, self.config)
         matches = self._match(frame, predicted)
-        valid = self._validate(matches)
+        valid, self.surfaces = self._validate(matches), matches.surfaces
         sightings: dict[int, Sighting] = {}
         if self._is_learning:
             sightings = sight(frame, self._tracks.records, matches, valid, predicted)

@@ -137,3 +137,20 @@ def test_bad_images_and_parameters_are_refused_and_the_node_goes_on(ros):
     publisher.publish(image(1))
     assert ros.spin(lambda: len(tracks) == 2), ros.outputs()
     assert tracks[1].width == 1
+
+
+def test_where_windows_are_like_the_templates_is_published_for_whoever_subscribes(ros):
+    ros.start('window_tracker', '-p', f'targets:={text(np.ravel(boxes(0)))}')
+    publisher, clouds, _ = ready(ros)
+    maps = ros.listen(Image, 'tracks/reliability')
+    assert ros.spin(lambda: ros.node.count_publishers('tracks/reliability') == 1)
+    ros.settle()
+    for k in range(2):
+        publisher.publish(image(k))
+        assert ros.spin(lambda k=k: len(clouds) == len(maps) == k + 1), ros.outputs()
+    assert (maps[1].encoding, maps[1].header.frame_id) == ('mono8', 'cam')
+    picture = np.frombuffer(maps[1].data, np.uint8).reshape(240, 320)
+    for row in tracks_of_cloud(clouds[1]).rows:
+        u, v = round(float(row['u'])), round(float(row['v']))
+        assert picture[v - 1 : v + 2, u - 1 : u + 2].max() > 200  # the most alike
+    assert picture.min() == 0

@@ -14,6 +14,7 @@ from colortrack_ros.windows.costs import COSTS
 from colortrack_ros.windows.crop import Crop
 from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import refine
+from colortrack_ros.windows.matching import reliability_map
 from colortrack_ros.windows.matching import SUBPIXEL_SIGMA
 from colortrack_ros.windows.template import Template
 
@@ -127,3 +128,12 @@ def test_every_encoding_is_searched(encoding):
         np.full((1, 2), 20.0), np.array([np.inf]), WindowConfig(),
     )  # fmt: skip
     np.testing.assert_allclose(found.z, [[90, 50]], atol=0.05)
+
+
+def test_the_map_is_brightest_where_the_window_is_the_template():
+    surface = np.array([[4.0, 2.0, 4.0], [2.0, 0.0, 2.0]])
+    picture = reliability_map([(np.array([5, 3]), surface)], (8, 12))
+    assert picture.shape == (8, 12)
+    np.testing.assert_array_equal(picture[3:5, 5:8], [[0, 127, 0], [127, 255, 127]])
+    assert picture.sum() == 255 + 3 * 127
+    assert not reliability_map([], (8, 12)).any()
