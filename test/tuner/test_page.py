@@ -147,6 +147,10 @@ def test_a_region_that_is_drawn_is_not_looked_in_and_all_goes_by_keys(chromium, 
         page.wait_for_selector('body[data-saved]')
         given = yaml.safe_load((tmp_path / 'colortrack.yaml').read_text())
         assert given['/**/detector']['ros__parameters']['colors'] == ['ball']
+        page.fill('#shape-detector-min_aspect', '7')
+        page.locator('#shape-detector-min_aspect').blur()
+        page.wait_for_selector('#notice:text("min_aspect: expected 0..1, got 7")')
+        assert page.input_value('#shape-detector-min_aspect') == '0'
         page.click('#ignore')
         u, v, reach = float(ball['u']), float(ball['v']), float(ball['radius']) + 4
         for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)):

@@ -63,7 +63,11 @@ function typed(spec, text) {
 // A field with update(value, given); sliders where there is a range.
 export function field(node, name, spec, options = {}) {
   const id = `${options.place ?? 'all'}-${node}-${name}`;
-  const give = options.give ?? ((value, sliding) => set(node, name, value, sliding));
+  const give = (value, sliding) => {
+    box.shown = ''; // if it is refused, what is in force has to come back
+    if (options.give) options.give(value, sliding);
+    else set(node, name, value, sliding);
+  };
   const reset = element('button', { class: 'reset', text: 'default', title: `back to ${shown(spec.default)}`, type: 'button', on: { click: () => give(null) } });
   const label = element('label', { for: id }, element('span', { text: options.label ?? name }), element('span', { class: 'unit', text: spec.unit }));
   const input = control(id, spec, give, options);
