@@ -3,24 +3,71 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Detections
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.matching import round_blobs
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import expected
+from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import columns_of
 from colortrack_ros.world.state import HEIGHT
+from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import Objects
+from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.view import View
+
+Floats = NDArray[np.float64]
 
 OUT_OF_PLACE = 5.0
 """How many standard deviations an object may be off its height, or its blob off its size, before
 somebody is told: of right ones that is one in a million."""
 
 
-def off_height(objects: Objects, config: LocatorConfig) -> str:
+def troubles(
+    objects: Objects,
+    errors: CameraErrors,
+    found: NDArray[np.uint32],
+    seen: NDArray[np.void],
+    view: View,
+    camera: int,
+    config: LocatorConfig,
+) -> list[str]:
+    """What does not fit, one line each; for the parameters see :func:`off_size`."""
+    lines = (
+        off_height(objects, errors, config),
+        off_size(objects, errors, found, seen, view, camera, config),
+    )
+    return [line for line in lines if line]
+
+
+def outside(detections: Detections, view: View) -> str:
+    """Which detection is not in the picture that the calibration is of."""
+    pixels = np.stack([detections.rows['u'], detections.rows['v']], axis=1)
+    out = pixels[~view.camera.contains(pixels)]
+    if not len(out):
+        return ''
+    return (
+        f'a detection at u {out[0, 0]:.0f}, v {out[0, 1]:.0f} is outside of the '
+        f'{view.camera.width}x{view.camera.height} picture of CameraInfo: the calibration is of '
+        'another picture'
+    )
+
+
+def beyond(track: int, config: LocatorConfig) -> str:
+    """That a track is of nothing that is near enough."""
+    return (
+        f'track {track}: its ray does not meet the ground, or its size or depth says so, within '
+        f'max_range of {config.max_range:g} m: it is not located; if that is so for most, '
+        'camera_pose is wrong (positive pitch looks down, roll is near 0)'
+    )
+
+
+def off_height(objects: Objects, errors: CameraErrors, config: LocatorConfig) -> str:
     """Which object is said to be on the ground and is not located there."""
-    above = objects.mean[:, 2] - config.ground_height - objects.kinds.height
-    spread = np.sqrt(objects.cov[:, 2, 2] + objects.cov[:, HEIGHT, HEIGHT])
+    mean, cov = objects.motion.combined(errors)
+    above = mean[:, 2] - config.ground_height - objects.kinds.height
+    spread = np.sqrt(cov[:, 2, 2] + cov[:, HEIGHT, HEIGHT])
     off = objects.kinds.bound & (np.abs(above) > OUT_OF_PLACE * spread)
     if not off.any():
         return ''
@@ -32,7 +79,8 @@ def off_height(objects: Objects, config: LocatorConfig) -> str:
 
 def off_size(
     objects: Objects,
-    found: NDArray[np.int64],
+    errors: CameraErrors,
+    found: NDArray[np.uint32],
     seen: NDArray[np.void],
     view: View,
     camera: int,
@@ -48,19 +96,38 @@ def off_size(
     if not len(rows):
         return ''
     seen = seen[order][np.searchsorted(found[order], of[rows])]
-    kinds, own = objects.kinds.take(rows), columns_of(camera)
-    z, H = expected(view, objects.mean[rows][:, own], kinds.diameter, kinds.height)
-    H = H[:, BLOB]
-    cov = objects.cov[rows][:, own][:, :, own]
-    variance = (H[:, None] @ cov @ H[:, :, None])[:, 0, 0]
+    kinds, motion = objects.kinds.take(rows), objects.motion.take(rows)
+    blob, variance = expected_blobs(motion, errors, view, kinds, camera, config)
     sizes = np.sqrt(4 * seen['area'] / np.pi)
-    off = np.abs(sizes - z[:, BLOB]) > OUT_OF_PLACE * np.sqrt(variance + config.size_noise**2)
+    off = np.abs(sizes - blob) > OUT_OF_PLACE * np.sqrt(variance + config.size_noise**2)
     off &= round_blobs(seen)
     if not off.any():
         return ''
     one = off.argmax()
     return (
         f'object {objects.object_id[rows][one]} is {sizes[one]:.0f} px large, expected '
-        f'{z[one, BLOB]:.0f} px where it is located: camera_pose (upside down?), calibration, '
+        f'{blob[one]:.0f} px where it is located: camera_pose (upside down?), calibration, '
         'ground_height or diameter is wrong'
     )
+
+
+def expected_blobs(
+    motion: Motions,
+    errors: CameraErrors,
+    view: View,
+    kinds: Kinds,
+    camera: int,
+    config: LocatorConfig,
+) -> tuple[Floats, Floats]:
+    """The diameters of blobs [px] of objects where they are located, and their variances, (N,)."""
+    mean, _ = motion.combined(errors)
+    of = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
+    state = np.concatenate([mean, np.tile(errors.mean[0, of], (len(mean), 1))], axis=1)
+    z, H = expected(view, state, kinds.diameter, kinds.height + config.ground_height)
+    h, p = H[:, BLOB], motion.probability[:, :, None, None]
+    of_object = h[:, None, :OF_OBJECT]
+    slope = (of_object @ (p * motion.slope).sum(axis=1))[:, 0]
+    slope[:, of] += h[:, OF_OBJECT:]
+    variance = (of_object @ (p * motion.cov).sum(axis=1) @ of_object.swapaxes(1, 2))[:, 0, 0]
+    variance += (slope * (slope @ errors.cov[0])).sum(axis=1)
+    return z[:, BLOB], variance

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.state import Motions
+from colortrack_ros.world.state import POSITION
 
 Floats = NDArray[np.float64]
 
@@ -37,3 +39,29 @@ def to_points(optical: Pose, y: Floats) -> tuple[Floats, Floats]:
     J[:, 0, 0] = J[:, 1, 1] = 1.0
     J[:, :, 2] = -q
     return optical.apply(q), optical.R @ (J * depth[:, :, None])
+
+
+def in_inverse_depth(objects: Motions, optical: Pose) -> Motions:
+    """States with positions as the camera of an optical frame sees them."""
+    y, J = from_points(optical, objects.mean[..., POSITION].reshape(-1, 3))
+    return _in_other_coordinates(objects, y, J)
+
+
+def in_space(objects: Motions, optical: Pose) -> Motions:
+    """The reverse of :func:`in_inverse_depth`."""
+    points, J = to_points(optical, objects.mean[..., POSITION].reshape(-1, 3))
+    return _in_other_coordinates(objects, points, J)
+
+
+def _in_other_coordinates(objects: Motions, position: Floats, J: Floats) -> Motions:
+    """States of which the position is measured otherwise.
+
+    :param position: (2 N, 3), and J: (2 N, 3, 3) its Jacobian.
+    """
+    J = J.reshape(-1, 2, 3, 3)
+    mean, slope, cov = objects.mean.copy(), objects.slope.copy(), objects.cov.copy()
+    mean[..., POSITION] = position.reshape(-1, 2, 3)
+    slope[..., POSITION, :] = J @ slope[..., POSITION, :]
+    cov[..., POSITION, :] = J @ cov[..., POSITION, :]
+    cov[..., POSITION] = cov[..., POSITION] @ J.swapaxes(-1, -2)
+    return Motions(mean, slope, cov, objects.probability)

@@ -1,23 +1,24 @@
 """Tracks, detections and the place of the camera -> objects in a fixed frame."""
 
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
-from scipy.special import chdtri
 
 from colortrack_ros.data import Detections
 from colortrack_ros.data import LOCATION
 from colortrack_ros.data import Locations
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
-from colortrack_ros.world.checks import off_height
-from colortrack_ros.world.checks import off_size
+from colortrack_ros.world.checks import beyond
+from colortrack_ros.world.checks import outside
+from colortrack_ros.world.checks import troubles
 from colortrack_ros.world.config import LocatorConfig
-from colortrack_ros.world.filter import drift
-from colortrack_ros.world.filter import predict
+from colortrack_ros.world.filter import forget
+from colortrack_ros.world.filter import misfit
 from colortrack_ros.world.filter import started
 from colortrack_ros.world.filter import update
 from colortrack_ros.world.matching import measured_of
@@ -27,6 +28,9 @@ from colortrack_ros.world.measurement import DEPTH
 from colortrack_ros.world.measurement import guesses
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
+from colortrack_ros.world.motion import drift
+from colortrack_ros.world.motion import predict
+from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Objects
 from colortrack_ros.world.state import POSITION
@@ -34,10 +38,6 @@ from colortrack_ros.world.view import View
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-GATE = chdtri(np.arange(1, 6), 1e-4)
-"""Of the normalized innovation squared, by the number of what is measured: one measurement in ten
-thousand that is right is refused, one in a minute of 150 measurements a second."""
 
 NEVER = 1e9
 """Cost of a track and an object that do not fit: above all that do."""
@@ -56,6 +56,9 @@ no wheel is as fast."""
 UNCERTAIN = 0.5
 """Share of the range that its standard deviation may have for an object to start: beyond, near the
 horizon, it may be anywhere."""
+
+CHECKED = 10
+"""Of so many pictures one is looked at for what does not fit together: what is wrong lasts."""
 
 SILENT = 1.0
 """A camera that has told nothing for so long [s] sees none of its tracks any more. Assumed."""
@@ -81,14 +84,15 @@ class Locator:
     def configure(self, config: LocatorConfig) -> None:
         """Take other parameters into use; all objects start anew."""
         self._config = config
-        self._kinds = Kinds.of(config, self._cameras)
+        self._kinds = Kinds.of(config)
         self.reset()
 
     def reset(self) -> None:
         """Forget all objects, as when odometry has jumped."""
         self._objects = Objects.none(self._kinds, self._cameras)
+        self._errors = CameraErrors.of(self._config, self._cameras)
         self._heard = np.zeros(self._cameras, np.int64)
-        self._stamp = 0
+        self._stamp = self._pictures = 0
         self._view: View | None = None
 
     def update(
@@ -111,30 +115,29 @@ class Locator:
         rows = self._known(tracks)
         taken = taken_detections(rows, detections)
         self._follow(rows, camera)
-        found = rows['track_id'][taken >= 0]
-        seen = detections.rows[taken[taken >= 0]]
-        kinds = self._kinds.take(rows['color'][taken >= 0].astype(np.intp))
+        rows, seen = rows[taken >= 0], detections.rows[taken[taken >= 0]]
+        kinds = self._kinds.take(rows['color'].astype(np.intp))
         measured = measured_of(seen, kinds, self._config, view.camera, depth)
-        old = np.isin(found, self._objects.track_id[:, camera])
-        self._correct(found[old], measured.take(old), view, camera)
-        rows, measured = self._recognize(rows[taken >= 0][~old], measured.take(~old), view, camera)
+        self._recognize(rows, measured, view, camera)
+        self._correct(rows['track_id'], measured, view, camera)
         self._start(rows, measured, view, camera)
-        for trouble in (
-            off_height(self._objects, self._config),
-            off_size(self._objects, found, seen, view, camera, self._config),
-        ):
-            if trouble:
+        self._pictures += 1
+        if self._pictures % CHECKED == 1:
+            for trouble in troubles(
+                self._objects, self._errors, rows['track_id'], seen, view, camera, self._config
+            ):
                 self._tell(trouble)
         return self.locations(tracks.stamp)
 
     def locations(self, stamp: int) -> Locations:
         """The objects at a time [ns], predicted to it if it is later than the last picture."""
         objects = self._objects
-        mean, cov = objects.mean, objects.cov
+        motion = objects.motion
         ahead = (stamp - self._stamp) / NANOSECONDS
         if ahead > 0 and len(objects):
-            mean, cov = mean.copy(), cov.copy()
-            predict(mean, cov, objects.kinds, self._config.ground_height, ahead)
+            motion = deepcopy(motion)
+            predict(motion, self._errors, objects.kinds, self._config.ground_height, ahead)
+        mean, cov = motion.combined(self._errors)
         rows = np.zeros(len(objects), LOCATION)
         for at, name in enumerate(('x', 'y', 'z', 'vx', 'vy', 'vz')):
             rows[name] = mean[:, at]
@@ -165,22 +168,17 @@ class Locator:
                 )
                 self.reset()
                 objects = self._objects
-            predict(objects.mean, objects.cov, objects.kinds, self._config.ground_height, dt)
-            arms = objects.mean[:, POSITION] - view.base.t
-            drift(objects.cov, arms, moved, angle, np.array(self._config.odometry_sigma))
+            forget(self._errors, dt)
+            predict(objects.motion, self._errors, objects.kinds, self._config.ground_height, dt)
+            drift(objects.motion, view.base.t, moved, angle, np.array(self._config.odometry_sigma))
         self._stamp, self._view = stamp, view
 
     def _inside(self, detections: Detections, view: View) -> Detections:
         """The detections, none if they are of a picture of another size than the calibration."""
-        pixels = np.stack([detections.rows['u'], detections.rows['v']], axis=1)
-        outside = ~view.camera.contains(pixels)
-        if not outside.any():
+        trouble = outside(detections, view)
+        if not trouble:
             return detections
-        u, v = pixels[outside][0]
-        self._tell(
-            f'a detection at u {u:.0f}, v {v:.0f} is outside of the {view.camera.width}x'
-            f'{view.camera.height} picture of CameraInfo: the calibration is of another picture'
-        )
+        self._tell(trouble)
         return replace(detections, rows=detections.rows[:0])
 
     def _known(self, tracks: Tracks) -> NDArray[np.void]:
@@ -201,26 +199,26 @@ class Locator:
             objects.unlink(np.arange(len(objects)), int(silent))
         objects.follow(tracks, camera)
 
-    def _correct(self, found: Indices, measured: Measured, view: View, camera: int) -> None:
-        """Update objects that are measured; tracks that do not fit for long are of another one."""
-        objects, number = self._objects, measured.used.sum(axis=1)
+    def _correct(
+        self, found: NDArray[np.uint32], measured: Measured, view: View, camera: int
+    ) -> None:
+        """Update objects that are measured; tracks that do not fit for long are of another one.
+
+        :param found: (K,) the tracks that are measured, of objects or not.
+        """
+        objects = self._objects
         own = objects.track_id[:, camera]
-        order = np.argsort(own)
-        rows = order[np.searchsorted(own[order], found)]
-        front = view.optical.inverse().apply(objects.mean[rows, POSITION])[:, 2] > 0
-        chosen = front & (number > 0)
-        rows, measured, number = rows[chosen], measured.take(chosen), number[chosen]
-        if not len(rows):
-            return
-        mean, cov, nis = update(
-            objects.mean[rows], objects.cov[rows], measured, view, objects.kinds.take(rows),
-            self._config.ground_height, camera=camera,
+        all_measured = Measured.none(len(objects))
+        which, rows = (found[:, None] == own).nonzero()
+        all_measured.put(rows, measured.take(which))
+        refused = update(
+            objects.motion, self._errors, all_measured, view, objects.kinds,
+            self._config.ground_height, camera,
         )  # fmt: skip
-        right = nis <= GATE[number - 1]
-        objects.mean[rows[right]], objects.cov[rows[right]] = mean[right], cov[right]
-        objects.updates[rows[right], camera] = self._stamp
-        unfit = self._stamp - objects.updates[rows, camera] > STUBBORN * NANOSECONDS
-        lost = rows[~right & unfit]
+        right = all_measured.used.any(axis=1) & ~refused
+        objects.updates[right, camera] = self._stamp
+        unfit = self._stamp - objects.updates[:, camera] > STUBBORN * NANOSECONDS
+        (lost,) = (refused & unfit).nonzero()
         if len(lost):
             self._tell(
                 f'object {objects.object_id[lost[0]]} is not measured where it is expected: it '
@@ -231,65 +229,63 @@ class Locator:
 
     def _recognize(
         self, tracks: NDArray[np.void], measured: Measured, view: View, camera: int
-    ) -> tuple[NDArray[np.void], Measured]:
-        """Give tracks that begin to objects that other cameras see; return those that are left."""
+    ) -> None:
+        """Link tracks that begin to objects that other cameras see."""
         objects, number = self._objects, measured.used.sum(axis=1)
-        front = view.optical.inverse().apply(objects.mean[:, POSITION])[:, 2] > 0
-        fit = (objects.track_id[:, camera] == 0) & front
+        new = ~np.isin(tracks['track_id'], objects.track_id[:, camera]) & (number > 0)
+        (free,) = (objects.track_id[:, camera] == 0).nonzero()
+        if not new.any() or not len(free):
+            return
+        mean, _ = objects.motion.combined(self._errors)
+        front = view.optical.inverse().apply(mean[free, POSITION])[:, 2] > 0
         one, other = (
-            fit[:, None] & (objects.color[:, None] == tracks['color']) & (number > 0)
+            front[:, None] & (objects.color[free, None] == tracks['color']) & new
         ).nonzero()
         if not len(one):
-            return tracks, measured
-        mean, cov, nis = update(
-            objects.mean[one], objects.cov[one], measured.take(other), view,
-            objects.kinds.take(one), self._config.ground_height, camera=camera,
+            return
+        cost = np.full((len(free), len(tracks)), NEVER)
+        off = misfit(
+            objects.motion.take(free[one]), self._errors, measured.take(other), view,
+            objects.kinds.take(free[one]), self._config.ground_height, camera,
         )  # fmt: skip
-        cost = np.full((len(objects), len(tracks)), NEVER)
-        right = nis <= GATE[number[other] - 1]
-        cost[one[right], other[right]] = nis[right]
+        cost[one[off <= 1], other[off <= 1]] = off[off <= 1]
         pairs = np.stack(linear_sum_assignment(cost))
-        pairs = pairs[:, cost[pairs[0], pairs[1]] < NEVER]
-        for row, track in pairs.T:
-            (pair,) = ((one == row) & (other == track)).nonzero()[0]
-            objects.mean[row], objects.cov[row] = mean[pair], cov[pair]
-        objects.link(pairs[0], tracks[pairs[1]], camera, self._stamp)
-        left = np.setdiff1d(np.arange(len(tracks)), pairs[1])
-        return tracks[left], measured.take(left)
+        row, track = pairs[:, cost[pairs[0], pairs[1]] < NEVER]
+        objects.link(free[row], tracks[track], camera, self._stamp)
 
     def _start(self, tracks: NDArray[np.void], measured: Measured, view: View, camera: int) -> None:
-        """Begin objects where a measurement says how far away they are."""
-        rows = measured.used[:, PLANE] | measured.used[:, BLOB] | measured.used[:, DEPTH]
+        """Begin objects where a measurement says how far away they are.
+
+        :param tracks: (K,) of dtype TRACK that are measured, of objects or not.
+        """
+        rows = ~np.isin(tracks['track_id'], self._objects.track_id[:, camera])
+        rows &= measured.used[:, PLANE] | measured.used[:, BLOB] | measured.used[:, DEPTH]
         tracks, measured = tracks[rows], measured.take(rows)
+        if not len(tracks):
+            return
         kinds = self._kinds.take(tracks['color'].astype(np.intp))
         guess = guesses(measured, kinds, view, self._config.ground_height)
         away = np.linalg.norm(guess - view.optical.t, axis=1)
         near = away <= self._config.max_range
-        if len(near) and not near.all():
-            self._tell(
-                f'track {tracks["track_id"][~near][0]}: its ray does not meet the ground, or '
-                'its size or depth says so, within max_range of '
-                f'{self._config.max_range:g} m: it is not located; if that is so for most, '
-                'camera_pose is wrong (positive pitch looks down, roll is near 0)'
-            )
+        if not near.all():
+            self._tell(beyond(tracks['track_id'][~near][0], self._config))
         tracks, measured, kinds = tracks[near], measured.take(near), kinds.take(near)
         if not near.any():
             return
-        mean, cov = started(
-            guess[near], 10 * away[near], measured, view, kinds, self._config.ground_height,
-            camera,
+        motion = started(
+            guess[near], 10 * away[near], measured, view, kinds, self._errors,
+            self._config.ground_height, camera,
         )  # fmt: skip
-        spread = np.sqrt(np.trace(cov[:, POSITION, POSITION], axis1=1, axis2=2))
-        sure = np.isfinite(spread) & (spread < UNCERTAIN * away[near])
+        variance = np.trace(motion.combined(self._errors)[1][:, POSITION, POSITION], 0, 1, 2)
+        sure = variance < np.square(UNCERTAIN * away[near])  # not of NaN
         tracks, count = tracks[sure], int(np.count_nonzero(sure))
         ids, self._next_id = self._next_id + np.arange(count), self._next_id + count
         each = np.zeros((count, self._cameras), np.int64)
-        first = len(self._objects)
         self._objects.extend(
             Objects(
                 tracks['track_id'].astype(np.int64) if self._cameras == 1 else ids,
                 tracks['color'].astype(np.int64), each, each.astype(np.uint8), each.astype(float),
-                each.copy(), mean[sure], cov[sure], kinds.take(sure),
+                each.copy(), motion.take(sure), kinds.take(sure),
             )
         )  # fmt: skip
-        self._objects.link(first + np.arange(count), tracks, camera, self._stamp)
+        self._objects.link(np.arange(-count, 0), tracks, camera, self._stamp)

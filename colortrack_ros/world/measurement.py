@@ -48,6 +48,12 @@ class Measured(Columns):
     R: Floats
     used: Bools
 
+    @classmethod
+    def none(cls, count: int) -> 'Measured':
+        """Nothing of so many objects."""
+        used = np.zeros((count, 5), bool)
+        return cls(np.zeros((count, 5)), np.tile(np.eye(5), (count, 1, 1)), used)
+
 
 def expected(view: View, mean: Floats, diameter: Floats, plane: Floats) -> tuple[Floats, Floats]:
     """What would be measured of states, (N, 5), and the Jacobian, (N, 5, 16).

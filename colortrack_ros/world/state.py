@@ -1,12 +1,15 @@
-"""The state of each object: where it is and goes, and what is off in how it is measured.
+"""The states: of each object where it is and goes, and of the cameras how they are off.
 
-16 numbers with one camera: position and velocity in the fixed frame, and the errors that do not
-average out: of the height of the center above the ground [m], of the diameter [m], and of the
-camera, its place on the robot (x, y, z [m], roll, pitch, yaw [rad]), the edge of its blobs [px] and
-the scale of its depth [1]. Each further camera has these eight once more.
+An object has 8 numbers: position and velocity in the fixed frame, and the errors of the height of
+its center above the ground [m] and of its diameter [m]. A camera has 8 more, which all objects
+share: the errors of its place on the robot (x, y, z [m], roll, pitch, yaw [rad]), of the edge of
+its blobs [px] and of the scale of its depth [1]. These last, so no averaging removes them; what
+tells of them is that what stands is seen from several places.
 
-They start with their known standard deviations, and correlate with the position that they are in;
-so the covariance of the position never falls below what they leave open.
+Given the errors of the cameras, objects are independent of each other. So each is kept as its state
+if the errors were as estimated, how that changes with them, and the covariance that would be left
+if they were known (the separate-bias form of the Kalman filter, Friedland 1969): N small matrices
+instead of one of 8 N + 8.
 """
 
 from dataclasses import dataclass
@@ -22,12 +25,17 @@ from colortrack_ros.world.config import LocatorConfig
 Floats = NDArray[np.float64]
 
 POSITION, VELOCITY = slice(0, 3), slice(3, 6)
-BIASES = slice(6, None)
-HEIGHT, DIAMETER = 6, 7
+BIASES, HEIGHT, DIAMETER = slice(6, 8), 6, 7
 SHIFT, TILT = slice(8, 11), slice(11, 14)
 EDGE, SCALE = 14, 15
-SIZE, OF_CAMERA = 16, 8
-"""Numbers with one camera, and of them those that are the camera's."""
+SIZE, OF_OBJECT, OF_CAMERA = 16, 8, 8
+"""Numbers of an object and one camera, and of them those of each."""
+
+CREEP = 0.05
+"""What is slower [m/s] is said to stand; so its velocity is published as uncertain by as much."""
+
+STANDS, MOVES = 0, 1
+"""The hypotheses of how an object moves."""
 
 GRAVITY = 9.80665
 """Standard gravity [m/s^2]."""
@@ -44,7 +52,7 @@ class Kinds(Columns):
     :ivar bounce: (N,) restitution.
     :ivar speed: (N, 3) standard deviation of the first velocity [m/s].
     :ivar wander: (N, 3) standard deviation of the change of velocity within 1 s [m/s].
-    :ivar sigma: (N, 2 + 8 C) standard deviations of the BIASES, with C cameras.
+    :ivar sigma: (N, 2) standard deviations of HEIGHT and DIAMETER [m].
     """
 
     diameter: Floats
@@ -57,15 +65,13 @@ class Kinds(Columns):
     sigma: Floats
 
     @classmethod
-    def of(cls, config: LocatorConfig, cameras: int = 1) -> 'Kinds':
+    def of(cls, config: LocatorConfig) -> 'Kinds':
         """The colors, in their order."""
         each = [kind.config for kind in config.colors]
         free = np.array(
             [[c.motion != 'still'] * 2 + [c.motion == 'free_fall'] for c in each], float
         ).reshape(-1, 3)
         own = [[c.height_sigma, c.diameter_sigma] for c in each]
-        camera = [*config.camera_pose_sigma, config.size_sigma, config.depth_sigma]
-        sigma = [[*one, *(camera * cameras)] for one in own]
         falls = np.array([c.motion == 'free_fall' for c in each], bool)
         return cls(
             diameter=np.array([c.diameter for c in each], float),
@@ -75,8 +81,64 @@ class Kinds(Columns):
             bounce=np.array([c.bounce for c in each], float),
             speed=free * np.array([c.speed for c in each])[:, None],
             wander=free * np.array([c.wander for c in each])[:, None],
-            sigma=np.array(sigma, float).reshape(-1, 2 + OF_CAMERA * cameras),
+            sigma=np.array(own, float).reshape(-1, 2),
         )
+
+
+@dataclass
+class CameraErrors:
+    """How the C cameras of each of G robots are off, as far as is known.
+
+    :ivar mean: (G, 8 C); cov: (G, 8 C, 8 C).
+    :ivar first: (8 C, 8 C) covariance of which nothing has been seen yet.
+    """
+
+    mean: Floats
+    cov: Floats
+    first: Floats
+
+    @classmethod
+    def of(cls, config: LocatorConfig, cameras: int = 1, robots: int = 1) -> 'CameraErrors':
+        """As configured, the same of all cameras."""
+        sigma = [*config.camera_pose_sigma, config.size_sigma, config.depth_sigma] * cameras
+        first = np.diag(np.square(sigma))
+        return cls(np.zeros((robots, len(sigma))), np.tile(first, (robots, 1, 1)), first)
+
+
+@dataclass
+class Motions(Columns):
+    """The states of N objects by each of two hypotheses: that they stand, that they move.
+
+    :ivar mean: (N, 2, 8) if the errors of the cameras are as estimated.
+    :ivar slope: (N, 2, 8, 8 C) how that changes with these errors.
+    :ivar cov: (N, 2, 8, 8) covariance that is left if they are known.
+    :ivar probability: (N, 2) of each hypothesis.
+    """
+
+    mean: Floats
+    slope: Floats
+    cov: Floats
+    probability: Floats
+
+    @classmethod
+    def none(cls, cameras: int) -> 'Motions':
+        """Of no object."""
+        rows, n = np.zeros((0, 2)), OF_OBJECT
+        slope = np.zeros((0, 2, n, OF_CAMERA * cameras))
+        return cls(np.zeros((0, 2, n)), slope, np.zeros((0, 2, n, n)), rows)
+
+    def combined(self, errors: CameraErrors) -> tuple[Floats, Floats]:
+        """Mean, (N, 8), and covariance, (N, 8, 8), with all that is not known."""
+        p, P = self.probability[:, :, None], errors.cov
+        P = np.repeat(P, len(self) // len(P), axis=0)
+        mean = (p * self.mean).sum(axis=1)
+        slope = (p[..., None] * self.slope).sum(axis=1)
+        d = self.mean[:, MOVES] - self.mean[:, STANDS]
+        both = p[:, STANDS, :, None] * p[:, MOVES, :, None]
+        cov = (p[..., None] * self.cov).sum(axis=1) + slope @ P @ slope.swapaxes(1, 2)
+        axis = np.arange(3, 6)
+        cov[:, axis, axis] += CREEP**2 * p[:, STANDS]
+        return mean, cov + both * d[:, :, None] * d[:, None, :]
 
 
 @dataclass
@@ -87,7 +149,7 @@ class Objects(Columns):
     :ivar track_id: (N, C) the track of each camera that is of it, 0 for none.
     :ivar states, scores: (N, C) of these tracks, 0 for none.
     :ivar updates: (N, C) when each camera has measured it last, and was not refused [ns].
-    :ivar mean: (N, n), cov: (N, n, n), with n = 8 + 8 C.
+    :ivar motion: where they are and go.
     :ivar kinds: what is known of them.
     """
 
@@ -97,18 +159,16 @@ class Objects(Columns):
     states: NDArray[np.uint8]
     scores: Floats
     updates: NDArray[np.int64]
-    mean: Floats
-    cov: Floats
+    motion: Motions
     kinds: Kinds
 
     @classmethod
     def none(cls, kinds: Kinds, cameras: int) -> 'Objects':
         """No object yet."""
         ids, each = np.zeros(0, np.int64), np.zeros((0, cameras), np.int64)
-        size = SIZE + OF_CAMERA * (cameras - 1)
         return cls(
             ids, ids, each, each.astype(np.uint8), each.astype(float), each,
-            np.zeros((0, size)), np.zeros((0, size, size)), kinds.take(ids),
+            Motions.none(cameras), kinds.take(ids),
         )  # fmt: skip
 
     @property

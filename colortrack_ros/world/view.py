@@ -80,13 +80,16 @@ class View:
         :param tilt: (N, 3) error of its roll, pitch, yaw [rad], small.
         :return: (N, 3), and the Jacobian by point, shift and tilt, (N, 3, 9).
         """
-        R = self.optical.R
         d = points - self.optical.t - shift @ self.base.R.T
-        w = tilt @ self.tilts.T
-        turn = np.cross(w, d)
+        # as matrices of cross products, q = R^T (1 - W + W^2 / 2) d
+        axes = np.cross(np.eye(3), self.tilts.T[:, None])
+        W = np.tensordot(tilt, axes, 1).swapaxes(1, 2)
+        Wd = (W @ d[:, :, None])[:, :, 0]
+        turned, again = (a @ axes for a in (d[:, None, None], Wd[:, None, None]))
+        by_tilt = (again + turned @ W.swapaxes(1, 2)[:, None]) / 2 - turned
+        back = self.optical.R.T @ (np.eye(3) - W + W @ W / 2)
         J = np.empty((len(points), 3, 9))
-        J[:, :, :3] = R.T
-        J[:, :, 3:6] = -R.T @ self.base.R
-        # -w x d = [d]x w
-        J[:, :, 6:] = R.T @ np.cross(d[:, None, :], self.tilts.T).swapaxes(1, 2)
-        return (d - turn + np.cross(w, turn) / 2) @ R, J
+        J[:, :, :3] = back
+        J[:, :, 3:6] = -back @ self.base.R
+        J[:, :, 6:] = self.optical.R.T @ by_tilt[:, :, 0].swapaxes(1, 2)
+        return (back @ d[:, :, None])[:, :, 0], J

@@ -1,0 +1,149 @@
+"""How objects move from picture to picture: they stand, roll or fly, and may change from one to it.
+
+The interacting multiple model (Blom and Bar-Shalom 1988; Bar-Shalom, Li and Kirubarajan 2001,
+11.6.6) of two hypotheses: an object stands, or it moves as those of its color do.
+What falls does not stand.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from colortrack_ros.estimation.gaussian import mixture
+from colortrack_ros.estimation.gaussian import TINY
+from colortrack_ros.world.state import CameraErrors
+from colortrack_ros.world.state import GRAVITY
+from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.state import Motions
+from colortrack_ros.world.state import MOVES
+from colortrack_ros.world.state import POSITION
+from colortrack_ros.world.state import STANDS
+from colortrack_ros.world.state import VELOCITY
+
+Floats = NDArray[np.float64]
+
+SOJOURN = 10.0
+"""How long things stand, and how long they move, on the mean [s]. Assumed: between a ball that is
+pushed about and a chair."""
+
+RESTITUTION = 0.15
+"""Standard deviation of the share of speed that is left after a bounce; a measured one of 0.7 with
+balls on floors is between 0.5 and 0.9. Assumed."""
+
+LEAST_BOUNCE = 1e-3
+"""Probability of a bounce below which it has not been: 3 standard deviations above the ground."""
+
+FRICTION = 0.2
+"""Standard deviation of the share of the horizontal speed that is lost or gained at a bounce, by
+spin: at most 2/7 for a ball that does not spin and then rolls."""
+
+
+def predict(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float) -> None:
+    """One step of all states, in place: standing, and constant velocity or free fall with bounces.
+
+    With w the wander, Q = w^2 [dt^3/3, dt^2/2; dt^2/2, dt] on each axis (white acceleration,
+    Bar-Shalom 2001, 6.2.2).
+
+    :param ground: height of the ground in the fixed frame [m].
+    :param dt: [s].
+    """
+    _mix(objects, errors, kinds, dt)
+    mean, cov, slope = (a[:, MOVES] for a in (objects.mean, objects.cov, objects.slope))
+    mean[:, POSITION] += dt * mean[:, VELOCITY]
+    mean[:, 2] -= GRAVITY * dt * dt / 2 * kinds.falls
+    mean[:, 5] -= GRAVITY * dt * kinds.falls
+    slope[:, POSITION] += dt * slope[:, VELOCITY]
+    cov[:, POSITION] += dt * cov[:, VELOCITY]
+    cov[:, :, POSITION] += dt * cov[:, :, VELOCITY]
+    axis = np.arange(3)
+    w2 = np.square(kinds.wander)
+    cov[:, axis, axis] += w2 * dt**3 / 3
+    cov[:, axis + 3, axis + 3] += w2 * dt
+    cov[:, axis, axis + 3] += w2 * dt * dt / 2
+    cov[:, axis + 3, axis] += w2 * dt * dt / 2
+    P = np.repeat(errors.cov, len(mean) // len(errors.cov), axis=0)
+    _bounce(mean, slope, cov, P, kinds, ground)
+
+
+def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> None:
+    """Let what stands begin to move, and what moves come to stand, in place."""
+    mean, slope, cov, p = objects.mean, objects.slope, objects.cov, objects.probability
+    change = np.where(kinds.falls, 0.0, 1 - np.exp(-dt / SOJOURN))[:, None]
+    after = (1 - change) * p + change * p[:, ::-1]
+    # of what stands then, and of what moves then, the share that has moved until now
+    moved = np.concatenate([change, 1 - change], axis=1) * p[:, MOVES, None]
+    moved /= np.maximum(after, TINY)
+    moved[kinds.falls] = 1.0
+    between, bent = mean[:, MOVES] - mean[:, STANDS], slope[:, MOVES] - slope[:, STANDS]
+    P = np.repeat(errors.cov, len(p) // len(errors.cov), axis=0)
+    spread = bent @ P @ bent.swapaxes(1, 2) + between[:, :, None] * between[:, None, :]
+    begun = cov[:, STANDS].copy()
+    axis = np.arange(3, 6)
+    begun[:, axis, axis] += np.square(kinds.speed)
+    cov[:, STANDS] += _weighed(moved[:, STANDS], cov[:, MOVES] - cov[:, STANDS], spread)
+    cov[:, MOVES] = begun + _weighed(moved[:, MOVES], cov[:, MOVES] - begun, spread)
+    for a, rest in ((mean, between), (slope, bent)):
+        share = moved.reshape(*moved.shape, *(1,) * (a.ndim - 2))
+        a[:] = a[:, :1] + share * rest[:, None]
+        a[:, STANDS, VELOCITY] = 0.0
+    cov[:, STANDS, VELOCITY] = 0.0
+    cov[:, STANDS, :, VELOCITY] = 0.0
+    objects.probability[:] = after
+
+
+def _weighed(share: Floats, difference: Floats, spread: Floats) -> Floats:
+    """What a mixture adds to the covariance of the one of two that has the rest of the weight.
+
+    :param share: (N,) of the other; difference: (N, n, n) of its covariance to that of the one.
+    :param spread: (N, n, n) outer product of the difference of their means.
+    """
+    share = share[:, None, None]
+    return np.asarray(share * difference + share * (1 - share) * spread)
+
+
+def _bounce(
+    mean: Floats, slope: Floats, cov: Floats, P: Floats, kinds: Kinds, ground: float
+) -> None:
+    """Turn the fall of objects that may be in the ground by now, in place.
+
+    Whether one has touched it within this step is as uncertain as its height: the state is that of
+    the mixture of both.
+
+    :param mean: (N, 8); slope: (N, 8, 8 C); cov: (N, 8, 8).
+    :param P: (N, 8 C, 8 C) covariance of the errors of the cameras.
+    """
+    (rows,) = (kinds.falls & (mean[:, 5] < 0)).nonzero()
+    floor, P, B = ground + kinds.diameter[rows] / 2, P[rows], slope[rows]
+    whole = cov[rows] + B @ P @ B.swapaxes(1, 2)
+    weight = ndtr((floor - mean[rows, 2]) / np.sqrt(np.maximum(whole[:, 2, 2], TINY)))
+    near = weight > LEAST_BOUNCE
+    if not near.any():
+        return
+    rows, weight, floor, P, B, whole = (a[near] for a in (rows, weight, floor, P, B, whole))
+    share = kinds.bounce[rows]
+    means, covs = np.stack([mean[rows]] * 2), np.stack([whole] * 2)
+    means[1, :, 2] = floor + share * np.maximum(floor - mean[rows, 2], 0.0)
+    means[1, :, 5] *= -share
+    for at in (2, 5):
+        covs[1, :, at] *= -share[:, None]
+        covs[1, :, :, at] *= -share[:, None]
+        B[:, at] *= (1 - weight - weight * share)[:, None]
+    covs[1, :, 5, 5] += np.square(RESTITUTION * mean[rows, 5])
+    for at in (3, 4):
+        covs[1, :, at, at] += np.square(FRICTION * mean[rows, at])
+    mean[rows], whole = mixture(np.stack([1 - weight, weight]), means, covs)
+    slope[rows], cov[rows] = B, whole - B @ P @ B.swapaxes(1, 2)
+
+
+def drift(objects: Motions, robot: Floats, moved: float, turned: float, sigma: Floats) -> None:
+    """Add what odometry adds to the error of positions in its own frame, in place.
+
+    :param robot: (3,) where it is [m].
+    :param moved, turned: since the last picture [m], [rad].
+    :param sigma: (2,) of 1 m and of 1 rad.
+    """
+    arms = objects.mean[..., POSITION] - robot
+    across = arms[..., [1, 0]] * [-1, 1]
+    cov = objects.cov
+    cov[..., :2, :2] += sigma[1] ** 2 * turned * across[..., :, None] * across[..., None, :]
+    cov[..., [0, 1], [0, 1]] += sigma[0] ** 2 * moved
