@@ -7,8 +7,10 @@ from colortrack_ros.chain import ColorTracker
 from colortrack_ros.data import Frame
 from colortrack_ros.sources import open_source
 from colortrack_ros.tuner import footage as footage_file
+from colortrack_ros.tuner import opening
 from colortrack_ros.tuner.footage import LiveFootage
 from colortrack_ros.tuner.footage import RecordedFootage
+from colortrack_ros.tuner.running import RunningNodes
 from colortrack_ros.tuner.settings import Settings
 from colortrack_ros.tuner.workbench import Workbench
 
@@ -105,3 +107,16 @@ def test_pictures_of_any_encoding_are_shown(encoding):
     footage = LiveFootage('/camera')
     footage.put(Frame(np.full(shape, 90, np.uint8), encoding))
     assert b'JFIF' in Workbench(footage, Settings()).view.encoded()
+
+
+def test_the_address_of_a_stream_is_shown_without_its_password(monkeypatch):
+    class Stream(list):
+        live = True
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(opening, 'open_source', lambda *_: Stream())
+    footage = opening.open_footage('rtsp://me:secret@camera/front?key=5', RunningNodes())
+    assert footage.label == 'rtsp://me:***@camera/front?***'
+    footage.close()
