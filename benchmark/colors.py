@@ -1,10 +1,12 @@
 """What finding the tolerance of a color is worth, on real clips with their truth.
 
 python benchmark/colors.py [FOLDER]: clips CLIP.mp4 with CLIP.csv (frame, id, u, v, w, h, visible)
-and CLIP.frames, the frames that are judged. Each color is that of one pixel of its thing.
+and CLIP.frames, the frames that are judged. Each color is that of one pixel of its thing. With
+--constants it halves and doubles each constant that decides where a color ends.
 """
 
 import argparse
+from collections.abc import Iterator
 import csv
 from pathlib import Path
 
@@ -15,6 +17,8 @@ from scipy.optimize import linear_sum_assignment
 
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import extent
+from colortrack_ros.detection import finder
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.sources import open_source
 
@@ -28,6 +32,12 @@ CLIPS = {
 
 REAL = Path(__file__).parents[2] / 'shared' / 'data' / 'real'
 WAYS = {'tolerance 50': 50.0, 'tolerance 25': 25.0, 'found': 0.0}
+
+CONSTANTS = (
+    'LOOK_SECONDS', 'POOL_SECONDS', 'MOST_GROWTH', 'LARGEST_SECONDS', 'LEAST_SHARE', 'PIECE_SHARE',
+    'PIECE_REACH', 'FEWEST_LEFT', 'NEAR', 'FEWEST_PIXELS', 'LARGEST_SHARE', 'LEAST_SPREAD',
+    'DEEPER', 'SHAPE_ROUNDS',
+)  # fmt: skip
 
 
 def judge(folder: Path, clip: str, tolerance: float) -> tuple[float, float]:
@@ -57,20 +67,44 @@ def judge(folder: Path, clip: str, tolerance: float) -> tuple[float, float]:
     return hits / max(due, 1), false / len(judged)
 
 
+def sensitivity(folder: Path) -> Iterator[list[str]]:
+    """A row for half and for twice of each constant."""
+    for name in CONSTANTS:
+        modules = [module for module in (finder, extent) if hasattr(module, name)]
+        value = getattr(modules[0], name)
+        for factor in (0.5, 2):
+            for module in modules:
+                setattr(module, name, type(value)(factor * value))
+            yield [f'{name} {factor:g}', *(cell(*judge(folder, clip, 0.0)) for clip in CLIPS)]
+        for module in modules:
+            setattr(module, name, value)
+
+
+def cell(recall: float, false: float) -> str:
+    """What a table shows of them."""
+    return f'{recall:.1%} / {false:.2f}'
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('folder', type=Path, nargs='?', default=REAL)
-    folder = parser.parse_args().folder
+    parser.add_argument('--constants', action='store_true', help='halve and double constants')
+    arguments = parser.parse_args()
+    folder = arguments.folder
     if not folder.is_dir():
         print(f'No clips at {folder}.')
         return
     table = Table(title='recall / false detections in a frame')
-    for column in ('clip', *WAYS):
+    for column in ('constant', *CLIPS) if arguments.constants else ('clip', *WAYS):
         table.add_column(column)
-    for clip in CLIPS:
-        results = (judge(folder, clip, tolerance) for tolerance in WAYS.values())
-        table.add_row(clip, *(f'{recall:.1%} / {false:.2f}' for recall, false in results))
+    if arguments.constants:
+        for row in sensitivity(folder):
+            table.add_row(*row)
+    else:
+        for clip in CLIPS:
+            results = (judge(folder, clip, tolerance) for tolerance in WAYS.values())
+            table.add_row(clip, *(cell(*result) for result in results))
     Console().print(table)
 
 
