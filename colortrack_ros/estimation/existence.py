@@ -13,7 +13,8 @@ Floats = NDArray[np.float64]
 
 COVERED_EVERY = 10.0
 GONE_EVERY = 100.0
-"""Mean time until something covers a visible object, or until it vanishes in full view [s]."""
+"""Mean time until something covers a visible object, or until it vanishes in full view [s].
+Assumed; disappearances replaces their ratio by what it has seen."""
 
 HIDDEN_SHARE = GONE_EVERY / (GONE_EVERY + COVERED_EVERY)
 """Of what disappears, as far as these say."""

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 DOUBTFUL = math.log(1000)
-"""An exchange of detections less likely than one in so many is out of the question."""
+"""An exchange of detections less likely than one in so many is out of the question. Assumed."""
 
 SCANS = 6
 """Detections apart from each other that decide. Their line has a velocity within

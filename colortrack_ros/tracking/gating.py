@@ -18,7 +18,7 @@ UNBOUNDED = 1e9
 
 NEAREST_IN_CROWD = 20
 """Candidates of a track on average beyond which only its nearest are compared. Objects that can be
-told apart have a few; 3000 detections on one point would have nine million pairs."""
+told apart have a few; 3000 detections on one point would have nine million pairs. Assumed."""
 
 
 def gate(

@@ -24,7 +24,7 @@ wrong color. Not fitted."""
 
 
 UNDOUBTED = math.log(1000)
-"""A pair that is so much more likely than a new object needs no size to tell."""
+"""A pair that is so much more likely than a new object needs no size to tell. Assumed."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ WINDOW = 1 / 3
 """Time from glance to glance [s]: about as long as what hides an object lasts. Assumed."""
 
 LONGEST = 1.0
-"""A glance back over a longer time is left out [s]."""
+"""A glance back over a longer time is left out [s]. Assumed: three times WINDOW."""
 
 FORMED_RATE = 12
 """Hits after which a track can coast by its velocity, and the noise of its detections is

@@ -43,7 +43,8 @@ noise alone (correlations -3/4 and 3/10) and of white acceleration alone (-1/3 a
 
 DOUBTED, BELIEVED = 0.25, 0.75
 """Shares of measurement noise in the differences, between which what was given is given up: where
-motion hides the noise, no more is known than that it is not larger."""
+motion hides the noise, no more is known than that it is not larger. Assumed: half,
+and half as much to both sides."""
 
 FACTOR_RANGE = (0.01, 1e4)
 """Where the factor stays. Covariances are to be mended that are too large or too small by 10, and a
@@ -54,7 +55,7 @@ LEAST_VARIANCE = 0.1**2
 pixels as well, slowly, of which differences see nothing. About twice centroid_bias."""
 
 OWN_RANGE = 4.0
-"""A track's own factor stays within this of its color's, and 1 / this."""
+"""A track's own factor stays within this of its color's, and 1 / this. Assumed."""
 
 LEAST_SQUARE = 1e-4
 """Of a normalized difference: of what stands still to the bit."""

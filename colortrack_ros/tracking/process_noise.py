@@ -41,7 +41,8 @@ CROWD_WORTH = 30.0
 as much."""
 
 FORMED_AGE = 5
-"""Measurements after which the innovations of a probe are counted."""
+"""Measurements after which the innovations of a probe are counted. Assumed: the first few
+have the errors of its start in them."""
 
 FIRST_NOISE, SPREAD = 1000.0, math.log(10)
 """Process noise before any is learned [px/s^2], and the standard deviation of its logarithm.
@@ -53,7 +54,8 @@ frame to the next, however straight it went so far. Assumed."""
 
 TURNED, SETTLED_AGE = 0.5, 15
 """Probability of a maneuver above which the probes begin anew, unless they have done so in as many
-measurements: a filter that takes a steady pull for one maneuver after another is not believed."""
+measurements: a filter that takes a steady pull for one maneuver after another is not believed.
+Assumed: an even chance, and half a second."""
 
 LEVEL_COUNT = 20.0
 """Innovations that what is known of R is worth. Assumed: it is itself learned."""

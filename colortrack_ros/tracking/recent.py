@@ -7,7 +7,8 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 EVERY = 5
-"""Frames from one look at the measurements to the next, which takes all of these, to save time."""
+"""Frames from one look at the measurements to the next, which takes all of these, to save time.
+Assumed: in a sixth of a second noise and process noise change little."""
 
 RING = EVERY + 5
 """Measurements that are kept for that: a third difference takes four, and is compared with those

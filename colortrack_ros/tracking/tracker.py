@@ -48,7 +48,7 @@ AFRESH = ('motion_model', 'acceleration', 'trust', 'population')
 """Parameters that the tracks stand on: a tracker that gets others begins with none."""
 
 MOST_NEW = 10
-"""Blobs of no track whose sizes are looked at in a frame, to bound its time."""
+"""Blobs of no track whose sizes are looked at in a frame, to bound its time. Assumed."""
 
 
 class Tracker:

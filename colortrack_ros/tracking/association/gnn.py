@@ -9,7 +9,8 @@ from colortrack_ros.tracking.association.base import Floats
 from colortrack_ros.tracking.association.base import Indices
 
 SMALL = 10_000
-"""Entries up to which a dense table is solved rather than a sparse one, which has more overhead."""
+"""Entries up to which a dense table is solved rather than a sparse one, which has more overhead.
+Measured with three candidates each: at 10,000 they take 106 and 190 us, at 40,000 324 and 270."""
 
 
 def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
