@@ -53,7 +53,8 @@ tracker.SIDES_SHARE``)."""
 
 GATE_SIGMA = 0.5
 """Standard deviation of a node [px] beyond which edges have to agree with each other all the same:
-after a time unseen everything would be as predicted."""
+after a time unseen everything would be as predicted. 0.25 makes 0.027 px^2 of 0.023 on `approach`,
+1.0 makes 0.027 of 0.064 on `silhouette` (as above)."""
 
 LEAST_AREA = 16.0
 """A target whose contour encloses less has collapsed [px]: nothing so small starts (min_area)."""
@@ -282,11 +283,10 @@ class ContourTracker:
         """Begin what was told, at the edges next to ellipses in the boxes."""
         if not len(self.waiting):
             return
-        tracks, config = self._tracks, self.config
+        tracks, free = self._tracks, self.config.max_targets - len(self._tracks)
         own = boxes(self._spline.outline(tracks.filters.nodes))
-        free = config.max_targets - len(tracks)
         new, same = begin_in(self.waiting, own, frame.image.shape, free)
-        contours = contours_in(new, frame.image, self._spline, config)
+        contours = contours_in(new, frame.image, self._spline, self.config)
         begin(tracks, contours, self._spline, self._clock.now)['told'] = True
         tracks.records['told'][same] = True
         tracks.records['moved'] |= tracks.records['told']
