@@ -93,14 +93,15 @@ def conditional(
     kinds: Kinds,
     ground: float,
     camera: int,
+    within: float = LINEAR_WITHIN,
 ) -> Updated:
     """Update states in inverse depth as if the errors of the cameras were as estimated."""
     rows = np.flatnonzero(measured.used.any(axis=0))
     R = measured.R[:, None, rows][..., rows]
     p, mean, cov, known = part.probability, part.mean, part.cov, errors.mean[robot]
-    at = (p[:, :, None] * mean).sum(axis=1)
+    at, far = (p[:, :, None] * mean).sum(axis=1), np.zeros(len(part), bool)
     for _ in range(LINEARIZATIONS):
-        last, line = at, _linearized(at, known, measured, rows, view, kinds, ground, camera)
+        line = _linearized(at, known, measured, rows, view, kinds, ground, camera)
         H, direct = line.H[:, None], line.direct[:, None]
         e = line.e[:, None] - (H @ (mean - at[:, None])[..., None])[..., 0]
         G, PH = H @ part.slope + direct, cov @ H.swapaxes(-1, -2)
@@ -108,14 +109,16 @@ def conditional(
         K = _gain(PH, S, part.slope, G, errors.cov[robot] * kinds.falls[:, None, None])
         after = mean + (K @ e[..., None])[..., 0]
         after[..., 2] = np.maximum(after[..., 2], mean[..., 2] / FARTHER)
-        at = (p[:, :, None] * after).sum(axis=1)
-        if not (bent := (np.abs(at - last)[:, POSITION] > LINEAR_WITHIN).any(axis=1)).any():
+        ahead = (p[:, :, None] * after).sum(axis=1)
+        bent = (np.abs(ahead - at)[:, POSITION] > within).any(axis=1)
+        if not bent.any():
             break
+        at, far = np.where(bent[:, None], ahead, at), far | bent
     A = np.eye(OF_OBJECT) - K @ H
     cov = A @ cov @ A.swapaxes(-1, -2) + K @ R @ K.swapaxes(-1, -2)
     states = Motions(after, part.slope - K @ G, cov, p)
     nis = _weigh(states, errors.cov[robot], G, S, e)
-    counted = np.where(kinds.falls | bent, 0.0, COUNTED)[:, None] * states.probability
+    counted = np.where(kinds.falls | far, 0.0, COUNTED)[:, None] * states.probability
     G = G * _told(G, direct, S)
     weighed = counted[:, :, None, None] * np.linalg.solve(S, G).swapaxes(-1, -2)
     information, vector = (weighed @ G).sum(axis=1), (weighed @ e[..., None])[..., 0].sum(axis=1)

@@ -134,7 +134,7 @@ def started(
     objects.mean[..., POSITION] = position[:, None]
     part = in_inverse_depth(objects, view.optical)
     robot = np.arange(count) // max(count // len(errors.mean), 1)
-    step = conditional(part, errors, robot, measured, view, kinds, ground, camera)
+    step = conditional(part, errors, robot, measured, view, kinds, ground, camera, within=0.0)
     return in_space(step.states, view.optical)
 
 
