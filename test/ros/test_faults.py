@@ -167,15 +167,15 @@ def test_threads_files_and_memory_stay(ros):
     )
     pipeline = ros.start('pipeline', '--params-file', str(path))
     tracks = ros.listen(PointCloud2, 'tracks')
-    assert ros.spin(lambda: len(tracks) > 2000, 5 * PATIENCE), ros.outputs()
+    assert ros.spin(lambda: len(tracks) > 1000, 5 * PATIENCE), ros.outputs()
 
     def held() -> tuple[int, int]:
         folder = f'/proc/{pipeline.popen.pid}'
         return len(os.listdir(f'{folder}/task')), len(os.listdir(f'{folder}/fd'))
 
-    before, resident = held(), pipeline.memory()
+    before, own = held(), pipeline.memory()
     tracks.clear()
-    assert ros.spin(lambda: len(tracks) > 4000, 5 * PATIENCE), ros.outputs()
+    assert ros.spin(lambda: len(tracks) > 2000, 5 * PATIENCE), ros.outputs()
     assert held() == before
-    assert pipeline.memory() < resident + 2 * 2**20
+    assert pipeline.memory() < own + 2**20
     assert threading.active_count() < 20
