@@ -83,9 +83,13 @@ def test_other_topic_names_a_params_file_and_a_namespace(ros):
         ros.start(name, *arguments)
     assert ros.spin(lambda: len(tracks) > 20 and len(pictures) > 5), ros.outputs()
     assert any(message.width == 1 for message in tracks)
-    names = {topic for topic, _ in ros.node.get_topic_names_and_types()}
-    assert {'/robot1/eye/picture', '/robot1/eye/blobs', '/robot1/eye/info'} <= names
-    assert not {'/camera/image_raw', '/detections', '/tracks'} & names
+
+    def names() -> set[str]:
+        return {topic for topic, _ in ros.node.get_topic_names_and_types()}
+
+    own = {'/robot1/eye/picture', '/robot1/eye/blobs', '/robot1/eye/info'}
+    assert ros.spin(lambda: own <= names()), names()
+    assert not {'/camera/image_raw', '/detections', '/tracks'} & names()
 
 
 def test_a_node_says_at_its_start_what_it_will_do(ros):
