@@ -1,6 +1,7 @@
 """Reads files that parameters name, which may not end or block a node; and writes files whole."""
 
 from collections.abc import Callable
+import errno
 from functools import partial
 import os
 from pathlib import Path
@@ -37,6 +38,19 @@ def read_file(path: str | Path, most: int) -> bytes:
         raise ValueError(f'{str(path)!r}: {error}') from error
 
 
+def resolved(path: Path) -> Path:
+    """Where a path leads to, through links.
+
+    Of a link to itself Path.resolve raises RuntimeError before Python 3.13, and nothing since.
+
+    :raises OSError: a link leads to itself.
+    """
+    found = Path(os.path.realpath(path))
+    if found.is_symlink():
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
+    return found
+
+
 def write_file(path: Path, content: bytes) -> None:
     """Write a file as a whole or not at all: beside its place, then moved there.
 
@@ -44,7 +58,7 @@ def write_file(path: Path, content: bytes) -> None:
 
     :raises OSError: it cannot be written; what was there stays, and nothing is left beside it.
     """
-    path = path.resolve()
+    path = resolved(path)
     mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else NEW_FILE
     handle, beside = tempfile.mkstemp(prefix='.', suffix='.new', dir=path.parent)
     try:

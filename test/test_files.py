@@ -6,6 +6,7 @@ import pytest
 
 from colortrack_ros import files
 from colortrack_ros.files import read_file
+from colortrack_ros.files import resolved
 from colortrack_ros.files import write_file
 
 
@@ -57,3 +58,13 @@ def test_a_file_is_written_as_a_whole_or_stays_as_it_was(tmp_path, monkeypatch):
         write_file(path, b'newer')
     assert path.read_bytes() == b'new'
     assert sorted(tmp_path.iterdir()) == [link, path]
+
+
+def test_a_link_to_itself_is_an_error_of_the_system_with_every_python(tmp_path):
+    (tmp_path / 'loop.csv').symlink_to('loop.csv')
+    (tmp_path / 'link.csv').symlink_to('real.csv')
+    assert resolved(tmp_path / 'link.csv') == tmp_path.resolve() / 'real.csv'
+    for use in (resolved, lambda path: write_file(path, b'')):
+        with pytest.raises(OSError, match='symbolic links'):
+            use(tmp_path / 'loop.csv')
+    assert sorted(os.listdir(tmp_path)) == ['link.csv', 'loop.csv']

@@ -8,6 +8,7 @@ import shutil
 import tempfile
 
 from colortrack_ros.bags import is_own_bag
+from colortrack_ros.files import resolved
 from colortrack_ros.node_kit.runtime import StartError
 
 PREFIX = '.replay-'
@@ -41,9 +42,9 @@ class Targets:
         for path in files:
             if (path.exists() and not path.is_file()) or not path.parent.is_dir():
                 raise StartError(f'{path}: expected the name of a file in a folder that is there')
-            if bag.resolve() in path.resolve().parents:
+            if resolved(bag) in resolved(path).parents:
                 raise StartError(f'{path}: is in {bag}, which is the folder of the new bag alone')
-        if len({path.resolve() for path in (bag, *files)}) <= len(files):
+        if len({resolved(path) for path in (bag, *files)}) <= len(files):
             raise StartError('two outputs have one name; expected one for each')
         if bag.exists() and not is_own_bag(bag):
             raise StartError(
@@ -52,12 +53,12 @@ class Targets:
         self._staged: dict[Path, Path] = {}
         self._prefix = PREFIX + task
         for path in (bag, *files) if task else ():
-            for folder in path.resolve().parent.glob(f'{self._prefix}*'):
+            for folder in resolved(path).parent.glob(f'{self._prefix}*'):
                 shutil.rmtree(folder, ignore_errors=True)
 
     def staged(self, path: Path) -> Path:
         """Where to write the file of a path: in a temporary folder beside it."""
-        target = path.resolve()  # a link stays, and its target is replaced
+        target = resolved(path)  # a link stays, and its target is replaced
         target.parent.mkdir(parents=True, exist_ok=True)
         folder = Path(tempfile.mkdtemp(prefix=self._prefix, dir=target.parent))
         self._staged[target] = folder / target.name
@@ -82,12 +83,12 @@ class Targets:
 
 def _paths(name: str) -> list[Path]:
     """The path of a name, or those that match a pattern."""
-    return [Path(path).resolve() for path in (glob.glob(name) or [name])]
+    return [resolved(Path(path)) for path in (glob.glob(name) or [name])]
 
 
 def _check(path: Path, read: Iterable[Path], *, force: bool) -> None:
     """Raise StartError if a path is an input, holds one, or is part of one."""
-    target, there = path.resolve(), path.exists()
+    target, there = resolved(path), path.exists()
     for source in read:
         is_part = there and source in target.parents
         if target == source or target in source.parents or is_part or _is_same(path, source):

@@ -6,6 +6,7 @@ import hashlib
 from pathlib import Path
 
 from colortrack_ros.files import read_file
+from colortrack_ros.files import resolved
 from colortrack_ros.files import write_file
 
 SUFFIXES = ('.yaml', '.yml')
@@ -66,8 +67,8 @@ class Folder:
         :raises ValueError: outside of the folder, in a folder that is not there, or no YAML.
         """
         try:
-            path = (self.root / name).resolve()
-        except (OSError, RuntimeError) as error:  # of a link to itself
+            path = resolved(self.root / name)
+        except (OSError, ValueError) as error:
             raise ValueError(f'path: {error}') from error
         if not path.is_relative_to(self.root) or not path.parent.is_dir():
             raise ValueError(f'path: expected a file in {self.root}, got {name!r}')

@@ -44,6 +44,7 @@ async def _serve(arguments: argparse.Namespace) -> int:
     # Not at the top: where aiohttp is missing, that is said in one line.
     from aiohttp import web
 
+    from colortrack_ros.files import resolved
     from colortrack_ros.sources import SourceError
     from colortrack_ros.tuner.folder import Folder
     from colortrack_ros.tuner.gate import Gate
@@ -64,7 +65,7 @@ async def _serve(arguments: argparse.Namespace) -> int:
         footage = open_footage(
             arguments.source, running, rate=arguments.rate, topic=arguments.topic
         )
-        name = str(file.resolve().relative_to(folder.resolve())) if file else ''
+        name = str(resolved(file).relative_to(resolved(folder))) if file else ''
         session = Session(footage, Folder(folder), running, name)
         gate = Gate(arguments.address)
         runner = web.AppRunner(Server(session, gate).app, access_log=None)

@@ -478,6 +478,14 @@ def test_what_cannot_be_written_is_an_error_and_leaves_what_was_there(replay, op
     assert not list(Path().glob('.replay-*'))
 
 
+@pytest.mark.parametrize('option', ['--output', '--csv', '--mot', '--video'])
+def test_an_output_that_is_a_link_to_itself_is_an_error_in_one_line(replay, option):
+    Path('loop').symlink_to('loop')
+    status, out, errors = replay('scene:single', option, 'loop', '--force')
+    assert (status, out, errors) == (1, '', 'replay: loop: Too many levels of symbolic links\n')
+    assert os.listdir() == ['loop']
+
+
 @pytest.mark.parametrize('option', ['--csv', '--mot', '--video'])
 def test_each_file_that_is_written_is_checked(replay, option, monkeypatch):
     monkeypatch.setattr('colortrack_ros.replay.outputs.BagWriter', NoBag)
