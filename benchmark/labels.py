@@ -78,6 +78,23 @@ def wrong(labels: Record, truth: Record, name: int) -> np.void | None:
     return None
 
 
+def mend(
+    session: Session, person: Person, truth: Record, names: tuple[int, ...], path: Path
+) -> None:
+    """Click the first object that is labeled wrongly, until none is or it has taken long."""
+    clicked = set()
+    for _ in range(MOST_ROUNDS):
+        session.do('save_labels', {'path': path.name, 'overwrite': True})
+        found = [wrong(read_record(path), truth, name) for name in names]
+        row = min((r for r in found if r is not None), key=lambda r: r['frame'], default=None)
+        if row is None:
+            return
+        person.seek(int(row['frame']))
+        key = int(row['id']), int(row['frame'])
+        person.mark(row, box=key in clicked)
+        clicked.add(key)
+
+
 def labeled(clip: str, names: tuple[int, ...], folder: Path) -> dict[str, float]:
     """Label some objects of a clip as a person would, and judge what comes of it."""
     truth = read_record(REAL / f'{clip}.csv')
@@ -98,18 +115,8 @@ def labeled(clip: str, names: tuple[int, ...], folder: Path) -> dict[str, float]
     waited = time.monotonic() - began
     for row in first:
         person.mark(row)
-    clicked = set()
     path = folder / 'truth.csv'
-    for _ in range(MOST_ROUNDS):
-        session.do('save_labels', {'path': path.name, 'overwrite': True})
-        found = [wrong(read_record(path), truth, name) for name in names]
-        row = min((r for r in found if r is not None), key=lambda r: r['frame'], default=None)
-        if row is None:
-            break
-        person.seek(int(row['frame']))
-        key = int(row['id']), int(row['frame'])
-        person.mark(row, box=key in clicked)
-        clicked.add(key)
+    mend(session, person, truth, names, path)
     person.clicks += 1  # to save
     result = compare(truth, read_record(path), radius=RADIUS)
     return {

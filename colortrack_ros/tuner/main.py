@@ -7,6 +7,8 @@ from pathlib import Path
 import signal
 import sys
 
+from colortrack_ros.files import resolved
+
 HELP = 'a topic of images, a bag, a video, pictures, a device, a stream, or scene:NAME'
 NEED = 'apt install python3-aiohttp, or pip install aiohttp'
 
@@ -44,7 +46,6 @@ async def _serve(arguments: argparse.Namespace) -> int:
     # Not at the top: where aiohttp is missing, that is said in one line.
     from aiohttp import web
 
-    from colortrack_ros.files import resolved
     from colortrack_ros.sources import SourceError
     from colortrack_ros.tuner.folder import Folder
     from colortrack_ros.tuner.gate import Gate
