@@ -115,14 +115,32 @@ class Frame:
 class Viewpoint(Protocol):
     """Where the camera is and looks when a picture is taken."""
 
+    def shows(self, pixels: NDArray[np.float64], reach: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether any part of objects would be inside of the picture, (N,).
+
+        :param pixels: (N, 2) in the picture, or beside it [px].
+        :param reach: (N, 2, 2) of the objects to the low and the high side, by axis [px].
+        """
+
+    def nearness(
+        self, pixels: NDArray[np.float64], feet: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """How near things that stand on the ground are, (N,) [1/m]; 0 for what is far away.
+
+        :param pixels: (N, 2) of their centers in the picture [px].
+        :param feet: (N, 2) of their lowest points [px].
+        """
+
     def moved(
-        self, pixels: NDArray[np.float64], since: Any
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        self, pixels: NDArray[np.float64], since: Any, nearness: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Where in this picture is what stands where an earlier one shows it, as far as is known.
 
         :param pixels: (N, 2) in the earlier picture, or beside it [px].
         :param since: the Viewpoint of the earlier picture.
-        :return: (N, 2), in this picture or beside it [px], and the Jacobian, (N, 2, 2).
+        :param nearness: (N,) of what is there to the camera then [1/m].
+        :return: (N, 2), in this picture or beside it [px], the Jacobian, (N, 2, 2), and the
+            nearness now, (N,).
         """
 
 

@@ -29,24 +29,62 @@ STEADY_FRAMES = 3
 filters of all know it better than what two frames say. Assumed."""
 
 
+CAMERA_FIELDS = [('nearness', 'f8'), ('left', 'i8')]
+"""What is recorded of a track: one over the distance of its object from a camera of which it is
+known where it is [1/m]; stamp of the last frame that it was outside of by that camera's motion
+[ns]."""
+
+SEEN_OUTSIDE = 0.02
+"""Probability that an object can be seen though it is predicted outside the picture: what is
+predicted from odometry is off by a few pixels at the border. Assumed."""
+
+
 class Turn(NamedTuple):
-    """What two known viewpoints make of a position.
+    """What two known viewpoints make of positions.
+
+    Objects that the picture shows are taken to stand on the ground, with their lower edges; others
+    to be where they were seen last.
 
     :param last: of the last frame.
     :param now: of this one.
+    :param stamp: of this one [ns].
     """
 
     last: Viewpoint
     now: Viewpoint
+    stamp: int
 
-    def at(self, x: Floats) -> EgoMotion:
-        """What it does to tracks at x, (N, 2) [px], each with an A and a shift of its own."""
-        moved, A = self.now.moved(x, self.last)
+    def take(self, x: Floats, records: NDArray[np.void]) -> EgoMotion:
+        """What it does to tracks, each with an A and a shift of its own.
+
+        It is noted how near they have come, how large they look by that, and which are outside.
+
+        :param x: (N, 2) where they were in the last frame [px].
+        :param records: (N,) theirs.
+        """
+        near = _nearness(self.last, x, records)
+        moved, A, now = self.now.moved(x, self.last, near)
+        records['nearness'] = now
+        records['extent'] *= np.divide(now, near, out=np.ones(len(x)), where=near > 0)[
+            :, None, None
+        ]
+        outside = ~self.now.shows(moved, records['extent'])
+        records['left'][outside] = self.stamp
+        seen = records['visible'][outside] * SEEN_OUTSIDE
+        records['hidden'][outside] += records['visible'][outside] - seen
+        records['visible'][outside] = seen
         return EgoMotion(A, moved - _turned(A, x))
 
-    def way(self, x: Floats) -> Floats:
-        """How far positions, (..., 2) [px], have come, of where they are now."""
-        return x - self.last.moved(x, self.now)[0]
+    def way(self, x: Floats, records: NDArray[np.void]) -> Floats:
+        """How far tracks have come, (N, 2) [px], of where they are now."""
+        return x - self.last.moved(x, self.now, _nearness(self.now, x, records))[0]
+
+
+def _nearness(view: Viewpoint, x: Floats, records: NDArray[np.void]) -> Floats:
+    """Of tracks at x, (N, 2), by their lower edges; unseen ones as it was: (N,) [1/m]."""
+    reach = records['extent']
+    feet = x + reach[:, 1] * [0.0, 1.0]
+    return np.where(view.shows(x, reach), view.nearness(x, feet), records['nearness'])
 
 
 class Camera:
@@ -66,13 +104,14 @@ class Camera:
         """Whether somebody tells where it is."""
         return self._viewpoint is not None
 
-    def turn(self, viewpoint: Viewpoint | None, dt: float) -> None:
+    def turn(self, viewpoint: Viewpoint | None, stamp: int, dt: float) -> None:
         """Go to the next frame, of which it is known where it is taken; None: not known.
 
+        :param stamp: of the frame [ns].
         :param dt: since the last frame [s].
         """
         last, self._viewpoint, self._dt = self._viewpoint, viewpoint, dt
-        self._motion = Turn(last, viewpoint) if last and viewpoint else STANDING
+        self._motion = Turn(last, viewpoint, stamp) if last and viewpoint else STANDING
 
     @property
     def stands(self) -> bool:
@@ -118,13 +157,15 @@ class Camera:
         """
         if self.stands or not len(tracks):
             return
-        records, way = tracks.records, self._motion.way(tracks.filters.estimate()[0][:, :2])
-        way /= self._dt
+        records, way = tracks.records, self._way(tracks)
         tracks.filters.accelerate(way)
         for name, since in (('before', 'met'), ('anchor', 'anchored')):
             T = (now - records[since]) / NANOSECONDS
             records[name][:, :2] -= T[:, None] * way
             records[name][:, 2:] += way
+        for name, since in (('past', 'past_at'), ('seen', 'updated')):
+            T = (now - records[since]) / NANOSECONDS
+            records[name] -= T[..., None] * (way[:, None] if T.ndim > 1 else way)
         T, sums = (now - records['apart']) / NANOSECONDS, records['sums']
         sums[:, 3:5] -= (T * sums[:, 0] - sums[:, 1])[:, None] * way
         sums[:, 5:7] -= (T * sums[:, 1] - sums[:, 2])[:, None] * way
@@ -138,8 +179,11 @@ class Camera:
         if self.stands or not len(tracks):
             return
         records = tracks.records
-        A, shift, variance = self._motion.at(tracks.filters.estimate()[0][:, :2])
+        A, shift, variance = self._motion.take(tracks.filters.estimate()[0][:, :2], records)
         tracks.filters.move(A, shift, variance)
+        records['seen'] = _turned(A, records['seen']) + shift
+        records['past'] = _turned(A[:, None], records['past']) + shift[:, None]
+        records['acceleration'] = _turned(A, records['acceleration'])
         for name in ('before', 'anchor'):
             state = records[name]
             state[:, :2] = _turned(A, state[:, :2]) + shift
@@ -156,14 +200,25 @@ class Camera:
         probe[:, 0] += shift[:, :, None]
         records['probe'] = probe
 
-    def publish(self, rows: NDArray[np.void]) -> None:
-        """Add the motion to the velocities of published tracks, of dtype TRACK."""
+    def publish(self, rows: NDArray[np.void], tracks: TrackTable[Bank]) -> None:
+        """Add the motion to the velocities of published tracks, of dtype TRACK.
+
+        :param tracks: all of them.
+        """
         if self.stands or not len(rows):
             return
-        way = self._motion.way(np.stack([rows['u'], rows['v']], axis=1)) / self._dt
+        names = tracks.records['track_id']
+        order = np.argsort(names)
+        at = order[np.searchsorted(names, rows['track_id'], sorter=order)]
+        way = self._way(tracks)[at]
         rows['du'] += way[:, 0]
         rows['dv'] += way[:, 1]
         rows['covariance'][:, (2, 3), (2, 3)] += self._change2
+
+    def _way(self, tracks: TrackTable[Bank]) -> Floats:
+        """What it adds to the velocities of tracks, (N, 2) [px/s]."""
+        x = tracks.filters.estimate()[0][:, :2]
+        return self._motion.way(x, tracks.records) / self._dt
 
 
 def _turned(A: Floats, x: Floats) -> Floats:

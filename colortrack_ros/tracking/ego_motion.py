@@ -62,13 +62,13 @@ class EgoMotion(NamedTuple):
         """Where positions, (..., 2) [px], have come to."""
         return np.asarray(x @ self.A.T + self.shift)
 
-    def at(self, x: Floats) -> 'EgoMotion':
+    def take(self, x: Floats, _: object = None) -> 'EgoMotion':
         """What it does to tracks at x, (N, 2) [px], each with an A and a shift of its own."""
         count = len(x)
         A, shift = np.broadcast_to(self.A, (count, 2, 2)), np.broadcast_to(self.shift, (count, 2))
         return EgoMotion(A, shift, self.variance)
 
-    def way(self, x: Floats) -> Floats:
+    def way(self, x: Floats, _: object = None) -> Floats:
         """How far positions, (..., 2) [px], have come, of where they are now."""
         return np.asarray(x - (x - self.shift) @ np.linalg.inv(self.A).T)
 

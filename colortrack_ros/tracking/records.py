@@ -12,6 +12,7 @@ from colortrack_ros.tracking import maneuvers
 from colortrack_ros.tracking import noise
 from colortrack_ros.tracking import process_noise
 from colortrack_ros.tracking import recent
+from colortrack_ros.tracking.camera import CAMERA_FIELDS
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.second_difference import ACCELERATION_FIELDS
@@ -47,6 +48,7 @@ FIELDS = [
     *maneuvers.MANEUVER_FIELDS,
     *process_noise.STEP_FIELDS,
     *ACCELERATION_FIELDS,
+    *CAMERA_FIELDS,
 ]
 """What is recorded of a track besides the COMMON fields.
 

@@ -148,13 +148,15 @@ def _log_prior(
 ) -> Floats:
     """Log of the probability, (N,), that each is hidden, over the new objects that there may be.
 
-    Of those remembered that it comes back in this frame, and over those of a long time.
+    Of those remembered that it comes back in this frame, and over those of a long time; of what a
+    known turn of the camera has taken out of the picture, that also tells when it comes back.
     """
     hidden = np.maximum(lost.records['hidden'], 1e-9)
     odds = OUTLASTING * hidden / (1 - np.minimum(hidden, 0.999))
     in_a_frame = period / max(config.max_hidden, period)
     back = odds / (1 + odds) * in_a_frame / learned.lasting_births
-    return np.asarray(np.log(np.where(remembered, back, hidden / learned.births)))
+    known = lost.records['left'] > lost.records['updated']
+    return np.asarray(np.log(np.where(remembered & ~known, back, hidden / learned.births)))
 
 
 def _compare_sizes(

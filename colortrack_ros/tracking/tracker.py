@@ -124,7 +124,7 @@ class Tracker:
         """The tracks, with the header of the detections."""
         now, population = self._clock.now, self._population
         rows = published(self._tracks, now, self.config, population, speed)
-        self._adaptation.camera.publish(rows)
+        self._adaptation.camera.publish(rows, self._tracks)
         why = self._clock.tell_restart()
         return Tracks(rows, detections.stamp, detections.frame_id, why)
 
@@ -148,7 +148,7 @@ class Tracker:
         dt = self._clock.advance(detections.stamp, self.config.max_dt, self.reset)
         self._period = dt or self._period
         if self.config.ego_motion == 'odometry' and not again:
-            self._adaptation.camera.turn(detections.viewpoint, self._period)
+            self._adaptation.camera.turn(detections.viewpoint, self._clock.now, self._period)
         return Step(self._clock.now, dt, self._period, again)
 
     def _associate(

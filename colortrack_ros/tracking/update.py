@@ -178,6 +178,7 @@ def _learn_disappearances(
     if prediction.step.again or np.count_nonzero(measured) == len(measured):
         return
     recent = (unmeasured > 0) & (unmeasured < JUST_LOST * prediction.step.period) & ~measured
+    recent &= records['left'] <= records['updated']  # a known turn takes away, but hides nothing
     lost = recent.nonzero()[0]
     if len(lost):
         share = learned.disappearances.share(records['seen'][lost], learned.area)

@@ -13,6 +13,10 @@ from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+LEAST_LENGTH = 1e-9
+"""Of a direction, 0 for what is straight below or where the camera is."""
 
 LOWEST = 0.02
 """Height of a camera above the ground [m] from which on the ground tells how far things are."""
@@ -51,26 +55,52 @@ class View:
         axes = [forward, [-np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]
         return np.asarray(self.base.R @ np.array(axes).T)
 
-    def moved(self, pixels: Floats, since: 'View') -> tuple[Floats, Floats]:
-        """Where in this picture is what stands where an earlier one shows it.
+    def shows(self, pixels: Floats, reach: Floats) -> Bools:
+        """Whether any part of objects would be inside of the picture, (N,).
 
-        It is taken to be on the ground, on which base_frame is, and above the horizon far away. Of
-        what is above the ground, driving shifts the picture more; that is left to be its motion.
+        :param pixels: (N, 2) in the picture, or beside it.
+        :param reach: (N, 2, 2) of the objects to the low and the high side, by axis [px].
+        """
+        size = np.array([self.camera.width, self.camera.height]) - 0.5
+        inside = (pixels + reach[:, 1] >= -0.5) & (pixels - reach[:, 0] <= size)
+        return np.asarray(inside.all(axis=1))
+
+    def nearness(self, pixels: Floats, feet: Floats) -> Floats:
+        """How near is what stands on the ground, on which base_frame is: (N,) [1/m].
+
+        0 for what stands at the horizon or above, or with a camera that is on the ground itself.
+
+        :param pixels: (N, 2) in the picture.
+        :param feet: (N, 2) where the same objects touch the ground, or seem to.
+        """
+        height = self.optical.t[2] - self.base.t[2]
+        if height < LOWEST:
+            return np.zeros(len(pixels))
+        rays, below = (directions_of(self.camera, x) @ self.optical.R.T for x in (pixels, feet))
+        level, along = (np.hypot(x[:, 0], x[:, 1]) for x in (rays, below))
+        return np.asarray(
+            np.maximum(-below[:, 2], 0.0) / height * level / np.maximum(along, LEAST_LENGTH)
+        )
+
+    def moved(
+        self, pixels: Floats, since: 'View', nearness: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Where in this picture is what stands where an earlier one shows it.
 
         :param pixels: (N, 2) in the earlier picture, or beside it.
         :param since: the camera then.
-        :return: (N, 2), in this picture or beside it, and the Jacobian, (N, 2, 2).
+        :param nearness: (N,) of what is there, one over its distance from the camera then [1/m].
+        :return: (N, 2), in this picture or beside it, the Jacobian, (N, 2, 2), and the nearness
+            now, (N,).
         """
         around = pixels + STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])[:, None]
-        rays = directions_of(since.camera, around.reshape(-1, 2))
-        rays = rays @ since.optical.R.T
-        height = since.optical.t[2] - since.base.t[2]
-        nearness = np.maximum(-rays[:, 2:] / height, 0.0) if height > LOWEST else 0.0
-        rays = (rays + nearness * (since.optical.t - self.optical.t)) @ self.optical.R
-        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-        moved = pixels_of(self.camera, rays).reshape(around.shape)
+        rays = directions_of(since.camera, around.reshape(-1, 2)) @ since.optical.R.T
+        way = np.tile(nearness, len(around))[:, None] * (since.optical.t - self.optical.t)
+        rays = (rays + way) @ self.optical.R
+        length = np.maximum(np.linalg.norm(rays, axis=1), LEAST_LENGTH)
+        moved = pixels_of(self.camera, rays / length[:, None]).reshape(around.shape)
         J = np.stack([moved[1] - moved[2], moved[3] - moved[4]], axis=2) / (2 * STEP)
-        return moved[0], J
+        return moved[0], J, nearness / length[: len(pixels)]
 
     def to_optical(self, points: Floats, shift: Floats, tilt: Floats) -> tuple[Floats, Floats]:
         """Points in the optical frame of a camera that is not quite where it is said to be.

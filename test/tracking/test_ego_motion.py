@@ -1,26 +1,14 @@
 """A camera that moves takes all tracks along."""
 
-from dataclasses import replace
-import sys
-
 import numpy as np
 import pytest
-from support.paths import ROOT
 from support.silhouettes import FRAME
 from support.silhouettes import points
 
-from colortrack_ros.data import CONFIRMED
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.ego_motion import EgoMotion
 from colortrack_ros.tracking.ego_motion import find_ego_motion
-from colortrack_ros.world import Pose
-from colortrack_ros.world.view import View
-
-sys.path.append(str(ROOT / 'benchmark'))
-
-from world import CAMERA
-from world import MOUNT
 
 
 def crowd(rng, count):
@@ -165,67 +153,3 @@ def test_what_the_camera_did_is_the_tracks_own_when_it_is_asked_for_no_more():
         rows = tracker.update(points(place + shift, k * FRAME)).rows
     assert rows['track_id'].tolist() == [1, 2, 3, 4, 5, 6]
     assert rows['du'] == pytest.approx(np.full(6, 8.0 * 24), rel=0.1)
-
-
-def of_a_robot_that_turns(yaws, ego_motion, place, seed=0):
-    """By frame the tracks, and the pixels of things that stand at place, (K, 3), NaN unseen."""
-    rng, tracker = np.random.default_rng(seed), Tracker(TrackerConfig(ego_motion=ego_motion))
-    for k, yaw in enumerate(yaws):
-        view = View(CAMERA, Pose.of_rpy((0, 0, 0), (0, 0, yaw)), MOUNT)
-        z = CAMERA.project(view.optical.inverse().apply(place))
-        z[~CAMERA.contains(z)] = np.nan
-        seen = z[np.isfinite(z[:, 0])]
-        detections = points(seen + rng.normal(0, 0.5, seen.shape), k * FRAME, 0.25)
-        detections = replace(detections, image_size=(640, 480), viewpoint=view)
-        yield tracker.update(detections).rows, z
-
-
-def ids_of_things(frames):
-    """The IDs that each thing has had."""
-    ids = {}
-    for rows, z in frames:
-        for row in rows[rows['state'] == CONFIRMED]:
-            away = np.hypot(z[:, 0] - row['u'], z[:, 1] - row['v'])
-            ids.setdefault(int(np.nanargmin(away)), set()).add(int(row['track_id']))
-    return ids
-
-
-AROUND = np.array([(2.5, -0.6, 0.1), (3.0, 0.5, 0.1), (4.0, 1.8, 0.3), (2.0, 1.9, 0.1)])
-TO_AND_FRO = np.radians(45) * np.cumsum(np.sign(np.sin(0.1 + np.arange(240) / 19))) * FRAME / 1e9
-"""At 45 degrees/s for 2.5 s, and back."""
-
-
-def test_what_leaves_the_picture_by_a_known_turn_comes_back_with_its_id():
-    known = ids_of_things(of_a_robot_that_turns(TO_AND_FRO, 'odometry', AROUND))
-    assert sorted(known.values()) == [{1}, {2}, {3}, {4}]
-    unknown = ids_of_things(of_a_robot_that_turns(TO_AND_FRO, 'none', AROUND))
-    assert max(len(ids) for ids in unknown.values()) > 1
-
-
-def test_after_a_whole_turn_everything_has_its_id_again():
-    whole = np.radians(75) * np.arange(160) * FRAME / 1e9
-    ids = ids_of_things(of_a_robot_that_turns(whole, 'odometry', AROUND))
-    assert sorted(ids.values()) == [{1}, {2}, {3}, {4}]
-
-
-def test_a_known_turn_that_begins_at_once_is_followed_with_few_objects():
-    """Two would not be enough to find it from what they do."""
-    jerks = np.radians(3) * (np.arange(60) // 5 % 2)
-    for rows, z in of_a_robot_that_turns(jerks, 'odometry', AROUND[:2]):
-        at = np.stack([rows['u'], rows['v']], axis=1)
-        assert np.abs(at[:, None] - z).max(axis=2).min(axis=1).max(initial=0) < 3
-        known = rows[rows['age'] > 0.5]
-        assert np.abs(known['time_since_update']).max(initial=0) == 0
-    assert set(rows['track_id']) == {1, 2}
-
-
-def test_a_picture_whose_viewpoint_is_not_known_costs_nothing_but_its_turn():
-    tracker = Tracker(TrackerConfig(ego_motion='odometry'))
-    for k in range(30):
-        view = View(CAMERA, Pose.of_rpy((0, 0, 0), (0, 0, 0)), MOUNT)
-        detections = replace(points([(300.0, 200.0)], k * FRAME), viewpoint=view)
-        if k % 7 == 3:
-            detections = replace(detections, viewpoint=None)
-        rows = tracker.update(detections).rows
-    assert rows['track_id'].tolist() == [1]
-    assert rows['hits'].tolist() == [30]

@@ -1,5 +1,7 @@
 """Every direction has a pixel, in the picture or beside it."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -66,15 +68,53 @@ def test_a_view_tells_where_driving_takes_what_is_on_the_ground_and_turning_what
     last = View(camera, Pose.of_rpy((1, 2, 3), (0, 0, 0.2)), MOUNT)
     now = View(camera, Pose.of_rpy((1.1, 2.05, 3), (0, 0, 0.26)), MOUNT)
     points = [(3.0, 2.2, 3.0), (4.0, 3.5, 3.0), (1e7, 2e6, 2e6)]
-    moved, J = now.moved(seen_by(last, points), last)
+    before = seen_by(last, points)
+    near = last.nearness(before, before)
+    away = [np.linalg.norm(np.array(p) - last.optical.t) for p in points]
+    assert near == pytest.approx(1 / np.array(away), abs=1e-6)
+    moved, J, nearer = now.moved(before, last, near)
     assert moved == pytest.approx(seen_by(now, points), abs=0.01)
-    beside = seen_by(last, points) + np.array([1.0, -1.0])
-    assert now.moved(beside, last)[0] - moved == pytest.approx(J @ [1.0, -1.0], abs=0.03)
-    assert last.moved(moved, now)[0] == pytest.approx(seen_by(last, points), abs=0.01)
+    away = [np.linalg.norm(np.array(p) - now.optical.t) for p in points]
+    assert nearer == pytest.approx(1 / np.array(away), abs=1e-6)
+    step = np.array([1.0, -1.0])
+    beside, _, _ = now.moved(before + step, last, near)
+    assert beside - moved == pytest.approx(J @ step, abs=0.03)
+    assert last.moved(moved, now, nearer)[0] == pytest.approx(before, abs=0.01)
 
 
-def test_of_what_is_above_the_ground_a_part_of_the_shift_is_told(camera):
-    last, now = (View(camera, Pose.of_rpy((x, 0, 0), (0, 0, 0)), MOUNT) for x in (0, 0.2))
-    before, after = (seen_by(view, [(2.0, 0.5, 0.2)]) for view in (last, now))
-    told = now.moved(before, last)[0] - before
-    assert 0.3 < np.linalg.norm(told) / np.linalg.norm(after - before) < 1
+def test_how_near_a_thing_is_follows_from_where_it_touches_the_ground(camera):
+    """A post whose middle is 0.3 m high, one that is higher than the camera, one in the sky."""
+    last, now = (View(camera, Pose.of_rpy((x, 0, 0), (0, 0, 0)), MOUNT) for x in (0, 0.4))
+    middles = [(2.0, 0.5, 0.3), (2.5, -0.4, 0.55), (3.0, 0.0, 0.9)]
+    feet = [(2.0, 0.5, 0.0), (2.5, -0.4, 0.0), (3.0, 0.0, 0.6)]
+    before = seen_by(last, middles)
+    near = last.nearness(before, seen_by(last, feet))
+    assert near[2] == 0
+    moved, _, _ = now.moved(before[:2], last, near[:2])
+    assert moved == pytest.approx(seen_by(now, middles[:2]), abs=0.01)
+
+
+def test_a_camera_on_the_ground_does_not_know_how_near_anything_is(camera):
+    view = View(camera, Pose.of_rpy((0, 0, 0), (0, 0, 0)), Pose.of_rpy((0, 0, 0.01), (0, 0, 0)))
+    pixels = np.array([[320.0, 400.0]])
+    assert view.nearness(pixels, pixels + 20.0).tolist() == [0.0]
+
+
+def test_what_drives_by_beside_or_behind_the_camera_is_followed_around_it(camera):
+    """Step by step, as no picture shows it, to where it is straight behind."""
+    thing, places = (1.5, 0.3, 0.1), np.linspace(0.0, 3.0, 91)
+    views = [View(camera, Pose.of_rpy((x, 0, 0), (0, 0, 0)), MOUNT) for x in places]
+    x, foot = (seen_by(views[0], [point]) for point in (thing, (1.5, 0.3, 0.0)))
+    near = views[0].nearness(x, foot)
+    for last, now in itertools.pairwise(views):
+        x, _, near = now.moved(x, last, near)
+    d = views[-1].optical.inverse().apply(np.array([thing]))
+    assert directions_of(camera, x) == pytest.approx(d / np.linalg.norm(d), abs=0.01)
+    assert near == pytest.approx(1 / np.linalg.norm(d), rel=0.02)
+
+
+def test_a_picture_shows_a_thing_of_which_a_part_is_inside():
+    view = View(CAMERAS['plain'], Pose.of_rpy((0, 0, 0), (0, 0, 0)), MOUNT)
+    x = np.array([(-8.0, 100.0), (-12.0, 100.0), (300.0, 489.0), (300.0, 491.0)])
+    reach = np.full((4, 2, 2), 10.0)
+    assert view.shows(x, reach).tolist() == [True, False, True, False]
