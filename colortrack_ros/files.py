@@ -1,4 +1,4 @@
-"""Reads files that parameters name, which may not end or block a node; and writes files whole."""
+"""Reads files that users name, which may not end or block a program; and writes files whole."""
 
 from collections.abc import Callable
 import errno
@@ -9,6 +9,7 @@ import queue
 import stat
 import tempfile
 import threading
+from typing import BinaryIO
 from typing import NoReturn
 from typing import TypeVar
 
@@ -21,11 +22,34 @@ NEW_FILE = 0o644
 """Permissions of a file that was not there: all may read it, as umask has it nearly everywhere."""
 
 
+MAX_PARAMS_FILE = 1 << 20
+"""Size of the largest params file [bytes]: twenty times that of doc/parameters.md."""
+
+
+def require_file(path: str | Path) -> None:
+    """Refuse what is no regular file, without opening it: that may wait, or do something.
+
+    :raises OSError: there is no such file, or it is a folder, a pipe, a socket or a device.
+    """
+    if not stat.S_ISREG(os.stat(path).st_mode):
+        reason = 'expected a file, got a folder, a pipe, a socket or a device'
+        raise OSError(errno.EINVAL, reason, str(path))
+
+
+def open_file(path: str | Path) -> BinaryIO:
+    """Open a regular file to read it.
+
+    :raises OSError: as :func:`require_file`, or it cannot be opened.
+    """
+    require_file(path)
+    return open(path, 'rb')
+
+
 def read_file(path: str | Path, most: int) -> bytes:
     """The content of a regular file, read in a thread of its own.
 
     :param most: size of the largest file that is read [bytes].
-    :raises ValueError: there is no such file, it is a folder, a pipe or a device, is too large, or
+    :raises ValueError: there is no such file, it is no regular file, is too large, or
         does not come in time; the reason says which.
     """
     try:
@@ -56,9 +80,12 @@ def write_file(path: Path, content: bytes) -> None:
 
     What was there keeps its permissions; where a link was, what it points to is replaced.
 
-    :raises OSError: it cannot be written; what was there stays, and nothing is left beside it.
+    :raises OSError: it cannot be written, or is there and no regular file; what was there stays,
+        and nothing is left beside it.
     """
     path = resolved(path)
+    if path.exists():
+        require_file(path)
     mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else NEW_FILE
     handle, beside = tempfile.mkstemp(prefix='.', suffix='.new', dir=path.parent)
     try:
@@ -98,10 +125,7 @@ def _raise(error: Exception) -> NoReturn:
 
 
 def _read(path: Path, most: int) -> bytes:
-    # Without O_NONBLOCK, opening a pipe waits for its other end.
-    with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), 'rb') as file:
-        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise ValueError('expected a file, got a folder, a pipe or a device')
+    with open_file(path) as file:
         content = file.read(most + 1)
     if len(content) > most:
         raise ValueError(f'expected a file of at most {most} bytes, this one is larger')

@@ -47,10 +47,10 @@ ALLOWED = {
     'contours': {'data', 'detection', 'encodings', 'estimation', 'parameters'},
     'world': {'data', 'estimation', 'parameters'},
     'simulation': {'data', 'parameters', 'world'},
-    'drawing': {'data', 'ellipses'},
+    'drawing': {'data', 'ellipses', 'files'},
     'messages': {'data', 'ellipses', 'encodings', 'files', 'picture_files'},
-    'bags': {'data'},
-    'evaluation': {'data', 'ellipses', 'scenes'},
+    'bags': {'data', 'files'},
+    'evaluation': {'data', 'ellipses', 'files', 'scenes'},
     'flow': {'data', 'parameters'},
 }
 

@@ -11,6 +11,10 @@ STORAGES = ('mcap', 'sqlite3')
 """What a bag may be stored in; the first is what `ros2 bag record` takes."""
 
 
+MAX_METADATA = 1 << 26
+"""Size of the largest metadata.yaml [bytes]: that of a bag of 100,000 files."""
+
+
 class Topic(NamedTuple):
     """What a bag holds of one topic.
 

@@ -9,9 +9,12 @@ import yaml
 
 from colortrack_ros.bags.bag_file import BAG_SUFFIXES
 from colortrack_ros.bags.bag_file import BagFile
+from colortrack_ros.bags.bag_file import MAX_METADATA
 from colortrack_ros.bags.bag_file import Topic
 from colortrack_ros.bags.errors import BagError
 from colortrack_ros.bags.library import open_bag
+from colortrack_ros.files import read_file
+from colortrack_ros.files import require_file
 
 
 def is_bag(path: Path) -> bool:
@@ -40,6 +43,8 @@ class BagReader:
             )
         self._expected: Counter[tuple[str, str]] | None = None
         with self._explained():
+            for file in files_of(path):
+                require_file(file)
             try:
                 self._files: list[BagFile] = [open_bag(path)]
             except Exception:
@@ -89,19 +94,23 @@ def _salvaged(path: Path) -> list[BagFile]:
         from colortrack_ros.bags.salvage import salvage
     except ImportError:  # on a robot, which has rosbag2_py alone
         return []
-    paths = [p for p in path.iterdir() if p.suffix in BAG_SUFFIXES] if path.is_dir() else [path]
     files: list[BagFile] = []
-    for part in sorted(paths, key=lambda p: (len(p.name), p.name)):
+    for part in sorted(files_of(path), key=lambda p: (len(p.name), p.name)):
         with contextlib.suppress(Exception):  # of which nothing is left
             files.append(salvage(part))
     return files
+
+
+def files_of(path: Path) -> list[Path]:
+    """The files of a bag that hold its messages."""
+    return [p for p in path.iterdir() if p.suffix in BAG_SUFFIXES] if path.is_dir() else [path]
 
 
 def _recorded(path: Path) -> Counter[tuple[str, str]]:
     """How many messages a bag had of each topic and type, as far as its metadata.yaml tells."""
     counts: Counter[tuple[str, str]] = Counter()
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
-        metadata = yaml.safe_load((path / 'metadata.yaml').read_text())
+        metadata = yaml.safe_load(read_file(path / 'metadata.yaml', MAX_METADATA))
         for entry in metadata['rosbag2_bagfile_information']['topics_with_message_count']:
             topic = entry['topic_metadata']
             counts[topic['name'], topic['type']] += entry['message_count']
@@ -109,4 +118,6 @@ def _recorded(path: Path) -> Counter[tuple[str, str]]:
 
 
 def _one_line(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
     return ' '.join(str(error).split()) or type(error).__name__

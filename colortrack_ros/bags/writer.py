@@ -8,9 +8,11 @@ from pathlib import Path
 import yaml
 
 from colortrack_ros.bags.bag_file import BAG_SUFFIXES
+from colortrack_ros.bags.bag_file import MAX_METADATA
 from colortrack_ros.bags.errors import BagError
 from colortrack_ros.bags.errors import BagWriteError
 from colortrack_ros.bags.library import create_bag
+from colortrack_ros.files import read_file
 
 MARK = 'written_by', 'colortrack_ros'
 """Key and value in the metadata of what this package has written, and may therefore replace."""
@@ -69,7 +71,7 @@ def _explained() -> Iterator[None]:
 def is_own_bag(path: Path) -> bool:
     """Whether a folder is a bag that :class:`BagWriter` has written, and holds nothing else."""
     try:
-        metadata = yaml.safe_load((path / 'metadata.yaml').read_text())
+        metadata = yaml.safe_load(read_file(path / 'metadata.yaml', MAX_METADATA))
         mark = metadata['rosbag2_bagfile_information']['custom_data'][MARK[0]]
         names = [p.name for p in path.iterdir() if p.is_file() and p.suffix in BAG_SUFFIXES]
         return mark == MARK[1] and {p.name for p in path.iterdir()} == {'metadata.yaml', *names}

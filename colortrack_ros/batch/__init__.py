@@ -1,6 +1,7 @@
 """batch: the same work on many recordings, on this machine or on a cluster."""
 
 from colortrack_ros.batch.command_line import add_batch_options
+from colortrack_ros.batch.command_line import FilesParser
 from colortrack_ros.batch.command_line import workers_of
 from colortrack_ros.batch.local import run_here
 from colortrack_ros.batch.local import run_local
@@ -13,6 +14,7 @@ from colortrack_ros.batch.tasks import TaskError
 
 __all__ = [
     'BatchError',
+    'FilesParser',
     'Outcome',
     'Task',
     'TaskError',

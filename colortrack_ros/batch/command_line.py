@@ -3,10 +3,31 @@
 import argparse
 from functools import partial
 from pathlib import Path
+import sys
+from typing import Any
 
 from colortrack_ros.batch.cluster import run_on_cluster
 from colortrack_ros.batch.local import run_local
 from colortrack_ros.batch.tasks import Workers
+from colortrack_ros.files import require_file
+
+
+class FilesParser(argparse.ArgumentParser):
+    """Takes @FILE for the arguments in it, one a line."""
+
+    def __init__(self, prog: str, **options: Any) -> None:
+        super().__init__(prog, fromfile_prefix_chars='@', **options)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse them; a file that would have to be waited for is an error."""
+        words = sys.argv[1:] if args is None else list(args)
+        for word in words:
+            try:
+                if word.startswith('@'):
+                    require_file(word[1:])
+            except OSError as error:
+                self.error(f'{word}: {error.strerror}')
+        return super().parse_known_args(words, namespace)
 
 
 def add_batch_options(parser: argparse.ArgumentParser) -> None:

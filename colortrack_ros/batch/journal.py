@@ -10,6 +10,7 @@ from typing import Any
 from colortrack_ros.batch.tasks import BatchError
 from colortrack_ros.batch.tasks import Outcome
 from colortrack_ros.batch.tasks import Task
+from colortrack_ros.files import require_file
 from colortrack_ros.files import write_file
 
 
@@ -29,6 +30,8 @@ class Journal:
         if path is None:
             return
         try:
+            if path.exists():
+                require_file(path)
             self._file = path.open('a+')
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if fresh:

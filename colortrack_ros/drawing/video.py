@@ -7,6 +7,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.files import require_file
+from colortrack_ros.files import write_file
+
 
 class VideoFile:
     """MPEG-4, of which :meth:`close` makes sure that all of it is there: OpenCV does not tell.
@@ -19,6 +22,8 @@ class VideoFile:
 
     def __init__(self, path: Path, rate: float, size: tuple[int, int]) -> None:
         self._path, self._size, self._count = path, size, 0
+        if path.exists():
+            require_file(path)
         self._writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'mp4v'), rate, size)
         if not self._writer.isOpened():
             reason = 'no video can be written there; expected an .mp4'
@@ -50,5 +55,8 @@ def write_picture(path: Path, image: NDArray[np.uint8]) -> None:
 
     :raises OSError: it cannot be written.
     """
-    if not cv2.imwrite(str(path), image):
-        raise OSError(errno.EIO, 'cannot be written; is the disk full?', str(path))
+    try:
+        write_file(path, cv2.imencode(path.suffix, image)[1].tobytes())
+    except cv2.error as error:
+        reason = 'expected the name of a picture, such as .png'
+        raise OSError(errno.EINVAL, reason, str(path)) from error

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 import csv
+import io
 import itertools
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from colortrack_ros.data import COASTING
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.evaluation.record import empty_rows
 from colortrack_ros.evaluation.record import Record
+from colortrack_ros.files import open_file
 
 TRUTH_COLUMNS = ('frame', 'id', 'u', 'v')
 TRACK_COLUMNS = ('frame', 'track_id', 'state', 'u', 'v', 'du', 'dv', 'box_w', 'box_h', 'stamp')
@@ -38,8 +40,8 @@ def read_record(path: Path) -> Record:
     try:
         if path.suffix == '.txt':
             return _of_mot(path)
-        with path.open(newline='') as file:
-            lines = csv.DictReader(file)
+        with open_file(path) as file:
+            lines = csv.DictReader(io.TextIOWrapper(file, newline=''))
             names = set(lines.fieldnames or ())
             columns: Mapping[str, list[float]] = {name: [] for name in names}
             for line in lines:
@@ -59,7 +61,8 @@ def read_record(path: Path) -> Record:
 
 
 def _of_mot(path: Path) -> Record:
-    table = np.loadtxt(path, delimiter=',', usecols=range(MOT_COLUMNS), ndmin=2)
+    with open_file(path) as file:
+        table = np.loadtxt(file, delimiter=',', usecols=range(MOT_COLUMNS), ndmin=2)
     if not np.isfinite(table).all():
         raise ValueError('expected finite numbers')
     rows = empty_rows(len(table))

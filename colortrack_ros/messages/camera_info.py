@@ -85,8 +85,6 @@ def save_camera_info(url: str, info: CameraInfo) -> None:
         raise ValueError(
             f'expected a calibration of at most {MAX_CALIBRATION} bytes, got {len(text)}'
         )
-    if path.exists() and not path.is_file():
-        raise ValueError(f'expected a file, got a folder, a pipe or a device: {path}')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, text)

@@ -1,8 +1,10 @@
 """Start nodes in this process, spin them, and end them in order on SIGINT and SIGTERM."""
 
 from collections.abc import Callable
+from collections.abc import Iterable
 from collections.abc import Sequence
 import contextlib
+import itertools
 import os
 from pathlib import Path
 import signal
@@ -18,6 +20,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+
+from colortrack_ros.files import MAX_PARAMS_FILE
+from colortrack_ros.files import read_file
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 TIME_TO_END = 1.5
@@ -89,6 +94,17 @@ def use_transport_profile() -> None:
         os.environ[names[0]] = str(share_file('params/fastdds.xml'))
 
 
+def refuse_params_files(words: Iterable[str]) -> None:
+    """Refuse params files that rcl would wait for, as for the other end of a pipe.
+
+    :param words: ROS arguments.
+    :raises ValueError: one of the files is no regular file, is too large, or cannot be read.
+    """
+    for option, path in itertools.pairwise(words):
+        if option == '--params-file':
+            read_file(path, MAX_PARAMS_FILE)
+
+
 def run(
     make_nodes: Callable[[Callable[[int], None]], Sequence[Node]], args: list[str] | None = None
 ) -> int:
@@ -107,10 +123,7 @@ def run(
     use_transport_profile()
     life = _Life()
     _on_signal(life)
-    try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except Exception as error:  # rclpy has no common class for its errors
-        print(f'colortrack_ros: bad ROS arguments: {_one_line(error)}', file=sys.stderr)
+    if not _initialize(args):
         return 1
     nodes: Sequence[Node] = ()
     try:
@@ -128,6 +141,17 @@ def run(
     finally:
         _take_down(nodes, life)
     return life.status or 0
+
+
+def _initialize(args: list[str] | None) -> bool:
+    """Whether ROS could be initialized; if not, that is said."""
+    try:
+        refuse_params_files(sys.argv if args is None else args)
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # rclpy has no common class for its errors
+        print(f'colortrack_ros: bad ROS arguments: {_one_line(error)}', file=sys.stderr)
+        return False
+    return True
 
 
 def _take_down(nodes: Sequence[Node], life: _Life) -> None:
@@ -192,7 +216,8 @@ def _on_signal(life: _Life) -> None:
             seconds += TIME_OF_ROS
             time.sleep(TIME_OF_ROS)
         text = f'{life.stage} has not ended {seconds} s after a signal: the process ends now'
-        print(f'colortrack_ros: {text}', file=sys.stderr, flush=True)
+        with contextlib.suppress(OSError):  # of a terminal that is closed
+            print(f'colortrack_ros: {text}', file=sys.stderr, flush=True)
         os._exit(HUNG)
 
     threading.Thread(target=wait, daemon=True).start()

@@ -4,6 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from collections.abc import Mapping
 import csv
+import io
 import math
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import numpy as np
 import scipy
 
 from colortrack_ros.data import Tracks
+from colortrack_ros.files import open_file
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.replay.outputs import COLUMNS
 from colortrack_ros.replay.outputs import lines_of
@@ -37,8 +39,8 @@ class ExpectedOutput(Output):
         self.differences: list[str] = []
         self._expected: dict[int, dict[int, Line]] = defaultdict(dict)
         try:
-            with path.open(newline='') as file:
-                for texts in csv.DictReader(file):
+            with open_file(path) as file:
+                for texts in csv.DictReader(io.TextIOWrapper(file, newline='')):
                     line = {name: float(texts[name]) for name in COLUMNS}
                     self._expected[int(texts['stamp'])][int(line['track_id'])] = line
         except (ValueError, KeyError, TypeError, csv.Error) as error:

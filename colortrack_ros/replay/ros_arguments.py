@@ -18,6 +18,9 @@ from rclpy.logging import set_logger_level
 from rclpy.node import Node
 import yaml
 
+from colortrack_ros.files import MAX_PARAMS_FILE
+from colortrack_ros.files import read_file
+from colortrack_ros.node_kit.runtime import refuse_params_files
 from colortrack_ros.node_kit.runtime import StartError
 
 DISCOVERY = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
@@ -69,9 +72,10 @@ def ros_context(args: Sequence[str]) -> Iterator[Context]:
         os.environ[DISCOVERY] = 'OFF'
         context = Context()
         try:
+            refuse_params_files(args)
             rclpy.init(args=['--ros-args', *args], context=context)
             yield context
-        except RuntimeError as error:  # of rclpy
+        except (RuntimeError, ValueError) as error:  # of rclpy, of a params file
             text = re.sub(r'^failed to initialize rcl: |, at /\S+:\d+', '', str(error))
             raise StartError(' '.join(text.split())) from error
         finally:
@@ -101,7 +105,7 @@ def _owners(path: Path) -> Iterator[str]:
             else:
                 yield from walk(f'{name}/{key.value.strip("/")}', content)
 
-    root = yaml.compose(path.read_text(), Loader=yaml.SafeLoader)
+    root = yaml.compose(read_file(path, MAX_PARAMS_FILE), Loader=yaml.SafeLoader)
     if not isinstance(root, yaml.MappingNode):  # which rcl takes for a file without parameters
         raise StartError(f'{path}: expected node names and their ros__parameters')
     return (name for name in walk('', root) if '*' not in name)

@@ -11,6 +11,7 @@ from typing import Any
 
 from colortrack_ros.bags import STORAGES
 from colortrack_ros.batch import add_batch_options
+from colortrack_ros.batch import FilesParser
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.live_parameters import FOREIGN
@@ -93,13 +94,12 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
 
 def command_line() -> argparse.ArgumentParser:
     """What ``replay`` takes."""
-    parser = argparse.ArgumentParser(
-        prog='replay',
+    parser = FilesParser(
+        'replay',
         description='Runs detector and tracker over recordings, every frame in the order of the '
         'stamps, and writes what the nodes would have published as new bags.',
         epilog='For several recordings, {} in the name of a file or folder stands for the name of '
         'each.',
-        fromfile_prefix_chars='@',
     )
     add = parser.add_argument
     add(

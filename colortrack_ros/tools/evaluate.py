@@ -19,11 +19,15 @@ from rich.table import Table
 
 from colortrack_ros.batch import add_batch_options
 from colortrack_ros.batch import BatchError
+from colortrack_ros.batch import FilesParser
 from colortrack_ros.batch import run_batch
 from colortrack_ros.batch import run_here
 from colortrack_ros.batch import workers_of
 from colortrack_ros.evaluation.comparison import Event
 from colortrack_ros.evaluation.report import page_of
+from colortrack_ros.files import MAX_PARAMS_FILE
+from colortrack_ros.files import read_file
+from colortrack_ros.files import write_file
 from colortrack_ros.parameters.params_file import flow
 from colortrack_ros.parameters.params_file import given_in
 from colortrack_ros.tools.evaluation_task import add_match_options
@@ -74,9 +78,9 @@ def main(args: Sequence[str] | None = None) -> int:
         results = [outcome.result for outcome in outcomes if outcome.result]
         if arguments.json is not None:
             shown = [{k: v for k, v in r.items() if k != 'section'} for r in results]
-            arguments.json.write_text(json.dumps(shown, indent=1) + '\n')
+            write_file(arguments.json, f'{json.dumps(shown, indent=1)}\n'.encode())
         if arguments.html is not None:
-            arguments.html.write_text(_page(results, parameters), encoding='utf-8')
+            write_file(arguments.html, _page(results, parameters).encode())
     except (BatchError, OSError, ValueError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 1
@@ -155,9 +159,7 @@ def _text(name: str, value: float | None) -> str:
 
 
 def _parse(args: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog='evaluate', description=__doc__, fromfile_prefix_chars='@'
-    )
+    parser = FilesParser('evaluate', description=__doc__)
     parser.add_argument(
         'tracks', nargs='+',
         help='a bag, a CSV of replay, or MOTChallenge (.txt); several, a folder of them, or @FILE '
@@ -211,7 +213,7 @@ def differing_parameters(runs: Sequence[str], files: Sequence[Path]) -> list[lis
         {
             f'{node} {name}': flow(value)
             for node in NODES_WITH_TRACKS
-            for name, value in given_in(path.read_text(), node).items()
+            for name, value in given_in(read_file(path, MAX_PARAMS_FILE).decode(), node).items()
         }
         for path in files
     ]

@@ -6,7 +6,6 @@ from pathlib import Path
 import sys
 import time
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 import rclpy
@@ -23,6 +22,7 @@ from colortrack_ros.detection.pick import PickedColor
 from colortrack_ros.detection.pick import side_by_side
 from colortrack_ros.detection.teach import Example
 from colortrack_ros.detection.teach import teach_color
+from colortrack_ros.drawing import write_picture
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.runtime import StartError
@@ -141,11 +141,9 @@ def _save(path: Path, picture: NDArray[np.uint8]) -> None:
     :raises ValueError: it cannot be written.
     """
     try:
-        written = cv2.imwrite(str(path), picture)
-    except cv2.error as error:
-        raise ValueError(f'{path}: expected the name of a picture, such as .png') from error
-    if not written:
-        raise ValueError(f'{path}: the picture cannot be written there')
+        write_picture(path, picture)
+    except OSError as error:
+        raise ValueError(f'{path}: {error.strerror}') from error
 
 
 def _advice(picked: PickedColor) -> str:

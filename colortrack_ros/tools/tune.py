@@ -20,7 +20,10 @@ from rich.table import Table
 
 from colortrack_ros.bags import BagError
 from colortrack_ros.bags import is_bag
+from colortrack_ros.batch import FilesParser
 from colortrack_ros.evaluation import RecordError
+from colortrack_ros.files import MAX_PARAMS_FILE
+from colortrack_ros.files import read_file
 from colortrack_ros.files import write_file
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.nodes.tracker import TrackerSetup
@@ -66,7 +69,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _parse(args: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog='tune', description=__doc__, fromfile_prefix_chars='@')
+    parser = FilesParser('tune', description=__doc__)
     add = parser.add_argument
     add(
         'inputs',
@@ -223,7 +226,11 @@ def _write(arguments: argparse.Namespace, values: Values, console: Console) -> N
 
     :raises ValueError: the file cannot be changed.
     """
-    text = arguments.params_file[-1].read_text() if arguments.params_file else ''
+    text = (
+        read_file(arguments.params_file[-1], MAX_PARAMS_FILE).decode()
+        if arguments.params_file
+        else ''
+    )
     for node in dict.fromkeys(node for node, _ in values):
         own = {name: value for (whose, name), value in values.items() if whose == node}
         text = with_values(text, node, own)

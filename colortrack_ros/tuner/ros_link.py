@@ -21,6 +21,7 @@ from sensor_msgs.msg import Image
 
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.intake import IntakeConfig
+from colortrack_ros.node_kit.runtime import refuse_params_files
 from colortrack_ros.node_kit.runtime import use_transport_profile
 from colortrack_ros.tuner.footage import LiveFootage
 
@@ -43,6 +44,7 @@ class RosLink:
     def __init__(self, arguments: Sequence[str]) -> None:
         use_transport_profile()
         args = ['--ros-args', *arguments] if arguments else []
+        refuse_params_files(args)
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         self._node: Node = rclpy.create_node('tuner')
         self._executor = SingleThreadedExecutor()
