@@ -35,6 +35,7 @@ ALLOWED = {
     'encodings': {'data'},
     'parameters': set(),
     'files': set(),
+    'signals': set(),
     'picture_files': {'files'},
     'ellipses': set(),
     'scenes': {'data'},
@@ -56,7 +57,7 @@ ALLOWED = {
 
 
 FLOORS = (
-    {'data', 'ellipses', 'files', 'parameters'},
+    {'data', 'ellipses', 'files', 'parameters', 'signals'},
     {'batch', 'encodings', 'picture_files'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},

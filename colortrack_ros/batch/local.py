@@ -114,7 +114,8 @@ def _end(workers: dict[Connection, BaseProcess]) -> None:
 
 def _do_all(work: Work, connection: Connection) -> None:
     """What a process does: one task after the other, until the other end is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal sends it to all; the first decides
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # the terminal sends it to all; the first decides
     stop, tasks = threading.Event(), queue.SimpleQueue[Task | None]()
     threading.Thread(target=_listen, args=(connection, tasks, stop), daemon=True).start()
     while task := tasks.get():

@@ -1,4 +1,4 @@
-"""Start nodes in this process, spin them, and end them in order on SIGINT and SIGTERM."""
+"""Start nodes in this process, spin them, and end them in order on a signal."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
@@ -23,8 +23,8 @@ from rclpy.task import Future
 
 from colortrack_ros.files import MAX_PARAMS_FILE
 from colortrack_ros.files import read_file
+from colortrack_ros.signals import on_ending_signals
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
 TIME_TO_END = 1.5
 """How long [s] the nodes have to end in order before the process ends without them: a signal ends a
 node within 2 s, of which the interpreter takes the rest."""
@@ -108,7 +108,7 @@ def refuse_params_files(words: Iterable[str]) -> None:
 def run(
     make_nodes: Callable[[Callable[[int], None]], Sequence[Node]], args: list[str] | None = None
 ) -> int:
-    """Spin the nodes until SIGINT or SIGTERM.
+    """Spin the nodes until SIGINT, SIGTERM or SIGHUP.
 
     A node with a method ``start`` has it called at first, one with ``close`` before it is
     destroyed, in the opposite order.
@@ -204,8 +204,7 @@ def _on_signal(life: _Life) -> None:
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     signal.set_wakeup_fd(writing)
-    for number in SIGNALS:
-        signal.signal(number, lambda *_: None)
+    on_ending_signals(lambda: None)
 
     def wait() -> None:
         os.read(reading, 1)

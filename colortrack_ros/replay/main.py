@@ -1,9 +1,10 @@
 """``replay``: detector and tracker over recordings, without a running ROS."""
 
 from collections.abc import Sequence
-import signal
 import sys
 import threading
+
+from colortrack_ros.signals import on_ending_signals
 
 NO_ROS = 'source a ROS installation, or make .venv/demo; without ROS, colortrack_ros.chain tracks'
 """What to do where rclpy is missing."""
@@ -16,8 +17,7 @@ def main(args: Sequence[str] | None = None) -> int:
         is damaged, or the tracks are not the expected ones.
     """
     stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+    on_ending_signals(stop.set)
     try:
         # Not at the top: the import takes a second, and a signal should find its handler by then.
         from colortrack_ros.replay.command import replay

@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from colortrack_ros.node_kit.runtime import use_transport_profile
+from colortrack_ros.signals import on_ending_signals
 
 NODES_END = 8.0
 """How long the nodes may take to end after a signal [s]: on their own they need at most 6.5 s."""
@@ -42,8 +43,7 @@ class NodeGroup:
         self._stop = threading.Event()
 
     def __enter__(self) -> 'NodeGroup':
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, lambda *_: self._stop.set())
+        on_ending_signals(self._stop.set)
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
         os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
         use_transport_profile()

@@ -9,8 +9,11 @@ from concurrent.futures import ProcessPoolExecutor
 import contextlib
 from functools import partial
 import multiprocessing
+import os
 from pathlib import Path
+import select
 import sys
+import threading
 
 import numpy as np
 from rich.box import SIMPLE
@@ -144,7 +147,7 @@ def _trials(arguments: argparse.Namespace, labeled: Sequence[Labeled]) -> Iterat
     context = multiprocessing.get_context('forkserver')
     work = partial(try_out, arguments, labeled)
     with (
-        ProcessPoolExecutor(arguments.jobs, mp_context=context) as pool,
+        ProcessPoolExecutor(arguments.jobs, context, _end_with, (os.getpid(),)) as pool,
         Progress(console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar,
     ):
         task = bar.add_task('candidates', total=arguments.trials)
@@ -158,6 +161,17 @@ def _trials(arguments: argparse.Namespace, labeled: Sequence[Labeled]) -> Iterat
             return [known[repr(job)] for job in jobs]
 
         yield judged
+
+
+def _end_with(pid: int) -> None:
+    """End this process when another one has ended, however it has."""
+    other = os.pidfd_open(pid)
+
+    def wait() -> None:
+        select.select([other], [], [])
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def _scores(labeled: Sequence[Labeled], before: Trial, after: Trial, goal: str) -> Table:

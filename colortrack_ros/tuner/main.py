@@ -4,10 +4,10 @@ import argparse
 import asyncio
 from collections.abc import Sequence
 from pathlib import Path
-import signal
 import sys
 
 from colortrack_ros.files import resolved
+from colortrack_ros.signals import ending_signals
 
 HELP = 'a topic of images, a bag, a video, pictures, a device, a stream, or scene:NAME'
 NEED = 'apt install python3-aiohttp, or pip install aiohttp'
@@ -55,7 +55,7 @@ async def _serve(arguments: argparse.Namespace) -> int:
     from colortrack_ros.tuner.session import Session
 
     stop = asyncio.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in ending_signals():
         asyncio.get_running_loop().add_signal_handler(number, stop.set)
     file: Path | None = arguments.params_file
     folder = arguments.folder or (file.parent if file else Path())

@@ -9,13 +9,14 @@ from golden.make import CONTOURS
 import pytest
 
 from colortrack_ros.replay.main import main
+from colortrack_ros.signals import ending_signals
 
 HERE = Path(__file__).parent
 
 
 @pytest.fixture
 def replay(tmp_path, capsys):
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handlers = {number: signal.getsignal(number) for number in ending_signals()}
 
     def run(*options, source=(str(HERE / 'bag'),)):
         status = main([*source, '--output', str(tmp_path / 'new'), '--force', *options])

@@ -1,10 +1,14 @@
 """The demo, whose nodes are processes: nobody waits for the dead, none is left behind."""
 
+import contextlib
+import fcntl
 import os
 from pathlib import Path
+import pty
 import signal
 import subprocess
 import sys
+import termios
 import time
 
 import pytest
@@ -32,15 +36,14 @@ def demo(tmp_path):
     domain, lock = free_domain()
     started = []
 
-    def start(limit='', *options):
+    def start(limit='', *options, **streams):
         code = f'{limit}\nfrom colortrack_ros.tools.demo import main\nraise SystemExit(main())'
         given = ['--source', SOURCE, '--out', str(tmp_path / 'out'), *options]
         with (tmp_path / 'errors').open('w') as errors:
             process = subprocess.Popen(
                 [sys.executable, '-c', code, *given],
                 env=dict(os.environ, ROS_DOMAIN_ID=str(domain)),
-                stdout=subprocess.DEVNULL,
-                stderr=errors,
+                **({'stdout': subprocess.DEVNULL, 'stderr': errors} | streams),
             )
         started.append(process)
         return process
@@ -59,6 +62,30 @@ def test_a_signal_ends_the_demo_and_all_its_nodes(demo):
     process.send_signal(signal.SIGTERM)
     process.wait(PATIENCE)
     assert not any(Path(f'/proc/{node}').exists() for node in nodes)
+
+
+def test_a_terminal_that_is_closed_ends_the_demo_and_all_its_nodes(demo):
+    ours, terminal = pty.openpty()
+
+    def of_terminal() -> None:
+        os.setsid()
+        fcntl.ioctl(terminal, termios.TIOCSCTTY, 0)
+
+    streams = dict.fromkeys(('stdin', 'stdout', 'stderr'), terminal)
+    process = demo(preexec_fn=of_terminal, **streams)
+    os.close(terminal)
+    os.set_blocking(ours, False)
+
+    def all_there() -> bool:
+        with contextlib.suppress(BlockingIOError):
+            os.read(ours, 1 << 16)
+        return len(children(process.pid)) == 4
+
+    wait_until(all_there)
+    nodes = children(process.pid)
+    os.close(ours)
+    assert process.wait(PATIENCE) >= 0, 'it has not ended by itself'
+    wait_until(lambda: not any(Path(f'/proc/{node}').exists() for node in nodes))
 
 
 def test_a_demo_that_is_killed_leaves_no_node_behind(demo):

@@ -43,6 +43,7 @@ from colortrack_ros.replay.main import main
 from colortrack_ros.replay.run import default_output
 from colortrack_ros.sources import Source
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SCENE = 'scene:five?width=320&height=240&rate=6&duration=12'
 START = 1_700_000_000_123_456_789
 TOPICS = {'/detections': PointCloud2, '/tracks': PointCloud2, '/tracks/markers': MarkerArray}
@@ -52,7 +53,7 @@ TOPICS = {'/detections': PointCloud2, '/tracks': PointCloud2, '/tracks/markers':
 def replay(tmp_path, monkeypatch, capfd):
     """Runs replay in a folder of its own: exit status, what it printed, and its errors."""
     monkeypatch.chdir(tmp_path)
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handlers = {number: signal.getsignal(number) for number in SIGNALS}
 
     def run(*arguments):
         status = main([str(argument) for argument in arguments])
@@ -628,13 +629,7 @@ def test_a_missing_library_is_named(replay, bag, monkeypatch):
     assert (status, 'without ROS, colortrack_ros.chain' in errors) == (1, True)
 
 
-def processor_time(process) -> float:
-    """What a process has computed, whoever else wanted the processor [s]."""
-    fields = Path(f'/proc/{process.popen.pid}/stat').read_text().rpartition(')')[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
-
-
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
+@pytest.mark.parametrize('number', SIGNALS, ids=lambda s: s.name)
 @pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
 def test_a_signal_finishes_the_bag(ros, number, storage):
     new = ros.folder / 'new'
@@ -644,8 +639,8 @@ def test_a_signal_finishes_the_bag(ros, number, storage):
         *('--output', str(new), '--storage', storage),
     )
     assert ros.spin(lambda: list(ros.folder.glob('.replay-*/new'))), process.output
-    began = processor_time(process)
-    assert ros.spin(lambda: processor_time(process) > began + 0.3), process.output
+    began = process.work()
+    assert ros.spin(lambda: process.work() > began + 0.3), process.output
     assert process.stop(number) == 0, process.output
     frames = int(re.search(r'frames +(\d+), interrupted', process.output)[1])
     assert frames > 0

@@ -99,6 +99,11 @@ class Process:
         resident, shared = Path(f'/proc/{self.popen.pid}/statm').read_text().split()[1:3]
         return (int(resident) - int(shared)) * os.sysconf('SC_PAGE_SIZE')
 
+    def work(self) -> float:
+        """Processor time that it has used so far [s]."""
+        fields = Path(f'/proc/{self.popen.pid}/stat').read_text().rpartition(')')[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+
     def wait_for(self, text: str, seconds: float = PATIENCE) -> None:
         wait_until(lambda: text in self.output, seconds, lambda: f'{text!r} in:\n{self.output}')
 
