@@ -27,6 +27,25 @@ def seconds_of(node: Node) -> Callable[[], float]:
     return now
 
 
+class Elapsed:
+    """The time [s] that has passed by a node's clock, without its jumps.
+
+    It does not jump where use_sim_time changes, or where a bag loops and /clock goes back.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node, self._now = node, seconds_of(node)
+        self._passed, self._last, self._simulated = 0.0, self._now(), _is_simulated(node)
+
+    def __call__(self) -> float:
+        """That time, from when this was made."""
+        now, simulated = self._now(), _is_simulated(self._node)
+        if simulated == self._simulated:
+            self._passed += max(now - self._last, 0.0)
+        self._last, self._simulated = now, simulated
+        return self._passed
+
+
 def lacks_clock(node: Node) -> bool:
     """Whether the node uses simulated time and nobody publishes it, as when a bag has ended."""
     return _is_simulated(node) and node.count_publishers('/clock') == 0

@@ -14,8 +14,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.msg import KeyValue
 from rclpy.node import Node
 
+from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.clocks import lacks_clock
-from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.runtime import OF_EVERY_NODE
 from colortrack_ros.node_kit.topics import publish_on
@@ -89,7 +89,7 @@ class Health:
         self._counts = _Counts()
         self._reason = ''
         self._told = -TOLD_EVERY
-        self._seconds = seconds_of(node)
+        self._seconds = Elapsed(node)
         self._heard = self._seconds()
         self._publisher = publish_on(node, DiagnosticArray, '/diagnostics')
         node.create_timer(PERIOD, self.publish, clock=STEADY)

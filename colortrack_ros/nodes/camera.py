@@ -16,6 +16,7 @@ from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool
 
 from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.flow.pacing import Pacer
 from colortrack_ros.flow.pacing import Window
 from colortrack_ros.messages import compressed_of_frame
@@ -23,6 +24,7 @@ from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.calibration import CalibrationServer
+from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.runtime import run
@@ -177,9 +179,9 @@ class CameraNode(ManagedNode[CameraSetup]):
         if self._grabber.live:
             return not self._going.is_set()
         if not self._going.is_set() and self._base is not None:
-            paused = self.get_clock().now().nanoseconds
+            paused = Elapsed(self)
             self._going.wait()
-            self._base += self.get_clock().now().nanoseconds - paused
+            self._base += round(paused() * NANOSECONDS)
         self._going.wait()
         return self._closing.is_set()
 
