@@ -1,9 +1,16 @@
 """The linters of ROS, where they are installed; why they leave out what they do is said here."""
 
+import ast
+from pathlib import Path
 import shutil
+import subprocess
+import sys
+from xml.etree import ElementTree
 
 import pytest
 from support.paths import ROOT
+
+PACKAGE = 'colortrack_ros'
 
 PATHS = [str(ROOT / name) for name in ('colortrack_ros', 'launch', 'setup.py')]
 
@@ -23,9 +30,55 @@ def test_ament_pep257_passes():
     assert main.main(argv=['--add-ignore', *UNLIKE, '--', *PATHS]) == 0
 
 
+XML = [str(path) for path in (ROOT / 'package.xml', *sorted(ROOT.glob('[lp]a*/*.xml')))]
+
+
+def test_all_files_of_xml_are_well_formed():
+    assert {Path(path).parent.name for path in XML} == {ROOT.name, 'launch', 'params'}
+    for path in XML:
+        ElementTree.parse(path)
+    if shutil.which('xmllint'):
+        done = subprocess.run(
+            ['xmllint', '--nonet', '--noout', *XML], capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, done.stderr) == (0, '')
+
+
 def test_ament_xmllint_passes():
     main = pytest.importorskip('ament_xmllint.main', reason='no ament_xmllint here')
     if not shutil.which('xmllint'):
         pytest.skip('no xmllint here')
-    files = ['package.xml', *(f'params/{file.name}' for file in (ROOT / 'params').glob('*.xml'))]
-    assert main.main(argv=[str(ROOT / file) for file in files]) == 0
+    assert main.main(argv=XML) == 0
+
+
+def test_package_xml_names_each_package_once_in_the_order_of_its_schema():
+    """That of http://download.ros.org/schema/package_format3.xsd, which xmllint loads itself."""
+    package = ElementTree.parse(ROOT / 'package.xml').getroot()
+    tags = [child.tag for child in package]
+    order = ['name', 'version', 'description', 'maintainer', 'license', 'url', 'depend',
+             'exec_depend', 'test_depend', 'export']  # fmt: skip
+    assert list(dict.fromkeys(tags)) == order
+    assert tags == sorted(tags, key=order.index)
+    keys = [child.text for child in package if child.tag.endswith('depend')]
+    assert len(keys) == len(set(keys))
+
+
+IMPORTED = {'cv2': 'python3-opencv', 'yaml': 'python3-yaml'}
+"""Modules whose rosdep keys are not ``python3-`` and their name."""
+
+OPTIONAL = {'rosbags', 'apsw', 'distributed', 'vision_msgs', 'colortrack_ros'}
+"""What is used where it is there: a robot has none of it but, perhaps, vision_msgs."""
+
+
+def test_package_xml_has_a_key_for_whatever_is_imported():
+    trees = [ast.parse(file.read_text()) for file in sorted((ROOT / PACKAGE).rglob('*.py'))]
+    trees += [ast.parse(file.read_text()) for file in (ROOT / 'launch').glob('*.py')]
+    nodes = [node for tree in trees for node in ast.walk(tree)]
+    names = {node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module}
+    names |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    modules = {name.partition('.')[0] for name in names} - sys.stdlib_module_names - OPTIONAL
+    package = ElementTree.parse(ROOT / 'package.xml').getroot()
+    keys = {child.text for child in package if child.tag in ('depend', 'exec_depend')}
+    keys |= {'tf2_ros'} if 'tf2_ros_py' in keys else set()  # the package of that name
+    missing = {m for m in modules if m not in keys and IMPORTED.get(m, f'python3-{m}') not in keys}
+    assert missing == set()
