@@ -1,7 +1,9 @@
 """Stages of the chain, and what overload, disorder and bad input do to one with a thread."""
 
+import itertools
+import random
 import threading
-import time
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,13 +11,14 @@ import pytest
 from support.waiting import PATIENCE
 
 from colortrack_ros.data import Frame
+from colortrack_ros.flow import stage
 from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.flow.stage import Worker
 
 MS = 1_000_000
-PERIOD, COST = 0.002, 0.01
-"""Of arrivals and of the work on one [s]: five times what the worker can do."""
+PERIOD, READING, COST = 0.002, 0.0001, 0.01
+"""Of arrivals, and of reading and of working on one [s]: five times what the worker can do."""
 
 
 class Item(NamedTuple):
@@ -51,45 +54,66 @@ def test_both_kinds_put_in_order_and_refuse_alike(kind):
     stage.close()
 
 
-def overload(window, *, bad_every=0, seconds=1.5):
-    """How old each result of an overloaded worker is [s], how many wait, and what was refused."""
-    ages, waiting, refused = [], [], []
+class Overload:
+    """A worker that gets more than it can do, in a time of its own: one second of it takes 20 ms.
 
-    def work(item):
-        time.sleep(COST)
+    :ivar ages: how old each result is [s].
+    :ivar waiting: how many items wait, at each arrival.
+    :ivar refused: reasons.
+    """
+
+    def __init__(self, monkeypatch, window: float, bad_every: int) -> None:
+        self.now, self.ages, self.waiting, self.refused = 0.0, [], [], []
+        monkeypatch.setattr(stage, 'time', SimpleNamespace(monotonic=lambda: self.now))
+        self._costs, self._bad_every = random.Random(3), bad_every
+        self._next = itertools.count()
+        self._number = next(self._next)
+        self.worker = Worker(self._work, self.refused.append, lambda: self.now)
+        self.worker._thread = SimpleNamespace(ident=1)
+        self.worker.configure(OrderConfig(reorder_window=window))
+        self.worker.max_lag = 0.02
+        self.worker.then(lambda item, _: self.ages.append(self.now - item.born))
+
+    def run(self, seconds: float) -> None:
+        while self.now < seconds:
+            self._arrive()
+            if self.worker._backlog._unfinished:
+                self.worker._step()
+            else:
+                self.now = self._number * PERIOD
+
+    def _arrive(self) -> None:
+        """All that comes until now."""
+        while self._number * PERIOD <= self.now:
+            number, self._number = self._number, next(self._next)
+            self.worker.put_unread(lambda n=number: self._read(n), 100)
+            self.waiting.append(self.worker._backlog._unfinished + len(self.worker._order._waiting))
+
+    def _read(self, number: int) -> Item:
+        self.now += READING
+        if self._bad_every and number % self._bad_every == 0:
+            raise ValueError('bad')
+        return Item(round(number * PERIOD * 1e9), number * PERIOD)
+
+    def _work(self, item: Item) -> Item:
+        self.now += self._costs.choice((0.1, 1.3, 1.3, 1.3)) * COST
+        self._arrive()
         return item
 
-    def read(number):
-        if bad_every and number % bad_every == 0:
-            raise ValueError('bad')
-        return Item(round(number * PERIOD * 1e9), time.monotonic())
 
-    worker = Worker(work, refused.append)
-    worker.configure(OrderConfig(reorder_window=window))
-    worker.max_lag = 0.02
-    born = {}
-    worker.then(lambda item, _: ages.append(time.monotonic() - born[item.stamp]))
-    start = time.monotonic()
-    for number in range(round(seconds / PERIOD)):
-        born[round(number * PERIOD * 1e9)] = time.monotonic()
-        worker.put_unread(lambda number=number: read(number), 100)
-        waiting.append(worker._backlog._unfinished + len(worker._order._waiting))
-        time.sleep(max(start + number * PERIOD - time.monotonic(), 0.0))
-    worker.close()
-    return np.array(ages), np.array(waiting), refused, worker.skipped
-
-
-@pytest.mark.alone
 @pytest.mark.parametrize('window', [0.0, 0.3])
 @pytest.mark.parametrize('bad_every', [0, 4, 2])
-def test_the_output_of_an_overloaded_worker_is_never_old_and_little_waits(window, bad_every):
-    ages, waiting, refused, skipped = overload(window, bad_every=bad_every)
-    settled = ages[20:]  # until then nobody can tell what an item costs
-    assert len(settled) > 20
-    assert settled.max() < 0.02 + window + 10 * COST
-    assert waiting[len(waiting) // 2 :].max() <= window / PERIOD + 20
-    assert skipped > 100
-    assert bool(refused) == bool(bad_every)
+def test_the_output_of_an_overloaded_worker_is_never_old_and_little_waits(
+    monkeypatch, window, bad_every
+):
+    overload = Overload(monkeypatch, window, bad_every)
+    overload.run(10.0)
+    settled = overload.ages[20:]  # until then nobody can tell what an item costs
+    assert len(settled) > 500
+    assert max(settled) < 0.02 + window + 1.5 * COST
+    assert max(overload.waiting[len(overload.waiting) // 2 :]) <= window / PERIOD + 8
+    assert overload.worker.skipped > 1000
+    assert bool(overload.refused) == bool(bad_every)
 
 
 def test_a_worker_that_is_fast_enough_skips_nothing_in_a_wide_window():

@@ -9,12 +9,10 @@ import signal
 import subprocess
 import sys
 import termios
-import time
 
 import pytest
 from support.ros_domain import free_domain
 from support.waiting import PATIENCE
-from support.waiting import slowness
 from support.waiting import wait_until
 
 SOURCE = 'scene:single?width=160&height=120'
@@ -97,7 +95,6 @@ def test_a_demo_that_is_killed_leaves_no_node_behind(demo):
     wait_until(lambda: not any(Path(f'/proc/{node}').exists() for node in nodes))
 
 
-@pytest.mark.alone
 @pytest.mark.parametrize('count', [3, 4], ids=['before the camera', 'while it plays'])
 def test_a_node_that_dies_ends_the_demo_with_its_name(demo, tmp_path, count):
     process = demo()
@@ -105,9 +102,6 @@ def test_a_node_that_dies_ends_the_demo_with_its_name(demo, tmp_path, count):
     nodes = children(process.pid)
     (victim,) = (node for node in nodes if 'nodes.detector' in command(node))
     os.kill(victim, signal.SIGKILL)
-    began = time.monotonic()
     assert process.wait(PATIENCE) == 1
-    took = time.monotonic() - began
-    assert took < 10.0 * slowness()
     assert 'the node detector has ended with status -9' in (tmp_path / 'errors').read_text()
     assert not any(Path(f'/proc/{node}').exists() for node in nodes)
