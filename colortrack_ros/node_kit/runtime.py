@@ -34,6 +34,8 @@ heartbeat period of 3 s."""
 TIME_OF_ROS = 5.0
 """How long [s] ROS has, from then on, to take down nodes that have ended: it takes less than 0.5 s
 for one node, and more than 1.5 s for 24 in one process on a busy machine."""
+TIME_OF_PYTHON = 1.0
+"""How long [s] Python has after that to end itself: it takes less than 0.1 s."""
 HUNG = 124
 """Exit status of a process that had to end without its nodes, that of timeout(1)."""
 
@@ -118,7 +120,7 @@ def run(
         first.
     :return: the exit status: that one, 0 after a signal, or 1 when a node could not start. After a
         signal, what has not ended within TIME_TO_END ends with the process, whose status is then
-        HUNG.
+        HUNG; a process that cannot even end itself is ended by SIGALRM.
     """
     use_transport_profile()
     life = _Life()
@@ -209,6 +211,8 @@ def _on_signal(life: _Life) -> None:
     def wait() -> None:
         os.read(reading, 1)
         life.stop.set()
+        # no thread of Python runs any more while it ends itself: then Linux ends it
+        signal.setitimer(signal.ITIMER_REAL, TIME_TO_END + TIME_OF_ROS + TIME_OF_PYTHON)
         seconds = TIME_TO_END
         time.sleep(TIME_TO_END)
         if life.stage == END_OF_ROS:

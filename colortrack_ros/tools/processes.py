@@ -19,7 +19,7 @@ from colortrack_ros.node_kit.runtime import use_transport_profile
 from colortrack_ros.signals import on_ending_signals
 
 NODES_END = 8.0
-"""How long the nodes may take to end after a signal [s]: on their own they need at most 6.5 s."""
+"""How long the nodes may take to end after a signal [s]: on their own they need at most 7.5 s."""
 
 LIBC = ctypes.CDLL(None)
 PR_SET_PDEATHSIG = 1

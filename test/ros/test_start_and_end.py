@@ -63,6 +63,28 @@ def test_a_node_that_does_not_end_is_named_and_tells_by_its_status(ros):
     assert process.output.splitlines()[-1] == f'colortrack_ros: {told}'
 
 
+LINGERING = """
+import time
+from rclpy.node import Node
+from colortrack_ros.node_kit.runtime import run
+
+class Lingering:
+    def __del__(self):
+        time.sleep(60.0)
+
+at_the_end = Lingering()
+raise SystemExit(run(lambda _: [Node('lingering')]))
+"""
+
+
+def test_a_process_whose_python_does_not_end_is_ended_by_the_system(ros):
+    process = ros.start_code(LINGERING)
+    assert ros.spin(lambda: 'lingering' in ros.node.get_node_names()), ros.outputs()
+    start_of_end = time.monotonic()
+    assert process.stop(signal.SIGTERM) == -signal.SIGALRM, process.output
+    assert 7.0 < time.monotonic() - start_of_end < 50.0, 'it would sleep for 60 s'
+
+
 def test_other_topic_names_a_params_file_and_a_namespace(ros):
     path = ros.folder / 'robot.yaml'
     path.write_text(
