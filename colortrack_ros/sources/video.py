@@ -11,6 +11,7 @@ from colortrack_ros.sources.base import DEFAULT_RATE
 from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
+from colortrack_ros.sources.edit_list import shown_pictures
 
 ROUNDING = 0.0005
 """Rounding of the times in a container [s]: Matroska has whole milliseconds, others less. A
@@ -50,7 +51,9 @@ class VideoSource(RecordedSource):
         self._path = spec
         self._capture = cv2.VideoCapture(spec, cv2.CAP_FFMPEG)
         own_rate = self._capture.get(cv2.CAP_PROP_FPS)
-        self.total = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
+        total = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
+        shown = shown_pictures(spec)
+        self.total = total if shown is None else min(shown, total)
         if not self._capture.grab():
             raise SourceError(
                 f'source {spec!r}: no video can be read from this file; expected mp4, mkv, avi, '
