@@ -2,7 +2,8 @@
 
 python benchmark/colors.py [FOLDER]: clips CLIP.mp4 with CLIP.csv (frame, id, u, v, w, h, visible)
 and CLIP.frames, the frames that are judged. Each color is that of one pixel of its thing. With
---constants it halves and doubles each constant that decides where a color ends.
+--constants it halves and doubles each constant that decides where a color ends, and those of
+teaching, of which the color is that of a box in the middle of its thing.
 """
 
 import argparse
@@ -20,6 +21,7 @@ from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import extent
 from colortrack_ros.detection import finder
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection import teach
 from colortrack_ros.sources import open_source
 
 CLIPS = {
@@ -36,17 +38,43 @@ WAYS = {'tolerance 50': 50.0, 'tolerance 25': 25.0, 'found': 0.0}
 CONSTANTS = (
     'LOOK_SECONDS', 'POOL_SECONDS', 'MOST_GROWTH', 'LARGEST_SECONDS', 'LEAST_SHARE', 'PIECE_SHARE',
     'PIECE_REACH', 'FEWEST_LEFT', 'NEAR', 'FEWEST_PIXELS', 'LARGEST_SHARE', 'LEAST_SPREAD',
-    'DEEPER', 'SHAPE_ROUNDS',
+    'DEEPER', 'SHAPE_ROUNDS', 'OUTLINE_WIDTH', 'HALF_WAY',
 )  # fmt: skip
+TAUGHT = ('SHADES_OF_BOX', 'SHOWN_PERCENT')
+"""Constants of what is taught by a box."""
+
+SHOWN = 0.5
+"""Side of the box over that of the thing."""
 
 
-def judge(folder: Path, clip: str, tolerance: float) -> tuple[float, float]:
-    """Recall, and false detections in a frame."""
-    rgb, radius, things = CLIPS[clip]
+def sought(clip: str, tolerance: float) -> ReferenceColor:
+    """The color of one pixel."""
+    return ReferenceColor.from_rgb(clip, CLIPS[clip][0], tolerance)
+
+
+def taught(folder: Path, clip: str) -> ReferenceColor:
+    """The color of a box in the middle of the first thing that is seen the most."""
+    things = [row for row in truth_of(folder, clip) if row['id'] in CLIPS[clip][2]]
+    row = max(things, key=lambda row: row['visible'])
+    source = open_source(str(folder / f'{clip}.mp4'))
+    frame = [source.read() for _ in range(int(row['frame']) + 1)][-1]
+    source.close()
+    width, height = (round(SHOWN * row[side]) for side in 'wh')
+    box = round(row['u'] - width / 2), round(row['v'] - height / 2), width, height
+    return teach.teach_color([teach.Example(frame, box)]).color
+
+
+def truth_of(folder: Path, clip: str) -> list[dict[str, float]]:
+    """The labeled boxes."""
     with (folder / f'{clip}.csv').open(newline='') as file:
-        truth = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+        return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+
+
+def judge(folder: Path, clip: str, color: ReferenceColor) -> tuple[float, float]:
+    """Recall, and false detections in a frame."""
+    _, radius, things = CLIPS[clip]
+    truth = truth_of(folder, clip)
     judged = np.loadtxt(folder / f'{clip}.frames', int, ndmin=1)
-    color = ReferenceColor.from_rgb(clip, rgb, tolerance)
     detector = Detector(DetectorConfig(colors=(color,)))
     source, hits, due, false = open_source(str(folder / f'{clip}.mp4')), 0, 0, 0
     for number in range(judged.max() + 1):
@@ -69,15 +97,25 @@ def judge(folder: Path, clip: str, tolerance: float) -> tuple[float, float]:
 
 def sensitivity(folder: Path) -> Iterator[list[str]]:
     """A row for half and for twice of each constant."""
-    for name in CONSTANTS:
-        modules = [module for module in (finder, extent) if hasattr(module, name)]
+    for name in (*CONSTANTS, *TAUGHT):
+        modules = [module for module in (finder, extent, teach) if hasattr(module, name)]
         value = getattr(modules[0], name)
-        for factor in (0.5, 2):
+        for factor in (0.5, 1, 2) if name in TAUGHT else (0.5, 2):
+            changed = type(value)(factor * value)
             for module in modules:
-                setattr(module, name, type(value)(factor * value))
-            yield [f'{name} {factor:g}', *(cell(*judge(folder, clip, 0.0)) for clip in CLIPS)]
+                setattr(module, name, min(changed, 100.0) if name == 'SHOWN_PERCENT' else changed)
+            yield [f'{name} {factor:g}', *(changed_cell(folder, clip, name) for clip in CLIPS)]
         for module in modules:
             setattr(module, name, value)
+
+
+def changed_cell(folder: Path, clip: str, name: str) -> str:
+    """What a table shows of a clip while a constant is changed."""
+    try:
+        color = taught(folder, clip) if name in TAUGHT else sought(clip, 0.0)
+    except ValueError:
+        return 'refused'
+    return cell(*judge(folder, clip, color))
 
 
 def cell(recall: float, false: float) -> str:
@@ -103,7 +141,7 @@ def main() -> None:
             table.add_row(*row)
     else:
         for clip in CLIPS:
-            results = (judge(folder, clip, tolerance) for tolerance in WAYS.values())
+            results = (judge(folder, clip, sought(clip, value)) for value in WAYS.values())
             table.add_row(clip, *(cell(*result) for result in results))
     Console().print(table)
 

@@ -2,7 +2,9 @@
 
 Counted outwards from a color, in ellipsoids of one shape, the pixels of a thing come first and soon
 run out; then comes a gap, and then everything else. The relative growth of the count,
-d ln N / d ln t, has its valley there. It is 3 where colors fill CIELAB evenly, and 0 in a gap.
+d ln N / d ln t, has its valley there. It is 3 where colors fill CIELAB evenly, and 0 in a gap, but
+for the pixels of outlines: they lie all the way to the color of what is around, and a thing of few
+pixels has many of them.
 """
 
 from collections.abc import Iterable
@@ -59,6 +61,13 @@ LARGEST_GROUND = 0.98
 LEAST_SPREAD = 2.0
 """Least standard deviation of a thing along an axis [CIELAB units]: that of a cell of the table."""
 
+OUTLINE_WIDTH = 2.0
+"""Width of the outline of a thing, whose pixels are mixed with what is around [px]: video has a
+color for every 2 by 2 pixels."""
+
+HALF_WAY = 2.0
+"""Ratio of the distance of what is around to that of the outline, where a pixel is half of it."""
+
 SHAPE_ROUNDS, DEEPER = 4, 0.02
 """How often center and shape follow what is inside, as long as the valley gets deeper by this."""
 
@@ -69,7 +78,8 @@ class Extent:
 
     :param lab: its center.
     :param axes: its half axes along L, a, b.
-    :param growth: of the count at its surface, d ln N / d ln t.
+    :param growth: least of the count on the way to its surface, d ln N / d ln t: what grows more
+        there is the outline, evenly on all sides.
     :param pixels: within it.
     """
 
@@ -138,20 +148,21 @@ def _deepest_valley(
 ) -> Extent | None:
     """The valley around one color, whose center and shape follow what is inside."""
     center, shape = np.array(lab), SHAPE
-    best: Extent | None = None
+    best = whole = None
     for _ in range(SHAPE_ROUNDS):
         distance = nearest_sample(color, (center,), shape)
         found = _valley(number, distance, center, shape, most)
         if found is None or (best is not None and found.growth > best.growth - DEEPER):
             break
         best = found
+        whole = _valley(number, distance, center, shape, most, to_outline=True)
         inside = (((color - center) / found.axes) ** 2).sum(axis=1) < 1
         center = np.average(color[inside], axis=0, weights=number[inside])
         variance = np.average((color[inside] - center) ** 2, axis=0, weights=number[inside])
         spread = np.maximum(np.sqrt(variance), LEAST_SPREAD)
         # Of the volume that the first shape has.
         shape = spread * np.cbrt(LIGHTNESS_AXIS / spread.prod())
-    return best
+    return whole
 
 
 def nearest_sample(
@@ -172,8 +183,12 @@ def _valley(
     shape: NDArray[np.float64],
     most: float,
     least: float = 0.0,
+    to_outline: bool = False,
 ) -> Extent | None:
-    """The size at whose surface the count grows least, of ellipsoids of a shape around a center."""
+    """The size at whose surface the count grows least, of ellipsoids of a shape around a center.
+
+    :param to_outline: or the larger one half-way to where it grows more than by an outline.
+    """
     order = np.argsort(distance)
     behind = np.searchsorted(distance[order], SIZES)
     count = np.append(0.0, np.cumsum(number[order]))[behind]
@@ -188,6 +203,21 @@ def _valley(
     k = int(growth.argmin())
     if not np.isfinite(growth[k]):
         return None
+    outer = max(k, _outline(growth, float(middle[k]), k)) if to_outline else k
     L, a, b = center.tolist()
-    dL, da, db = (SIZES[SLOPE_STEPS + k] * shape).tolist()
-    return Extent((L, a, b), (dL, da, db), float(growth[k]), float(middle[k]))
+    dL, da, db = (SIZES[SLOPE_STEPS + outer] * shape).tolist()
+    return Extent((L, a, b), (dL, da, db), float(growth[k]), float(middle[outer]))
+
+
+def _outline(growth: NDArray[np.float64], pixels: float, valley: int) -> int:
+    """The index of the size half-way to the end of a valley.
+
+    A disc of N pixels has 2 sqrt(pi N) of them along its outline.
+
+    :param growth: (S,) at the sizes that are tried.
+    :param pixels: in the valley.
+    :param valley: index of its size.
+    """
+    mixed = OUTLINE_WIDTH * 2 * np.sqrt(np.pi / pixels)
+    beyond = np.append(growth[valley:] > growth[valley] + mixed, True)
+    return valley + int(beyond.argmax()) - 1 - round(np.log(HALF_WAY) / SIZE_STEP)

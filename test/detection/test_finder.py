@@ -1,5 +1,6 @@
 """A color without a tolerance: how far it reaches is found in the pictures."""
 
+import cv2
 import numpy as np
 import pytest
 from support.paths import DATA
@@ -84,6 +85,21 @@ def test_centroids_of_a_color_that_runs_into_others_are_known_less():
         unsure['cov_vv'] - sure['cov_vv'], rel=0.3
     )
     assert unsure['cov_uu'] > 2 * sure['cov_uu']
+
+
+@pytest.mark.parametrize('rgb', [RED, GREEN, (230, 120, 30)])
+@pytest.mark.parametrize('radius', [6, 8])
+def test_a_far_ball_is_found_to_its_outline_though_that_is_much_of_it(rgb, radius):
+    image = np.full((240, 320, 3), WALL[::-1], np.float32)
+    cv2.circle(image, (200, 80), radius, rgb[::-1], cv2.FILLED)
+    image = cv2.GaussianBlur(image, (0, 0), 1.0)
+    detector = sought(rgb)
+    for k in range(8):
+        noise = np.random.default_rng(k).normal(0, NOISE, image.shape)
+        frame = Frame(np.clip(image + noise, 0, 255).astype(np.uint8), stamp=k * NANOSECONDS // 8)
+        (row,) = detector.detect(frame).rows
+        assert [row['u'], row['v']] == pytest.approx([200, 80], abs=0.5)
+        assert row['area'] > 0.6 * np.pi * (radius - 1) ** 2, 'the erosion takes a pixel'
 
 
 def test_a_smaller_thing_elsewhere_is_a_thing():
