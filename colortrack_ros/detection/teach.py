@@ -28,10 +28,14 @@ from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 
 SHADES_OF_BOX = 3
-"""Shades that are taken of a box: the dark, the middle and the light third of it."""
+"""Shades that are taken of a box: the dark, the middle and the light third of it. With one or six,
+`python benchmark/colors.py --constants` changes by less than a point, but with one the color of a
+patterned box, which fills the picture, is not refused."""
 
 SHOWN_PERCENT = 80.0
-"""Part of what is shown that the color takes in at least [%]: a box has corners, and highlights."""
+"""Part of what is shown that the color takes in at least [%]: a box has corners and highlights.
+`python benchmark/colors.py --constants`: with half of it nothing changes, and with all of it the
+color of a pale ball is that of the room."""
 
 
 @dataclass(frozen=True)

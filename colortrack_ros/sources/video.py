@@ -19,7 +19,8 @@ time this close to a multiple of the period is the multiple."""
 
 READ_ON = 250
 """Pictures to try after one that cannot be read, before that is the end: ten seconds at 25 Hz. If
-the container promises more, that many."""
+the container promises more, that many. The damaged mp4 of test/sources is read on with 25 and ends
+at the damage with 12; it is ten times as many since trying costs nothing but time."""
 
 ESTIMATE = 2
 """Pictures that a container may promise too many: Matroska gives a duration, sound included."""
