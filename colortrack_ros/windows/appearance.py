@@ -15,10 +15,10 @@ from colortrack_ros.windows.colors import mean_inside
 from colortrack_ros.windows.correlation import CorrelationFilter
 from colortrack_ros.windows.features import CELL
 from colortrack_ros.windows.features import describe
-from colortrack_ros.windows.features import Features
 from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.features import Pixels
 from colortrack_ros.windows.features import sample
+from colortrack_ros.windows.peaks import vertex
 from colortrack_ros.windows.scale import ScaleFilter
 
 SURROUNDINGS = 1.5
@@ -115,7 +115,7 @@ class Appearance:
         both = (1 - COLOR_SHARE) * answer + COLOR_SHARE * colors
         both *= 1 - NEARNESS * (1 - self._filter.window)
         v, u = np.unravel_index(int(both.argmax()), both.shape)
-        cell = np.array([u, v]) + _between(both, int(u), int(v))
+        cell = np.array([vertex(both[v], int(u)), vertex(both[:, u], int(v))])
         pitch = self._pitch * self._scale.scale
         z = center + (cell - self._cells // 2) * pitch
         peak, contrast = float(answer[v, u]), float(colors[v, u] - colors.mean())
@@ -167,14 +167,3 @@ class Appearance:
     def _patch(self, frame: Frame, center: Floats) -> Pixels:
         region = self._cells * self._pitch * self._scale.scale
         return sample(frame, center, region, tuple((self._cells * CELL).tolist()))
-
-
-def _between(surface: Features, u: int, v: int) -> Floats:
-    """Where between the cells the peak is, by (u, v), from parabolas."""
-    shift = np.zeros(2)
-    for axis, line, k in ((0, surface[v], u), (1, surface[:, u], v)):
-        if 0 < k < len(line) - 1:
-            curvature = line[k - 1] + line[k + 1] - 2 * line[k]
-            if curvature < 0:
-                shift[axis] = np.clip((line[k - 1] - line[k + 1]) / (2 * curvature), -0.5, 0.5)
-    return shift

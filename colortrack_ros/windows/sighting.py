@@ -49,6 +49,7 @@ def sight(
             # The more places were looked at, the rarer has to be one as like.
             if appearance.likeness(seen) < NEARBY + RARER * np.log(record['looks'] + 1):
                 continue
+            records['looks'][i] = max(record['looks'], 1)  # it is lost even if it was just seen
         sightings[i] = seen
         if not appearance.is_sure(seen):
             seen = appearance.partly(seen)
@@ -72,22 +73,26 @@ def are_doubtful(
 
 
 def learn(
-    frame: Frame, records: NDArray[np.void], accepted: NDArray[np.bool_], z: Floats,
+    frame: Frame, records: NDArray[np.void], accepted: NDArray[np.bool_], matches: Matches,
     sightings: dict[int, Sighting],
 ) -> None:  # fmt: skip
     """Learn what the targets look like where they are, and how large they are.
 
+    What is less like a target than it has been is learned where its template is found as well: two
+    witnesses that agree on the place are hardly wrong. (By its likeness alone a target that deforms
+    is learned no more from some frame on, and from there on is less and less like.)
+
     :param accepted: (N,) which are measured, and not doubtful.
-    :param z: (N, 2) where [px].
     """
+    found = matches.similarity > 0
     records['looks'] = np.where(accepted, 0, records['looks'] + 1)
     for i in np.flatnonzero(accepted).tolist():
         appearance: Appearance = records['appearance'][i]
         seen = sightings.get(i)
         if records['hits'][i] % 2:  # by turns: each is half of the time
-            appearance.resize(frame, z[i])
-        elif seen is None or appearance.is_sure(seen):
-            appearance.learn(frame, z[i], seen)
+            appearance.resize(frame, matches.z[i])
+        elif found[i] or seen is None or appearance.is_sure(seen):
+            appearance.learn(frame, matches.z[i], seen)
         records['box_w'][i], records['box_h'][i] = appearance.size
         records['area'][i] = appearance.size.prod()
 

@@ -122,7 +122,7 @@ class WindowTracker:
         certain = accepted & ~are_doubtful(self._tracks.records, matches, sightings)
         self._correct(matches, accepted, certain, dt)
         if self._is_learning:
-            learn(frame, self._tracks.records, certain, matches.z, sightings)
+            learn(frame, self._tracks.records, certain, matches, sightings)
         self._renew_templates(frame, matches, accepted)
         self._delete(frame)
         boxes, offered = self.waiting.take()

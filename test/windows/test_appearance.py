@@ -12,6 +12,9 @@ from colortrack_ros.data import Frame
 from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows import WindowTracker
 from colortrack_ros.windows.appearance import Appearance
+from colortrack_ros.windows.appearance import LEARNED
+from colortrack_ros.windows.appearance import NEARBY
+from colortrack_ros.windows.scale import ScaleFilter
 
 WALL = 0.4 * texture(30, 240, 320) + 70
 
@@ -118,3 +121,57 @@ def test_what_was_lost_is_followed_in_doubt_but_is_said_to_be_seen_only_for_sure
             k += 1
             rows = tracker.update(frame(beside, k)).rows
     assert rows['state'].tolist() == [state]
+
+
+def test_a_size_that_has_changed_by_a_quarter_since_the_last_look_is_found_at_once():
+    look = texture(38, 93, 93, 4.0)
+    for side in (25, 39):
+        first = frame(shown(cv2.resize(look, (31, 31), interpolation=cv2.INTER_AREA), (160, 120)))
+        sizes = ScaleFilter(first, np.array([160.0, 120.0]), np.array([31.0, 31.0]))
+        then = cv2.resize(look, (side, side), interpolation=cv2.INTER_AREA)
+        sizes.update(frame(shown(then, (160, 120))), np.array([160.0, 120.0]))
+        assert 31 * sizes.scale == pytest.approx(side, rel=0.1)
+
+
+def test_a_size_that_stays_is_the_same_to_the_bit():
+    look, sizes = texture(39, 31, 31), None
+    for k in range(20):
+        noise = np.random.default_rng(k).normal(0, 2, WALL.shape)
+        picture = frame(shown(look, (160, 120)) + noise)
+        if sizes is None:
+            sizes = ScaleFilter(picture, np.array([160.0, 120.0]), np.array([31.0, 31.0]))
+        sizes.update(picture, np.array([160.0, 120.0]))
+    assert sizes.scale == 1
+
+
+@pytest.mark.parametrize(('covered', 'learned'), [(False, True), (True, False)])
+def test_what_is_hardly_like_the_target_is_learned_only_where_its_template_is_found(
+    monkeypatch, covered, learned
+):
+    """A target that deforms would be less and less like what was learned of it at first."""
+    tracker, lessons = WindowTracker(targets=around((100, 100))), []
+    look = texture(35, 31, 31)
+    for k in range(30):
+        tracker.update(frame(shown(look, (100, 100)), k))
+    monkeypatch.setattr(Appearance, 'likeness', lambda *_: (NEARBY + LEARNED) / 2)
+    monkeypatch.setattr(Appearance, 'learn', lambda *_: lessons.append(1))
+    other = texture(36, 31, 31) if covered else look
+    for k in range(30, 40):
+        rows = tracker.update(frame(shown(other, (100, 100)), k)).rows
+        assert rows['state'] == CONFIRMED
+    assert bool(lessons) == learned
+
+
+def test_what_is_as_like_at_another_place_is_not_said_to_be_the_target_at_once(monkeypatch):
+    """Nor if it is found in the very frame in which the target is gone."""
+    tracker = WindowTracker(targets=around((100, 100)))
+    look = texture(35, 31, 31)
+    for k in range(30):
+        rows = tracker.update(frame(shown(look, (100, 100)), k)).rows
+    assert rows['state'] == CONFIRMED
+    answers = iter([0.0] + 60 * [0.6])  # at the expected place, and then wherever it looks
+    monkeypatch.setattr(Appearance, 'likeness', lambda *_: next(answers))
+    beside = 0.4 * texture(36, 240, 320) + 70
+    for k in range(30, 40):
+        rows = tracker.update(frame(beside, k)).rows
+        assert rows['state'].tolist() == [COASTING]

@@ -1,0 +1,21 @@
+"""Where between its values a peak is."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def vertex(values: NDArray[np.floating[Any]], k: int) -> float:
+    """Where the parabola through a peak and its neighbors is highest, within 0.5 of k.
+
+    :param values: (n,).
+    :param k: index of the highest.
+    :return: the place as an index with a fraction; k where a neighbor is missing.
+    """
+    if not 0 < k < len(values) - 1:
+        return float(k)
+    curvature = values[k - 1] + values[k + 1] - 2 * values[k]
+    if curvature >= 0:
+        return float(k)
+    return k + float(np.clip((values[k - 1] - values[k + 1]) / (2 * curvature), -0.5, 0.5))
