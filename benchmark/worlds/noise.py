@@ -9,8 +9,10 @@ from worlds.following import known
 from worlds.motions import straight
 from worlds.textbook import matched
 from worlds.world import Figure
+from worlds.world import message
 from worlds.world import observe
 from worlds.world import play
+from worlds.world import World
 
 NOISES = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0)
 LEARNED = 30
@@ -65,7 +67,41 @@ def given(seed, rivals, factor):
     yield from figures('the worst noise', worst)
 
 
-WORLDS = {'1 noise, not given': not_given} | {
+def of_others(seed, rivals):
+    """Errors of 1 to 5 px that are not white, alike on both axes, and the same at all times."""
+    rng = np.random.default_rng(seed)
+    path = straight(rng, 8, 240)
+    for label, (before, error, size) in _errors(rng, path[0]).items():
+        z = path[0] + error
+        boxes = [None] * len(z) if size is None else size
+        seen = [message(z[k], k, 0.0, boxes[k]) for k in range(len(z))]
+        world = World(*path, np.ones(z.shape[:2], bool), z, seen)
+        ours = follow(world, play(world.detections))
+        ours = ours.take(ours.frame >= LEARNED)
+        yield Figure(f'{label}: in 95 % of position', ours.inside(0), before, low=90, high=99)
+        yield Figure(f'{label}: RMSE px', ours.rmse(0))
+
+
+def _errors(rng, x):
+    """By name: the share inside before, errors, (K, N, 2), and sizes of boxes or None."""
+    white = rng.normal(0, 1, (6, *x.shape))
+    lasting = 2 * white[3]
+    for k in range(1, len(x)):
+        lasting[k] = 0.5 * lasting[k - 1] + np.sqrt(0.75) * lasting[k]
+    sizes = [np.full(x.shape, size) for size in (40.0, 60.0)]
+    change = np.where(np.arange(len(x)) < len(x) // 2, 1.0, 5.0)[:, None, None]
+    return {
+        'sides of boxes, 2 px': (90.8, white[0] + white[1], sizes[0] + 2 * (white[0] - white[1])),
+        'sides, 5 px': (82.7, 2.5 * (white[0] + white[1]), sizes[1] + 5 * (white[0] - white[1])),
+        '0.5 px across, 5 px down': (81.4, white[2] * [0.5, 5], None),
+        'rounded to 4 px': (73.0, np.round((x + white[4]) / 4) * 4 - x, None),
+        'rounded to 1 px': (50.2, np.round(x) - x, None),
+        'half lasts a frame, 2 px': (44.9, lasting, None),
+        '1 px, then 5 px': (49.5, change * white[5], None),
+    }
+
+
+WORLDS = {'1 noise, not given': not_given, '1 noise of others': of_others} | {
     f'1 noise, variance given x {factor}': partial(given, factor=factor)
     for factor in (1.0, 0.1, 0.25, 4.0, 10.0)
 }

@@ -12,6 +12,7 @@ from colortrack_ros.tracking.maneuvers import Maneuvers
 from colortrack_ros.tracking.noise import MeasurementNoise
 from colortrack_ros.tracking.process_noise import ProcessNoise
 from colortrack_ros.tracking.recent import Recent
+from colortrack_ros.tracking.sizes import Sizes
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -40,9 +41,6 @@ FIRST_FALSE, LEAST_NEW = 0.003, 0.003
 """False detections a frame to start from, and new objects a frame, at least. Assumed: one in 11 s
 at 30 frames/s."""
 
-FIRST_ALIKE = 0.1
-"""Share of the blobs of no track that have the size of one, to start from. Assumed."""
-
 FIRST_AREA = 3e5
 """Least area of the picture while its size is not known [px^2]: about 640 x 480."""
 
@@ -69,8 +67,7 @@ class Adaptation:
         self.unsteadiness = ProcessNoise()
         self._speed2 = np.full(2, FIRST_SPEED**2)
         self._watched = FIRST_WATCHED
-        self.alike = FIRST_ALIKE
-        """Share of the blobs of no track that have the size of one."""
+        self.sizes = Sizes()
         self.has_met = False
         """Whether there have been objects."""
         self._places = FEW_PLACES * np.array([ENTERING, 1 - ENTERING])
@@ -154,10 +151,6 @@ class Adaptation:
             way = float(np.quantile(cKDTree(after).query(before)[0], QUANTILE))
             sigma = way / math.sqrt(-2 * math.log(1 - QUANTILE))
             self._speed2 = np.minimum(self._speed2, (sigma / dt) ** 2)
-
-    def learn_alike(self, alike: int, count: int) -> None:
-        """Take how many of the new blobs of a frame have the size of a track."""
-        self.alike += -math.expm1(-SLOW * count) * (alike / count - self.alike)
 
     def learn_new(self, false: int, origin: Floats) -> None:
         """Take the tracks that in a frame ended unconfirmed, and those that were confirmed.

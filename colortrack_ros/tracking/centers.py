@@ -12,6 +12,8 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.merged import EDGE_VARIANCE
 from colortrack_ros.tracking.merged import sides_of_several
 from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.sizes import Sizes
+from colortrack_ros.tracking.sizes import tolerance
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -40,27 +42,53 @@ def measure_centers(
     if not prediction.sized:
         return z, R
     size, by_axis = prediction.size.take(track, axis=0), R.reshape(-1, 4)[:, ::3]
-    # As the center of the object a centroid may be off by half of what the sizes differ by beyond
-    # a pixel.
-    excess = np.abs(blobs.size.take(blob, axis=0) - size)
-    excess -= 1
-    np.maximum(excess, 0, out=excess)
-    excess *= excess
-    by_axis += LASTING * excess / 4
-    doubtful = (by_axis > EDGE_VARIANCE) & (size > 0)
+    by_axis += _variance_of_odd(prediction.sizes, size, blobs.size.take(blob, axis=0))
+    of_side = side_variance(prediction, blobs, blob, size)
+    doubtful = (by_axis > of_side) & (size > 0)
     either = doubtful[:, 0] | doubtful[:, 1]
     if shared is not None:
         either |= shared
     some = either.nonzero()[0]
     if len(some) == len(track):
-        _take_sides(prediction, blobs, track, blob, size, shared, z, R)
+        _take_sides(prediction, blobs, track, blob, size, of_side, shared, z, R)
     elif len(some):
         ours = None if shared is None else shared[some]
         z_some, R_some = z[some], R[some]
-        pairs = track[some], blob[some], size[some]
+        pairs = track[some], blob[some], size[some], of_side[some]
         _take_sides(prediction, blobs, *pairs, ours, z_some, R_some)
         z[some], R[some] = z_some, R_some
     return z, R
+
+
+def _variance_of_odd(sizes: Sizes, size: Floats, blob: Floats) -> Floats:
+    """What blobs of another size add to the variance of the center, (K, 2), by axis [px^2].
+
+    As the center of the object a centroid may be off by half of what the sizes differ by, beyond a
+    pixel or what boxes jitter by.
+
+    :param size, blob: (K, 2) of the objects and of the blobs [px].
+    """
+    excess = np.abs(blob - size)
+    excess -= 1 if sizes.are_steady else 1 + sizes.slack(size) - tolerance(size)
+    np.maximum(excess, 0, out=excess)
+    excess *= excess
+    return np.asarray(LASTING * excess / 4)
+
+
+def side_variance(
+    prediction: Prediction, blobs: Measurements, blob: Indices, size: Floats
+) -> Floats:
+    """Of the centers that sides give, (K, 2), by axis [px^2].
+
+    A box that jitters is known no better by a side than by its center.
+
+    :param blob: (K,) which.
+    :param size: (K, 2) of the objects [px].
+    """
+    jittering = blobs.usual.take(blob, axis=0)
+    if not prediction.sizes.are_steady:
+        jittering += prediction.sizes.variance(size) / 4
+    return np.asarray(np.maximum(EDGE_VARIANCE, jittering))
 
 
 def _take_sides(
@@ -69,6 +97,7 @@ def _take_sides(
     track: Indices,
     blob: Indices,
     size: Floats,
+    of_side: Floats,
     shared: Bools | None,
     z: Floats,
     R: Floats,
@@ -79,13 +108,14 @@ def _take_sides(
     an object comes into the picture, its size is as little known as how far it goes on outside.
 
     :param size: (K, 2) of the objects [px], 0 where nothing is known of them.
+    :param of_side: (K, 2) see side_variance() [px^2].
     """
     records = prediction.records
     center = centers(z, blobs.box[blob], records['extent'][track])
-    weight = _sides(prediction, blobs, track, blob, shared, center)
+    weight = _sides(prediction, blobs, track, blob, shared, center, of_side)
     mean = np.add.reduce(weight * center)
     rest = center - mean
-    variance = EDGE_VARIANCE + LASTING * np.add.reduce(weight * (rest * rest))
+    variance = of_side + LASTING * np.add.reduce(weight * (rest * rest))
     partial = records['partial'][track]
     if np.count_nonzero(partial):
         variance += np.where(partial, blobs.variance[blob], 0.0)
@@ -103,12 +133,13 @@ def _sides(
     blob: Indices,
     shared: Bools | None,
     center: Floats,
+    of_side: Floats,
 ) -> Floats:
     """Probabilities of the three centers, (3, K, 2), by the prediction and who shares the blob."""
     expected, variance = prediction.center[track], prediction.variance[track]
     d2 = center - expected
     d2 *= d2
-    d2 /= variance + EDGE_VARIANCE
+    d2 /= variance + of_side
     weight = np.exp((np.minimum.reduce(d2) - d2) / 2)
     weight /= np.add.reduce(weight)
     if shared is not None and shared.any():

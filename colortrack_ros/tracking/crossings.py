@@ -22,7 +22,6 @@ from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
-from colortrack_ros.tracking.sizes import log_fit
 from colortrack_ros.tracking.stitching import log_likelihood_ratio
 
 Floats = NDArray[np.float64]
@@ -122,8 +121,8 @@ def _fit_better(
     """
     size, both = prediction.size, np.append(one, other)
     own, crossed = blobs.size[taken[both]], blobs.size[taken[np.append(other, one)]]
-    better = log_fit(size[both], own, prediction.alike)
-    better -= log_fit(size[both], crossed, prediction.alike)
+    better = prediction.sizes.log_fit(size[both], own)
+    better -= prediction.sizes.log_fit(size[both], crossed)
     return np.asarray(better.reshape(2, len(one)).sum(axis=0))
 
 
@@ -263,8 +262,8 @@ def _compare_sizes(
     # Of the last detections: what is learned of sizes has followed the decisions that are in doubt.
     size = np.stack([records['box_w'][both], records['box_h'][both]], axis=1).astype(float)
     before = records['before_size'][both]
-    own = log_fit(before, size, prediction.alike)
-    exchanged = log_fit(before, np.roll(size, len(one), axis=0), prediction.alike)
+    own = prediction.sizes.log_fit(before, size)
+    exchanged = prediction.sizes.log_fit(before, np.roll(size, len(one), axis=0))
     return np.asarray(SCANS * (own - exchanged).reshape(2, len(one)).sum(axis=0))
 
 

@@ -12,7 +12,6 @@ from colortrack_ros.tracking.growth import STEADY_SIDE
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
-from colortrack_ros.tracking.sizes import slack
 from colortrack_ros.tracking.sizes import TOLERANCE
 from colortrack_ros.tracking.sizes import total
 
@@ -40,7 +39,7 @@ def update_extents(
         return np.ones(len(track), bool)
     extent, size = records['extent'][track], prediction.size[track]
     excess = blobs.size[blob] - size
-    other = np.abs(excess) > slack(size)
+    other = np.abs(excess) > prediction.sizes.slack(size)
     unlike = other[:, 0] | other[:, 1]
     reach = blobs.reach(blob)
     now = extent + FOLLOWING_SHARE * (reach - extent)
@@ -62,7 +61,7 @@ def update_extents(
         records['partial'][track] &= blobs.cut[blob] | unlike[:, None]
     if np.count_nonzero(unlike):
         growth = total(now) - size
-        growth[growth < slack(size)] = 0.0
+        growth[growth < prediction.sizes.slack(size)] = 0.0
         tracks.filters.doubt_velocity(track, (growth / 2 / prediction.step.period) ** 2)
     return whole
 

@@ -9,7 +9,6 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
-from colortrack_ros.tracking.sizes import most_fitting
 
 Indices = NDArray[np.intp]
 
@@ -44,7 +43,7 @@ def gate(
     bound = 2 * (prediction.log_odds - (prediction.log_density + math.log(math.pi)))
     bound -= np.log(S[:, 0] * S[:, 1])
     if prediction.sized:
-        bound += 2 * most_fitting(prediction.size, prediction.alike)
+        bound += 2 * prediction.sizes.most_fitting(prediction.size)
     half = np.sqrt(np.maximum(bound, 0.0)[:, None] * (turned + widest)) + np.abs(way)
     if prediction.sized:
         half += prediction.size / 2

@@ -13,7 +13,6 @@ from colortrack_ros.tracking.centers import measure_centers
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
-from colortrack_ros.tracking.sizes import log_fit
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -113,7 +112,7 @@ def _count_sizes(
     if not len(open_):
         return
     track, blob = track[open_], blob[open_]
-    fit = log_fit(prediction.size[track], blobs.size[blob], prediction.alike)
+    fit = prediction.sizes.log_fit(prediction.size[track], blobs.size[blob])
     best = np.full(len(blobs), -np.inf)
     np.maximum.at(best, blob, fit)
     ratio[open_] += fit - np.minimum(best[blob], 0.0)

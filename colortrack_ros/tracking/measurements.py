@@ -50,7 +50,8 @@ class Measurements(Columns):
     :param size: (M, 2) width and height of the box [px].
     :param mixed: (M,) put together of several, or of several objects.
     :param cut: (M, 2) by axis: part of the object is out of the picture, see _cut().
-    :param factor: (M,) of R over what was given, see noise.MeasurementNoise.
+    :param usual: (M, 2) by axis, of R of the detections of that color, 0 where that is unknown.
+    :param factor: (M, 2) of R over what was given, by axis, see noise.MeasurementNoise.
     """
 
     rows: NDArray[np.void]
@@ -60,6 +61,7 @@ class Measurements(Columns):
     size: Floats
     mixed: Bools
     cut: Bools
+    usual: Floats
     factor: Floats
 
     def __len__(self) -> int:
@@ -67,11 +69,14 @@ class Measurements(Columns):
 
     def scaled(self, noisiness: MeasurementNoise) -> 'Measurements':
         """The same with covariances by learned factors, but of those that are cut."""
-        factor = noisiness.factors(self.rows['color'], self.mean_variance)
+        factor, usual = noisiness.factors(self.rows['color'], self.mean_variance)
         if np.count_nonzero(self.cut):
-            factor = np.where(self.cut.any(axis=1), 1.0, factor)
-        R = factor[:, None, None] * self.R
-        return Measurements(self.rows, self.z, R, self.box, self.size, self.mixed, self.cut, factor)
+            factor[self.cut.any(axis=1)] = 1.0
+        scale = np.sqrt(factor)
+        R = scale[:, :, None] * self.R * scale[:, None, :]
+        return Measurements(
+            self.rows, self.z, R, self.box, self.size, self.mixed, self.cut, usual, factor
+        )
 
     def reach(self, which: NDArray[np.intp]) -> Floats:
         """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
@@ -200,8 +205,9 @@ def accept(
     if config.use_boxes:
         given = doubles[:, 2::2] if config.detection_covariance else np.zeros((len(rows), 2))
         cut = _cut(box, singles[:, 3:5], given, image_size)
-    size, mixed, factor = box[:, 1] - box[:, 0], np.zeros(len(rows), bool), np.ones(len(rows))
-    return Measurements(rows, z, R, box, size, mixed, cut, factor)
+    size, mixed = box[:, 1] - box[:, 0], np.zeros(len(rows), bool)
+    usual, factor = np.zeros((len(rows), 2)), np.ones((len(rows), 2))
+    return Measurements(rows, z, R, box, size, mixed, cut, usual, factor)
 
 
 def _boxes(singles: NDArray[np.float32], z: Floats, config: TrackerConfig) -> Floats:

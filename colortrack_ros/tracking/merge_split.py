@@ -12,8 +12,6 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.merged import EDGE_VARIANCE
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
-from colortrack_ros.tracking.sizes import difference
-from colortrack_ros.tracking.sizes import slack
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -34,8 +32,8 @@ def merge_split(
     taken = np.where(prediction.unmeasured > 0, -1, -2)
     sure = probability > 0.5
     taken[pairs.track[sure]] = pairs.blob[sure]
-    piece, whole = find_pieces(records, blobs, taken, np.flatnonzero(associated.free))
-    guest, host = find_guests(records, prediction.center, blobs, taken)
+    piece, whole = find_pieces(prediction, blobs, taken, np.flatnonzero(associated.free))
+    guest, host = find_guests(prediction, blobs, taken)
     if not len(piece) and not len(guest):
         return blobs, associated
     free = associated.free.copy()
@@ -51,11 +49,11 @@ def merge_split(
 
 
 def find_pieces(
-    records: NDArray[np.void], blobs: Measurements, taken: Indices, free: Indices
+    prediction: Prediction, blobs: Measurements, taken: Indices, free: Indices
 ) -> tuple[Indices, Indices]:
     """Find free blobs that, put together with a known object's blob, fit into its size.
 
-    :param records: (N,) of the tracks, see records.FIELDS.
+    :param prediction: of N tracks.
     :param blobs: of the frame.
     :param taken: (N,) the blob of each track, -1 for none, -2 for none since it was
         measured at this stamp before.
@@ -64,11 +62,12 @@ def find_pieces(
     """
     if not len(free):
         return free, free
+    records = prediction.records
     known = np.flatnonzero(
         (taken >= 0) & (records['state'] != TENTATIVE) & records['extent'].all(axis=(1, 2))
     )
     size, box = records['extent'][known].sum(axis=1), blobs.box[taken[known]]
-    room = 1.05 * (size + slack(size))
+    room = 1.05 * (size + prediction.sizes.slack(size))
     half = room - (box[:, 1] - box[:, 0]) / 2
     track, piece = points_inside(box.mean(axis=1), half, blobs.box[free].mean(axis=1))
     whole, piece = taken[known[track]], free[piece]
@@ -81,24 +80,26 @@ def find_pieces(
 
 
 def find_guests(
-    records: NDArray[np.void], center: Floats, blobs: Measurements, taken: NDArray[np.intp]
+    prediction: Prediction, blobs: Measurements, taken: NDArray[np.intp]
 ) -> tuple[Indices, Indices]:
     """Find known objects without a blob that lie inside one too wide for the track that has it.
 
-    :param records: (N,) of the tracks, see records.FIELDS.
-    :param center: (N, 2) predicted centers [px].
+    :param prediction: of N tracks.
     :param blobs: of the frame.
     :param taken: (N,) the blob of each track, -1 for none, -2 for none since it was
         measured at this stamp before.
     :return: (K,) tracks, each once, and (K,) blobs that they share.
     """
+    records = prediction.records
     lost = np.flatnonzero((taken == -1) & (records['state'] != TENTATIVE))
     if not len(lost):
         return lost, lost
     host = np.flatnonzero(taken >= 0)
-    excess = difference(records['extent'][host].sum(axis=1), blobs.size[taken[host]])
+    size = blobs.size[taken[host]]
+    excess = prediction.sizes.difference(prediction.size[host], size)
     wide = taken[host[(excess > 0).any(axis=1)]]
-    blob, track = points_inside(blobs.box[wide].mean(axis=1), blobs.size[wide] / 2, center[lost])
+    center = prediction.center[lost]
+    blob, track = points_inside(blobs.box[wide].mean(axis=1), blobs.size[wide] / 2, center)
     blob, track = _once(wide[blob], lost[track], blobs.rows['color'][wide[blob]], records['color'])
     return track, blob
 

@@ -16,6 +16,7 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.growth import grow
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.sizes import Sizes
 from colortrack_ros.tracking.sizes import total
 
 Floats = NDArray[np.float64]
@@ -57,7 +58,7 @@ class Prediction:
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
     :param log_density: log of the density of detections that belong to no track [1/px^2].
     :param sized: there are tracks or blobs that have a size.
-    :param alike: share of the blobs of no track that have the size of one.
+    :param sizes: how alike sizes are.
     """
 
     step: Step
@@ -74,7 +75,7 @@ class Prediction:
     speed: Floats
     log_density: float
     sized: bool
-    alike: float
+    sizes: Sizes
 
 
 def predict(
@@ -139,7 +140,7 @@ def _expect(
         log_density=math.log(config.clutter_density or learned.density),
         sized=config.use_boxes
         and bool(np.count_nonzero(measurements.size) or np.count_nonzero(size)),
-        alike=learned.alike,
+        sizes=learned.sizes,
     )
 
 

@@ -186,7 +186,7 @@ def _follow(
 ) -> Floats:
     """Move the probes of all tracks by the measurements of some frames.
 
-    :param some: (F, N, 7) what Recent has of them.
+    :param some: (F, N, RING_COLUMNS) what Recent has of them.
     :param measured: (F, N) whether there is any.
     :param age: (F, N) of the probes with them.
     :return: (F, N, G) squared innovations [px^2].

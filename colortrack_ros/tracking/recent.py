@@ -14,12 +14,13 @@ RING = EVERY + 5
 """Measurements that are kept for that: a third difference takes four, and is compared with those
 one and two frames before."""
 
-Z, GIVEN, VARIANCE, UNMEASURED, MANEUVERED, STEADY_CAMERA = slice(0, 2), 2, 3, 4, 5, 6
-"""Columns of what is kept of a measurement: position [px]; variance on each axis as given, and as
-used [px^2]; time since the one before [s], 0 for none; probability that the track has maneuvered in
-it; 1 if the track was measured in the last frame as well, and wholly."""
+Z, GIVEN = slice(0, 2), slice(2, 4)
+VARIANCE, UNMEASURED, MANEUVERED, STEADY_CAMERA, RING_COLUMNS = range(4, 9)
+"""Columns of what is kept of a measurement: position by axis [px]; variance by axis as given, and
+their mean as used [px^2]; time since the one before [s], 0 for none; probability that the track has
+maneuvered in it; 1 if the track was measured in the last frame as well, and wholly."""
 
-RECENT_FIELDS = [('measured', 'f8', (RING, 7)), ('in_a_row', 'i8')]
+RECENT_FIELDS = [('measured', 'f8', (RING, RING_COLUMNS)), ('in_a_row', 'i8')]
 """What is recorded of a track: its last measurements by frame, the oldest overwritten, and how many
 there were in a row."""
 
@@ -54,7 +55,7 @@ class Recent:
         """
         slot = self._frame % RING
         self.stamps[slot] = self.stamps[slot - 1] + dt
-        new = np.empty((len(track), 7))
+        new = np.empty((len(track), RING_COLUMNS))
         new[:, Z] = z
         new[:, GIVEN], new[:, VARIANCE] = given, variance
         new[:, UNMEASURED], new[:, MANEUVERED], new[:, STEADY_CAMERA] = (

@@ -1,5 +1,7 @@
 """Sizes: whether a blob has the size of an object, and how much that tells."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,52 +19,115 @@ OTHER_SIZE = 0.02
 """Probability that a blob has another size than its object. Assumed: one in 50, as for colors."""
 
 
+FIRST_ALIKE, ALIKE_SHARE = 0.1, 0.03
+"""Share of the blobs of no track that have the size of one, to start from, and the share of one
+more blob in it. Assumed."""
+
+JITTER_MEMORY = 10.0
+"""Time after which the change of a box counts 1/e [s]. Assumed: as for noise.NOISE_MEMORY."""
+
+JITTER_PRIOR = 10.0
+"""Changes that a jitter which the tolerance holds is worth. Assumed."""
+
+LOOSE_SIGMA = 2.5
+"""Standard deviations of a jittering size that are within the slack: 99 % of the normal ones."""
+
+MEAN_LOG_SQUARE = -1.2703628
+"""Mean of ln x^2 for x of a normal distribution of variance 1: minus Euler's constant, minus ln 2.
+A mean of logarithms is hardly moved by the few boxes that are cut or merged."""
+
+LEAST_CHANGE = 0.1
+"""Of a size, in tolerances: of a box that stays as it is to the bit. Assumed."""
+
+
 def total(extent: Floats) -> Floats:
     """(K, 2) sizes of extents, (K, 2, 2): from the low to the high side [px]."""
     return np.asarray(extent[:, 0] + extent[:, 1])
 
 
-def slack(size: Floats) -> Floats:
-    """How much the size of a whole blob may differ from the object's size [px]."""
+def tolerance(size: Floats) -> Floats:
+    """How much the size of a steady box may differ from the object's size [px]."""
     return TOLERANCE + TOLERANCE_SHARE * size
 
 
-def difference(size: Floats, blob: Floats) -> Floats:
-    """Size of the blob beyond the object's, 0 within the tolerance.
+class Sizes:
+    """How alike sizes are, learned: those of one object's boxes, and those of other blobs.
 
-    :param size: (K, 2) of the object [px].
-    :param blob: (K, 2) of the blob [px].
-    :return: (K, 2) [px], negative for a blob that is cut.
+    The boxes of a network jitter with each frame, those of an outline by a pixel.
+
+    :ivar alike: share of the blobs of no track that have the size of one.
+    :ivar jitter: standard deviation of a box's size over its tolerance; 0 while it tells nothing.
     """
-    excess = blob - size
-    return np.where(np.abs(excess) > slack(size), excess, 0.0)
 
+    def __init__(self) -> None:
+        self.alike, self.jitter = FIRST_ALIKE, 0.0
+        self._changes, self._log_sum = 0.0, 0.0
 
-def log_fit(size: Floats, blob: Floats, alike: float) -> Floats:
-    """Log-likelihood ratio of blobs' sizes: of these objects, against of any other.
+    @property
+    def looseness(self) -> float:
+        """What slack is over the tolerance, at least 1."""
+        return max(1.0, LOOSE_SIGMA * self.jitter)
 
-    An object's own blob differs by a slack, one in 50 by anything. Others are alike, or up to twice
-    as large.
+    @property
+    def are_steady(self) -> bool:
+        """Whether boxes jitter by no more than the tolerance."""
+        return self.looseness == 1
 
-    :param size: (K, 2) of the object [px].
-    :param blob: (K, 2) of the blob [px].
-    :param alike: share of the others that have the size of an object.
-    :return: (K,).
-    """
-    e = (blob - size) / slack(size)
-    e *= e
-    d2 = e[:, 0] + e[:, 1]
-    return np.asarray(np.log(OTHER_SIZE + np.exp(most_fitting(size, alike) - d2 / 2)))
+    def slack(self, size: Floats) -> Floats:
+        """How much the size of a whole blob may differ from the object's size [px]."""
+        return self.looseness * tolerance(size)
 
+    def variance(self, size: Floats) -> Floats:
+        """Of the sizes of an object's boxes [px^2]."""
+        return (self.jitter * tolerance(size)) ** 2
 
-def most_fitting(size: Floats, alike: float) -> Floats:
-    """Log-likelihood ratio, at least 0, of a blob of just that size, (K, 2); see log_fit()."""
-    share = slack(size) / np.maximum(size, 1.0)
-    broad = np.pi / 2 * (share[:, 0] * share[:, 1])
-    return np.asarray(np.log(np.maximum((1 - OTHER_SIZE) / (alike + broad), 1.0)))
+    def difference(self, size: Floats, blob: Floats) -> Floats:
+        """Size of the blob beyond the object's, 0 within the slack.
 
+        :param size: (K, 2) of the object [px].
+        :param blob: (K, 2) of the blob [px].
+        :return: (K, 2) [px], negative for a blob that is cut.
+        """
+        excess = blob - size
+        return np.where(np.abs(excess) > self.slack(size), excess, 0.0)
 
-def count_alike(size: Floats, blob: Floats) -> int:
-    """Number of blobs, (K, 2) [px], that have the size of any of the objects, (N, 2) [px]."""
-    same = np.abs(blob[:, None] - size) <= slack(size)
-    return int(np.count_nonzero((same[..., 0] & same[..., 1]).any(axis=1)))
+    def log_fit(self, size: Floats, blob: Floats) -> Floats:
+        """Log-likelihood ratio of blobs' sizes: of these objects, against of any other.
+
+        An object's own blob differs by a slack, one in 50 by anything. Others are alike, or up to
+        twice as large.
+
+        :param size: (K, 2) of the object [px].
+        :param blob: (K, 2) of the blob [px].
+        :return: (K,).
+        """
+        e = (blob - size) / self.slack(size)
+        e *= e
+        d2 = e[:, 0] + e[:, 1]
+        return np.asarray(np.log(OTHER_SIZE + np.exp(self.most_fitting(size) - d2 / 2)))
+
+    def most_fitting(self, size: Floats) -> Floats:
+        """Log-likelihood ratio, at least 0, of a blob of just that size, (K, 2); see log_fit()."""
+        share = self.slack(size) / np.maximum(size, 1.0)
+        broad = np.pi / 2 * (share[:, 0] * share[:, 1])
+        return np.asarray(np.log(np.maximum((1 - OTHER_SIZE) / (self.alike + broad), 1.0)))
+
+    def learn_alike(self, size: Floats, new: Floats) -> None:
+        """Take some blobs of no track, (K, 2) [px], beside the objects, (N, 2) [px]."""
+        same = np.abs(new[:, None] - size) <= self.slack(size)
+        alike = int(np.count_nonzero((same[..., 0] & same[..., 1]).any(axis=1)))
+        self.alike += -math.expm1(-ALIKE_SHARE * len(new)) * (alike / len(new) - self.alike)
+
+    def learn_jitter(self, last: Floats, size: Floats, period: float) -> None:
+        """Take boxes of objects that were measured in the last frame as well.
+
+        :param last, size: (K, 2) then and now [px].
+        :param period: since such were taken last [s].
+        """
+        change = np.maximum(np.abs(size - last) / tolerance(last), LEAST_CHANGE)
+        left = math.exp(-period / JITTER_MEMORY)
+        self._changes = left * self._changes + change.size
+        self._log_sum = left * self._log_sum + float(np.log(change).sum())
+        log_variance = 2 * self._log_sum / self._changes - MEAN_LOG_SQUARE - math.log(2)
+        share = self._changes / (self._changes + JITTER_PRIOR)
+        self.jitter = share * math.exp(log_variance / 2)

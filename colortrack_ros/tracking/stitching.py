@@ -16,8 +16,7 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import assumed_speed
-from colortrack_ros.tracking.sizes import log_fit
-from colortrack_ros.tracking.sizes import slack
+from colortrack_ros.tracking.sizes import Sizes
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -94,7 +93,7 @@ def find_stitches(
     gain = np.logaddexp(gain, _compare_states(lost, found, unmeasured, one, other, learned, config))
     gain += _log_prior(lost, remembered, period, learned, config)[one]
     gain -= np.log(learned.birth_places(found.records['origin']))[other]
-    gain += remembered[one] * _compare_sizes(lost, found, one, other, learned.alike)
+    gain += remembered[one] * _compare_sizes(lost, found, one, other, learned.sizes)
     no_other = np.where(remembered, CERTAIN, LIKELY)[one]
     gain += no_other * population.is_complete(found.records['color'])[other]
     chosen, _ = associate(one, other, gain)
@@ -160,7 +159,7 @@ def _log_prior(
 
 
 def _compare_sizes(
-    lost: TrackTable[Bank], found: TrackTable[Bank], one: Indices, other: Indices, alike: float
+    lost: TrackTable[Bank], found: TrackTable[Bank], one: Indices, other: Indices, sizes: Sizes
 ) -> Floats:
     """What sizes say of pairs, (K,), where they are known: each detection of the found does.
 
@@ -169,10 +168,11 @@ def _compare_sizes(
     """
     size, now = (table.records['extent'].sum(axis=1) for table in (lost, found))
     size, now = size[one], now[other]
-    fit = np.where((size > 0).all(axis=1) & (now > 0).all(axis=1), log_fit(size, now, alike), 0.0)
+    known = (size > 0).all(axis=1) & (now > 0).all(axis=1)
+    fit = np.where(known, sizes.log_fit(size, now), 0.0)
     best = np.full(len(found), -np.inf)
     np.maximum.at(best, other, fit)
-    smaller = (now <= size + slack(size)).all(axis=1)
+    smaller = (now <= size + sizes.slack(size)).all(axis=1)
     fit -= np.where(smaller, np.minimum(best[other], 0.0), 0.0)
     return np.asarray(found.records['hits'][other] * fit)
 

@@ -36,7 +36,6 @@ from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.prediction import Step
 from colortrack_ros.tracking.records import FIELDS
 from colortrack_ros.tracking.records import published
-from colortrack_ros.tracking.sizes import count_alike
 from colortrack_ros.tracking.stitching import find_stitches
 from colortrack_ros.tracking.stitching import stitch
 from colortrack_ros.tracking.update import update
@@ -169,7 +168,7 @@ class Tracker:
         new = free.nonzero()[0][:MOST_NEW]
         if len(new) and prediction.sized and len(prediction.records):
             size = prediction.records['extent'].sum(axis=1)
-            self._adaptation.learn_alike(count_alike(size, blobs.size[new]), len(new))
+            self._adaptation.sizes.learn_alike(size, blobs.size[new])
 
     def _manage(self, *, again: bool) -> None:
         """Confirmation, deletion and stitching."""

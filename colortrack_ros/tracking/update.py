@@ -16,6 +16,7 @@ from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.records import record_size
 from colortrack_ros.tracking.second_difference import learn_acceleration
 
@@ -210,12 +211,19 @@ def _learn(
         steady &= ~blobs.cut[blob].any(axis=1)
     known = records['hits'][track] > FORMED_VELOCITY
     learned.learn_speed(known & steady, prediction.velocity[track], period)
-    variance = blobs.mean_variance[blob]
+    given = blobs.variance[blob] / blobs.factor[blob]
     due = learned.recent.take(
-        records, track, blobs.z[blob], variance / blobs.factor[blob], variance, unmeasured,
+        records, track, blobs.z[blob], given, blobs.mean_variance[blob], unmeasured,
         maneuvered, steady, period,
     )  # fmt: skip
+    if due and prediction.sized:
+        last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
+        size = blobs.size[blob]
+        again = (unmeasured <= period) & (np.minimum(last, size) > 0).all(axis=1)
+        learned.sizes.learn_jitter(last[again], size[again], EVERY * period)
     if due and config.detection_covariance:
-        prediction.bank.doubt(track, learned.noisiness.learn(records, track, learned.recent))
+        predicted = prediction.variance[track].mean(axis=1)
+        grown = learned.noisiness.learn(records, track, learned.recent, predicted)
+        prediction.bank.doubt(track, grown)
     if due and not config.process_noise:
         learned.unsteadiness.learn(records, track, learned.recent, period)

@@ -28,10 +28,11 @@ def factor(noise, given, acceleration=0.0, count=8, frames=90, steps=None, seed=
         x, v = x + v * dt + a * dt**2 / 2, v + a * dt
         z = x + rng.normal(0, noise, x.shape)
         variance, steady = np.full(count, given**2), np.full(count, k > 0)
-        if recent.take(records, track, z, variance, variance, np.full(count, dt), 0, steady, dt):
-            learned.learn(records, track, recent)
-    color, variance = np.zeros(1, np.uint32), np.full(1, given**2)
-    return learned.factors(color, variance)[0], 1 + records['own_factor']
+        by_axis, since = variance[:, None].repeat(2, axis=1), np.full(count, dt)
+        if recent.take(records, track, z, by_axis, variance, since, 0, steady, dt):
+            learned.learn(records, track, recent, variance)
+    factors, _ = learned.factors(np.zeros(1, np.uint32), np.full(1, given**2))
+    return np.sqrt(factors[0].prod()), 1 + records['own_factor']
 
 
 @pytest.mark.parametrize('given', [0.3, 1.0, 3.0])
