@@ -1,5 +1,6 @@
 import os
 from pathlib import Path
+import shutil
 
 import cv2
 import numpy as np
@@ -11,6 +12,7 @@ from support.paths import DATA
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.scenes import open_scene
+from colortrack_ros.sources import Grabber
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
 
@@ -118,6 +120,25 @@ def test_a_broken_picture_is_named_and_the_next_one_follows(recordings):
     with pytest.raises(SourceError, match=r'shot1\.png'):
         source.read()
     assert source.read().image[0, 0, 0] == 20
+
+
+def test_a_folder_that_goes_while_it_plays_is_told_picture_by_picture_and_ends(recordings):
+    folder, count, _ = recordings['pictures']
+    grabber = Grabber(open_source(folder), loop=lambda: True)
+    assert grabber.read() is not None
+    shutil.rmtree(folder)
+    refusals, frames = [], 1
+    while True:
+        try:
+            if grabber.read() is None:
+                break
+            frames += 1
+        except SourceError as error:
+            refusals.append(str(error))
+    grabber.close()
+    assert frames <= 4  # what had been read ahead
+    assert len(refusals) == grabber.lost == 2 * count - frames  # it looks again when it loops
+    assert all('No such file' in refusal for refusal in refusals)
 
 
 def test_a_picture_that_claims_to_be_huge_is_lost_and_the_next_one_follows(recordings):
