@@ -1,6 +1,9 @@
 """Whether edges and foreground agree on where targets are, and how targets follow the latter."""
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.boxes import Floats
@@ -12,8 +15,12 @@ from colortrack_ros.contours.regions import is_same
 from colortrack_ros.contours.regions import OwnAreas
 from colortrack_ros.contours.regions import resized
 from colortrack_ros.contours.regions import shifts
+from colortrack_ros.contours.regions import SLACK
 from colortrack_ros.contours.regions import slack
+from colortrack_ros.contours.regions import SLACK_SHARE
 from colortrack_ros.contours.spline import Spline
+from colortrack_ros.data import Columns
+from colortrack_ros.data import NANOSECONDS
 
 REGION_SIGMA = 3.0
 """Standard deviation of where a foreground's sides are [px]: as that of edges, `sigma`."""
@@ -23,7 +30,51 @@ SIZE_SECONDS, COVERED_SECONDS = 0.2, 1.0
 the target's size until recently, because something may cover it. With 0.1 and 0.4 s in place of the
 shorter one IDF1 of the real clip `pets` is 0.56 and 0.71 instead of 0.65, of `onebyone` 0.98 and
 0.93 instead of 0.93, which is what chance makes of them (``benchmark/real_contours.py FOLDER
---constants agreement.SIZE_SECONDS``)."""
+--constants agreement.SIZE_SECONDS``). Half and twice COVERED_SECONDS: 0.84 and 0.82, not 0.84,
+on PETS S3.MF1."""
+
+
+STEADY_SECONDS = 0.4
+"""Time constant of the size that a foreground had before: of what goes behind a cover, or comes
+out, the size changes by more than the slack in that time if it does so by more than 8 px and a
+quarter of itself in a second, SLACK / 0.4 and SLACK_SHARE / 0.4. IDF1 of PETS S3.MF1 is 0.84
+(benchmark/README.md), with half and twice the value 0.85 and 0.76."""
+
+
+@dataclass(frozen=True)
+class History(Columns):
+    """What was so far of N targets.
+
+    :ivar recent: (N,) whether a contour and its foreground have agreed lately.
+    :ivar rigid: (N,) whether a contour has its shape of edges.
+    :ivar changing: (N, 2) whether the foreground gets wider or narrower, higher or lower.
+    """
+
+    recent: Bools
+    rigid: Bools
+    changing: Bools
+
+
+def history(
+    records: NDArray[np.void], regions: OwnAreas, stamp: int, longest: float, seconds: float
+) -> History:
+    """What the records tell, in which the sizes of the foreground are kept up to date.
+
+    :param records: (N,) with CONTOUR_FIELDS.
+    :param stamp: now [ns].
+    :param longest: for so long contours need not agree with their foreground [s].
+    :param seconds: since the last frame.
+    """
+    size = np.nan_to_num(regions.box[:, 2:] - regions.box[:, :2])
+    usual = np.stack([records['seen_w'], records['seen_h']], axis=1)
+    usual[regions.first < 0] = 0.0
+    share = np.where(regions.shared, 0.0, -np.expm1(-seconds / STEADY_SECONDS))
+    usual += share[:, None] * (size - usual)
+    records['seen_w'], records['seen_h'] = usual.T
+    records['single'] |= (regions.first >= 0) & ~regions.shared & ~regions.piece
+    changing = np.abs(size - usual) > SLACK + SLACK_SHARE * np.maximum(size, usual)
+    recent = stamp - records['agreed'] <= round(longest * NANOSECONDS)
+    return History(recent, ~records['by_area'], changing)
 
 
 def expected_boxes(contours: Contours, spline: Spline, unseen: Floats) -> Floats:
@@ -40,50 +91,47 @@ def believed(
     before: Floats,
     after: Floats,
     regions: OwnAreas,
-    recent: Bools,
-    rigid: Bools,
+    past: History,
     clear: Bools,
 ) -> Bools:
     """Where edges are believed, (N,): where the foreground is where they say.
 
-    A contour larger than its foreground may be covered in part, and one that is smaller may have
-    joined something else, if they agreed until recently. Where several share the foreground they
-    have to be in it, and to keep their sizes. At the border lines end, and edges with them: what
-    had its shape before it came there is as good as covered.
+    If they agreed until recently, a contour larger than its foreground may be covered in part while
+    that changes its size, and one that is smaller may have joined something else. Where several
+    share the foreground they have to be in it, and to keep their sizes. At the border lines end,
+    and edges with them: what had its shape before it came there is as good as covered.
 
     :param before: (N, 4) boxes of the prediction; after: those that edges make of them [px].
-    :param recent: (N,) whether edges and foreground have agreed lately.
-    :param rigid: (N,) whether a contour has its shape of edges.
+    :param past: of these targets.
     :param clear: (N,) whether there are edges on nearly all lines.
     """
     off, most = regions.box - after, slack(after)
     inward = np.hstack([off[:, :2], -off[:, 2:]])
-    part = (inward >= -most).all(axis=1) & recent
+    part = (inward >= -most).all(axis=1) & past.recent & past.changing.any(axis=1)
     grown = (after[:, 2:] - after[:, :2]) - (before[:, 2:] - before[:, :2])
     inside = (inward <= most).all(axis=1)
-    part |= inside & recent & rigid & clear
+    part |= inside & past.recent & past.rigid & clear
     within = inside & (np.abs(grown) <= most[:, :2]).all(axis=1)
     good = np.where(regions.shared, within, is_same(after, regions) | part)
-    return np.asarray(good & (recent & rigid | ~regions.cut.any(axis=1)))
+    return np.asarray(good & (past.recent & past.rigid | ~regions.cut.any(axis=1)))
 
 
 def follow(
     contours: Contours,
     regions: OwnAreas,
-    recent: Bools,
-    rigid: Bools,
+    past: History,
     frames: float,
     spline: Spline,
     config: ContourConfig,
 ) -> None:
     """Move contours to the foreground that is theirs.
 
-    Where they have agreed lately they shrink slowly, and rigid ones not at all: they may be
-    covered. At the border they grow with it at once: there they come in.
+    Where they have agreed lately, and the foreground gets smaller or larger, they shrink slowly,
+    and rigid ones not at all: they may be covered. At the border they grow with it at once: there
+    they come in.
 
     :param regions: of these contours, all with an area.
-    :param recent: (N,) whether a contour and its foreground have agreed lately.
-    :param rigid: (N,) whether a contour has its shape of edges.
+    :param past: of these targets.
     :param frames: time passed.
     """
     own = boxes(spline.outline(contours.nodes))
@@ -97,8 +145,9 @@ def follow(
     own = boxes(spline.outline(contours.nodes))
     off = regions.box - own
     shrinks = off * [-1, -1, 1, 1] < 0
-    off[shrinks & (recent & rigid)[:, None]] = 0.0
-    seconds = np.where(shrinks & recent[:, None], COVERED_SECONDS, SIZE_SECONDS)
+    held = shrinks & past.recent[:, None] & np.tile(past.changing, 2)
+    off[held & past.rigid[:, None]] = 0.0
+    seconds = np.where(held, COVERED_SECONDS, SIZE_SECONDS)
     part = -np.expm1(-frames / config.rate / seconds)
     comes_in = np.asarray(regions.cut.any(axis=1))
     part[~shrinks & comes_in[:, None]] = 1.0

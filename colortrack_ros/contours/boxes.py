@@ -7,7 +7,8 @@ Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 
 LEAVES = 2
-"""A target that comes so near to the border and is not seen has left [px]."""
+"""A target that comes so near to the border and is not seen has left [px]. Half
+and twice the value change nothing on PETS S3.MF1 (``benchmark/real_contours.py``)."""
 
 
 def boxes(outlines: Floats) -> Floats:

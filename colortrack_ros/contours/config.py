@@ -199,7 +199,7 @@ class ContourConfig(TimeLimits):
         audience=EXPERT,
     )
     learn_seconds: float = parameter(
-        1.0,
+        1.5,
         'Time during which what moves is taken out of a new background.',
         unit='s',
         minimum=0.0,

@@ -14,7 +14,8 @@ from colortrack_ros.estimation.track_table import TrackTable
 CONTOUR_FIELDS = [
     ('edge_share', 'f4'), ('placed_area', 'f8'), ('misfit', 'f8'), ('by_area', '?'),
     ('inner', '?'), ('agreed', 'i8'), ('placed', 'i8'), ('moved', '?'), ('from', 'i8'),
-    ('from_u', 'f8'), ('from_v', 'f8'), ('told', '?'),
+    ('from_u', 'f8'), ('from_v', 'f8'), ('told', '?'), ('seen_w', 'f8'), ('seen_h', 'f8'),
+    ('single', '?'),
 ]  # fmt: skip
 """What is recorded of a target besides what is of every track.
 
@@ -24,7 +25,9 @@ placed_area: when its nodes were placed [px]; misfit: what the curve missed of i
 began where another one was; agreed: when it was last as large as its foreground, later by as long
 as it was unseen since [ns]; placed: when its nodes were last tried to be placed [ns]; moved:
 whether it has ever moved by much; from, from_u, from_v: since when and where its motion is counted
-[ns, px]; told: whether somebody named it: it may stand still.
+[ns, px]; told: whether somebody named it: it may stand still; seen_w, seen_h: the size
+that its foreground had until recently, 0 where it had none [px];
+single: whether it ever was an area of its own.
 """
 
 RENEWAL_SCALE = 1.6
@@ -48,6 +51,7 @@ def begin(
     records = tracks.initiate(contours, stamp)
     records['edge_share'] = 1.0
     records['agreed'] = records['from'] = stamp
+    records['seen_w'], records['seen_h'] = np.ptp(contours.nodes, axis=1).T
     records['placed_area'] = np.maximum(spline.area(contours.nodes), 1.0)
     records['from_u'], records['from_v'] = contours.nodes.mean(axis=1).T
     return records
@@ -61,13 +65,14 @@ def hold_unmoved(
     :param records: (N,) with CONTOUR_FIELDS; their states are set.
     :param nodes: (N, n, 2) [px].
     :param speed: (N,) as the filters have it [px/s].
-    :param min_motion: that it takes [size].
+    :param min_motion: that it takes [root mean square of width and height: a fluttering tape has
+        next to no area].
     :param stamp: now [ns].
     :return: which those are, (N,).
     """
     place = nodes.mean(axis=1)
     way = np.hypot(place[:, 0] - records['from_u'], place[:, 1] - records['from_v'])
-    least = min_motion * np.sqrt(np.ptp(nodes, axis=1).prod(axis=1))
+    least = min_motion * np.hypot(*np.ptp(nodes, axis=1).T) / np.sqrt(2)
     records['moved'] |= (way >= least) & (speed * MOTION_SECONDS >= least)
     anew = stamp - records['from'] > round(MOTION_SECONDS * NANOSECONDS)
     records['from'][anew] = stamp

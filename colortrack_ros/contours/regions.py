@@ -17,10 +17,18 @@ LEAST_OVERLAP = 0.1
 """Intersection over union of an area's box and a target's, at least, for it to be the target's."""
 
 MOST_OF = 0.5
-"""An area, or a target, belongs to what covers more than half of its box."""
+"""An area, or a target, belongs to what covers more than half of its box: to one at most. IDF1 of
+PETS S3.MF1 (benchmark/README.md) is 0.84; with half of this 0.71, with no such areas 0.83
+(``benchmark/real_contours.py FOLDER --constants regions.MOST_OF``)."""
+
+SIDE_BY_SIDE = 0.25
+"""Things side by side have no more of the narrower one's columns in common: arms, and legs that
+stride. Assumed; half and twice the value change nothing on S3.MF1 (as above)."""
 
 SLACK, SLACK_SHARE = 3.0, 0.1
-"""Sides of a contour and of its foreground agree within so many px and so much of its size."""
+"""Sides of a contour and of its foreground agree within so many px and so much of its size. It
+matters: IDF1 is 0.76 and 0.61 with half and twice the first, 0.74 and 0.62 with half and twice the
+second (as above)."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +39,14 @@ class OwnAreas(Columns):
     :ivar shared: (N,) whether another target is in the same area.
     :ivar cut: (N, 4) which sides of the box are those of the picture.
     :ivar first: (N,) index of its largest area, -1 where there is none.
+    :ivar piece: (N,) whether that is a part of an area that was cut.
     """
 
     box: Floats
     shared: Bools
     cut: Bools
     first: NDArray[np.intp]
+    piece: Bools
 
 
 def match(own: Floats, areas: Areas) -> tuple[OwnAreas, Bools]:
@@ -51,7 +61,8 @@ def match(own: Floats, areas: Areas) -> tuple[OwnAreas, Bools]:
     first, mine = np.full(count, -1), np.zeros((count, others), bool)
     if not count or not others:
         no = np.zeros((count, 4), bool)
-        return OwnAreas(np.full((count, 4), np.nan), no[:, 0], no, first), np.ones(others, bool)
+        none = np.full((count, 4), np.nan)
+        return OwnAreas(none, no[:, 0], no, first, no[:, 0]), np.ones(others, bool)
     common = intersections(own, areas.box)
     of_own, of_area = common / extents(own)[:, None], common / extents(areas.box)
     overlap = common / (extents(own)[:, None] + extents(areas.box) - common)
@@ -63,8 +74,7 @@ def match(own: Floats, areas: Areas) -> tuple[OwnAreas, Bools]:
     first[joins] = cover[joins]
     has = np.flatnonzero(first >= 0)
     mine[has, first[has]] = True
-    taken: Bools = np.asarray(mine.any(axis=0))
-    holder = of_area.argmax(axis=0)
+    taken, holder = np.asarray(mine.any(axis=0)), of_area.argmax(axis=0)
     part = ~taken & ~areas.piece & (of_area.max(axis=0) > MOST_OF)
     part = part & _above_or_below(areas.box, first[holder])
     mine[holder[part], part] = True
@@ -77,7 +87,7 @@ def match(own: Floats, areas: Areas) -> tuple[OwnAreas, Bools]:
     shared: Bools = np.asarray((first >= 0) & (users[first] > 1))
     box[shared] = areas.box[first[shared]]
     cut = np.asarray((mine[..., None] & areas.cut).any(axis=1))
-    return OwnAreas(box, shared, cut, first), ~(taken | part)
+    return OwnAreas(box, shared, cut, first, owns & areas.piece[first]), ~(taken | part)
 
 
 def _above_or_below(box: Floats, main: NDArray[np.intp]) -> Bools:
@@ -103,17 +113,41 @@ def is_within(box: Floats, others: Floats) -> Bools:
     return np.asarray(common.max(axis=0, initial=0.0) > MOST_OF)
 
 
-def is_double(own: Floats, regions: OwnAreas, inner: Bools) -> Bools:
+def is_double(own: Floats, regions: OwnAreas, records: NDArray[np.void]) -> Bools:
     """Which targets are parts of another one, (N,).
 
     They began in it, and the area that both are in now is as large as that one alone: the rest of
-    something that came out behind a bar.
+    something that came out behind a bar. Or they were never seen by themselves, and are above or
+    below a larger one in its area, as legs are: parts of what began in pieces.
 
     :param own: (N, 4) boxes of the predicted targets [px].
-    :param inner: (N,) which began in another one.
+    :param records: (N,) with CONTOUR_FIELDS.
     """
+    inner, single = records['inner'], records['single']
     fits = (np.abs(regions.box - own) <= slack(own)).all(axis=1) & regions.shared & ~inner
-    return np.asarray(regions.shared & inner & np.isin(regions.first, regions.first[fits]))
+    rest = regions.shared & inner & np.isin(regions.first, regions.first[fits])
+    left, right = own[:, 0], own[:, 2]
+    common = np.minimum(right[:, None], right) - np.maximum(left[:, None], left)
+    stacked = common > SIDE_BY_SIDE * np.minimum((right - left)[:, None], right - left)
+    together = regions.shared[:, None] & (regions.first[:, None] == regions.first)
+    size = extents(own)
+    return np.asarray(rest | ~single & (stacked & together & (size[:, None] < size)).any(axis=1))
+
+
+def is_hidden(own: Floats, regions: OwnAreas) -> Bools:
+    """Which targets nothing is seen of, (N,): the area that they share is another one alone.
+
+    They are behind that one, or they are a second contour of it, and end like what nobody sees.
+
+    :param own: (N, 4) boxes of the predicted targets [px].
+    """
+    fits = (np.abs(regions.box - own) <= slack(own)).all(axis=1) & regions.shared
+    hidden = regions.shared & np.isin(regions.first, regions.first[fits])
+    off = np.abs(regions.box - own).sum(axis=1)
+    for k in np.unique(regions.first[fits]):
+        rows = np.flatnonzero(fits & (regions.first == k))
+        hidden[rows[np.argmin(off[rows])]] = False
+    return np.asarray(hidden)
 
 
 def shifts(own: Floats, region: Floats, cut: Bools) -> Floats:

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 from colortrack_ros.contours.agreement import believed
 from colortrack_ros.contours.agreement import expected_boxes
 from colortrack_ros.contours.agreement import follow
+from colortrack_ros.contours.agreement import history
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.boxes import is_at_border
@@ -25,6 +26,7 @@ from colortrack_ros.contours.records import CONTOUR_FIELDS
 from colortrack_ros.contours.records import hold_unmoved
 from colortrack_ros.contours.records import outgrown
 from colortrack_ros.contours.regions import is_double
+from colortrack_ros.contours.regions import is_hidden
 from colortrack_ros.contours.regions import is_same
 from colortrack_ros.contours.regions import is_within
 from colortrack_ros.contours.regions import match
@@ -130,7 +132,7 @@ class ContourTracker:
             self._delete(frame)
         else:
             regions, nobodys = match(predicted, areas)
-            single = ~is_double(predicted, regions, self._tracks.records['inner'])
+            single = ~is_double(predicted, regions, self._tracks.records)
             if not single.all():
                 self._tracks.keep(single)
                 regions, nobodys = match(predicted[single], areas)
@@ -155,30 +157,29 @@ class ContourTracker:
         edges are believed.
         """
         contours, records, now = self._tracks.filters, self._tracks.records, self._clock.now
+        seconds = frames / self.config.rate
         predicted = contours.take(np.arange(len(contours)))
         measured, share = self._measure(frame, contours, frames, self.config.min_found)
         records['edge_share'][measured] = share[measured]
         if regions is not None and len(contours):
             before, after = (boxes(self._spline.outline(c.nodes)) for c in (predicted, contours))
-            longest = round(self.config.max_time_since_update * NANOSECONDS)
-            recent = now - records['agreed'] <= longest
-            rigid = ~records['by_area']
-            clear = share >= self.config.start_found
-            good = measured & believed(before, after, regions, recent, rigid, clear)
-            found = regions.first >= 0
-            unseen = ~found & (self.config.start == 'difference')  # what stands still
-            good |= measured & (unseen | records['told'])
+            past = history(records, regions, now, self.config.max_time_since_update, seconds)
+            hidden, clear = is_hidden(before, regions), share >= self.config.start_found
+            found = (regions.first >= 0) & ~hidden
+            good = measured & ~hidden & believed(before, after, regions, past, clear)
+            stands = (regions.first < 0) & (self.config.start == 'difference')
+            good |= measured & (stands | records['told'])
             wrong = np.flatnonzero(~good)
             contours.put(wrong, predicted.take(wrong))
+            contours.hold_size(~good)
             wrong = wrong[found[wrong]]
-            part = contours.take(wrong)
-            own = regions.take(wrong), recent[wrong], rigid[wrong]
+            part, own = contours.take(wrong), (regions.take(wrong), past.take(wrong))
             follow(part, *own, frames, self._spline, self.config)
             contours.put(wrong, part)
-            records['by_area'] |= ~good & found & ~(rigid & recent)
+            records['by_area'] |= ~good & found & ~(past.rigid & past.recent)
             records['edge_share'][wrong] = 1.0
             measured = good | found
-            records['agreed'][~measured] += round(frames / self.config.rate * NANOSECONDS)
+            records['agreed'][~measured] += round(seconds * NANOSECONDS)
         self._tracks.record_hits(measured, now)
         contours.hold_size(~measured)
 
@@ -267,8 +268,7 @@ class ContourTracker:
         :param predicted: boxes of the other targets.
         """
         new = self._initiation.candidates(nobodys, self._clock.now)
-        free = self.config.max_targets - len(self._tracks)
-        new = new.take(np.arange(len(new)) < free)
+        new = new.take(np.arange(len(new)) < self.config.max_targets - len(self._tracks))
         if not len(new):
             return
         spline = self._spline

@@ -2,7 +2,10 @@ import numpy as np
 import pytest
 
 from colortrack_ros.contours.areas import find_areas
+from colortrack_ros.contours.records import CONTOUR_FIELDS
 from colortrack_ros.contours.regions import in_common
+from colortrack_ros.contours.regions import is_double
+from colortrack_ros.contours.regions import is_hidden
 from colortrack_ros.contours.regions import match
 from colortrack_ros.contours.regions import resized
 from colortrack_ros.contours.regions import shifts
@@ -97,3 +100,43 @@ def test_nodes_are_stretched_with_their_box():
     nodes = np.array([[(10.0, 10.0), (20.0, 10.0), (20.0, 30.0)]])
     box, wider = np.array([[10.0, 10, 20, 30]]), np.array([[0.0, 10, 20, 30]])
     np.testing.assert_allclose(resized(nodes, box, wider), [[(0, 10), (20, 10), (20, 30)]])
+
+
+def hidden(own, *boxes):
+    own = np.array(own, float)
+    return is_hidden(own, match(own, areas(*boxes))[0]).tolist()
+
+
+def test_of_two_in_an_area_as_large_as_one_of_them_the_other_is_hidden():
+    front, behind = (10, 10, 40, 100), (14, 14, 34, 90)
+    assert hidden([behind, front], (10, 10, 40, 100)) == [True, False]
+    assert hidden([front, behind], (10, 10, 40, 100)) == [False, True]
+
+
+def test_of_two_contours_of_one_thing_the_better_one_is_seen():
+    assert hidden([(11, 11, 41, 101), (10, 10, 40, 100)], (10, 10, 40, 100)) == [True, False]
+
+
+def test_of_two_side_by_side_none_is_hidden():
+    assert hidden([(10, 10, 40, 100), (35, 10, 60, 100)], (10, 10, 60, 100)) == [False, False]
+    assert hidden([(10, 10, 40, 100), (80, 10, 99, 90)], (10, 10, 40, 100)) == [False, False]
+
+
+def double(own, single, *boxes):
+    records, own = np.zeros(len(own), CONTOUR_FIELDS), np.array(own, float)
+    records['single'] = single
+    return is_double(own, match(own, areas(*boxes))[0], records).tolist()
+
+
+def test_parts_above_each_other_that_were_never_seen_alone_are_one_thing():
+    head, body = (24, 10, 44, 40), (10, 38, 36, 100)
+    assert double([head, body], [False, False], (10, 10, 46, 100)) == [True, False]
+    assert double([head, body], [True, False], (10, 10, 46, 100)) == [False, False]
+
+
+def test_two_side_by_side_that_were_never_seen_alone_are_two_things():
+    assert (
+        double([(10, 10, 40, 100), (36, 10, 60, 99)], [False] * 2, (10, 10, 60, 100)) == [False] * 2
+    )
+    own = [(10, 10, 40, 100), (80, 40, 99, 60)]
+    assert double(own, [False] * 2, (10, 10, 40, 100), (80, 40, 99, 60)) == [False] * 2
