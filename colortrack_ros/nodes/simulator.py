@@ -36,10 +36,12 @@ from colortrack_ros.node_kit.topics import PictureQueueConfig
 from colortrack_ros.node_kit.topics import publish_on
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
+from colortrack_ros.node_kit.transforms import Transforms
 from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters import part
 from colortrack_ros.simulation import Simulation
 from colortrack_ros.simulation import SimulationConfig
+from colortrack_ros.world.poses import OPTICAL
 
 TICKS = 2
 """Messages of odometry for each picture, the last at its stamp: of robots it comes more often than
@@ -63,6 +65,11 @@ class SimulatorSetup(NodeSetup):
     )
     stamped: bool = parameter(
         False, 'Whether cmd_vel is TwistStamped instead of Twist.', read_only=True
+    )
+    publish_tf: bool = parameter(
+        True,
+        'Whether TF tells of base_frame in fixed_frame and of the camera on it, where tf2_ros is.',
+        read_only=True,
     )
     fixed_frame: str = parameter('odom', 'The frame of the odometry.', read_only=True)
     base_frame: str = parameter('base_link', 'The frame of the robot.', read_only=True)
@@ -99,6 +106,12 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
         self._clocks: Publisher | None = None
         if setup.publish_clock:
             self._clocks = publish_on(self, Clock, '/clock')
+        self._transforms: Transforms | None = None
+        if setup.publish_tf:
+            optical = self._simulation.mount @ OPTICAL
+            self._transforms = Transforms(
+                self, setup.fixed_frame, setup.base_frame, setup.frame_id, optical
+            )
         kind = TwistStamped if setup.stamped else Twist
         subscribe_to(self, kind, setup.cmd_vel_topic, self._drive)
         self._window = Window(1)
@@ -164,6 +177,8 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
         if self._clocks:
             self._clocks.publish(Clock(clock=header_of(stamp, '').stamp))
         place = robot.odometry
+        if self._transforms:
+            self._transforms.tell(place.pose, stamp)
         self._odometry.publish(
             odometry_on_ground(
                 (place.x, place.y, place.yaw), (robot.speed, robot.turn),

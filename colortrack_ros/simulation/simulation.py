@@ -34,6 +34,7 @@ class Simulation:
 
     :ivar time: since the start [ns].
     :ivar robot: the robot.
+    :ivar mount: pose of the camera's body on it.
     :ivar things: what truth tells of.
     """
 
@@ -43,7 +44,7 @@ class Simulation:
         self.time = 0
         self.robot = Robot(config.odometry_drift, rng)
         self.camera = config.camera
-        self._mount = Pose.of_rpy(config.camera_pose[:3], config.camera_pose[3:])
+        self.mount = Pose.of_rpy(config.camera_pose[:3], config.camera_pose[3:])
         self._renderer = Renderer(self.camera, self._room, config.picture_noise, rng)
         self.place(config.objects)
 
@@ -68,7 +69,7 @@ class Simulation:
 
     def look(self) -> Sight:
         """Take a picture."""
-        optical = self.robot.place.pose @ self._mount @ OPTICAL
+        optical = self.robot.place.pose @ self.mount @ OPTICAL
         sight = self._renderer.render(optical, self.things, self._states()[:, :3])
         self._seen[sight.visible >= SEEN] = self.time
         return sight
@@ -76,7 +77,7 @@ class Simulation:
     @property
     def view(self) -> View:
         """The camera as odometry tells it."""
-        return View(self.camera, self.robot.odometry.pose, self._mount)
+        return View(self.camera, self.robot.odometry.pose, self.mount)
 
     def truth(self, visible: Floats) -> Locations:
         """Where things are in the frame of the odometry, whose drift they seem to follow.

@@ -14,6 +14,7 @@ from colortrack_ros.messages import locations_of_cloud
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.messages import twist_of
 from colortrack_ros.world import CameraModel
+from colortrack_ros.world import Pose
 
 SMALL = {'picture_size': '[64, 48]', 'focal_length': 52.0}
 
@@ -84,3 +85,48 @@ def test_speeds_that_are_none_are_refused_with_the_reason(ros):
     steps.node.wait_for('cmd_vel of nan m/s, 0.0 rad/s: expected finite numbers')
     steps.go(2)
     assert steps.odometry[-1].twist.twist.linear.x == 0.0
+
+
+def test_tf_leads_from_odom_over_the_robot_to_its_camera_as_it_is_in_the_pictures(ros):
+    tf2_ros = pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
+    buffer = tf2_ros.Buffer(node=ros.node)
+    listener = tf2_ros.TransformListener(buffer, ros.node)
+    steps = Steps(ros, camera_pose='[0.1, 0.0, 0.5, 0.0, 0.25, 0.0]')
+    steps.go(20, speed=0.5)
+    last = steps.odometry[-1]
+    assert ros.spin(lambda: buffer.can_transform('odom', 'camera_optical_frame', last.header.stamp))
+    found = buffer.lookup_transform('odom', 'camera_optical_frame', last.header.stamp).transform
+    t, q = found.translation, found.rotation
+    pose = Pose.of_quaternion((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+    assert last.pose.pose.position.x > 0.1
+    assert pose.t == pytest.approx((last.pose.pose.position.x + 0.1, 0.0, 0.5), abs=1e-6)
+    # it looks ahead, and down by 0.25 rad
+    assert pose.R[:, 2] == pytest.approx((np.cos(0.25), 0.0, -np.sin(0.25)))
+    assert pose.R[:, 0] == pytest.approx((0.0, -1.0, 0.0), abs=1e-9)
+    del listener
+
+
+def test_a_locator_by_tf_finds_what_the_simulator_has(ros):
+    """The chain of a robot, with TF alone."""
+    pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
+    color = {'colors': '[standing]', 'standing.rgb': '[38.0, 84.0, 176.0]'}
+    ros.start('detector', min_area=20, **color)
+    ros.start('tracker', ego_motion='odometry', pose_source='tf')
+    of = {'colors': '[standing]', 'standing.diameter': 0.24, 'standing.motion': 'still'}
+    ros.start('locator', pose_source='tf', **of)
+    found, truth = ros.listen(PointCloud2, 'locations'), ros.listen(PointCloud2, 'truth')
+    ros.start('simulator', rate=10.0)
+
+    def rows():
+        return locations_of_cloud(found[-1]).rows if found else []
+
+    assert ros.spin(lambda: len(rows()) > 0, 30.0), ros.outputs()
+    (row,) = rows()
+    true = locations_of_cloud(truth[-1]).rows
+    away = np.hypot(true['x'] - row['x'], true['y'] - row['y'])
+    assert away.min() < 0.1
+
+
+def test_without_tf_a_simulator_publishes_none(ros):
+    Steps(ros, publish_tf='false').go(2)
+    assert ros.node.count_publishers('/tf') == 0
