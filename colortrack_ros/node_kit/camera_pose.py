@@ -9,7 +9,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 
 from colortrack_ros.node_kit.odometry import OdometryConfig
-from colortrack_ros.node_kit.odometry import OdometryReceiver
+from colortrack_ros.node_kit.odometry import receive_odometry
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.parameters import parameter
 from colortrack_ros.world.poses import OPTICAL
@@ -58,7 +58,7 @@ class CameraPoses(Protocol):
 
 
 class OdometryPoses:
-    """From nav_msgs/Odometry, and camera_pose; see OdometryReceiver for the parameters."""
+    """From nav_msgs/Odometry, and camera_pose; see receive_odometry() for the parameters."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class OdometryPoses:
         came: Callable[[], object],
     ) -> None:
         self._config = config
-        self._poses = OdometryReceiver(node, config, refuse, came).poses
+        self._poses = receive_odometry(node, config, refuse, came)
 
     def configure(self, config: CameraPoseConfig) -> None:
         """Take another camera_pose into use."""

@@ -27,31 +27,23 @@ class OdometryConfig(Config):
     base_frame: str = parameter('base_link', 'The frame of the robot.', read_only=True)
 
 
-class OdometryReceiver:
-    """Keeps the poses of the last seconds.
+class OdometryBuffer:
+    """Keeps the poses that odometry told of in the last seconds.
 
     :param refuse: takes the reason why a message is of no use.
-    :param came: called after each message.
     :ivar poses: of base_frame in fixed_frame.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        config: OdometryConfig,
-        refuse: Callable[[str], object],
-        came: Callable[[], object] = lambda: None,
-    ) -> None:
+    def __init__(self, config: OdometryConfig, refuse: Callable[[str], object]) -> None:
         self.poses = PoseBuffer(config.fixed_frame, config.base_frame)
-        self._refuse, self._came = refuse, came
-        subscribe_to(node, Odometry, config.odometry_topic, self._receive)
+        self._refuse = refuse
 
-    def _receive(self, cdr: bytes) -> None:
+    def take(self, cdr: bytes) -> None:
+        """Take a serialized nav_msgs/Odometry."""
         try:
             self._take(message_of_serialized(cdr, Odometry))
         except (MessageError, TransformError) as error:
             self._refuse(f'odometry: {error}')
-        self._came()
 
     def _take(self, message: Odometry) -> None:
         given = message.header.frame_id, message.child_frame_id
@@ -68,3 +60,24 @@ class OdometryReceiver:
             self.poses.clear()
             self.poses.add(stamp, place)
             self._refuse('odometry: its time has gone back by more than 10 s: poses start anew')
+
+
+def receive_odometry(
+    node: Node,
+    config: OdometryConfig,
+    refuse: Callable[[str], object],
+    came: Callable[[], object] = lambda: None,
+) -> PoseBuffer:
+    """Subscribe to odometry; the poses of the last seconds, which grow from now on.
+
+    :param refuse: takes the reason why a message is of no use.
+    :param came: called after each message.
+    """
+    buffer = OdometryBuffer(config, refuse)
+
+    def receive(cdr: bytes) -> None:
+        buffer.take(cdr)
+        came()
+
+    subscribe_to(node, Odometry, config.odometry_topic, receive)
+    return buffer.poses

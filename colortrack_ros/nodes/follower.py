@@ -25,7 +25,7 @@ from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
 from colortrack_ros.node_kit.odometry import OdometryConfig
-from colortrack_ros.node_kit.odometry import OdometryReceiver
+from colortrack_ros.node_kit.odometry import receive_odometry
 from colortrack_ros.node_kit.runtime import run
 from colortrack_ros.node_kit.services import offer
 from colortrack_ros.node_kit.topics import publish_on
@@ -91,7 +91,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self.health = Health(self, state=lambda: self._following.state)
         kind = TwistStamped if setup.stamped else Twist
         self._commands = publish_on(self, kind, setup.cmd_vel_topic)
-        self._poses = OdometryReceiver(self, setup.odometry, self.health.refuse).poses
+        self._poses = receive_odometry(self, setup.odometry, self.health.refuse)
         if setup.target_source == 'pose':
             subscribe_to(self, PoseStamped, setup.target_pose_topic, self._take_pose)
         else:

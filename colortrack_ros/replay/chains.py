@@ -17,6 +17,8 @@ from colortrack_ros.node_kit.image_tracker import ImageTracker
 from colortrack_ros.nodes.tracker import TrackerSetup
 from colortrack_ros.replay.recordings import Item
 from colortrack_ros.replay.setup import Setup
+from colortrack_ros.replay.viewpoints import RecordedViewpoints
+from colortrack_ros.replay.viewpoints import WithViewpoints
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.windows import WindowTracker
 
@@ -33,6 +35,7 @@ def make_chain(
     tracked: Callable[[Tracks, Item], object],
     drop: Callable[[str], object],
     warn: Callable[[str], object],
+    viewpoints: RecordedViewpoints | None = None,
 ) -> ColorChain | ImageChain:
     """The chain that the nodes of this setup form; the context of each frame is its item.
 
@@ -40,6 +43,7 @@ def make_chain(
     :param tracked: takes the tracks after an item.
     :param drop: takes the reason why an item came too late.
     :param warn: takes the detector's advice after each picture, empty when all is well.
+    :param viewpoints: of the pictures, where the tracker is to know them.
     """
     detection: Stage[Frame, Detections] | None = None
     if setup.detector:
@@ -53,7 +57,9 @@ def make_chain(
         tracking = Stage(Tracker(setup.tracker.config).update, drop)
         tracking.configure(setup.tracker.order)
         tracking.then(tracked)
-        return ColorChain(detection, tracking)
+        return ColorChain(
+            detection, WithViewpoints(tracking, viewpoints, warn) if viewpoints else tracking
+        )
     tracker = IMAGE_TRACKERS[setup.node](setup.tracker)
     pictures: Stage[Frame, Frame] = Stage(lambda frame: frame, drop)
     pictures.configure(setup.tracker.intake.order)

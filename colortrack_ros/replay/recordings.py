@@ -21,7 +21,9 @@ from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_size_of_serialized_camera_info
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.nodes.tracker import TrackerSetup
 from colortrack_ros.replay.setup import Setup
+from colortrack_ros.replay.viewpoints import RecordedViewpoints
 from colortrack_ros.sources import Grabber
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
@@ -61,8 +63,10 @@ class Recording(ABC):
     :ivar refused: number of invalid messages or pictures so far.
     :ivar reason: of the last refusal.
     :ivar late: number of messages dropped because they came too late.
+    :ivar viewpoints: where the camera was, if the tracker is to know it.
     """
 
+    viewpoints: RecordedViewpoints | None = None
     label: str
     total: int
     rate: float
@@ -178,6 +182,14 @@ class BagRecording(Recording):
         self.rate = (self.total - 1) * NANOSECONDS / max(self._reader.duration, 1)
         self.has_pictures = self._topic.kind != CLOUD
         self._image_size = (0, 0) if self.has_pictures else self._size_of(setup)
+        if name := setup.topics['odometry']:
+            assert isinstance(setup.tracker, TrackerSetup)
+            info, pose = setup.topics['camera_info'], setup.tracker.pose
+            try:
+                self.viewpoints = RecordedViewpoints(path, pose, info, name)
+            except StartError:
+                self._reader.close()
+                raise
 
     def _size_of(self, setup: Setup) -> tuple[int, int]:
         """Size of the pictures, from the first CameraInfo beside the detections."""
@@ -212,6 +224,8 @@ class BagRecording(Recording):
     def close(self) -> None:
         """Let go of the files."""
         self._reader.close()
+        if self.viewpoints:
+            self.viewpoints.close()
 
 
 def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) -> Topic:

@@ -159,7 +159,8 @@ def run_through(
         for output in outputs:
             output.write(number, item, tracks)
 
-    chain = make_chain(setup, detected, tracked, recording.drop, tally.warn)
+    viewpoints = recording.viewpoints
+    chain = make_chain(setup, detected, tracked, recording.drop, tally.warn, viewpoints)
     with _progress(recording) as advance, contextlib.ExitStack() as at_end:
         at_end.callback(chain.flush)
         for number, item in enumerate(recording.items(), 1):
@@ -208,6 +209,8 @@ def open_recording(arguments: argparse.Namespace, setup: Setup, *, from_bag: boo
         return BagRecording(Path(arguments.input), arguments.topic, setup)
     if arguments.topic:
         raise StartError(f'--topic {arguments.topic}: {arguments.input} is not a bag')
+    if setup.topics['odometry']:
+        raise StartError(f'ego_motion: odometry: {arguments.input} is not a bag that has some')
     return SourceRecording(arguments.input, setup.camera)
 
 

@@ -65,7 +65,8 @@ class Setup:
     :param detector: None where the tracker takes no detections.
     :param tracker: of that node.
     :param topics: full names by ``image``, ``camera_info``, ``detections``, ``tracks``,
-        ``outlines``, and ``markers``; empty where there is none.
+        ``outlines``, ``markers``, and, where the tracker asks for it, ``odometry``; empty where
+        there is none.
     """
 
     node: str
@@ -158,17 +159,17 @@ def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:
             return nodes[node].resolve_topic_name(given) if given else ''
 
         tracker = TRACKERS[name][1](values[name])
-        if isinstance(tracker, TrackerSetup) and tracker.config.ego_motion == 'odometry':
-            raise StartError(
-                'ego_motion: expected none or detections, got odometry, which replay does not read'
-            )
+        told = isinstance(tracker, TrackerSetup) and tracker.config.ego_motion == 'odometry'
         return Setup(
             node=name,
             camera=values.get('camera', {}),
             detector=build(DetectorSetup, values['detector']) if detects else None,
             tracker=tracker,
             topics={topic: resolved(name, topic) for topic in TOPICS}
-            | {'image': resolved('detector' if detects else name, 'image')},
+            | {
+                'image': resolved('detector' if detects else name, 'image'),
+                'odometry': resolved(name, 'odometry') if told else '',
+            },
         )
 
 

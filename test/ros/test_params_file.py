@@ -135,7 +135,13 @@ def test_names_are_remapped_by_the_rules_of_ros():
         'outlines': '',
         'camera_info': '/a/b/camera/camera_info',
         'markers': '/a/b/tracks/markers',
+        'odometry': '',
     }
+
+
+def test_odometry_is_a_topic_where_the_tracker_asks_for_it():
+    asked = ['-p', 'tracker:ego_motion:=odometry', '-r', 'odom:=wheels']
+    assert setup_of(*asked).topics['odometry'] == '/wheels'
 
 
 def test_the_environment_is_left_as_it_was(monkeypatch):

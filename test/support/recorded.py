@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
+from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CameraInfo
@@ -18,6 +19,7 @@ from colortrack_ros.messages import stamp_of
 from colortrack_ros.sources import open_source
 
 KINDS = {
+    'nav_msgs/msg/Odometry': Odometry,
     'sensor_msgs/msg/CameraInfo': CameraInfo,
     'sensor_msgs/msg/Image': Image,
     'sensor_msgs/msg/CompressedImage': CompressedImage,
