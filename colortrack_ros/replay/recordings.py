@@ -23,6 +23,7 @@ from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.nodes.tracker import TrackerSetup
 from colortrack_ros.replay.setup import Setup
+from colortrack_ros.replay.viewpoints import CAMERA_INFO
 from colortrack_ros.replay.viewpoints import RecordedViewpoints
 from colortrack_ros.sources import Grabber
 from colortrack_ros.sources import open_source
@@ -32,7 +33,6 @@ IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 MESSAGES = {IMAGE: Image, COMPRESSED: CompressedImage}
 CLOUD = 'sensor_msgs/msg/PointCloud2'
-CAMERA_INFO = 'sensor_msgs/msg/CameraInfo'
 
 
 class Item(NamedTuple):

@@ -115,6 +115,22 @@ class SimulationConfig(Config):
         maximum=64.0,
         read_only=True,
     )
+    depth_noise: float = parameter(
+        0.0,
+        'Standard deviation of depths at 1 m, in m; it grows with the square of the depth, as that '
+        'of stereo cameras does. 0.005 is that of a common one.',
+        unit='1/m',
+        minimum=0.0,
+        maximum=1.0,
+        read_only=True,
+    )
+    depth_holes: float = parameter(
+        0.0,
+        'Share of the depth picture that is lost; then there are none at edges, either.',
+        minimum=0.0,
+        maximum=1.0,
+        read_only=True,
+    )
     odometry_drift: tuple[float, ...] = parameter(
         (0.0, 0.0),
         'Standard deviation of what odometry is off by after 1 m, in m, and after turning by 1 '

@@ -1,6 +1,7 @@
 """The room as time goes by: the robot drives, things move, the camera looks."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.simulation.config import SimulationConfig
 from colortrack_ros.simulation.config import Thing
 from colortrack_ros.simulation.course import Course
+from colortrack_ros.simulation.depth import StereoErrors
 from colortrack_ros.simulation.rendering import Renderer
 from colortrack_ros.simulation.rendering import Sight
 from colortrack_ros.simulation.robot import Place
@@ -45,6 +47,7 @@ class Simulation:
         self.robot = Robot(config.odometry_drift, rng)
         self.camera = config.camera
         self.mount = Pose.of_rpy(config.camera_pose[:3], config.camera_pose[3:])
+        self._depths = StereoErrors(config.depth_noise, config.depth_holes, rng)
         self._renderer = Renderer(self.camera, self._room, config.picture_noise, rng)
         self.place(config.objects)
 
@@ -72,7 +75,7 @@ class Simulation:
         optical = self.robot.place.pose @ self.mount @ OPTICAL
         sight = self._renderer.render(optical, self.things, self._states()[:, :3])
         self._seen[sight.visible >= SEEN] = self.time
-        return sight
+        return replace(sight, depth=self._depths.of(sight.depth))
 
     @property
     def view(self) -> View:

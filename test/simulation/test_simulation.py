@@ -1,7 +1,10 @@
 """The simulated room is what its parameters say, and its pictures are what a camera would see."""
 
+import sys
+
 import numpy as np
 import pytest
+from support.paths import ROOT
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
@@ -11,6 +14,14 @@ from colortrack_ros.simulation import Thing
 from colortrack_ros.simulation import ThingConfig
 from colortrack_ros.simulation.course import Course
 from colortrack_ros.world.state import GRAVITY
+
+sys.path.append(str(ROOT / 'benchmark'))
+
+from following import ROLLING
+from following import Run
+from following import STANDING
+from following import swing
+from following import SWINGING
 
 SECOND = 1_000_000_000
 RED = np.array([34, 58, 205])
@@ -153,3 +164,32 @@ def test_truth_is_in_the_frame_of_the_odometry_that_drifts():
 def test_a_path_of_half_a_corner_is_refused_with_what_a_path_is():
     with pytest.raises(ValueError, match='expected x and y of each corner'):
         ThingConfig(path=(1.0, 2.0, 3.0))
+
+
+def test_depths_of_a_stereo_camera_err_with_the_square_and_have_holes_at_edges_and_elsewhere():
+    true = room(ThingConfig(path=(2.0, 0.0))).look().depth
+    seen = room(ThingConfig(path=(2.0, 0.0)), depth_noise=0.005).look().depth
+    ratio = (seen - true) / (0.005 * true**2)
+    assert np.nanstd(ratio) == pytest.approx(1.0, abs=0.05)
+    assert abs(np.nanmean(ratio)) < 0.05
+    holes = np.isnan(room(ThingConfig(path=(2.0, 0.0)), depth_holes=0.2).look().depth)
+    assert 0.2 < holes.mean() < 0.3
+    outline = np.abs(np.diff(true, axis=1)) > 0.5
+    assert outline.sum() > 20
+    assert holes[:, 1:][outline].all()
+    assert np.isnan(room(depth_holes=1.0).look().depth).all()
+
+
+@pytest.mark.slow
+def test_through_noise_and_holes_of_depth_things_are_located_within_a_hundredth_of_the_range():
+    """Driving and turning, with an error in each depth of 2 cm at 2 m and half of them lost."""
+    run = Run(
+        0, ROLLING, 'depth', room='empty', objects=STANDING, depth_noise=0.005, depth_holes=0.5
+    )
+    run.go(SWINGING, swing)
+    error, away, speed = np.array(run.found).T
+    near = (away > 1) & (away < 5)
+    assert np.count_nonzero(near) > 200
+    assert np.sqrt(np.mean((error[near] / away[near]) ** 2)) < 0.01
+    assert np.mean(speed < 0.05) > 0.95
+    assert [len(ids) for ids in run.ids.values()] == [1, 1, 1]
