@@ -1,0 +1,50 @@
+"""A robot with a locator, before a ball: what it publishes, what it hears."""
+
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import PointCloud2
+from support.ball_before_camera import info
+from support.ball_before_camera import K
+from support.ball_before_camera import odometry
+from support.ball_before_camera import picture
+from support.ball_before_camera import PLACE
+from support.ball_before_camera import START
+
+FRAME = 40_000_000
+RED = {
+    'colors': '[red]',
+    'red.diameter': 0.2,
+    'camera_pose': str([float(number) for number in PLACE]),
+}
+
+
+class Robot:
+    """A robot that drives at 0.5 m/s towards a ball: what it publishes, what it hears."""
+
+    def __init__(self, ros, **parameters):
+        self.ros = ros
+        self.node = ros.start('locator', **(RED | parameters))
+        make = ros.node.create_publisher
+        self.info = make(CameraInfo, 'camera/camera_info', 10)
+        self.odometry = make(Odometry, 'odom', 10)
+        self.detections = make(PointCloud2, 'detections', 10)
+        self.tracks = make(PointCloud2, 'tracks', 10)
+        self.locations = ros.listen(PointCloud2, 'locations')
+        publishers = [self.info, self.detections, self.tracks]
+        if parameters.get('pose_source') != 'tf':
+            publishers.append(self.odometry)
+        assert ros.spin(lambda: all(p.get_subscription_count() for p in publishers)), ros.outputs()
+        assert ros.spin(lambda: ros.node.count_publishers('locations') == 1)
+        ros.settle()
+
+    def see(self, k, k_of_camera=K):
+        stamp = START + k * FRAME
+        self.info.publish(info(stamp, k_of_camera))
+        self.ros.settle()  # which of two topics is heard first nobody can tell otherwise
+        for publisher, cloud in zip(
+            (self.detections, self.tracks), picture(stamp, 0.02 * k), strict=True
+        ):
+            publisher.publish(cloud)
+
+    def drive(self, k, **names):
+        self.odometry.publish(odometry(START + k * FRAME, 0.02 * k, **names))
