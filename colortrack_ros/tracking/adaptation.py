@@ -12,6 +12,7 @@ from colortrack_ros.tracking.maneuvers import Maneuvers
 from colortrack_ros.tracking.noise import MeasurementNoise
 from colortrack_ros.tracking.process_noise import ProcessNoise
 from colortrack_ros.tracking.recent import Recent
+from colortrack_ros.tracking.resolution import Resolution
 from colortrack_ros.tracking.sizes import Sizes
 
 Floats = NDArray[np.float64]
@@ -83,6 +84,7 @@ class Adaptation:
         self.noisiness = MeasurementNoise()
         self.maneuvers = Maneuvers()
         self.camera = Camera()
+        self.resolution = Resolution()
 
     @property
     def noise(self) -> float:

@@ -40,7 +40,11 @@ def confirm(tracks: TrackTable[Bank], stamp: int, config: TrackerConfig) -> NDAr
     """
     tentative = tracks.update_states(stamp, config.confirm_hits)
     hopeless = tracks.records['misses'] > config.confirm_window - config.confirm_hits
-    return ~tracks.is_overdue(stamp, config.max_time_since_update) & ~(tentative & hopeless)
+    overdue = tracks.is_overdue(stamp, config.max_time_since_update)
+    if np.count_nonzero(overdue):
+        since = (stamp - tracks.records['shared']) / NANOSECONDS
+        overdue &= since > config.max_time_since_update
+    return ~overdue & ~(tentative & hopeless)
 
 
 def is_present(

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import predict_existence
 from colortrack_ros.estimation.track_table import TrackTable
@@ -51,7 +52,7 @@ class Prediction:
     :param velocity: (N, 2) [px/s].
     :param variance: (N, 2) of the positions [px^2].
     :param size: (N, 2) learned width and height [px], 0 where nothing is known of it.
-    :param unmeasured: (N,) time since each was measured [s].
+    :param unmeasured: (N,) time since each was measured, alone or with others [s].
     :param maneuvered: (N,) prior probability that it has maneuvered in that time.
     :param log_odds: (N,) log of the odds that it is detected in this frame.
     :param noise: standard deviation of the acceleration on each axis [px/s^2].
@@ -121,9 +122,11 @@ def _expect(
     """What the filters, and what is learned of the scene, predict."""
     bank, records = tracks.filters, tracks.records
     mean, cov = bank.estimate()
-    unmeasured = tracks.unmeasured(step.now)
+    unmeasured, size = tracks.unmeasured(step.now), total(records['extent'])
+    sized = config.use_boxes and bool(np.count_nonzero(measurements.size) or np.count_nonzero(size))
+    if not sized:
+        unmeasured = np.minimum(unmeasured, (step.now - records['shared']) / NANOSECONDS)
     seen = config.detection_probability * records['visible']
-    size = total(records['extent'])
     return Prediction(
         step=step,
         bank=bank,
@@ -138,8 +141,7 @@ def _expect(
         noise=config.process_noise or learned.noise,
         speed=assumed_speed(learned, config),
         log_density=math.log(config.clutter_density or learned.density),
-        sized=config.use_boxes
-        and bool(np.count_nonzero(measurements.size) or np.count_nonzero(size)),
+        sized=sized,
         sizes=learned.sizes,
     )
 

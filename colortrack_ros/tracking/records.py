@@ -34,6 +34,7 @@ FIELDS = [
     ('outside', '?'),
     ('visible', 'f8'),
     ('hidden', 'f8'),
+    ('shared', 'i8'),
     ('rival', 'u4'),
     ('met', 'i8'),
     ('apart', 'i8'),
@@ -57,7 +58,9 @@ detection; area, box_w, box_h: of the last detection [px]; extent: reach of the 
 and high side, by axis [px], see extents;
 growth: of that [1/s]; partial: it has never been in sight wholly, by axis;
 outside: predicted outside the picture; visible, hidden: probability that the object exists and can,
-or cannot, be seen; rival: ID of the track that it may have exchanged detections with, 0 for none;
+or cannot, be seen; shared: stamp of the last frame in which its detection was that of others as
+well, see unresolved, 0 for none [ns]; rival: ID of the track that it may have exchanged detections
+with, 0 for none;
 met, apart: stamp of the first frame and of the last in which they were near each other [ns];
 before, before_cov, before_size: its state as predicted for the first, the covariance, and its size
 [px]; sums: of the weighted line through its scans measurements since the last, see crossings;

@@ -39,14 +39,14 @@ def points_inside(
     key = key[order]
     top = np.floor(_within(y - h - v0, v1 - v0) / height)
     bottom = np.floor(_within(y + h - v0, v1 - v0) / height)
-    rectangle, row = _runs(top, np.maximum(bottom - top + 1, 0).astype(np.intp))
+    rectangle, row = runs(top, np.maximum(bottom - top + 1, 0).astype(np.intp))
     start = row * length
     first = key.searchsorted(start + _within(x - w - u0, u1 - u0)[rectangle] + 0.999999)
     last = key.searchsorted(start + _within(x + w - u0, u1 - u0)[rectangle] + 1.000001)
     held = np.maximum(last - first, 0)
     if 0 < most * len(x) < int(held.sum()):
         return _nearest_inside(center, half, points, most)
-    run, place = _runs(first, held)
+    run, place = runs(first, held)
     rectangle, point = rectangle[run], order[place]
     inside = np.abs(v[point] - y[rectangle]) <= h[rectangle]
     inside &= np.abs(u[point] - x[rectangle]) <= w[rectangle]
@@ -78,7 +78,7 @@ def _within(x: Floats, last: float) -> Floats:
     return np.minimum(np.maximum(x, -1.0), last + 1.0)
 
 
-def _runs(first: NDArray, length: Indices) -> tuple[Indices, NDArray]:
+def runs(first: NDArray, length: Indices) -> tuple[Indices, NDArray]:
     """Runs of successive numbers, one after the other.
 
     :param first: (N,) where each run starts.

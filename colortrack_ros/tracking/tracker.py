@@ -38,6 +38,8 @@ from colortrack_ros.tracking.records import FIELDS
 from colortrack_ros.tracking.records import published
 from colortrack_ros.tracking.stitching import find_stitches
 from colortrack_ros.tracking.stitching import stitch
+from colortrack_ros.tracking.unresolved import follow_shared
+from colortrack_ros.tracking.unresolved import share_centroids
 from colortrack_ros.tracking.update import update
 
 FIRST_PERIOD = 1 / 30
@@ -112,7 +114,10 @@ class Tracker:
         associated = self._associate(hypotheses, gain, len(blobs))
         defer(hypotheses, gain, associated, prediction, blobs)
         blobs, associated = merge_split(prediction, blobs, associated)
+        associated, shared = share_centroids(prediction, blobs, associated, learned.resolution)
         update(tracks, prediction, blobs, associated, learned, config)
+        if shared is not None:
+            follow_shared(tracks, shared, prediction, blobs)
         tell_apart(tracks, associated.pairs, prediction, config)
         self._learn_sizes(prediction, blobs, associated.free)
         initiate(tracks, prediction, blobs, np.flatnonzero(associated.free))

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
 from colortrack_ros.estimation.existence import weigh_hidden
@@ -205,7 +206,8 @@ def _learn(
     )
     if not len(track):
         return
-    unmeasured, maneuvered = prediction.unmeasured[track], taken.innovations.maneuvered
+    maneuvered = taken.innovations.maneuvered
+    unmeasured = (prediction.step.now - records['updated'][track]) / NANOSECONDS
     steady = whole & (unmeasured <= period)
     if np.count_nonzero(blobs.cut):
         steady &= ~blobs.cut[blob].any(axis=1)
@@ -217,13 +219,22 @@ def _learn(
         maneuvered, steady, period,
     )  # fmt: skip
     if due and prediction.sized:
-        last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
-        size = blobs.size[blob]
-        again = (unmeasured <= period) & (np.minimum(last, size) > 0).all(axis=1)
-        learned.sizes.learn_jitter(last[again], size[again], EVERY * period)
+        _learn_jitter(learned, records[track], blobs.size[blob], unmeasured <= period, period)
     if due and config.detection_covariance:
         predicted = prediction.variance[track].mean(axis=1)
         grown = learned.noisiness.learn(records, track, learned.recent, predicted)
         prediction.bank.doubt(track, grown)
     if due and not config.process_noise:
         learned.unsteadiness.learn(records, track, learned.recent, period)
+
+
+def _learn_jitter(
+    learned: Adaptation, records: NDArray[np.void], size: Floats, again: Bools, period: float
+) -> None:
+    """Learn how boxes jitter, from the last of tracks, (K,), and those now, (K, 2) [px].
+
+    :param again: (K,) which were measured in the last frame as well.
+    """
+    last = np.stack([records['box_w'], records['box_h']], axis=1)
+    again = again & (np.minimum(last, size) > 0).all(axis=1)
+    learned.sizes.learn_jitter(last[again], size[again], EVERY * period)

@@ -1,0 +1,249 @@
+"""Unresolved measurements: objects so near to each other that one detection is of all of them.
+
+Where detections have no boxes (see merge_split) a merged one tells itself by where it is: at the
+mean of objects that are missed otherwise (Koch and van Keuk 1997). Their tracks coast, as nobody
+sees what each of them does, but exist for certain and are held to this mean.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.existence import update_existence
+from colortrack_ros.estimation.gaussian import TINY
+from colortrack_ros.estimation.innovations import compare
+from colortrack_ros.estimation.track_table import TrackTable
+from colortrack_ros.tracking.hypotheses import Association
+from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.rectangles import points_inside
+from colortrack_ros.tracking.rectangles import runs
+from colortrack_ros.tracking.resolution import Resolution
+from colortrack_ros.tracking.update import MOST_LOG_RATIO
+from colortrack_ros.tracking.update import UNLIKELY
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+MOST_MERGED, MOST_NEAR = 4, 8
+"""Objects that are looked for in one detection, and among how many, to bound the time. Assumed."""
+
+SIGMAS = 3.0
+"""How much farther than the resolution a candidate may be, in standard deviations of where it is
+predicted: 99.7 % on an axis."""
+
+
+class Shared(NamedTuple):
+    """S sets of tracks that share blobs; no two have a track or a blob in common.
+
+    :param member: (S, MOST_MERGED) tracks, -1 behind the last.
+    :param blob: (S,) which blob each set shares.
+    :param gain: (S,) its log-likelihood ratio against what would be without it.
+    :param visible: (N,) of all tracks: probability before the frame that the object can be seen.
+    :param hidden: (N,) that it exists and cannot.
+    """
+
+    member: Indices
+    blob: Indices
+    gain: Floats
+    visible: Floats
+    hidden: Floats
+
+
+def share_centroids(
+    prediction: Prediction, blobs: Measurements, associated: Association, resolution: Resolution
+) -> tuple[Association, Shared | None]:
+    """Find missed tracks that share the blob which lies at the mean of where they are predicted.
+
+    :param resolution: how near objects have to be for that; it learns here.
+    :return: the association without the pairs of tracks that share, their blobs no longer free; and
+        those tracks, None for none, where there are boxes, or where decisions are not hard.
+    """
+    records, pairs = prediction.records, associated.pairs
+    hard = np.count_nonzero(associated.probability == 1) == len(pairs)
+    if prediction.sized or not len(records) or not hard:
+        return associated, None
+    sure = records['state'] != TENTATIVE
+    resolved = blobs.z[pairs.blob[sure[pairs.track]]]
+    missed = sure & (prediction.unmeasured > 0)
+    missed[pairs.track] = False
+    shared = None
+    if np.count_nonzero(missed) and len(blobs):
+        shared = _choose(prediction, blobs, associated, missed, resolution)
+    if shared is None:
+        resolution.learn(resolved, resolved[:0, 0])
+        return associated, None
+    nearest = _nearest(prediction, shared.member)
+    resolution.learn(resolved, nearest[nearest > 0])
+    kept = ~np.isin(pairs.track, shared.member) & ~np.isin(pairs.blob, shared.blob)
+    rest = kept.nonzero()[0]
+    free = associated.free.copy()
+    free[shared.blob] = False
+    return Association(pairs.take(rest), associated.probability[rest], free), shared
+
+
+def _choose(
+    prediction: Prediction,
+    blobs: Measurements,
+    associated: Association,
+    missed: Bools,
+    resolution: Resolution,
+) -> Shared | None:
+    """Choose the best sets; None where there are none.
+
+    :param missed: (N,) which tracks have no blob.
+    """
+    records, pairs = prediction.records, associated.pairs
+    owner, worth = np.full(len(blobs), -1), np.zeros(len(blobs))
+    sure = records['state'][pairs.track] != TENTATIVE
+    owner[pairs.blob] = np.where(sure, pairs.track, -1)
+    worth[pairs.blob] = pairs.innovations.log_likelihood + prediction.log_odds[pairs.track]
+    worth[pairs.blob] -= prediction.log_density
+    track, blob = _find_candidates(prediction, blobs, missed, owner, resolution.reach)
+    member, blob = _list_sets(track, blob, owner)
+    if not len(member):
+        return None
+    gain = _compare(prediction, blobs, member, blob) - worth[blob]
+    gain += resolution.log_chance(_nearest(prediction, member)).sum(axis=1)
+    left = np.argsort(-gain, kind='stable')[: np.count_nonzero(gain > 0)]
+    chosen = []
+    while len(left):
+        best = left[0]
+        chosen.append(best)
+        mine = member[best][member[best] >= 0]
+        left = left[~np.isin(member[left], mine).any(axis=1) & (blob[left] != blob[best])]
+    if not chosen:
+        return None
+    before = records['visible'].copy(), records['hidden'].copy()
+    return Shared(member[chosen], blob[chosen], gain[chosen], *before)
+
+
+def _find_candidates(
+    prediction: Prediction, blobs: Measurements, missed: Bools, owner: Indices, reach: float
+) -> tuple[Indices, Indices]:
+    """Tracks, (K,), that may share blobs, (K,), ascending by blob: its owner, and those missed.
+
+    :param missed: (N,) which tracks are.
+    :param owner: (M,) track of each blob, -1 for none.
+    :param reach: how far a track may be from the blob that it shares [px].
+    """
+    missing = missed.nonzero()[0]
+    half = reach + SIGMAS * np.sqrt(prediction.variance[missing])
+    one, blob = points_inside(prediction.center[missing], half, blobs.z, MOST_NEAR)
+    track = missing[one]
+    same = (prediction.records['color'][track] == blobs.rows['color'][blob]).nonzero()[0]
+    track, blob = track[same], blob[same]
+    away = prediction.center[track] - blobs.z[blob]
+    owned = np.unique(blob)
+    owned = owned[owner[owned] >= 0]
+    track, blob = np.append(owner[owned], track), np.append(owned, blob)
+    order = np.lexsort((np.append(np.full(len(owned), -1.0), (away * away).sum(axis=1)), blob))
+    track, blob = track[order], blob[order]
+    rank = np.arange(len(blob)) - blob.searchsorted(blob)
+    near = rank < MOST_NEAR
+    return track[near], blob[near]
+
+
+def _list_sets(track: Indices, blob: Indices, owner: Indices) -> tuple[Indices, Indices]:
+    """All sets of two to MOST_MERGED candidates of the same blob, with its owner if it has one.
+
+    :param track, blob: (K,) candidates, ascending by blob.
+    :return: (S, MOST_MERGED) tracks, -1 behind the last, and (S,) the blob of each set.
+    """
+    end = blob.searchsorted(blob, side='right')
+    place = np.arange(len(blob))
+    alone = (owner[blob] < 0) | (owner[blob] == track)
+    member, sets = place[alone, None], []
+    for _ in range(1, MOST_MERGED):
+        last = member[:, -1]
+        which, following = runs(last + 1, end[last] - last - 1)
+        member = np.column_stack([member[which], following])
+        sets.append(
+            np.pad(member, ((0, 0), (0, MOST_MERGED - member.shape[1])), constant_values=-1)
+        )
+    together = np.concatenate(sets)
+    return np.where(together >= 0, track[together], -1), blob[together[:, 0]]
+
+
+def _nearest(prediction: Prediction, member: Indices) -> Floats:
+    """Distances of all members but one to their nearest neighbors, (S, MOST_MERGED), else 0.
+
+    :param member: (S, MOST_MERGED) tracks, -1 behind the last.
+    """
+    center = prediction.center[member]
+    apart = center[:, :, None] - center[:, None]
+    d2 = (apart * apart).sum(axis=3)
+    none = member < 0
+    d2[none[:, :, None] | none[:, None] | np.eye(member.shape[1], dtype=bool)] = np.inf
+    nearest = np.sqrt(np.where(none, 0.0, d2.min(axis=2, initial=np.inf)))
+    nearest.sort(axis=1)
+    nearest[:, -1] = 0.0
+    return nearest
+
+
+def _measure(
+    bank: Bank, blobs: Measurements, member: Indices, blob: Indices
+) -> tuple[Indices, Indices, Floats, Floats]:
+    """What shared blobs measure of each member: n times the centroid, less where the others are.
+
+    It does with each filter what a measurement of the mean does if they are independent.
+
+    :return: (K,) set and (K,) track of each member, (K, 2) position and its covariance (K, 2, 2).
+    """
+    mean, cov = bank.estimate()
+    some = member >= 0
+    name, place = some.nonzero()
+    track, n, at = member[name, place], some.sum(axis=1)[name], blob[name]
+    center, P = mean[track, :2], cov[track, :2, :2]
+    total, spread = np.zeros((len(member), 2)), np.zeros((len(member), 2, 2))
+    np.add.at(total, name, center)
+    np.add.at(spread, name, P)
+    z = n[:, None] * blobs.z[at] - (total[name] - center)
+    return name, track, z, n[:, None, None] ** 2 * blobs.R[at] + (spread[name] - P)
+
+
+def _compare(prediction: Prediction, blobs: Measurements, member: Indices, blob: Indices) -> Floats:
+    """Log-likelihood ratios of sets, (S,), against their tracks missed and a blob of no track.
+
+    One of the members may have maneuvered.
+    """
+    name, track, z, R = _measure(prediction.bank, blobs, member, blob)
+    chance, T = prediction.maneuvered[track], prediction.unmeasured[track]
+    compared = compare(prediction.bank, track, z, R, chance, T, prediction.speed)
+    gain = np.full(len(member), -np.inf)
+    np.maximum.at(gain, name, compared.log_likelihood)
+    gain += 2 * np.log((member >= 0).sum(axis=1)) - prediction.log_density
+    np.add.at(gain, name, prediction.log_odds[track])
+    return gain
+
+
+def follow_shared(
+    tracks: TrackTable[Bank], shared: Shared, prediction: Prediction, blobs: Measurements
+) -> None:
+    """Let tracks go on by what they share, after all others have been updated.
+
+    That one of them has maneuvered is as likely as its innovation makes it, beside the others'.
+    """
+    records, bank = tracks.records, tracks.filters
+    name, track, z, R = _measure(bank, blobs, shared.member, shared.blob)
+    log_ratio = np.minimum(shared.gain[name] - prediction.log_odds[track], MOST_LOG_RATIO)
+    records['visible'][track], records['hidden'][track] = update_existence(
+        shared.visible[track], shared.hidden[track], np.exp(log_ratio)
+    )
+    records['shared'][track] = prediction.step.now
+    if bank.model.selected:
+        return
+    chance, T = prediction.maneuvered[track], prediction.unmeasured[track]
+    compared = compare(bank, track, z, R, chance, T, prediction.speed)
+    odds = compared.maneuvered / np.maximum(1 - compared.maneuvered, TINY)
+    chance = odds / (1 + np.bincount(name, odds)[name])
+    turned = (chance > UNLIKELY).nonzero()[0]
+    if len(turned):
+        bank.maneuver(track[turned], chance[turned], T[turned], prediction.speed)
+    _, _, z, R = _measure(bank, blobs, shared.member, shared.blob)
+    order = track.argsort()
+    bank.correct(track[order], z[order], R[order])

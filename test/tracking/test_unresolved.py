@@ -1,0 +1,152 @@
+"""Objects that come so near to each other that the detector makes one detection of them."""
+
+import numpy as np
+import pytest
+from support.silhouettes import points
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.evaluation import Tally
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import tracker as tracker_module
+from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.resolution import Resolution
+
+ROOM = np.array([800.0, 600.0])
+
+
+def crowd(rng, count, frames, rate):
+    """Positions, (K, N, 2), of what goes to and fro in a room, bouncing off its walls [px]."""
+    velocity = rng.uniform(-150, 150, (count, 2))
+    t = np.arange(frames)[:, None, None] / rate
+    way = (rng.uniform(0, ROOM, (count, 2)) + t * velocity) % (2 * ROOM)
+    return ROOM - np.abs(way - ROOM)
+
+
+def merged(z, touch):
+    """The means of all that touch, through others as well."""
+    near = np.hypot(*(z[:, None] - z).T) < touch
+    near = np.linalg.matrix_power(near.astype(float), len(z)) > 0
+    groups = near.argmax(axis=1)
+    return np.array([z[groups == group].mean(axis=0) for group in np.unique(groups)])
+
+
+def frames_of(position, rng, rate, noise, touch, missed=0.0, clutter=0):
+    """Detections of each frame, without boxes or covariances."""
+    for k, truth in enumerate(position):
+        z = truth + rng.normal(0, noise, truth.shape)
+        z = z[rng.random(len(z)) >= missed]
+        z = merged(z, touch) if touch and len(z) else z
+        z = np.concatenate([z, rng.uniform(0, ROOM, (rng.poisson(clutter), 2))])
+        yield points(rng.permutation(z), round(k * 1e9 / rate), 0.0)
+
+
+def play(position, rng, *, rate=30, noise=1.0, touch=30.0, **others):
+    """The tracker and its score over the frames."""
+    tracker, tally = Tracker(), Tally(25.0)
+    for k, detections in enumerate(frames_of(position, rng, rate, noise, touch, **others)):
+        rows = tracker.update(detections).rows
+        rows = rows[rows['state'] > 0]
+        found = np.stack([rows['track_id'], rows['u'], rows['v']], axis=1)
+        tally.add(np.column_stack([np.arange(len(position[k])), position[k]]), found)
+    return tracker, tally.score()
+
+
+def pair(apart, slow=20.0, frames=150):
+    """Two that meet, pass each other at a distance, and part again, (K, 2, 2) [px]."""
+    t = (np.arange(frames) - frames / 2) / 30
+    one = np.stack([400 + slow * t, 300 + 0 * t], axis=1)
+    return np.stack([one, np.stack([400 - slow * t, 300 + apart + 0 * t], axis=1)], axis=1)
+
+
+@pytest.mark.parametrize('apart', [8.0, 15.0, 25.0])
+def test_two_that_are_one_detection_for_seconds_come_out_as_whom_they_were(apart):
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        _, score = play(pair(apart, slow=30.0, frames=240), rng, touch=28.0)
+        assert score.switches == 0
+        assert score.idf1 > 0.95
+
+
+def test_two_that_stay_together_longer_than_a_track_is_kept_are_still_two():
+    position = pair(10.0, slow=6.0, frames=400)
+    tracker, rng = Tracker(TrackerConfig(max_time_since_update=0.5)), np.random.default_rng(1)
+    for detections in frames_of(position[60:340], rng, 30, 0.5, 14.0):
+        rows = tracker.update(detections).rows
+    assert rows['track_id'].tolist() == [1, 2]
+
+
+def compare(monkeypatch, count, frames, rate, **detector):
+    """The resolution, and the mean IDF1 of three crowds with shared detections and without."""
+    both, reach = {True: [], False: []}, []
+    for seed in range(3):
+        position = crowd(np.random.default_rng(seed), count, frames, rate)
+        for shares, scores in both.items():
+            with monkeypatch.context() as patch:
+                if not shares:
+                    patch.setattr(
+                        tracker_module, 'share_centroids', lambda *given: (given[2], None)
+                    )
+                rng = np.random.default_rng(seed + 100)
+                tracker, score = play(position, rng, rate=rate, **detector)
+            scores.append(score.idf1)
+            reach.append(tracker._adaptation.resolution.reach)
+    return max(reach[::2]), np.mean(both[True]), np.mean(both[False])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ('count', 'rate', 'noise', 'touch'),
+    [(20, 20, 2.0, 25.0), (12, 60, 0.5, 45.0), (40, 15, 1.0, 12.0)],
+)
+def test_a_crowd_that_merges_and_splits_keeps_its_ids(monkeypatch, count, rate, noise, touch):
+    _, idf1, before = compare(monkeypatch, count, 10 * rate, rate, noise=noise, touch=touch)
+    assert idf1 > 0.93
+    assert 1 - idf1 < 0.75 * (1 - before)
+
+
+@pytest.mark.slow
+def test_where_nothing_merges_misses_and_clutter_are_not_taken_for_it(monkeypatch):
+    reach, idf1, before = compare(monkeypatch, 40, 240, 30, touch=0.0, missed=0.1, clutter=40)
+    assert reach < 5.0
+    assert idf1 > before - 0.01
+
+
+def test_objects_of_two_colors_are_never_one_detection():
+    tracker = Tracker()
+    for k, position in enumerate(pair(6.0, slow=60.0, frames=120)):
+        near = np.hypot(*(position[0] - position[1])) < 20.0
+        z = position.mean(axis=0)[None] if near else position
+        detections = points(z, round(k * 1e9 / 30), 1.0)
+        detections.rows['color'] = [2] if near else [0, 1]
+        tracker.update(detections)
+        assert not tracker._tracks.records['shared'].any()
+
+
+def test_tracks_that_share_say_that_they_coast_and_exist_for_certain():
+    tracker, rng = Tracker(), np.random.default_rng(3)
+    for k, detections in enumerate(frames_of(pair(10.0, slow=40.0), rng, 30, 0.5, 14.0)):
+        rows = tracker.update(detections).rows
+        if k > 40:
+            assert len(rows) == 2
+            assert rows['score'].min() > 0.95
+        if len(detections.rows) == 1:
+            assert (rows['state'] == COASTING).all()
+            assert (np.linalg.eigvalsh(rows['covariance']) > 0).all()
+
+
+def test_the_resolution_is_learned_from_what_is_resolved_and_what_is_not():
+    rng, resolution = np.random.default_rng(4), Resolution()
+    for _ in range(100):
+        z = rng.uniform(0, 400, (20, 2))
+        near = np.hypot(*(z[:, None] - z).T) + 1e3 * np.eye(20)
+        resolution.learn(z[near.min(axis=1) > 30.0], rng.uniform(5, 30, 2))
+    assert np.exp(resolution.log_chance(np.array([15.0]))) > 0.8
+    assert np.exp(resolution.log_chance(np.array([60.0]))) < 0.05
+
+
+@pytest.mark.parametrize('associator', ['jpda', 'nearest'])
+def test_other_associators_run_where_objects_merge(associator):
+    tracker, rng = Tracker(TrackerConfig(associator=associator)), np.random.default_rng(5)
+    for detections in frames_of(crowd(rng, 15, 60, 30), rng, 30, 1.0, 40.0):
+        rows = tracker.update(detections).rows
+        assert np.isfinite(rows['covariance']).all()
