@@ -16,6 +16,7 @@ from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.camera_view import CameraViews
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.world import TransformError
+from colortrack_ros.world.view import JumpWatch
 from colortrack_ros.world.waiting import LONGEST_WAIT
 
 
@@ -32,6 +33,7 @@ class ViewpointIntake:
         self._node, self._stage, self._refuse = node, stage, refuse
         self._views: CameraViews | None = None
         self._asked = False
+        self._watch = JumpWatch()
         self._waiting = Completion(self._complete, stage.put, LONGEST_WAIT, seconds_of(node))
 
     def clear(self) -> None:
@@ -91,5 +93,8 @@ class ViewpointIntake:
             if error.later and not over:
                 return None
             self._refuse(f'the viewpoint, so tracks go on as if the camera stood: {error}')
+            return detections
+        if jump := self._watch.told(detections.stamp, view):
+            self._refuse(f'the viewpoint, so tracks go on as if the camera stood: {jump}')
             return detections
         return replace(detections, viewpoint=view)

@@ -23,6 +23,7 @@ from colortrack_ros.world import CalibrationError
 from colortrack_ros.world import CameraModel
 from colortrack_ros.world import Pose
 from colortrack_ros.world import TransformError
+from colortrack_ros.world.view import JumpWatch
 from colortrack_ros.world.view import View
 from colortrack_ros.world.waiting import LONGEST_WAIT
 
@@ -124,13 +125,17 @@ class WithViewpoints:
         warn: Callable[[str], object],
     ) -> None:
         self._stage, self._viewpoints, self._warn = stage, viewpoints, warn
+        self._watch = JumpWatch()
 
     def put(self, item: Detections, context: Any = None) -> None:
         """Take the next detections."""
         try:
             view = self._viewpoints.at(item.stamp, context.log_time)
+            why = self._watch.told(item.stamp, view)
         except TransformError as error:
-            self._warn(f'the viewpoint, so tracks go on as if the camera stood: {error}')
+            why = str(error)
+        if why:
+            self._warn(f'the viewpoint, so tracks go on as if the camera stood: {why}')
         else:
             item = dataclasses.replace(item, viewpoint=view)
         self._stage.put(item, context)

@@ -49,10 +49,6 @@ ID went to another one. Assumed."""
 GAP = 10.0
 """After a pause of so long [s] nothing is known of where things are; as long as poses are kept."""
 
-JUMP, FASTEST = 0.3, 20.0
-"""A robot that moves or turns by more than this [m], [rad], and faster [m/s], [rad/s], has jumped:
-no wheel is as fast."""
-
 UNCERTAIN = 0.5
 """Share of the range that its standard deviation may have for an object to start: beyond, near the
 horizon, it may be anywhere."""
@@ -156,15 +152,10 @@ class Locator:
             self._tell(f'time has gone from one picture to the next by {dt:.3f} s: objects restart')
             self.reset()
         elif self._view is not None:
-            last, objects = self._view.base, self._objects
-            moved = float(np.linalg.norm(view.base.t - last.t))
-            turned = last.inverse() @ view.base
-            angle = float(np.arccos(np.clip((np.trace(turned.R) - 1) / 2, -1, 1)))
-            if moved > JUMP + FASTEST * dt or angle > JUMP + FASTEST * dt:
+            objects, (moved, angle) = self._objects, view.way_since(self._view)
+            if jump := view.jumped_since(self._view, dt):
                 self._tell(
-                    f'the robot has jumped by {moved:.2f} m and {np.degrees(angle):.0f} degrees in '
-                    f'{dt:.3f} s: objects restart; odometry was reset, or fixed_frame jumps as map '
-                    'does'
+                    f'{jump}: objects restart; odometry was reset, or fixed_frame jumps as map does'
                 )
                 self.reset()
                 objects = self._objects

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.directions import directions_of
 from colortrack_ros.world.directions import pixels_of
@@ -14,6 +15,10 @@ from colortrack_ros.world.poses import Pose
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+
+JUMP, FASTEST = 0.3, 20.0
+"""A robot that moves or turns by more than this [m], [rad], and faster [m/s], [rad/s], has jumped:
+no wheel is as fast."""
 
 LEAST_LENGTH = 1e-9
 """Of a direction, 0 for what is straight below or where the camera is."""
@@ -54,6 +59,19 @@ class View:
         yaw = np.arctan2(forward[1], forward[0])
         axes = [forward, [-np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]
         return np.asarray(self.base.R @ np.array(axes).T)
+
+    def way_since(self, last: 'View') -> tuple[float, float]:
+        """How far the robot has moved [m] and turned [rad]."""
+        turned = (last.base.inverse() @ self.base).R
+        angle = float(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
+        return float(np.linalg.norm(self.base.t - last.base.t)), angle
+
+    def jumped_since(self, last: 'View', dt: float) -> str:
+        """What tells that the robot cannot have come here from there in dt [s]; empty if it can."""
+        moved, angle = self.way_since(last)
+        if max(moved, angle) <= JUMP + FASTEST * dt:
+            return ''
+        return f'the robot has jumped by {moved:.2f} m and {np.degrees(angle):.0f} degrees in {dt:.3f} s'
 
     def shows(self, pixels: Floats, reach: Floats) -> Bools:
         """Whether any part of objects would be inside of the picture, (N,).
@@ -123,3 +141,20 @@ class View:
         J[:, :, 3:6] = -back @ self.base.R
         J[:, :, 6:] = self.optical.R.T @ by_tilt[:, :, 0].swapaxes(1, 2)
         return (back @ d[:, :, None])[:, :, 0], J
+
+
+class JumpWatch:
+    """Tells the views that no motion of a robot leads to: odometry was reset, or the frame jumps."""
+
+    def __init__(self) -> None:
+        self._last: tuple[int, View] | None = None
+
+    def told(self, stamp: int, view: View) -> str:
+        """Why the view does not follow from the last one; empty if it does.
+
+        :param stamp: of its picture [ns]; one that is not later follows from nothing.
+        """
+        last, self._last = self._last, (stamp, view)
+        if last is None or stamp <= last[0]:
+            return ''
+        return view.jumped_since(last[1], (stamp - last[0]) / NANOSECONDS)

@@ -162,3 +162,15 @@ def test_a_recording_that_loops_has_its_odometry_in_each_loop(tmp_path, capfd):
     status, out, _ = run(capfd, tmp_path / 'loop', '--output', tmp_path / 'out', *ODOMETRY)
     assert status == 0
     assert 'warnings    0 pictures' in out
+
+
+def test_odometry_that_jumps_is_told_and_moves_no_track(tmp_path, capfd):
+    """As it does when it is reset, while the ball is in sight."""
+    jump = [odometry(START + k * FRAME // 2, -3.0 * (k >= 20)) for k in range(299)]
+    stands = [picture(START + k * FRAME, 0.0, 0.0)[0] for k in range(150)]
+    bag = recorded(tmp_path / 'bag', **{'/odom': jump, '/detections': stands})
+    status, out, _ = run(capfd, bag, '--output', tmp_path / 'out', *ODOMETRY)
+    assert status == 0
+    assert 'warnings    1 pictures' in out
+    assert 'the robot has jumped by 3.00 m and 0 degrees in 0.040 s' in out
+    assert ids(tmp_path / 'out') == {1}
