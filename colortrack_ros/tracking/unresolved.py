@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
@@ -70,6 +71,11 @@ def share_centroids(
     sure = records['state'] != TENTATIVE
     resolved = blobs.z[pairs.blob[sure[pairs.track]]]
     missed = sure & (prediction.unmeasured > 0)
+    # Nothing is taken to be hidden in another for longer than it has been seen: pieces are not.
+    unseen = (prediction.step.now - records['updated']) / NANOSECONDS
+    forgotten = unseen > records['hits'] * prediction.step.period
+    records['shared'][forgotten] = 0
+    missed &= ~forgotten
     missed[pairs.track] = False
     shared = None
     if np.count_nonzero(missed) and len(blobs):

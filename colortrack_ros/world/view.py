@@ -71,7 +71,8 @@ class View:
         moved, angle = self.way_since(last)
         if max(moved, angle) <= JUMP + FASTEST * dt:
             return ''
-        return f'the robot has jumped by {moved:.2f} m and {np.degrees(angle):.0f} degrees in {dt:.3f} s'
+        way = f'{moved:.2f} m and {np.degrees(angle):.0f} degrees'
+        return f'the robot has jumped by {way} in {dt:.3f} s'
 
     def shows(self, pixels: Floats, reach: Floats) -> Bools:
         """Whether any part of objects would be inside of the picture, (N,).
@@ -144,7 +145,7 @@ class View:
 
 
 class JumpWatch:
-    """Tells the views that no motion of a robot leads to: odometry was reset, or the frame jumps."""
+    """Tells views that no motion of a robot leads to: odometry was reset, or the frame jumps."""
 
     def __init__(self) -> None:
         self._last: tuple[int, View] | None = None
