@@ -104,7 +104,12 @@ def slack(box: Floats) -> Floats:
 
 def is_same(box: Floats, regions: OwnAreas) -> Bools:
     """Which boxes, (N, 4), are those of their own foreground, but for the slack."""
-    return np.asarray((np.abs(regions.box - box) <= slack(box)).all(axis=1) & ~regions.shared)
+    return _fits(box, regions) & ~regions.shared
+
+
+def _fits(box: Floats, regions: OwnAreas) -> Bools:
+    """Which boxes, (N, 4), are those of their foreground, shared or not, but for the slack."""
+    return np.asarray((np.abs(regions.box - box) <= slack(box)).all(axis=1))
 
 
 def is_within(box: Floats, others: Floats) -> Bools:
@@ -124,7 +129,7 @@ def is_double(own: Floats, regions: OwnAreas, records: NDArray[np.void]) -> Bool
     :param records: (N,) with CONTOUR_FIELDS.
     """
     inner, single = records['inner'], records['single']
-    fits = (np.abs(regions.box - own) <= slack(own)).all(axis=1) & regions.shared & ~inner
+    fits = _fits(own, regions) & regions.shared & ~inner
     rest = regions.shared & inner & np.isin(regions.first, regions.first[fits])
     left, right = own[:, 0], own[:, 2]
     common = np.minimum(right[:, None], right) - np.maximum(left[:, None], left)
@@ -141,7 +146,7 @@ def is_hidden(own: Floats, regions: OwnAreas) -> Bools:
 
     :param own: (N, 4) boxes of the predicted targets [px].
     """
-    fits = (np.abs(regions.box - own) <= slack(own)).all(axis=1) & regions.shared
+    fits = _fits(own, regions) & regions.shared
     hidden = regions.shared & np.isin(regions.first, regions.first[fits])
     off = np.abs(regions.box - own).sum(axis=1)
     for k in np.unique(regions.first[fits]):

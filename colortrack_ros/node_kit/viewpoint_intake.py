@@ -89,12 +89,10 @@ class ViewpointIntake:
             return detections
         try:
             view = self._views.at(detections.stamp, detections.frame_id)
+            view = self._watch.checked(detections.stamp, view)
         except TransformError as error:
             if error.later and not over:
                 return None
             self._refuse(f'the viewpoint, so tracks go on as if the camera stood: {error}')
-            return detections
-        if jump := self._watch.told(detections.stamp, view):
-            self._refuse(f'the viewpoint, so tracks go on as if the camera stood: {jump}')
             return detections
         return replace(detections, viewpoint=view)

@@ -131,11 +131,9 @@ class WithViewpoints:
         """Take the next detections."""
         try:
             view = self._viewpoints.at(item.stamp, context.log_time)
-            why = self._watch.told(item.stamp, view)
+            view = self._watch.checked(item.stamp, view)
         except TransformError as error:
-            why = str(error)
-        if why:
-            self._warn(f'the viewpoint, so tracks go on as if the camera stood: {why}')
+            self._warn(f'the viewpoint, so tracks go on as if the camera stood: {error}')
         else:
             item = dataclasses.replace(item, viewpoint=view)
         self._stage.put(item, context)

@@ -5,12 +5,13 @@ the cut stays in the file, to be decoded and not shown, and the file's number of
 """
 
 from collections.abc import Iterator
-from pathlib import Path
 import struct
 from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
+
+from colortrack_ros.files import open_file
 
 LARGEST_INDEX = 1 << 26
 """Bytes of an index that are read at most: 20 for each picture are 30 hours at 30 Hz."""
@@ -28,7 +29,7 @@ def shown_pictures(path: str) -> int | None:
     :returns: None where there is no edit list that can be understood, as in other formats.
     """
     try:
-        with Path(path).open('rb') as file:
+        with open_file(path) as file:
             boxes = list(_boxes(_index(file)))
         tracks = [_flat(content) for kind, content in boxes if kind == b'trak']
         track = next(track for track in tracks if track[b'hdlr'][8:12] == b'vide')

@@ -151,7 +151,7 @@ class MeasurementNoise:
         new = tell(measured, stamps, in_a_row, lean)
         latest = measured[:, 0, GIVEN].mean(axis=1)
         before, _ = self.factors(colors, latest)
-        self._sum(records, track, new, math.exp((stamps[EVERY] - stamps[0]) / NOISE_MEMORY))
+        self._sum(records, track, row, new, math.exp((stamps[EVERY] - stamps[0]) / NOISE_MEMORY))
         if self._lasts:
             averaged = 1 + measured[:, 0, VARIANCE] / np.maximum(predicted, 1e-12)
             share = self._hidden[row] / self._hidden[row].sum(axis=1, keepdims=True)
@@ -161,10 +161,14 @@ class MeasurementNoise:
         return np.maximum(grown.max(axis=1), 1.0)
 
     def _sum(
-        self, records: NDArray[np.void], track: Indices, new: Floats, remembered: float
+        self,
+        records: NDArray[np.void],
+        track: Indices,
+        row: Indices,
+        new: Floats,
+        remembered: float,
     ) -> None:
-        """Add evidence to that of tracks and their colors, and draw factors from it."""
-        row = self._rows(records['color'][track])
+        """Add evidence to that of tracks, and of the rows of their colors; draw factors from it."""
         added = np.zeros_like(self._evidence)
         np.add.at(added, row, new)
         self._evidence *= remembered
@@ -220,9 +224,10 @@ class MeasurementNoise:
     def _rows(self, colors: NDArray[np.uint32]) -> Indices:
         """Where the colors, (K,), stand in the evidence; new ones are added."""
         known = self._colors
-        row = known.searchsorted(colors)
-        if len(known) and np.count_nonzero(known[np.minimum(row, len(known) - 1)] != colors) == 0:
-            return row
+        if len(known):
+            row, theirs = self._look_up(colors)
+            if np.count_nonzero(theirs) == len(theirs):
+                return row
         self._colors = np.union1d(known, colors)
         old = self._colors.searchsorted(known)
         evidence, off = np.zeros((len(self._colors), SUMS)), np.zeros(len(self._colors))

@@ -250,6 +250,6 @@ def follow_shared(
     turned = (chance > UNLIKELY).nonzero()[0]
     if len(turned):
         bank.maneuver(track[turned], chance[turned], T[turned], prediction.speed)
-    _, _, z, R = _measure(bank, blobs, shared.member, shared.blob)
+        _, _, z, R = _measure(bank, blobs, shared.member, shared.blob)
     order = track.argsort()
     bank.correct(track[order], z[order], R[order])

@@ -219,7 +219,8 @@ def _learn(
         maneuvered, steady, period,
     )  # fmt: skip
     if due and prediction.sized:
-        _learn_jitter(learned, records[track], blobs.size[blob], unmeasured <= period, period)
+        last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
+        _learn_jitter(learned, last, blobs.size[blob], unmeasured <= period, period)
     if due and config.detection_covariance:
         predicted = prediction.variance[track].mean(axis=1)
         grown = learned.noisiness.learn(records, track, learned.recent, predicted)
@@ -229,12 +230,11 @@ def _learn(
 
 
 def _learn_jitter(
-    learned: Adaptation, records: NDArray[np.void], size: Floats, again: Bools, period: float
+    learned: Adaptation, last: Floats, size: Floats, again: Bools, period: float
 ) -> None:
-    """Learn how boxes jitter, from the last of tracks, (K,), and those now, (K, 2) [px].
+    """Learn how boxes jitter, from the last of tracks, (K, 2), and those now, (K, 2) [px].
 
     :param again: (K,) which were measured in the last frame as well.
     """
-    last = np.stack([records['box_w'], records['box_h']], axis=1)
     again = again & (np.minimum(last, size) > 0).all(axis=1)
     learned.sizes.learn_jitter(last[again], size[again], EVERY * period)

@@ -34,6 +34,7 @@ from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Objects
 from colortrack_ros.world.state import POSITION
+from colortrack_ros.world.view import jumped
 from colortrack_ros.world.view import View
 
 Floats = NDArray[np.float64]
@@ -153,7 +154,7 @@ class Locator:
             self.reset()
         elif self._view is not None:
             objects, (moved, angle) = self._objects, view.way_since(self._view)
-            if jump := view.jumped_since(self._view, dt):
+            if jump := jumped(moved, angle, dt):
                 self._tell(
                     f'{jump}: objects restart; odometry was reset, or fixed_frame jumps as map does'
                 )

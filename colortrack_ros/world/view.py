@@ -12,6 +12,7 @@ from colortrack_ros.world.directions import directions_of
 from colortrack_ros.world.directions import pixels_of
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.poses import TransformError
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -65,14 +66,6 @@ class View:
         turned = (last.base.inverse() @ self.base).R
         angle = float(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
         return float(np.linalg.norm(self.base.t - last.base.t)), angle
-
-    def jumped_since(self, last: 'View', dt: float) -> str:
-        """What tells that the robot cannot have come here from there in dt [s]; empty if it can."""
-        moved, angle = self.way_since(last)
-        if max(moved, angle) <= JUMP + FASTEST * dt:
-            return ''
-        way = f'{moved:.2f} m and {np.degrees(angle):.0f} degrees'
-        return f'the robot has jumped by {way} in {dt:.3f} s'
 
     def shows(self, pixels: Floats, reach: Floats) -> Bools:
         """Whether any part of objects would be inside of the picture, (N,).
@@ -144,18 +137,29 @@ class View:
         return (back @ d[:, :, None])[:, :, 0], J
 
 
+def jumped(moved: float, angle: float, dt: float) -> str:
+    """What tells that no robot moves [m] and turns [rad] so far in dt [s]; empty if one may."""
+    if max(moved, angle) <= JUMP + FASTEST * dt:
+        return ''
+    way = f'{moved:.2f} m and {np.degrees(angle):.0f} degrees'
+    return f'the robot has jumped by {way} in {dt:.3f} s'
+
+
 class JumpWatch:
-    """Tells views that no motion of a robot leads to: odometry was reset, or the frame jumps."""
+    """Refuses views that no motion of a robot leads to: odometry was reset, or the frame jumps."""
 
     def __init__(self) -> None:
         self._last: tuple[int, View] | None = None
 
-    def told(self, stamp: int, view: View) -> str:
-        """Why the view does not follow from the last one; empty if it does.
+    def checked(self, stamp: int, view: View) -> View:
+        """The view of a picture, if it follows from the last one.
 
-        :param stamp: of its picture [ns]; one that is not later follows from nothing.
+        :param stamp: of the picture [ns]; one that is not later follows from nothing.
+        :raises TransformError: it does not.
         """
         last, self._last = self._last, (stamp, view)
-        if last is None or stamp <= last[0]:
-            return ''
-        return view.jumped_since(last[1], (stamp - last[0]) / NANOSECONDS)
+        if last is not None and stamp > last[0]:
+            dt = (stamp - last[0]) / NANOSECONDS
+            if jump := jumped(*view.way_since(last[1]), dt):
+                raise TransformError(jump)
+        return view
