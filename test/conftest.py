@@ -3,6 +3,7 @@
 import importlib.util
 import os
 from pathlib import Path
+import signal
 
 # before NumPy is there: the tests run side by side, and waiting threads of BLAS burn the processor
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
@@ -29,6 +30,12 @@ COLCON_NODES = ('test_simulator.py', 'test_start_and_end.py', 'test_tracker.py')
 """What `colcon test`, which gives reports a prefix, runs of the nodes: three minutes in all."""
 
 MISSING = [name for name in NEEDS if importlib.util.find_spec(name) is None]
+
+
+def pytest_configure() -> None:
+    """Let what tests start be ended by SIGHUP, also where the tests themselves run under nohup."""
+    if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def needs_of(path: Path) -> list[str]:
