@@ -44,11 +44,14 @@ def test_all_files_of_xml_are_well_formed():
         assert (done.returncode, done.stderr) == (0, '')
 
 
-def test_ament_xmllint_passes():
+def test_ament_xmllint_passes(capfd: pytest.CaptureFixture[str]):
     main = pytest.importorskip('ament_xmllint.main', reason='no ament_xmllint here')
     if not shutil.which('xmllint'):
         pytest.skip('no xmllint here')
-    assert main.main(argv=XML) == 0
+    status, printed = main.main(argv=XML), capfd.readouterr()
+    if 'Failed to locate the main schema' in printed.err:
+        pytest.skip('no network, from which xmllint loads the schema of package.xml')
+    assert status == 0, printed
 
 
 def test_package_xml_names_each_package_once_in_the_order_of_its_schema():
