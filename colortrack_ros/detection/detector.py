@@ -25,6 +25,7 @@ from colortrack_ros.detection.regions import Regions
 from colortrack_ros.detection.shape import keep_shapes
 from colortrack_ros.detection.skewness import UsualSkewness
 from colortrack_ros.detection.split import split_touching
+from colortrack_ros.detection.touching import TouchingThings
 from colortrack_ros.encodings import check
 from colortrack_ros.encodings import is_yuv
 from colortrack_ros.encodings import plain
@@ -41,7 +42,8 @@ class Detector:
     The method says which pixels belong to which color, by default by color distance (2.1) and
     threshold (2.2). Then, for all methods, closing (2.7), erosion (2.4), opening (2.6), 8-connected
     components, area and centroid by moments (2.9)-(2.11). A blob is of one color; area, box and
-    centroid are those of the mask at the end.
+    centroid are those of the mask at the end. Of things that were blobs of their own, and have come
+    together to one, they are those of what each looked like before, fitted to it.
 
     :param config: what to look for.
     """
@@ -61,6 +63,7 @@ class Detector:
         self._regions = Regions(config.regions, config.mask)
         self._method = METHODS[config.method](config, self._background)
         self._skewness = UsualSkewness(self._method.labels)
+        self._touching = TouchingThings()
         self._config, self._areas = config, config.areas()
 
     def learn_background(self) -> None:
@@ -126,6 +129,7 @@ class Detector:
         part = open_part(kept, image, whole) if whole else 0.0
         height, width = size_of(frame)
         rows = self._rows(frame, kept, part)
+        rows = self._touching.tell_apart(rows, kept, frame.stamp)
         return Detections(rows, frame.stamp, frame.frame_id, (width, height))
 
     def _blobs(self, image: LabelImage) -> BlobTable:
