@@ -1,6 +1,7 @@
 """How near the objects in the world are, and how honest their covariances, over 100 runs each.
 
-python benchmark/world.py [--runs N] [--pitch DEGREES] [--objects N] prints the table.
+python benchmark/world.py [--runs N] [--seed N] [--pitch DEGREES] [--objects N] prints the table,
+--elsewhere that of other cameras, places, rates and ranges.
 The pitch is the standard deviation of that of the camera, 1 degree. Each run draws its own errors
 of the camera's place, of diameters and so on; three objects stand, rest, roll or bounce, 1.5 to 5 m
 away, and are measured at 30 Hz for 6 s with 0.5 px of noise, by a camera 0.5 m high that looks down
@@ -16,6 +17,23 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 from scipy.stats import chi2
+from world_scene import bases
+from world_scene import CAMERA
+from world_scene import config_of
+from world_scene import DT
+from world_scene import ELSEWHERE
+from world_scene import HERE
+from world_scene import KNOWN
+from world_scene import measure
+from world_scene import MOTIONS
+from world_scene import MOUNT
+from world_scene import move
+from world_scene import OBJECTS
+from world_scene import PITCH
+from world_scene import RATE
+from world_scene import SETTLED
+from world_scene import truths
+from world_scene import WANDER
 
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import DETECTION
@@ -23,49 +41,17 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.world import Locator
-from colortrack_ros.world.camera import CameraModel
-from colortrack_ros.world.config import Kind
-from colortrack_ros.world.config import KindConfig
-from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.config import RANGE_METHODS
 from colortrack_ros.world.filter import forget
 from colortrack_ros.world.filter import started
 from colortrack_ros.world.filter import update
 from colortrack_ros.world.measurement import BLOB
-from colortrack_ros.world.measurement import DEPTH
 from colortrack_ros.world.measurement import expected
-from colortrack_ros.world.measurement import Measured
-from colortrack_ros.world.measurement import PLANE
-from colortrack_ros.world.measurement import PLANE_SIGMA
 from colortrack_ros.world.motion import predict
 from colortrack_ros.world.poses import Pose
-from colortrack_ros.world.state import BIASES
 from colortrack_ros.world.state import CameraErrors
-from colortrack_ros.world.state import GRAVITY
-from colortrack_ros.world.state import HEIGHT
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.view import View
-
-CAMERA = CameraModel.of(
-    640, 480, (520, 0, 320, 0, 520, 240, 0, 0, 1), (-0.28, 0.09, 1e-3, -8e-4, -0.01)
-)
-MOUNT = Pose.of_rpy((0.1, 0, 0.5), (0, 0.25, 0))
-RATE, SECONDS = 30.0, 6.0
-SETTLED = 2.0
-DT = 1 / RATE
-PITCH = 1.0
-OBJECTS = 3
-MOTIONS = {'stands': 'still', 'rests': 'plane', 'rolls': 'plane', 'bounces': 'free_fall'}
-"""What the locator is told of each: of what rests it is told that it may roll."""
-KNOWN = {
-    'stands': [0, 1, 2], 'rests': [0, 1, 2], 'rolls': [0, 1, 3, 4], 'bounces': [0, 1, 2, 3, 4, 5]
-}  # fmt: skip
-"""The states that are not known beforehand."""
-SPEED = {
-    'stands': (0, 0, 0), 'rests': (0, 0, 0), 'rolls': (0.15, 0.15, 0), 'bounces': (0.3, 0.3, 1.0)
-}  # fmt: skip
-WANDER = {'stands': 0.0, 'rests': 0.0, 'rolls': 0.1, 'bounces': 0.0}
-RESTITUTION = (0.7, 0.1)
 
 
 @dataclass
@@ -80,6 +66,7 @@ class Outcome:
     speed: np.ndarray
     counted: np.ndarray
     begun: np.ndarray
+    rate: float = RATE
 
     @property
     def mean_nees(self):
@@ -93,95 +80,28 @@ class Outcome:
 
     def rmse(self, since=0.0):
         """Root mean square of the error as a share of the range, from a time [s] on."""
-        first = round(since * RATE)
+        first = round(since * self.rate)
         return np.sqrt(np.mean(np.square(self.error[first:][self.counted[first:] > 0])))
 
     def slow(self, since=0.0):
         """Share of the states whose speed is below 0.05 m/s, from a time [s] on."""
-        first = round(since * RATE)
+        first = round(since * self.rate)
         return np.mean(self.speed[first:][self.counted[first:] > 0] < 0.05)
 
 
-def config_of(method, motion, pitch=PITCH):
-    told = {'speed': max(SPEED[motion]), 'wander': max(WANDER[motion], 0.05)}
-    kind = KindConfig(diameter=0.2, motion=MOTIONS[motion], **({} if motion == 'rests' else told))
-    sigma = (0.01, 0.01, 0.01, 0.01, float(np.radians(pitch)), 0.01)
-    return LocatorConfig(method=method, colors=(Kind('red', kind),), camera_pose_sigma=sigma)
-
-
-def truths(motion, runs, objects, kinds, errors, rng):
-    """The first states, (runs * objects, 16); those of one run share the errors of its camera."""
-    count = runs * objects
-    truth = np.zeros((count, 16))
-    away, angle = rng.uniform(1.5, 5, count), rng.uniform(-0.35, 0.35, count)
-    truth[:, 0], truth[:, 1] = away * np.cos(angle), away * np.sin(angle)
-    truth[:, BIASES] = rng.normal(size=(count, 2)) * kinds.sigma
-    off = rng.normal(size=(runs, 8)) * np.sqrt(np.diag(errors.first))
-    truth[:, 8:] = np.repeat(off, objects, axis=0)
-    truth[:, 2] = kinds.height + truth[:, HEIGHT]
-    if motion == 'bounces':
-        truth[:, 2] = rng.uniform(0.5, 1.0, count)
-    truth[:, 3:6] = rng.normal(size=(count, 3)) * SPEED[motion]
-    return truth
-
-
-def move(truth, motion, rng):
-    """One step of the true states, in place."""
-    count = len(truth)
-    truth[:, :3] += DT * truth[:, 3:6]
-    truth[:, 3:5] += rng.normal(size=(count, 2)) * WANDER[motion] * np.sqrt(DT)
-    if motion == 'bounces':
-        truth[:, 2] -= GRAVITY * DT * DT / 2
-        truth[:, 5] -= GRAVITY * DT
-        down = (truth[:, 2] < 0.1) & (truth[:, 5] < 0)
-        share = rng.normal(*RESTITUTION, count)[down]
-        truth[down, 2] = 0.1 + share * (0.1 - truth[down, 2])
-        truth[down, 5] *= -share
-
-
-def bases(drives):
-    """Where the robot is in each frame."""
-    x = y = yaw = 0.0
-    for k in range(round(SECONDS * RATE)):
-        yield Pose.of_rpy((x, y, 0), (0, 0, yaw))
-        if drives:
-            yaw += DT * np.radians(60) * np.sin(2 * np.pi * k * DT / 3)
-            x, y = x + 0.5 * DT * np.cos(yaw), y + 0.5 * DT * np.sin(yaw)
-
-
-def measure(view, truth, kinds, method, motion, rng):
-    """What is measured, and which objects are in sight."""
-    thrown = motion == 'bounces'
-    z, _ = expected(view, truth, kinds.diameter, kinds.height)
-    seen = np.isfinite(z).all(axis=1) & view.camera.contains(z[:, :2])
-    used = np.zeros((len(truth), 5), bool)
-    used[:, :2] = True
-    used[:, PLANE] = method in ('ground', 'fused') and not thrown
-    used[:, BLOB] = method in ('size', 'fused') or (method == 'ground' and thrown)
-    used[:, DEPTH] = method in ('depth', 'fused')
-    used &= seen[:, None]
-    sigma = np.tile([0.5, 0.5, PLANE_SIGMA, 0.5, 0.0], (len(truth), 1))
-    sigma[:, DEPTH] = 0.01 * z[:, DEPTH]
-    sigma = np.where(used, sigma, 1.0)
-    noise = rng.normal(size=z.shape) * sigma
-    noise[:, PLANE] = 0.0
-    measured = Measured(
-        np.where(used, z + noise, 0.0), np.square(sigma)[:, :, None] * np.eye(5), used
-    )
-    return measured, seen
-
-
-def run(method, motion, drives, runs=100, seed=0, pitch=PITCH, objects=OBJECTS):
+def run(
+    method, motion, drives, runs=100, seed=0, pitch=PITCH, objects=OBJECTS, scene=HERE
+):  # fmt: skip
     """All runs of one kind at once, each with a camera and objects of its own."""
     rng, config = np.random.default_rng(seed), config_of(method, motion, pitch)
     kinds = Kinds.of(config).take(np.zeros(runs * objects, int))
     errors = CameraErrors.of(config, robots=runs)
-    truth = truths(motion, runs, objects, kinds, errors, rng)
+    truth = truths(scene, motion, runs, objects, kinds, errors, rng)
     known, frames = KNOWN[motion], []
-    for k, base in enumerate(bases(drives)):
+    for k, base in enumerate(bases(scene, drives)):
         if k:
-            move(truth, motion, rng)
-        view = View(CAMERA, base, MOUNT)
+            move(truth, scene.dt, motion, rng)
+        view = View(scene.camera, base, scene.mount)
         measured, seen = measure(view, truth, kinds, method, motion, rng)
         distance = np.linalg.norm(truth[:, :3] - view.optical.t, axis=1)
         if k == 0:
@@ -190,8 +110,8 @@ def run(method, motion, drives, runs=100, seed=0, pitch=PITCH, objects=OBJECTS):
             guess[~seen] = view.optical.t + view.optical.R[:, 2]
             states = started(guess, 10 * distance, measured, view, kinds, errors, 0.0)
         else:
-            forget(errors, DT)
-            predict(states, errors, kinds, 0.0, DT)
+            forget(errors, scene.dt)
+            predict(states, errors, kinds, 0.0, scene.dt)
             update(states, errors, measured, view, kinds, 0.0)
         mean, cov = states.combined(errors)
         e = mean - truth[:, :8]
@@ -201,14 +121,41 @@ def run(method, motion, drives, runs=100, seed=0, pitch=PITCH, objects=OBJECTS):
                 (e[:, known] * weighted).sum(axis=1),
                 np.linalg.norm(e[:, :3], axis=1) / distance,
                 np.linalg.norm(mean[:, 3:6], axis=1),
-                begun & seen & (distance > 1) & (distance < 5),
+                begun & seen & within(scene, distance),
                 begun,
             ])
         )  # fmt: skip
-    return Outcome(len(known), runs, objects, *np.array(frames).swapaxes(0, 1))
+    return Outcome(len(known), runs, objects, *np.array(frames).swapaxes(0, 1), scene.rate)
 
 
-def bound(method, motion, drives, runs=100, seed=0, pitch=PITCH, objects=OBJECTS):
+def within(scene, distance):
+    """Which objects count: at 1 to 5 m, or where the scene has them."""
+    return (distance > min(1, scene.reach[0])) & (distance < max(5, scene.reach[1]))
+
+
+def prior_of(motion, kinds, errors, runs, objects):
+    """Covariance, (runs, 8 objects + 8, 8 objects + 8), before anything is measured."""
+    n = 8 * objects
+    speed = np.zeros(3) if motion == 'rests' else kinds.speed[0]
+    own = np.tile(np.concatenate([np.full(3, 100.0), speed, kinds.sigma[0]]), objects)
+    cov = np.zeros((runs, n + 8, n + 8))
+    cov[:, :n, :n], cov[:, n:, n:] = np.diag(np.square(own)), errors.first
+    return cov
+
+
+def measured_once(cov, H, R, objects):
+    """Covariance, as in :func:`prior_of`, after a measurement of each object: Kalman's."""
+    n = 8 * objects
+    for i in range(objects):
+        one = np.zeros((len(cov), 5, n + 8))
+        one[:, :, 8 * i : 8 * i + 8], one[:, :, n:] = H[i::objects, :, :8], H[i::objects, :, 8:]
+        PH = cov @ one.swapaxes(1, 2)
+        S = one @ PH + R[i::objects]
+        cov = cov - PH @ np.linalg.solve(S, PH.swapaxes(1, 2))
+    return cov
+
+
+def bound(method, motion, drives, runs=100, seed=0, pitch=PITCH, objects=OBJECTS, scene=HERE):
     """The least RMSE, as a share of the range, that any estimator could have (Cramer-Rao).
 
     The recursion of Tichavsky et al. (1998) for motions that are linear, of the states of all
@@ -219,39 +166,25 @@ def bound(method, motion, drives, runs=100, seed=0, pitch=PITCH, objects=OBJECTS
     rng, config = np.random.default_rng(seed), config_of(method, motion, pitch)
     kinds = Kinds.of(config).take(np.zeros(runs * objects, int))
     errors = CameraErrors.of(config, robots=runs)
-    truth = truths(motion, runs, objects, kinds, errors, rng)
-    n = 8 * objects
-    speed = np.zeros(3) if motion == 'rests' else kinds.speed[0]
-    own = np.tile(np.concatenate([np.full(3, 100.0), speed, kinds.sigma[0]]), objects)
-    cov = np.zeros((runs, n + 8, n + 8))
-    cov[:, :n, :n], cov[:, n:, n:] = np.diag(np.square(own)), errors.first
-    F, out = np.eye(n + 8), []
-    for at in range(0, n, 8):
-        F[at : at + 3, at + 3 : at + 6] = DT * np.eye(3)
-    of = np.arange(n).reshape(objects, 8)
-    for k, base in enumerate(bases(drives)):
+    truth = truths(scene, motion, runs, objects, kinds, errors, rng)
+    cov, out = prior_of(motion, kinds, errors, runs, objects), []
+    F, of = np.eye(8 * objects + 8), np.arange(8 * objects).reshape(objects, 8)
+    F[of[:, :3], of[:, 3:6]] = scene.dt
+    for k, base in enumerate(bases(scene, drives)):
         if k:
-            move(truth, motion, rng)
+            move(truth, scene.dt, motion, rng)
             cov = F @ cov @ F.T
-            for axis in (3, 4):
-                cov[:, of[:, axis], of[:, axis]] += WANDER[motion] ** 2 * DT
-        view = View(CAMERA, base, MOUNT)
+            cov[:, of[:, 3:5], of[:, 3:5]] += WANDER[motion] ** 2 * scene.dt
+        view = View(scene.camera, base, scene.mount)
         measured, seen = measure(view, truth, kinds, method, motion, rng)
         _, H = expected(view, truth, kinds.diameter, kinds.height)
         H[~measured.used] = 0.0
-        for i in range(objects):
-            one = np.zeros((runs, 5, n + 8))
-            one[:, :, of[i]], one[:, :, n:] = H[i::objects, :, :8], H[i::objects, :, 8:]
-            PH = cov @ one.swapaxes(1, 2)
-            S = one @ PH + measured.R[i::objects]
-            cov = cov - PH @ np.linalg.solve(S, PH.swapaxes(1, 2))
+        cov = measured_once(cov, H, measured.R, objects)
         if k == 0:
             begun = seen
         distance = np.linalg.norm(truth[:, :3] - view.optical.t, axis=1)
         variance = np.diagonal(cov, axis1=1, axis2=2)[:, of[:, :3]].sum(axis=2).reshape(-1)
-        out.append(np.stack([
-            variance / distance**2, begun & seen & (distance > 1) & (distance < 5)
-        ]))  # fmt: skip
+        out.append(np.stack([variance / distance**2, begun & seen & within(scene, distance)]))
     return np.array(out).swapaxes(0, 1)
 
 
@@ -286,12 +219,8 @@ def percent(*shares):
     return ', '.join(f'{100 * share:.1f}' for share in shares)
 
 
-def main():
-    parser = argparse.ArgumentParser('world', description=__doc__)
-    parser.add_argument('--runs', type=int, default=100)
-    parser.add_argument('--pitch', type=float, default=PITCH)
-    parser.add_argument('--objects', type=int, default=OBJECTS)
-    a = parser.parse_args()
+def here(a):
+    """The table of all motions and methods."""
     table = Table(title=f'Objects in the world, {a.runs} runs each, {a.objects} objects in each')
     for column in (
         'robot', 'object', 'method', 'NEES', '95 %', f'RMSE %, from {SETTLED:g} s', 'bound',
@@ -301,7 +230,7 @@ def main():
     for drives in (False, True):
         for motion in MOTIONS:
             for method in RANGE_METHODS:
-                kind = method, motion, drives, a.runs, 0, a.pitch, a.objects
+                kind = method, motion, drives, a.runs, a.seed, a.pitch, a.objects
                 out, least = run(*kind), '-'
                 if motion in ('stands', 'rests'):
                     variance, counted = bound(*kind)
@@ -314,7 +243,38 @@ def main():
                     f'{out.mean_nees:.2f}', '{:.2f} to {:.2f}'.format(*out.bounds),
                     percent(out.rmse(), out.rmse(SETTLED)), least, percent(out.slow(SETTLED)),
                 )  # fmt: skip
-    Console(width=110).print(table)
+    return table
+
+
+def elsewhere(a):
+    """NEES of each method with other cameras, of what stands before a robot that does, or drives,
+    and of what rolls before one that drives.
+    """
+    table = Table(title=f'Elsewhere, NEES, {a.runs} runs each')
+    kinds = [('stands', False), ('stands', True), ('rolls', True)]
+    for column in ('scene', *(f'{motion}, {"drives" if d else "stands"}' for motion, d in kinds)):
+        table.add_column(column)
+    for name, scene in ELSEWHERE.items():
+        row = []
+        for motion, drives in kinds:
+            outs = [run(m, motion, drives, a.runs, a.seed, scene=scene) for m in RANGE_METHODS]
+            row.append(', '.join(f'{o.mean_nees:.2f}' for o in outs) + f' of {outs[0].dof}')
+        table.add_row(name, *row)
+    return table
+
+
+def main():
+    parser = argparse.ArgumentParser('world', description=__doc__)
+    parser.add_argument('--runs', type=int, default=100)
+    parser.add_argument('--seed', type=int, default=0)
+    parser.add_argument('--pitch', type=float, default=PITCH)
+    parser.add_argument('--objects', type=int, default=OBJECTS)
+    parser.add_argument('--elsewhere', action='store_true')
+    a = parser.parse_args()
+    if a.elsewhere:
+        Console(width=140).print(elsewhere(a))
+        return
+    Console(width=110).print(here(a))
     print('a picture with {1} objects: {0:.2f} ms'.format(*locator_time()))
 
 

@@ -73,7 +73,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
     def configure(self) -> None:
         """Make a locator, and what it publishes and takes."""
         setup, feeds = self.setup, self.setup.feed.each
-        self.health = Health(self, objects=lambda: self._output.alive)
+        self.health = Health(self, lambda: self._locator.doubt, objects=lambda: self._output.alive)
         self._locator = Locator(setup.config, self.health.refuse, len(feeds))
         self._selector = Selector(setup.output.select, setup.names)
         self._order: Interleaving[Seen] = Interleaving(
@@ -130,7 +130,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
 
     def apply(self, setup: LocatorSetup) -> None:
         """Take changed parameters into use."""
-        if setup.config != self.setup.config:
+        if setup.config != self.setup.config or setup.feed != self.setup.feed:
             self._locator.configure(setup.config)
         if setup.output.select != self.setup.output.select:
             self._selector = Selector(setup.output.select, setup.names)

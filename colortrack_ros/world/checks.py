@@ -15,30 +15,23 @@ from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import Objects
 from colortrack_ros.world.state import OF_OBJECT
+from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import View
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 OUT_OF_PLACE = 5.0
 """How many standard deviations an object may be off its height, or its blob off its size, before
 somebody is told: of right ones that is one in a million."""
 
+ELSEWHERE = np.log(1.3)
+"""Ratio of sizes from which an object cannot be where it is located: its range is off by 30 %. Less
+may be a diameter that nobody has measured. Chosen."""
 
-def troubles(
-    objects: Objects,
-    errors: CameraErrors,
-    found: NDArray[np.uint32],
-    seen: NDArray[np.void],
-    view: View,
-    camera: int,
-    config: LocatorConfig,
-) -> list[str]:
-    """What does not fit, one line each; for the parameters see :func:`off_size`."""
-    lines = (
-        off_height(objects, errors, config),
-        off_size(objects, errors, found, seen, view, camera, config),
-    )
-    return [line for line in lines if line]
+BELOW = 0.1
+"""Share of its distance by which an object that is located below the ground is not there, 6
+degrees. What is above it may be held, or lie on a table. Chosen."""
 
 
 def outside(detections: Detections, view: View) -> str:
@@ -63,18 +56,25 @@ def beyond(track: int, config: LocatorConfig) -> str:
     )
 
 
-def off_height(objects: Objects, errors: CameraErrors, config: LocatorConfig) -> str:
-    """Which object is said to be on the ground and is not located there."""
+def off_height(
+    objects: Objects, errors: CameraErrors, view: View, config: LocatorConfig
+) -> tuple[str, Bools]:
+    """Which object is said to be on the ground and is not located there, and which are below it.
+
+    :return: a line, or none; (N,) what is so far below the ground that it cannot be there.
+    """
     mean, cov = objects.motion.combined(errors)
     above = mean[:, 2] - config.ground_height - objects.kinds.height
     spread = np.sqrt(cov[:, 2, 2] + cov[:, HEIGHT, HEIGHT])
     off = objects.kinds.bound & (np.abs(above) > OUT_OF_PLACE * spread)
+    away = np.linalg.norm(mean[:, POSITION] - view.optical.t, axis=1)
+    below = off & (above < -BELOW * away)
     if not off.any():
-        return ''
+        return '', below
     return (
         f'object {objects.object_id[off][0]} is {above[off][0]:+.2f} m off the height that it has '
         'on the ground: camera_pose, ground_height, diameter or depth is wrong'
-    )
+    ), below
 
 
 def off_size(
@@ -85,30 +85,33 @@ def off_size(
     view: View,
     camera: int,
     config: LocatorConfig,
-) -> str:
+) -> tuple[str, Bools, Bools]:
     """Which object is seen larger or smaller than it would be where it is.
 
     :param found: (K,) the tracks of this camera that are measured.
     :param seen: (K,) their detections.
+    :return: a line, or none; (N,) of which objects the size tells something; (N,) which are so much
+        larger or smaller that they are elsewhere.
     """
     of, order = objects.track_id[:, camera], np.argsort(found)
-    (rows,) = (np.isin(of, found) & (objects.kinds.diameter > 0)).nonzero()
-    if not len(rows):
-        return ''
-    seen = seen[order][np.searchsorted(found[order], of[rows])]
-    kinds, motion = objects.kinds.take(rows), objects.motion.take(rows)
+    told = np.isin(of, found) & (objects.kinds.diameter > 0)
+    seen = seen[order][np.searchsorted(found[order], of[told])]
+    told[told] = disc = round_blobs(seen)
+    kinds, motion, sizes = (
+        objects.kinds.take(told), objects.motion.take(told), np.sqrt(4 * seen['area'][disc] / np.pi)
+    )  # fmt: skip
+    elsewhere, line = np.zeros(len(objects), bool), ''
     blob, variance = expected_blobs(motion, errors, view, kinds, camera, config)
-    sizes = np.sqrt(4 * seen['area'] / np.pi)
     off = np.abs(sizes - blob) > OUT_OF_PLACE * np.sqrt(variance + config.size_noise**2)
-    off &= round_blobs(seen)
-    if not off.any():
-        return ''
-    one = off.argmax()
-    return (
-        f'object {objects.object_id[rows][one]} is {sizes[one]:.0f} px large, expected '
-        f'{blob[one]:.0f} px where it is located: camera_pose (upside down?), calibration, '
-        'ground_height or diameter is wrong'
-    )
+    elsewhere[told] = off & (np.abs(np.log(sizes / blob)) > ELSEWHERE)
+    if off.any():
+        one = off.argmax()
+        line = (
+            f'object {objects.object_id[told][one]} is {sizes[one]:.0f} px large, expected '
+            f'{blob[one]:.0f} px where it is located: camera_pose (upside down?), calibration, '
+            'ground_height or diameter is wrong'
+        )
+    return line, told, elsewhere
 
 
 def expected_blobs(

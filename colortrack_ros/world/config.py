@@ -8,7 +8,9 @@ from colortrack_ros.parameters import named
 from colortrack_ros.parameters import parameter
 
 RANGE_METHODS = ('ground', 'size', 'depth', 'fused')
-MOTIONS = ('plane', 'free_fall', 'still')
+MOTIONS = ('plane', 'free', 'free_fall', 'still')
+ALOFT = ('free', 'free_fall')
+"""Motions of what is not on the ground, which does not tell how far away it is then."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,8 @@ class KindConfig(Config):
     )
     motion: str = parameter(
         'plane',
-        'How they move: on the ground, thrown or bouncing, or not at all.',
+        'How they move: on the ground, anywhere as what is carried or flies, thrown or '
+        'bouncing, or not at all.',
         choices=MOTIONS,
     )
     speed: float = parameter(
@@ -151,9 +154,9 @@ class LocatorConfig(Config):
     def check(self) -> None:
         """What gives the range has to be known of each color."""
         for kind in self.colors:
-            thrown = kind.config.motion == 'free_fall'
+            aloft = kind.config.motion in ALOFT
             if kind.config.diameter == 0 and (
-                self.method == 'size' or (thrown and self.method in ('ground', 'fused'))
+                self.method == 'size' or (aloft and self.method in ('ground', 'fused'))
             ):
                 raise ValueError(
                     f'{kind.name}.diameter: expected the diameter of the objects, above 0 m, which '

@@ -15,8 +15,8 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
 from colortrack_ros.world.checks import beyond
 from colortrack_ros.world.checks import outside
-from colortrack_ros.world.checks import troubles
 from colortrack_ros.world.config import LocatorConfig
+from colortrack_ros.world.doubts import Doubts
 from colortrack_ros.world.filter import forget
 from colortrack_ros.world.filter import misfit
 from colortrack_ros.world.filter import started
@@ -54,9 +54,6 @@ UNCERTAIN = 0.5
 """Share of the range that its standard deviation may have for an object to start: beyond, near the
 horizon, it may be anywhere."""
 
-CHECKED = 10
-"""Of so many pictures one is looked at for what does not fit together: what is wrong lasts."""
-
 SILENT = 1.0
 """A camera that has told nothing for so long [s] sees none of its tracks any more. Assumed."""
 
@@ -89,7 +86,8 @@ class Locator:
         self._objects = Objects.none(self._kinds, self._cameras)
         self._errors = CameraErrors.of(self._config, self._cameras)
         self._heard = np.zeros(self._cameras, np.int64)
-        self._stamp = self._pictures = 0
+        self._doubts = Doubts(self._config, self._cameras)
+        self._stamp = 0
         self._view: View | None = None
 
     def update(
@@ -118,16 +116,17 @@ class Locator:
         self._recognize(rows, measured, view, camera)
         self._correct(rows['track_id'], measured, view, camera)
         self._start(rows, measured, view, camera)
-        self._pictures += 1
-        if self._pictures % CHECKED == 1:
-            for trouble in troubles(
-                self._objects, self._errors, rows['track_id'], seen, view, camera, self._config
-            ):
-                self._tell(trouble)
+        found = rows['track_id']
+        self._doubts.see(tracks.stamp, view, found, measured, kinds, camera)
+        for line in self._doubts.lines(self._objects, self._errors, found, seen, view, camera):
+            self._tell(line)
         return self.locations(tracks.stamp)
 
     def locations(self, stamp: int) -> Locations:
-        """The objects at a time [ns], predicted to it if it is later than the last picture."""
+        """The objects at a time [ns], predicted to it if it is later than the last picture.
+
+        Those that are contradicted by what else is seen are left out.
+        """
         objects = self._objects
         motion = objects.motion
         ahead = (stamp - self._stamp) / NANOSECONDS
@@ -144,7 +143,13 @@ class Locator:
             rows[name] = getattr(objects, name)
         rows['diameter'] = objects.kinds.diameter
         rows['time_since_update'] = (stamp - objects.updated) / NANOSECONDS
+        rows = rows[self._doubts.believed(objects.object_id)]
         return Locations(rows[np.argsort(rows['track_id'])], stamp)
+
+    @property
+    def doubt(self) -> str:
+        """Why none of the objects is told; empty if some are."""
+        return self._doubts.reason
 
     def _advance(self, stamp: int, view: View) -> None:
         """Predict all objects to the time of a picture."""

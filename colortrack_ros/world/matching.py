@@ -84,7 +84,7 @@ def measured_of(
     R[:, PLANE, PLANE] = PLANE_SIGMA**2
     z[:, BLOB] = np.sqrt(4 * rows['area'] / np.pi)
     R[:, BLOB, BLOB] = config.size_noise**2
-    by_size = (config.method in ('size', 'fused')) | ((config.method == 'ground') & kinds.falls)
+    by_size = (config.method in ('size', 'fused')) | ((config.method == 'ground') & ~kinds.bound)
     used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & round_blobs(rows)
     if depth is not None and config.method in ('depth', 'fused'):
         measured = depths_of(rows, z[:, BLOB], camera, depth)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import Columns
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.world.config import ALOFT
 from colortrack_ros.world.config import LocatorConfig
 
 Floats = NDArray[np.float64]
@@ -69,14 +70,14 @@ class Kinds(Columns):
         """The colors, in their order."""
         each = [kind.config for kind in config.colors]
         free = np.array(
-            [[c.motion != 'still'] * 2 + [c.motion == 'free_fall'] for c in each], float
+            [[c.motion != 'still'] * 2 + [c.motion in ALOFT] for c in each], float
         ).reshape(-1, 3)
         own = [[c.height_sigma, c.diameter_sigma] for c in each]
         falls = np.array([c.motion == 'free_fall' for c in each], bool)
         return cls(
             diameter=np.array([c.diameter for c in each], float),
             height=np.array([kind.center_height for kind in config.colors], float),
-            bound=~falls,
+            bound=np.array([c.motion not in ALOFT for c in each], bool),
             falls=falls,
             bounce=np.array([c.bounce for c in each], float),
             speed=free * np.array([c.speed for c in each])[:, None],

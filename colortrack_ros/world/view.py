@@ -53,13 +53,10 @@ class View:
     def tilts(self) -> Floats:
         """(3, 3) rotation vectors in the fixed frame, by columns, of 1 rad of roll, pitch, yaw.
 
-        As fixed-axis angles add up, yaw turns about the z of the robot, pitch about a y that has
-        been turned by yaw, roll about the axis of the camera.
+        About the axes of the camera itself: for one that looks down, those of fixed-axis angles
+        coincide, and how it leans to the side would be in none of them.
         """
-        forward = self.mount.R[:, 0]
-        yaw = np.arctan2(forward[1], forward[0])
-        axes = [forward, [-np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]
-        return np.asarray(self.base.R @ np.array(axes).T)
+        return np.asarray(self.base.R @ self.mount.R)
 
     def way_since(self, last: 'View') -> tuple[float, float]:
         """How far the robot has moved [m] and turned [rad]."""

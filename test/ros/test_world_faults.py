@@ -1,7 +1,10 @@
 """What is wrong with calibration, frames, odometry or time is told in one line by real nodes."""
 
+from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import pytest
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from support.ball_before_camera import BALL
 from support.ball_before_camera import info
 from support.ball_before_camera import odometry
@@ -67,10 +70,31 @@ def test_a_clock_that_goes_back_is_told_and_objects_are_located_again(ros):
     assert (row['x'], row['y']) == pytest.approx(BALL[:2], abs=0.02)
 
 
-def test_a_camera_that_is_upside_down_is_told(ros):
-    robot = Robot(ros, camera_pose=str([*map(float, PLACE[:3]), float(np.pi), 0.25, 0.0]))
-    drive(robot, range(10), answered=False)
+UPSIDE_DOWN = str([*map(float, PLACE[:3]), float(np.pi), 0.25, 0.0])
+
+
+def test_a_camera_that_is_upside_down_is_told_and_nothing_is_published(ros):
+    robot = Robot(ros, camera_pose=UPSIDE_DOWN)
+    drive(robot, range(10))
     robot.node.wait_for('where it is located: camera_pose (upside down?)')
+    assert [len(locations_of_cloud(cloud).rows) for cloud in robot.locations] == [0] * 10
+
+
+def test_an_upside_down_camera_before_things_of_unknown_size_is_found_by_driving(ros):
+    """By 0.5 m/s towards a ball; and told until camera_pose is mended, in diagnostics as well."""
+    robot = Robot(ros, camera_pose=UPSIDE_DOWN, **{'red.diameter': 0.0, 'red.height': 0.1})
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    drive(robot, range(100))
+    robot.node.wait_for('roll 0 for a camera that is upside down')
+    assert len(last(robot)) == 0
+    assert ros.spin(
+        lambda: any('upside down' in s.message for array in diagnostics for s in array.status)
+    )
+    mended = Parameter('camera_pose', value=[float(number) for number in PLACE])
+    request = SetParameters.Request(parameters=[mended.to_parameter_msg()])
+    assert ros.call(SetParameters, '/locator/set_parameters', request).results[0].successful
+    drive(robot, range(100, 110))
+    assert last(robot)['x'] == pytest.approx(BALL[0], abs=0.1)
 
 
 def test_the_calibration_of_another_size_is_told(ros):

@@ -7,6 +7,7 @@ from support.paths import ROOT
 sys.path.append(str(ROOT / 'benchmark'))
 
 import world
+import world_scene
 
 from colortrack_ros.world.config import RANGE_METHODS
 from colortrack_ros.world.inverse_depth import from_points
@@ -22,11 +23,11 @@ from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import MOVES
 from colortrack_ros.world.view import View
 
-VIEW = View(world.CAMERA, Pose.of_rpy((1, 2, 0), (0, 0, 0.5)), world.MOUNT)
+VIEW = View(world_scene.CAMERA, Pose.of_rpy((1, 2, 0), (0, 0, 0.5)), world_scene.MOUNT)
 
 
 @pytest.mark.parametrize('drives', [False, True], ids=['stands', 'drives'])
-@pytest.mark.parametrize('motion', world.MOTIONS)
+@pytest.mark.parametrize('motion', world_scene.MOTIONS)
 @pytest.mark.parametrize('method', RANGE_METHODS)
 def test_the_covariance_says_how_far_off_the_object_is(method, motion, drives):
     """50 runs; the interval is of one moment, the mean is that of 6 s, in which errors last.
@@ -58,19 +59,21 @@ def test_driving_for_2_seconds_shows_the_pitch_and_what_rests(method, most):
 
 
 def test_an_error_of_the_pitch_is_not_averaged_away_by_looking_longer():
-    config, rng = world.config_of('ground', 'stands'), np.random.default_rng(0)
+    config, rng = world_scene.config_of('ground', 'stands'), np.random.default_rng(0)
     kinds, errors = Kinds.of(config).take(np.zeros(1, int)), CameraErrors.of(config)
     truth = np.zeros((1, 16))
     truth[0, :3] = VIEW.base.apply(np.array([[4, 0, 0.1]]))
-    measured, _ = world.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
+    measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
     found = world.started(truth[:, :3], np.array([40.0]), measured, VIEW, kinds, errors, 0.0)
     for _ in range(300):
-        predict(found, errors, kinds, 0.0, world.DT)
-        measured, _ = world.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
+        predict(found, errors, kinds, 0.0, world_scene.DT)
+        measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
         world.update(found, errors, measured, VIEW, kinds, 0.0)
     # 1 degree, at 3.9 m from a camera 0.4 m above the center: r^2 / h * sigma
     spread = np.sqrt(np.linalg.eigvalsh(found.combined(errors)[1][0, :2, :2])[1])
-    assert spread == pytest.approx((3.9**2 + 0.4**2) / 0.4 * np.radians(world.PITCH), rel=0.15)
+    assert spread == pytest.approx(
+        (3.9**2 + 0.4**2) / 0.4 * np.radians(world_scene.PITCH), rel=0.15
+    )
     assert np.diag(errors.cov[0]) == pytest.approx(np.diag(errors.first), rel=0.05)
 
 
@@ -117,7 +120,7 @@ def outline(q, rho, camera):
 
 @pytest.mark.parametrize('q', [(0, 0, 1), (0.5, 0.3, 1.2), (-0.9, 0.5, 2), (1, -0.8, 3.5)])
 def test_a_sphere_is_expected_where_and_as_large_as_it_is_seen(q):
-    edge = outline(np.array(q), 0.1, world.CAMERA)
+    edge = outline(np.array(q), 0.1, world_scene.CAMERA)
     u, v = edge.T
     cross = u * np.roll(v, -1) - v * np.roll(u, -1)
     area = cross.sum() / 2
@@ -142,7 +145,7 @@ def test_inverse_depth_and_back_is_the_same_point():
 
 
 def falling(height, speed):
-    config = world.config_of('size', 'bounces')
+    config = world_scene.config_of('size', 'bounces')
     kinds, errors = Kinds.of(config).take(np.zeros(1, int)), CameraErrors.of(config)
     found = Motions(
         np.zeros((1, 2, 8)), np.zeros((1, 2, 8, 8)), np.tile(1e-4 * np.eye(8), (1, 2, 1, 1)),
@@ -172,16 +175,16 @@ def test_at_the_ground_it_bounces_and_is_less_certain():
 
 
 def test_what_begins_to_roll_after_it_stood_is_seen_to_roll():
-    config, rng = world.config_of('size', 'rests'), np.random.default_rng(1)
+    config, rng = world_scene.config_of('size', 'rests'), np.random.default_rng(1)
     kinds, errors = Kinds.of(config).take(np.zeros(1, int)), CameraErrors.of(config)
     truth, speeds = np.zeros((1, 16)), []
     truth[0, :3] = VIEW.base.apply(np.array([[2.5, 0, 0.1]]))
-    measured, _ = world.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
+    measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
     found = world.started(truth[:, :3], np.array([25.0]), measured, VIEW, kinds, errors, 0.0)
     for k in range(120):
-        truth[0, 1] += 0.4 * world.DT * (k >= 60)
-        measured, _ = world.measure(VIEW, truth, kinds, 'ground', 'rolls', rng)
-        predict(found, errors, kinds, 0.0, world.DT)
+        truth[0, 1] += 0.4 * world_scene.DT * (k >= 60)
+        measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'rolls', rng)
+        predict(found, errors, kinds, 0.0, world_scene.DT)
         world.update(found, errors, measured, VIEW, kinds, 0.0)
         speeds.append(np.linalg.norm(found.combined(errors)[0][0, 3:6]))
     assert max(speeds[30:60]) < 0.05

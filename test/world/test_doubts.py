@@ -1,0 +1,158 @@
+"""What contradicts the camera's pose is found by what is seen, and nothing is published then."""
+
+import sys
+
+import numpy as np
+import pytest
+from support.balls_seen import RADIUS
+from support.balls_seen import seen
+from support.paths import ROOT
+
+sys.path.append(str(ROOT / 'benchmark'))
+
+from world import CAMERA
+from world import MOUNT
+
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Tracks
+from colortrack_ros.world import Locator
+from colortrack_ros.world import LocatorConfig
+from colortrack_ros.world import Pose
+from colortrack_ros.world.camera import CameraModel
+from colortrack_ros.world.config import Kind
+from colortrack_ros.world.config import KindConfig
+from colortrack_ros.world.poses import OPTICAL
+from colortrack_ros.world.view import View
+
+FRAME = 33_333_333
+BALLS = np.array([(2.5, 0.5, RADIUS), (3.5, -0.5, RADIUS), (4.0, 0.2, RADIUS)])
+STANDING = 30
+"""Pictures before the robot moves."""
+
+
+def turned(roll=0.0, pitch=0.0, yaw=0.0):
+    """The place of the camera, turned about the robot's vertical last."""
+    about = Pose.of_rpy(np.zeros(3), (0, 0, yaw)).R
+    return Pose(MOUNT.t, about @ (MOUNT @ Pose.of_rpy(np.zeros(3), (roll, pitch, 0))).R)
+
+
+def scaled(share):
+    return CameraModel(
+        np.diag([share, share, 1]) @ CAMERA.K, CAMERA.lens, CAMERA.width, CAMERA.height
+    )
+
+
+WRONG = {
+    'roll 0 for a camera that is upside down': {'mount': turned(roll=np.pi)},
+    'lies on its side': {'mount': turned(roll=np.pi / 2)},
+    'looks backward': {'mount': turned(yaw=np.pi)},
+    'off by pi/2': {'mount': turned(yaw=-np.pi / 2)},
+    'expected of the body': {'mount': MOUNT @ OPTICAL},
+    'half as large': {'camera': scaled(0.5)},
+    'odometry goes backward': {'odometry': lambda x, yaw: (-x, yaw)},
+}
+
+
+class Robot:
+    """A robot that looks at balls, stands for a second, and then drives and swings."""
+
+    def __init__(self, told_diameter=0.0, method='ground'):
+        kind = Kind('red', KindConfig(diameter=told_diameter, height=RADIUS))
+        self.told, self.rng = [], np.random.default_rng(0)
+        config = LocatorConfig(method=method, colors=(kind,))
+        self.locator = Locator(config, self.told.append)
+        self.k = 0
+
+    def see(self, balls=BALLS, camera=CAMERA, mount=MOUNT, odometry=lambda *way: way):
+        """The objects after one more picture."""
+        t = max(self.k - STANDING, 0) * FRAME / 1e9
+        x, yaw = 0.3 * t, 0.3 * np.sin(2 * t)
+        self.k += 1
+        tracks, detections = seen(view(x, yaw), balls, self.k * FRAME)
+        noise = 0.3 * self.rng.normal(size=(2, len(balls)))
+        detections.rows['u'] += noise[0]
+        detections.rows['v'] += noise[1]
+        return self.locator.update(tracks, detections, view(*odometry(x, yaw), camera, mount))
+
+    def drive(self, pictures, **wrong):
+        return [len(self.see(**wrong).rows) for _ in range(pictures)]
+
+
+def view(x, yaw, camera=CAMERA, mount=MOUNT):
+    return View(camera, Pose.of_rpy((x, 0, 0), (0, 0, yaw)), mount)
+
+
+@pytest.mark.parametrize('line', WRONG)
+def test_a_robot_that_drives_finds_the_mistake_names_it_and_publishes_nothing(line):
+    """No size is known: nothing but the motion of the robot tells."""
+    robot = Robot()
+    published = robot.drive(150, **WRONG[line])
+    assert published[-60:] == [0] * 60
+    assert any(line in told for told in robot.told)
+    assert line in robot.locator.doubt
+
+
+@pytest.mark.parametrize('line', ['upside down', 'on its side', 'half as large'])
+def test_where_the_size_is_known_nothing_is_published_from_the_first_picture_on(line):
+    (wrong,) = (wrong for name, wrong in WRONG.items() if line in name)
+    robot = Robot(told_diameter=2 * RADIUS)
+    assert sum(robot.drive(STANDING, **wrong)) == 0
+    assert robot.told
+    assert robot.locator.doubt
+
+
+def test_a_mistake_that_is_mended_is_forgotten_while_the_robot_drives():
+    robot = Robot()
+    robot.drive(120, mount=turned(roll=np.pi))
+    assert robot.locator.doubt
+    robot.drive(200)
+    assert not robot.locator.doubt
+    assert robot.drive(1) == [3]
+
+
+@pytest.mark.parametrize('count', [1, 3])
+def test_what_really_rolls_contradicts_nothing(count):
+    robot, balls = Robot(told_diameter=2 * RADIUS), BALLS[:count].copy()
+    for _ in range(150):
+        balls[:, :2] += np.array([[0.02, 0.004], [0.01, 0.002], [0.015, -0.002]])[:count]
+        assert len(robot.see(balls).rows) == count
+    assert robot.told == []
+
+
+def test_one_object_of_another_size_is_not_published_and_the_others_are():
+    robot = Robot(told_diameter=2 * RADIUS)
+    tracks, detections = seen(view(0, 0), BALLS, FRAME)
+    detections.rows['area'][0] *= 4
+    for name in ('box_w', 'box_h'):
+        detections.rows[name][0] *= 2
+    for name in ('area', 'box_w', 'box_h'):
+        tracks.rows[name][2] = detections.rows[name][0]
+    out = robot.locator.update(tracks, detections, view(0, 0))
+    assert out.rows['track_id'].tolist() == [1, 2]
+    assert 'px large, expected' in robot.told[0]
+    assert not robot.locator.doubt
+
+
+def test_what_is_held_above_the_ground_is_told_and_published_by_size():
+    robot = Robot(told_diameter=2 * RADIUS, method='size')
+    held = BALLS + np.array([0, 0, 0.4])
+    assert robot.drive(5, balls=held) == [3] * 5
+    assert 'm off the height' in robot.told[0]
+
+
+def test_what_is_located_below_the_ground_is_not_published():
+    robot = Robot(told_diameter=2 * RADIUS, method='size')
+    low = Pose(MOUNT.t * [1, 1, -1], MOUNT.R)
+    assert robot.drive(5, mount=low) == [0] * 5
+    assert 'm off the height' in robot.told[0]
+
+
+def test_pictures_without_objects_and_clocks_that_go_back_are_no_evidence():
+    robot = Robot()
+    robot.drive(60)
+    robot.k = 10
+    robot.drive(60)
+    for k in range(60):
+        stamp = (200 + k) * FRAME
+        robot.locator.update(Tracks(stamp=stamp), Detections(stamp=stamp), view(0.01 * k, 0))
+    assert not robot.locator.doubt

@@ -1,0 +1,103 @@
+"""Cameras that are not on a robot with wheels: on a drone, on a ceiling, on a pan-tilt."""
+
+import sys
+
+import numpy as np
+import pytest
+from support.balls_seen import RADIUS
+from support.balls_seen import seen
+from support.paths import ROOT
+
+sys.path.append(str(ROOT / 'benchmark'))
+
+from world import CAMERA
+
+from colortrack_ros.world import Locator
+from colortrack_ros.world import LocatorConfig
+from colortrack_ros.world import Pose
+from colortrack_ros.world.config import Kind
+from colortrack_ros.world.config import KindConfig
+from colortrack_ros.world.view import View
+
+FRAME = 33_333_333
+STILL = Pose.of_rpy((0, 0, 0), (0, 0, 0))
+
+
+def locator(method, motion='plane', **changes):
+    told, kind = [], Kind('red', KindConfig(diameter=2 * RADIUS, motion=motion))
+    return Locator(LocatorConfig(method=method, colors=(kind,), **changes), told.append), told
+
+
+def ceiling(roll=0.0):
+    """2.5 m above the ground, straight down."""
+    return Pose.of_rpy((1, 2, 2.5), (roll, np.pi / 2, 0))
+
+
+@pytest.mark.parametrize('method', ['ground', 'size', 'fused'])
+def test_a_camera_on_the_ceiling_that_looks_straight_down_locates_what_rolls(method):
+    one, told = locator(method)
+    for k in range(60):
+        ball = (1.3 - 0.3 * k / 30, 2.4, RADIUS)
+        view = View(CAMERA, STILL, ceiling())
+        (row,) = one.update(*seen(view, ball, (k + 1) * FRAME), view).rows
+    assert (row['x'], row['y'], row['z']) == pytest.approx(ball, abs=0.03)
+    assert (row['vx'], row['vy']) == pytest.approx((-0.3, 0), abs=0.05)
+    assert told == []
+
+
+@pytest.mark.parametrize('axis', [0, 1])
+def test_a_camera_that_looks_down_may_lean_to_either_side(axis):
+    """By 0.02 rad: from 2.4 m that is 5 cm, and the covariance says so on both axes."""
+    one, _ = locator('ground', camera_pose_sigma=(0, 0, 0, 0.02, 0.02, 0.02))
+    view = View(CAMERA, STILL, ceiling())
+    (row,) = one.update(*seen(view, (1, 2, RADIUS), FRAME), view).rows
+    assert np.sqrt(row['covariance'][axis, axis]) == pytest.approx(2.4 * 0.02, rel=0.1)
+
+
+def drone(k):
+    """Leans to where it flies, and sways."""
+    t = k / 30
+    return Pose.of_rpy(
+        (0.5 * t, 0.1 * np.sin(t), 2 + 0.2 * np.sin(2 * t)),
+        (0.15 * np.sin(3 * t), 0.1 * np.cos(2 * t), 0.2 * np.sin(t)),
+    )
+
+
+FORWARD = Pose.of_rpy((0.1, 0, -0.03), (0, 0, 0))
+
+
+def test_a_drone_sees_by_size_where_another_one_stands_in_the_air():
+    one, told = locator('size', 'free')
+    for k in range(90):
+        view = View(CAMERA, drone(k), FORWARD)
+        (row,) = one.update(*seen(view, (4, 0.3, 2.2), (k + 1) * FRAME), view).rows
+    assert (row['x'], row['y'], row['z']) == pytest.approx((4, 0.3, 2.2), abs=0.1)
+    assert np.linalg.norm([row['vx'], row['vy'], row['vz']]) < 0.1
+    assert told == []
+
+
+def test_what_climbs_is_followed_and_not_told_to_be_off_the_ground():
+    one, told = locator('size', 'free')
+    for k in range(90):
+        view, ball = View(CAMERA, drone(k), FORWARD), (4.5, 0.3, 1.8 + 0.3 * k / 30)
+        (row,) = one.update(*seen(view, ball, (k + 1) * FRAME), view).rows
+    assert row['z'] == pytest.approx(ball[2], abs=0.05)
+    assert row['vz'] == pytest.approx(0.3, abs=0.1)
+    assert told == []
+
+
+def test_a_free_motion_needs_the_diameter_where_the_ground_does_not_tell():
+    with pytest.raises(ValueError, match=r'red\.diameter: expected the diameter'):
+        LocatorConfig(colors=(Kind('red', KindConfig(motion='free')),))
+
+
+@pytest.mark.parametrize('method', ['ground', 'size', 'fused'])
+def test_a_camera_on_a_pan_tilt_sees_things_stand_while_it_turns(method):
+    one, told = locator(method)
+    for k in range(90):
+        mount = Pose.of_rpy((0.1, 0, 0.6), (0, 0.25 + 0.1 * np.sin(k / 9), 0.4 * np.sin(k / 12)))
+        view = View(CAMERA, STILL, mount)
+        (row,) = one.update(*seen(view, (3, 0.2, RADIUS), (k + 1) * FRAME), view).rows
+        assert (row['x'], row['y'], row['z']) == pytest.approx((3, 0.2, RADIUS), abs=0.04)
+    assert np.hypot(row['vx'], row['vy']) < 0.02
+    assert told == []
