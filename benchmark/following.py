@@ -13,6 +13,9 @@ import math
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from world import measured_once
+from world import prior_of
+from world_scene import measure
 
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Frame
@@ -34,7 +37,10 @@ from colortrack_ros.world.config import KindConfig
 from colortrack_ros.world.following import Following
 from colortrack_ros.world.following import FollowingConfig
 from colortrack_ros.world.following import Target
+from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.selection import Selector
+from colortrack_ros.world.state import CameraErrors
+from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.view import View
 
 RATE = 30
@@ -182,12 +188,40 @@ def locate(method, seeds):
     return np.concatenate([run.found for run in runs]), switches
 
 
+def least(method):
+    """The least RMSE, as a share of the range, that any estimator could have on the same way.
+
+    The Cramer-Rao bound of what stands; see bound() of world.py.
+    """
+    simulation = Simulation(SimulationConfig(room='empty', objects=STANDING))
+    kind = Kind('standing', KindConfig(diameter=0.24))
+    config = LocatorConfig(method=method, colors=(kind,), camera_pose_sigma=SIGMA)
+    count, rng = len(STANDING), np.random.default_rng(0)
+    kinds, errors = Kinds.of(config).take(np.zeros(count, int)), CameraErrors.of(config)
+    truth = np.zeros((count, 16))
+    truth[:, :3] = [(*thing.config.path, kinds.height[0]) for thing in STANDING]
+    cov, shares = prior_of('rests', kinds, errors, 1, count), []
+    for _ in range(round(SWINGING * RATE)):
+        for _ in range(2):
+            simulation.advance(TICK)
+            simulation.robot.command(*swing(simulation.time * 1e-9))
+        view = simulation.view
+        measured, seen = measure(view, truth, kinds, method, 'rests', rng)
+        _, H = expected(view, truth, kinds.diameter, kinds.height)
+        H[~measured.used] = 0.0
+        cov = measured_once(cov, H, measured.R, count)
+        away = np.linalg.norm(truth[:, :3] - view.optical.t, axis=1)
+        variance = np.diagonal(cov[0])[: 8 * count].reshape(-1, 8)[:, :3].sum(axis=1)
+        shares.extend((variance / away**2)[seen & (away > 1) & (away < 5)])
+    return 100 * math.sqrt(np.mean(shares))
+
+
 def main():
     parser = argparse.ArgumentParser('following', description=__doc__)
     parser.add_argument('--seeds', type=int, default=1)
     seeds = parser.parse_args().seeds
     table = Table(title=f'A robot in a room, {seeds} seeds')
-    for column in ('what', 'here', 'asked for'):
+    for column in ('what', 'here', 'asked for', 'bound'):
         table.add_column(column, justify='left' if column == 'what' else 'right')
     errors, times = follow(seeds)
     table.add_row('distance kept to a ball at 0.4 m/s, worst', f'{errors.max():.2f} m', '0.2 m')
@@ -197,7 +231,12 @@ def main():
         found, switches = locate(method, seeds)
         near = found[(found[:, 1] > 1) & (found[:, 1] < 5)]
         error = 100 * np.sqrt(np.mean((near[:, 0] / near[:, 1]) ** 2))
-        table.add_row(f'{method}: RMSE, share of range', f'{error:.1f} %', f'{most} %')
+        table.add_row(
+            f'{method}: RMSE, share of range',
+            f'{error:.1f} %',
+            f'{most} %',
+            f'{least(method):.1f} %',
+        )
         slow = 100 * np.mean(found[:, 2] < 0.05)
         table.add_row(f'{method}: of what stands, below 0.05 m/s', f'{slow:.0f} %', '95 %')
         table.add_row(f'{method}: ID switches', str(switches), '0')
