@@ -1,87 +1,32 @@
 """replay on bags, videos and scenes; what it writes is what the nodes publish."""
 
-import contextlib
 import copy
 import csv
 import os
 from pathlib import Path
-import re
-import shutil
-import signal
 import sys
-import threading
 
 import cv2
 import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message
-from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
-from sensor_msgs.msg import PointCloud2
-from support.claims import write_huge_png
-from support.damaged import damaged_video
-from support.full_disk import file_size_limit
-from support.paths import DATA
+from support.recorded import contents
 from support.recorded import frames
 from support.recorded import NAMES
 from support.recorded import of_topic
-from support.recorded import read_bag
+from support.recorded import SCENE
+from support.recorded import TOPICS
+from support.recorded import topics_of
+from support.recorded import tracks_of
 from support.recorded import write_bag
-from visualization_msgs.msg import MarkerArray
 
-from colortrack_ros.bags import BagReader
-from colortrack_ros.bags import BagWriter
 from colortrack_ros.bags import canonical
-from colortrack_ros.data import Frame
 from colortrack_ros.data import TRACK
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import stamp_of
-from colortrack_ros.replay import run
-from colortrack_ros.replay.command import replay as replay_command
-from colortrack_ros.replay.main import main
 from colortrack_ros.replay.run import default_output
-from colortrack_ros.sources import Source
-
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-SCENE = 'scene:five?width=320&height=240&rate=6&duration=12'
-START = 1_700_000_000_123_456_789
-TOPICS = {'/detections': PointCloud2, '/tracks': PointCloud2, '/tracks/markers': MarkerArray}
-
-
-@pytest.fixture
-def replay(tmp_path, monkeypatch, capfd):
-    """Runs replay in a folder of its own: exit status, what it printed, and its errors."""
-    monkeypatch.chdir(tmp_path)
-    handlers = {number: signal.getsignal(number) for number in SIGNALS}
-
-    def run(*arguments):
-        status = main([str(argument) for argument in arguments])
-        printed = capfd.readouterr()
-        assert 'Traceback' not in printed.err
-        return status, printed.out, printed.err
-
-    yield run
-    for number, handler in handlers.items():
-        signal.signal(number, handler)
-
-
-@pytest.fixture(scope='module')
-def images():
-    return frames(SCENE, START)
-
-
-@pytest.fixture(scope='module')
-def bag(images, tmp_path_factory):
-    return write_bag(tmp_path_factory.mktemp('in') / 'run', {'/camera/image_raw': images})
-
-
-def contents(path):
-    return [(m.topic, m.log_time, m.cdr) for m in read_bag(path)]
-
-
-def tracks_of(path):
-    return [np.frombuffer(m.content.data, TRACK) for m in of_topic(path, '/tracks')]
 
 
 def test_one_message_of_each_kind_for_each_image_with_its_header(replay, bag, images):
@@ -185,133 +130,6 @@ def test_a_scene_gives_what_a_bag_of_its_images_gives(replay):
     assert contents('five_tracks') == contents('run_tracks')
 
 
-def mixed_up(images):
-    """Frames 6 a second, some up to 0.33 s behind the newest, one 0.5 s."""
-    mixed = [*images]
-    mixed[10:16] = [mixed[k] for k in (12, 10, 11, 15, 14, 13)]
-    mixed.insert(32, mixed.pop(29))
-    return mixed
-
-
-@pytest.mark.parametrize('kind', ['images', 'detections'])
-def test_messages_are_put_in_the_order_of_their_stamps(replay, bag, images, kind):
-    assert replay(bag, '--output', 'sorted')[0] == 0
-    topic = {'images': '/camera/image_raw', 'detections': '/detections'}[kind]
-    recorded = [m.content for m in of_topic('sorted', '/detections')]
-    infos = [m.content for m in of_topic('sorted', '/camera/camera_info')]
-    given = images if kind == 'images' else recorded
-    write_bag(Path('run'), {topic: mixed_up(given), '/camera/camera_info': infos})
-    for window, max_late, late in ((0.6, 0.0, 0), (0.3, 0.3, 1), (0.0, 0.6, 5)):
-        options = ['-p', f'reorder_window:={window}', '-p', f'max_late:={max_late}']
-        status, out, _ = replay('run', '--output', 'mixed', '--force', *options)
-        assert status == 0
-        assert f'dropped     {late} late\n' in out
-        assert 'restarts    0' in out
-        stamps = [stamp_of(m.content.header) for m in of_topic('mixed', '/tracks')]
-        assert stamps == sorted(stamps)
-        assert len(stamps) == len(images) - late
-        if late == 0:
-            for name in ('/tracks', '/tracks/markers'):
-                new, old = of_topic('mixed', name), of_topic('sorted', name)
-                assert [m.cdr for m in new] == [m.cdr for m in old], name
-
-
-def test_of_what_the_detector_lets_through_the_tracker_drops_what_is_late_for_it(replay, images):
-    write_bag(Path('run'), {'/camera/image_raw': [*images[:20], *images[16:30]]})
-    options = ['-p', 'detector:max_late:=0.1', '-p', 'tracker:max_late:=10.0']
-    status, out, _ = replay('run', '--output', 'new', *options)
-    assert status == 0
-    assert 'dropped     3 late\n' in out
-    assert len(of_topic('new', '/detections')) == 34
-    assert len(of_topic('new', '/tracks')) == 31
-
-
-@pytest.mark.parametrize(
-    ('rgb', 'warned'),
-    [
-        ('[90, 110, 130]', 'red runs into other colors'),
-        ('[205, 58, 34]', ''),
-    ],
-)
-def test_what_the_detector_says_about_the_pictures_is_shown(replay, rgb, warned):
-    scene = 'scene:single?width=160&height=120&duration=0.4'
-    status, out, _ = replay(scene, '-p', f'detector:red.rgb:={rgb}', '-p', 'red.tolerance:=0.0')
-    assert status == 0
-    expected = (
-        f'warnings    10 pictures, the last: {warned}' if warned else 'warnings    0 pictures'
-    )
-    assert expected in out
-
-
-def test_a_loop_in_the_recording_restarts_the_tracker_once(replay, images):
-    later = copy.deepcopy(images)
-    for image in images:
-        image = copy.deepcopy(image)
-        image.header.stamp.sec -= 100
-        later.append(image)
-    write_bag(Path('run'), {'/camera/image_raw': later})
-    status, out, _ = replay('run')
-    assert status == 0
-    assert 'restarts    1, the last: the stamp went back by 111.8' in out
-    messages = of_topic('run_tracks', '/tracks')
-    assert [stamp_of(m.content.header) for m in messages] == [stamp_of(i.header) for i in later]
-    assert [m.log_time for m in messages] == sorted(m.log_time for m in messages)
-
-
-@pytest.mark.parametrize('folder', ['test_bag_mcap', 'test_bag_sqlite3'])
-@pytest.mark.parametrize('kind', ['image', 'compressed_image', 'point_cloud2'])
-def test_malformed_messages_are_refused_and_counted(replay, folder, kind):
-    path = DATA / 'malformed_bags' / folder
-    if not path.exists():
-        pytest.skip(f'{path} is not there')
-    status, out, errors = replay(path, '--topic', f'/test/sensor_msgs/{kind}', '--output', 'new')
-    assert (status, errors) == (1, '')
-    assert 'frames      0\n' in out
-    assert 'refused     2, the last: ' in out
-    assert contents('new') == []
-
-
-def test_bad_messages_between_good_ones_change_nothing(replay, bag, images):
-    rng = np.random.default_rng(1)
-    assert replay(bag, '--output', 'good')[0] == 0
-    writer = BagWriter(Path('run'), {'/camera/image_raw': 'sensor_msgs/msg/Image'})
-    for k, image in enumerate(images):
-        stamp = stamp_of(image.header)
-        cdr = serialize_message(image)
-        writer.write('/camera/image_raw', stamp, cdr)
-        cut = cdr[: rng.integers(0, len(cdr))]  # some with a stamp, some without
-        writer.write('/camera/image_raw', stamp + 1, cut if k % 2 else cdr[:2] + bytes(k))
-    writer.close()
-    status, out, _ = replay('run', '--output', 'new')
-    assert status == 0
-    assert [m.cdr for m in of_topic('new', '/tracks')] == [
-        m.cdr for m in of_topic('good', '/tracks')
-    ]
-    assert 'frames      72\n' in out
-
-
-def test_a_broken_bag_gives_what_can_be_read_and_an_error(replay, bag):
-    shutil.copytree(bag, 'run')
-    (file,) = Path('run').glob('*.mcap')
-    content = bytearray(file.read_bytes())
-    middle = len(content) // 2
-    content[middle : middle + 300_000] = bytes(300_000)
-    file.write_bytes(content)
-    status, out, errors = replay('run')
-    assert (status, errors.count('\n')) == (1, 1)
-    assert 'this bag cannot be read' in errors
-    frames = int(re.search(r'frames +(\d+)', out)[1])
-    assert 10 < frames < 72
-    assert len(contents('run_tracks')) == 3 * frames + 1, 'and one CameraInfo'
-
-
-def topics_of(path):
-    reader = BagReader(Path(path))
-    names = {topic.name for topic in reader.topics}
-    reader.close()
-    return names
-
-
 def test_the_topic_is_that_of_the_parameters_or_the_only_one(replay, images):
     few = images[:3]
     back = [copy.deepcopy(image) for image in few]
@@ -370,194 +188,6 @@ def test_a_refused_parameter_is_an_error(replay, bag, given, reason):
     assert status == 1
     assert reason in errors
     assert os.listdir('.') == []
-
-
-def test_nothing_is_overwritten_unless_asked_for(replay, bag):
-    assert replay(bag, '--output', 'new')[0] == 0
-    before = contents('new')
-    for options in (['--output', 'new'], ['--csv', 'new/metadata.yaml', '--output', 'x']):
-        status, _, errors = replay(bag, *options)
-        assert status == 1
-        assert 'is there already; --force overwrites it' in errors
-    Path('new', 'notes.txt').write_text('mine')
-    status, _, errors = replay(bag, '--output', 'new', '--force')
-    assert (status, 'not only; it is not overwritten' in errors) == (1, True)
-    Path('new', 'notes.txt').unlink()
-    assert replay(bag, '--output', 'new', '--force')[0] == 0
-    assert contents('new') == before
-    shutil.copytree(bag, 'in/run')
-    for output in ('in/run', 'in', 'in/run/run.mcap'):
-        status, _, errors = replay('in/run', '--output', output, '--force')
-        assert status == 1
-        assert 'is not overwritten' in errors
-    assert len(contents('in/run')) == 72
-
-
-@pytest.mark.parametrize(
-    'name', ['nothing', 'nothing.mcap', 'rtsp://nowhere', 'notes.txt', 'empty']
-)
-def test_what_is_no_recording_is_an_error_in_one_line(replay, name, monkeypatch):
-    monkeypatch.setattr('colortrack_ros.sources.stream.TIMEOUT_MS', 100)
-    Path('notes.txt').write_text('mine')
-    Path('empty').mkdir()
-    status, _, errors = replay(name)
-    assert (status, errors.count('\n')) == (1, 1)
-    assert errors.startswith('replay: ')
-    assert sorted(os.listdir('.')) == ['empty', 'notes.txt']
-
-
-def snapshot(folder):
-    return {path: path.read_bytes() for path in Path(folder).rglob('*') if path.is_file()}
-
-
-@pytest.mark.parametrize(
-    'options',
-    [
-        '--csv in/run/run.mcap',
-        '--mot in/run/metadata.yaml',
-        '--video in/run/run.mcap',
-        '--csv linked',
-        '--csv hard',
-        '--output in/run/new/../../run',
-        '--output old --expect typo.csv',
-        '--output old --csv nowhere/x.csv',
-        '--output old --csv old/x.csv',
-        '--output old --csv same --mot same',
-        '--output old -p tracker:max_time_since_update:=-1',
-        '--output old --params-file robot.yaml --csv robot.yaml',
-        '--output old --csv pipe',
-        '--output mine',
-        '--output recorded',
-    ],
-)
-def test_force_never_destroys_what_is_read_or_is_not_of_replay(replay, bag, options):
-    shutil.copytree(bag, 'in/run')
-    Path('linked').symlink_to('in/run/run.mcap')
-    Path('hard').hardlink_to('in/run/run.mcap')
-    Path('robot.yaml').write_text('tracker:\n  ros__parameters:\n    min_score: 0.1\n')
-    os.mkfifo('pipe')
-    shutil.copytree(bag, 'old')
-    shutil.copytree(bag, 'mine')
-    Path('mine/metadata.yaml').unlink()
-    shutil.copytree(bag, 'recorded')
-    metadata = Path('recorded/metadata.yaml')
-    metadata.write_text(metadata.read_text().replace('written_by', 'recorded_by'))
-    before = snapshot('.')
-    status, _, errors = replay('in/run', '--force', *options.split())
-    assert (status, errors.count('\n')) == (1, 1), errors
-    assert snapshot('.') == before
-    assert not list(Path().glob('.replay-*'))
-
-
-@contextlib.contextmanager
-def full_disk(size, monkeypatch):
-    """A disk that is full once replay has its files open; ROS has its shared memory before."""
-    with contextlib.ExitStack() as stack:
-        work = run.run_through
-
-        def work_on_a_full_disk(*arguments):
-            stack.enter_context(file_size_limit(size))
-            work(*arguments)
-
-        monkeypatch.setattr(run, 'run_through', work_on_a_full_disk)
-        yield
-
-
-@pytest.mark.parametrize(
-    'options', ['', '--storage sqlite3', '--csv t.csv', '--mot t.mot', '--video t.mp4']
-)
-def test_what_cannot_be_written_is_an_error_and_leaves_what_was_there(replay, options, monkeypatch):
-    scene, options = 'scene:five?width=160&height=120&rate=6&duration=12', options.split()
-    assert replay(scene, '--output', 'new', *options)[0] == 0
-    before = snapshot('.')
-    limit = 3000 if options[:1] != ['--storage'] else 50_000
-    with full_disk(limit, monkeypatch):
-        status, out, errors = replay(scene, '--output', 'new', '--force', *options)
-    assert (status, out) == (1, '')
-    assert errors.startswith('replay: ')
-    assert snapshot('.') == before
-    assert not list(Path().glob('.replay-*'))
-
-
-@pytest.mark.parametrize('option', ['--output', '--csv', '--mot', '--video'])
-def test_an_output_that_is_a_link_to_itself_is_an_error_in_one_line(replay, option):
-    Path('loop').symlink_to('loop')
-    status, out, errors = replay('scene:single', option, 'loop', '--force')
-    assert (status, out, errors) == (1, '', 'replay: loop: Too many levels of symbolic links\n')
-    assert os.listdir() == ['loop']
-
-
-@pytest.mark.parametrize('option', ['--csv', '--mot', '--video'])
-def test_each_file_that_is_written_is_checked(replay, option, monkeypatch):
-    monkeypatch.setattr('colortrack_ros.replay.outputs.BagWriter', NoBag)
-    scene = 'scene:five?width=160&height=120&rate=6&duration=12'
-    with full_disk(3000, monkeypatch):
-        status, out, errors = replay(scene, '--output', 'new', option, 'table.mp4')
-    assert (status, out) == (1, '')
-    assert errors.startswith('replay: ')
-    assert os.listdir('.') == []
-
-
-class NoBag:
-    """A bag that takes no place."""
-
-    def __init__(self, *_):
-        pass
-
-    def write(self, *_):
-        pass
-
-    def close(self):
-        pass
-
-
-def test_pictures_that_cannot_be_are_lost_and_the_others_tracked(replay, images):
-    Path('shots').mkdir()
-    for k, image in enumerate(images[:10]):
-        cv2.imwrite(f'shots/{k}.png', frame_of_image(image).image)
-    write_huge_png(Path('shots/5.png'))
-    os.mkfifo('shots/5b.png')
-    status, out, errors = replay('shots')
-    assert (status, 'frames      9\n' in out) == (1, True)
-    assert '1 pictures are lost' in errors
-
-
-class Silent(Source):
-    """Gives one picture, and then no answer."""
-
-    live, period = False, 10
-
-    def __init__(self):
-        self.frames = [Frame(np.zeros((8, 8, 3), np.uint8), 'bgr8', 0)]
-
-    @staticmethod
-    def accepts(spec):
-        return False
-
-    def read(self):
-        return self.frames.pop() if self.frames else threading.Event().wait()
-
-    def rewind(self):
-        pass
-
-    def close(self):
-        pass
-
-
-def test_a_signal_ends_a_replay_that_waits_for_a_picture(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr('colortrack_ros.replay.recordings.open_source', lambda *_: Silent())
-    stop = threading.Event()
-    add = run.Answers.add
-
-    def add_and_stop(tally, *arguments):
-        add(tally, *arguments)
-        threading.Timer(0.5, stop.set).start()  # when it waits for the next one
-
-    monkeypatch.setattr(run.Answers, 'add', add_and_stop)
-    assert replay_command(['shots'], stop) == 0
-    assert 'frames      1, interrupted' in capfd.readouterr().out
-    assert len(of_topic('shots_tracks', '/tracks')) == 1
 
 
 @pytest.mark.parametrize(
@@ -629,25 +259,6 @@ def test_a_missing_library_is_named(replay, bag, monkeypatch):
     assert (status, 'without ROS, colortrack_ros.chain' in errors) == (1, True)
 
 
-@pytest.mark.parametrize('number', SIGNALS, ids=lambda s: s.name)
-@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
-def test_a_signal_finishes_the_bag(ros, number, storage):
-    new = ros.folder / 'new'
-    process = ros.start(
-        'replay',
-        'scene:occlusion?width=1280&height=960',
-        *('--output', str(new), '--storage', storage),
-    )
-    assert ros.spin(lambda: list(ros.folder.glob('.replay-*/new'))), process.output
-    began = process.work()
-    assert ros.spin(lambda: process.work() > began + 0.3), process.output
-    assert process.stop(number) == 0, process.output
-    frames = int(re.search(r'frames +(\d+), interrupted', process.output)[1])
-    assert frames > 0
-    assert 'Traceback' not in process.output
-    assert [len(of_topic(new, topic)) for topic in TOPICS] == [frames] * 3
-
-
 def test_a_tracker_of_pictures_takes_its_own_parameters_and_no_detections(replay, bag):
     options = ['--tracker', 'window_tracker', '-p', 'targets:=[40.0, 40.0, 20.0, 20.0]']
     options += ['--output', 'new']
@@ -663,12 +274,3 @@ def test_a_tracker_of_pictures_takes_its_own_parameters_and_no_detections(replay
     refused = ['-p', 'window_tracker:window:=4']
     status, _, errors = replay(bag, *options, '--force', *refused)
     assert (status, 'window: expected an odd number' in errors) == (1, True)
-
-
-def test_a_damaged_video_is_replayed_to_its_end_with_a_status_that_says_so(replay, tmp_path):
-    video = damaged_video(tmp_path / 'a.mp4', 'mp4v')
-    status, out, errors = replay(video, '--output', 'new')
-    assert status == 1
-    lost = int(re.search(r'a\.mp4: (\d+) pictures are lost', errors)[1])
-    assert f'frames      {200 - lost}' in out
-    assert of_topic('new', '/tracks')[-1].log_time == 199 * 10**9 // 25

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from nav_msgs.msg import Odometry
+import numpy as np
 from rclpy.serialization import deserialize_message
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CameraInfo
@@ -14,9 +15,15 @@ from visualization_msgs.msg import MarkerArray
 
 from colortrack_ros.bags import BagReader
 from colortrack_ros.bags import BagWriter
+from colortrack_ros.data import TRACK
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.sources import open_source
+
+SCENE = 'scene:five?width=320&height=240&rate=6&duration=12'
+START = 1_700_000_000_123_456_789
+TOPICS = {'/detections': PointCloud2, '/tracks': PointCloud2, '/tracks/markers': MarkerArray}
+"""What replay writes."""
 
 KINDS = {
     'nav_msgs/msg/Odometry': Odometry,
@@ -75,3 +82,20 @@ def frames(spec: str, start: int = 0) -> list:
         message.header.stamp.sec, message.header.stamp.nanosec = seconds, nanoseconds
         found.append(message)
     return found
+
+
+def contents(path: Path | str) -> list[tuple[str, int, bytes]]:
+    """Topic, time, and bytes of each message."""
+    return [(m.topic, m.log_time, m.cdr) for m in read_bag(path)]
+
+
+def tracks_of(path: Path | str) -> list[np.ndarray]:
+    """The rows of each message of tracks."""
+    return [np.frombuffer(m.content.data, TRACK) for m in of_topic(path, '/tracks')]
+
+
+def topics_of(path: Path | str) -> set[str]:
+    reader = BagReader(Path(path))
+    names = {topic.name for topic in reader.topics}
+    reader.close()
+    return names
