@@ -1,19 +1,14 @@
-import ast
 from functools import partial
-from pathlib import Path
 import re
-import shutil
-import subprocess
-import sys
-from xml.etree import ElementTree
 
-import cv2
-import numpy as np
 from parameter_pages import NODES
 from parameter_pages import PAGE
 from parameter_pages import page
 from parameter_pages import SETUPS
 import pytest
+from support.pages import blocks
+from support.pages import FENCE
+from support.pages import README
 from support.paths import ROOT
 from support.pipeline import flat
 import yaml
@@ -22,29 +17,15 @@ from colortrack_ros.data import DETECTION
 from colortrack_ros.data import LOCATION
 from colortrack_ros.data import OUTLINE_POINT
 from colortrack_ros.data import TRACK
-from colortrack_ros.data import Tracks
-from colortrack_ros.messages import cloud_of_tracks
-from colortrack_ros.node_kit.diagnostics import TASK
 from colortrack_ros.parameters import build
 from colortrack_ros.replay.outputs import COLUMNS
 from colortrack_ros.replay.setup import command_line
-from colortrack_ros.scenes import open_scene
 
-PARAMS = sorted((ROOT / 'params').glob('*.yaml'))
-OTHERS = {'analyzers', 'following_server', 'lifecycle_manager_following'}
-"""Nodes of diagnostic_aggregator and Nav2 that files of params are for as well."""
 BUILD = {name: partial(build, setup) for name, setup in SETUPS.items()}
 
-README = ROOT / 'README.md'
 PAGES = [README, ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'doc').glob('*.md'))]
-FENCE = re.compile(r'^( *)```(\w*)\n(.*?)^\1```$', re.MULTILINE | re.DOTALL)
+
 POINT_TYPES = {'f8': 'FLOAT64', 'f4': 'FLOAT32', 'u4': 'UINT32', 'u1': 'UINT8'}
-
-
-def blocks(path, language):
-    """The code blocks of a page in a language."""
-    found = FENCE.findall(path.read_text())
-    return [text.replace('\n' + indent, '\n') for indent, kind, text in found if kind == language]
 
 
 def prose(path):
@@ -59,30 +40,6 @@ def anchor(title):
 
 def by_page(*pages):
     return pytest.mark.parametrize('path', pages, ids=lambda p: p.name)
-
-
-@pytest.mark.parametrize('path', PARAMS, ids=lambda p: p.name)
-def test_every_value_in_a_params_file_is_accepted(path):
-    for node, content in yaml.safe_load(path.read_text()).items():
-        name = node.removeprefix('/**/')
-        if name in OTHERS:
-            continue
-        table = NODES[name]
-        given = flat(content['ros__parameters'])
-        values, refused = table.consistent(given, BUILD[name])
-        assert refused == {}
-        assert {k: values[k] for k in given} == given
-
-
-def test_the_default_params_file_holds_the_defaults_and_the_scene():
-    given = yaml.safe_load((ROOT / 'params' / 'colortrack.yaml').read_text())
-    for node, content in given.items():
-        table = NODES[node.removeprefix('/**/')]
-        values = flat(content['ros__parameters'])
-        changed = {k: v for k, v in values.items() if table.defaults(values)[k] != v}
-        defaults = {k: v for k, v in values.items() if table.find(k).default == v}
-        assert changed == {}
-        assert set(values) - set(defaults) <= {'source', 'loop', 'red.rgb'}
 
 
 def test_the_page_of_parameters_is_what_its_command_writes():
@@ -192,96 +149,6 @@ def test_the_page_of_the_architecture_names_every_room_and_no_other():
     assert {name for names in drawn for name in names.split(', ')} <= rooms | {'data'}
 
 
-def test_the_python_of_the_readme_tracks_a_video(tmp_path, monkeypatch, capsys):
-    """Its ball.mp4 is a scene of one ball, in the color that the README names."""
-    scene = open_scene('single?width=320&height=240&duration=1')
-    codec = cv2.VideoWriter.fourcc(*'mp4v')
-    video = cv2.VideoWriter(str(tmp_path / 'ball.mp4'), codec, 24.0, (320, 240))
-    for k in range(len(scene)):
-        video.write(scene.render(k))
-    video.release()
-    monkeypatch.chdir(tmp_path)
-    (code,) = blocks(README, 'python')
-    exec(code, {})
-    _stamp, track, u, v = capsys.readouterr().out.splitlines()[-1].split()
-    truth = scene.truth(len(scene) - 1)[0]
-    assert int(track) == 1
-    assert abs(float(u) - truth['u']) < 3
-    assert abs(float(v) - truth['v']) < 3
-
-
-def test_the_python_that_reads_tracks_reads_a_message(capsys):
-    (code,) = blocks(ROOT / 'doc' / 'messages.md', 'python')
-    tree = ast.parse(code)
-    tree.body = [
-        node
-        for node in tree.body
-        if isinstance(node, ast.Import | ast.ImportFrom | ast.FunctionDef)
-    ]
-    scope = {}
-    exec(compile(tree, 'messages.md', 'exec'), scope)
-    rows = np.zeros(2, TRACK)
-    rows['track_id'], rows['state'] = [3, 4], [1, 0]
-    scope['tracks_of'](cloud_of_tracks(Tracks(rows)))
-    assert capsys.readouterr().out == '[3] [0.] [0.] (1, 4, 4)\n'
-
-
-TRY = """
-import numpy as np
-from colortrack_ros.data import Frame
-from colortrack_ros.detection import Detector
-from colortrack_ros.detection import DetectorConfig
-from colortrack_ros.sources import open_source
-from colortrack_ros.tracking import Tracker
-from colortrack_ros.tracking import TrackerConfig
-
-lamp = np.zeros((12, 60, 80, 3), np.uint8)
-for k, picture in enumerate(lamp):
-    picture[20:30, 10 + 3 * k : 20 + 3 * k] = 250
-np.save('lamp.npy', lamp)
-video = open_source('lamp.npy', rate=10.0)
-detector = Detector(DetectorConfig(method='brightness', least_brightness=245))
-tracker = Tracker(TrackerConfig(motion_model='damped_velocity', associator='greedy'))
-while (frame := video.read()) is not None:
-    rows = tracker.update(detector.detect(frame)).rows
-(row,) = rows
-assert row['track_id'] == 1 and row['hits'] == 12, row
-assert abs(row['u'] - 47.5) < 0.5 and abs(row['v'] - 24.5) < 0.5, row
-assert 20 < row['du'] < 35, row
-"""
-
-
-def insert(path, line, anchor):
-    """A line after the first one that the pattern matches."""
-    text = path.read_text()
-    end = re.search(anchor, text, re.MULTILINE).end()
-    path.write_text(f'{text[:end]}\n{line}{text[end:]}')
-
-
-@pytest.mark.slow
-def test_each_way_to_extend_the_package_is_one_file_and_one_line(tmp_path):
-    shutil.copytree(ROOT / 'colortrack_ros', tmp_path / 'colortrack_ros')
-    page = ROOT / 'doc' / 'extending.md'
-    lines = re.findall(r'^The line: `(.*?)` in `(\w+)`', page.read_text(), re.MULTILINE)
-    for code, (line, table) in zip(blocks(page, 'python'), lines, strict=True):
-        file, text = code.removeprefix('# ').split('\n', 1)
-        (tmp_path / file).write_text(text)
-        module = file.removesuffix('.py').replace('/', '.')
-        name = line.rpartition(' ')[2]
-        found = name if f'class {name}' in text else f'associate as {name}'
-        init = tmp_path / file.replace(Path(file).name, '__init__.py')
-        insert(init, f'from {module} import {found}', r'^from colortrack_ros.*$')
-        insert(init, f'    {line},', rf'^{table}\b.*[{{(]')
-    config = tmp_path / 'colortrack_ros' / 'detection' / 'config.py'
-    where = 'colortrack_ros.detection.methods.brightness'
-    insert(config, f'from {where} import BrightnessConfig', r'^from colortrack_ros.*$')
-    insert(config, '    BrightnessConfig,', r'^class DetectorConfig\($')
-    done = subprocess.run(
-        [sys.executable, '-c', TRY], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-
-
 @pytest.mark.parametrize('node', NODES)
 def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
     table = NODES[node]
@@ -296,45 +163,3 @@ def test_the_ranges_of_a_table_are_accepted_by_its_room(node):
             reasons = table.consistent({name: value}, BUILD[node])[1].values()
             # refused alone only for what another parameter says
             assert all('expected' in reason for reason in reasons), reasons
-
-
-OPTIONAL_TOPICS = {
-    'window_tracker': {'detections'}, 'contour_tracker': {'detections'},
-    'overlay': {'tracks/outlines'},
-}  # fmt: skip
-"""Topics without a default, under the name that the pages give them."""
-
-
-@pytest.mark.parametrize('node', NODES)
-def test_the_security_policy_gives_each_node_its_own_topics_and_no_others(node):
-    enclaves = ElementTree.parse(ROOT / 'params' / 'sros2_policy.xml').iter('enclave')
-    (own,) = [e for e in enclaves if e.get('path') == f'/colortrack/{node}']
-    allowed = {topic.text for topic in own.iter('topic')}
-    topics = {s.default for n, s in NODES[node].specs.items() if n.endswith('_topic') and s.default}
-    if node == 'camera' or 'image_transport' in NODES[node].specs:
-        topics.add('camera/image_raw/compressed')
-    assert allowed == topics | OPTIONAL_TOPICS.get(node, set())
-
-
-def test_the_security_policy_gives_the_pipeline_what_its_three_nodes_have():
-    tree = ElementTree.parse(ROOT / 'params' / 'sros2_policy.xml')
-    profiles = {
-        enclave.get('path').rpartition('/')[2]: {
-            profile.get('node'): ElementTree.tostring(profile).strip()
-            for profile in enclave.iter('profile')
-        }
-        for enclave in tree.iter('enclave')
-    }
-    setup = (ROOT / 'setup.py').read_text().partition('EXECUTABLES')[2].partition('}')[0]
-    executables = set(re.findall(r"'(\w+)': '(?:nodes|tools|replay|tuner)\.", setup))
-    assert executables - {'evaluate', 'replay', 'tune'} == set(profiles)  # which send nothing
-    names = ('camera', 'detector', 'tracker')
-    assert profiles['pipeline'] == {name: profiles[name][name] for name in names}
-
-
-def test_the_analyzers_find_the_status_of_every_node():
-    content = yaml.safe_load((ROOT / 'params' / 'diagnostics.yaml').read_text())
-    groups = content['analyzers']['ros__parameters']['color_tracking']['analyzers']
-    texts = [text for group in groups.values() for text in group['contains']]
-    for node in NODES:
-        assert any(text in f'robot1/{node}: {TASK}' for text in texts), node
