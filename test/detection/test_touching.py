@@ -192,3 +192,16 @@ def test_balls_that_collide_are_each_found(width):
             missed += not (away < 0.2 * ball['radius']).any()
     assert seen > 30
     assert missed <= 0.05 * seen
+
+
+def test_a_thousand_blobs_are_found_and_not_followed():
+    """As of a wall in the wrong light: to compare all with all takes longer than to find them."""
+
+    def wall(image, k):
+        image[:] = GRAY
+        image[::8, k % 2 :: 8] = image[1::8, k % 2 :: 8] = RED
+
+    detector = Detector(DetectorConfig(min_area=1, erosion_size=1))
+    found = detected(wall, 3, detector)
+    assert min(map(len, found)) > 1000
+    assert len(detector._touching._things) == 0
