@@ -62,7 +62,7 @@ class Bank(Columns):
             self._interact(self.model.switching(dt))
         F, FF, Q = self._matrices(dt)
         if isinstance(variance, np.ndarray):
-            Q = Q * variance[:, np.arange(self.model.size) % 2, None]
+            Q = Q * np.concatenate([variance] * (self.model.size // 2), axis=1)[..., None]
         else:
             Q = Q * variance
         modes, n = len(F), self.model.size

@@ -72,10 +72,14 @@ def turned(mean: Floats, cov: Floats, T: Floats, speed: Floats) -> tuple[Floats,
     mean[..., 2:] = 0.0
     cov[..., 2:4, :] = cov[..., :, 2:4] = 0.0
     cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3
-    for axis in range(2):
-        cov[..., axis, axis] += (speed[axis] * T) ** 2 / 3
-        cov[..., axis, axis + 2] = cov[..., axis + 2, axis] = speed[axis] ** 2 * T / 2
-        cov[..., axis + 2, axis + 2] = speed[axis] ** 2
+    n, variance = cov.shape[-1], np.array([speed[0] ** 2, speed[1] ** 2])
+    entries = cov.reshape(*cov.shape[:-2], n * n)
+    both, T = n + 1, T[:, None]  # from an entry of u to that of v
+    entries[..., : 2 * both : both] += (speed * T) ** 2 / 3
+    with_velocity = variance * T / 2
+    entries[..., 2 : 2 + 2 * both : both] = with_velocity
+    entries[..., 2 * n : 2 * n + 2 * both : both] = with_velocity
+    entries[..., 2 * both : 4 * both : both] = variance
     return mean, cov
 
 

@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Innovations(Columns):
     """How K measurements compare with what was predicted of their tracks.
 

@@ -8,6 +8,7 @@ another. Either way one of its two sides is still a side of the object, and give
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.tracking.measurements import by_axis
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.merged import EDGE_VARIANCE
 from colortrack_ros.tracking.merged import sides_of_several
@@ -18,6 +19,10 @@ from colortrack_ros.tracking.sizes import tolerance
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
+
+FEW = 100
+"""Pairs up to which all are looked at where only some are in doubt, which are no others than would
+be changed: picking them takes longer."""
 
 LASTING = 4.0
 """Number of frames in which the doubt about the side makes the same error: variances are multiplied
@@ -41,15 +46,15 @@ def measure_centers(
     z, R = blobs.z.take(blob, axis=0), blobs.R.take(blob, axis=0)
     if not prediction.sized:
         return z, R
-    size, by_axis = prediction.size.take(track, axis=0), R.reshape(-1, 4)[:, ::3]
-    by_axis += _variance_of_odd(prediction.sizes, size, blobs.size.take(blob, axis=0))
+    size, variance = prediction.size.take(track, axis=0), by_axis(R)
+    variance += _variance_of_odd(prediction.sizes, size, blobs.size.take(blob, axis=0))
     of_side = side_variance(prediction, blobs, blob, size)
-    doubtful = (by_axis > of_side) & (size > 0)
+    doubtful = (variance > of_side) & (size > 0)
     either = doubtful[:, 0] | doubtful[:, 1]
     if shared is not None:
         either |= shared
     some = either.nonzero()[0]
-    if len(some) == len(track):
+    if len(some) and (len(some) == len(track) or len(track) <= FEW):
         _take_sides(prediction, blobs, track, blob, size, of_side, shared, z, R)
     elif len(some):
         ours = None if shared is None else shared[some]
@@ -111,7 +116,7 @@ def _take_sides(
     :param of_side: (K, 2) see side_variance() [px^2].
     """
     records = prediction.records
-    center = centers(z, blobs.box[blob], records['extent'][track])
+    center = centers(z, blobs.box.take(blob, axis=0), records['extent'].take(track, axis=0))
     weight = _sides(prediction, blobs, track, blob, shared, center, of_side)
     mean = np.add.reduce(weight * center)
     rest = center - mean
@@ -119,11 +124,11 @@ def _take_sides(
     partial = records['partial'][track]
     if np.count_nonzero(partial):
         variance += np.where(partial, blobs.variance[blob], 0.0)
-    by_axis = R.reshape(-1, 4)[:, ::3]
-    better = (variance < by_axis) & (size > 0)
+    given = by_axis(R)
+    better = (variance < given) & (size > 0)
     np.copyto(z, mean, where=better)
-    np.copyto(by_axis, variance, where=better)
-    R.reshape(-1, 4)[better[:, 0] | better[:, 1], 1:3] = 0.0
+    np.copyto(given, variance, where=better)
+    np.copyto(R.reshape(-1, 4)[:, 1:3], 0.0, where=(better[:, :1] | better[:, 1:]))
 
 
 def _sides(
@@ -136,7 +141,8 @@ def _sides(
     of_side: Floats,
 ) -> Floats:
     """Probabilities of the three centers, (3, K, 2), by the prediction and who shares the blob."""
-    expected, variance = prediction.center[track], prediction.variance[track]
+    expected = prediction.center.take(track, axis=0)
+    variance = prediction.variance.take(track, axis=0)
     d2 = center - expected
     d2 *= d2
     d2 /= variance + of_side

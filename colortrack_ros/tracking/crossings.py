@@ -60,7 +60,7 @@ def defer(
     """
     if len(hypotheses.track) == len(associated.pairs.track):
         return
-    if np.count_nonzero(associated.probability == 1) == len(associated.probability):
+    if associated.hard:
         one, other = _find_rivals(hypotheses, gain, associated, prediction, blobs)
         if len(one):
             _remember(prediction, one, other)
@@ -82,12 +82,12 @@ def _find_rivals(
     """
     track, blob, pairs = hypotheses.track, hypotheses.blob, associated.pairs
     width, count, sized = len(blobs), len(prediction.records), prediction.sized
-    owner, taken = np.full(width, -1), np.full(count, -1)
+    owner, taken = np.zeros(width, np.intp) - 1, np.zeros(count, np.intp) - 1
     owner[pairs.blob], taken[pairs.track] = pairs.track, pairs.blob
     worth = np.zeros(count)
     chosen = taken[track] == blob
     worth[track[chosen]] = gain[chosen]
-    cross = np.flatnonzero(~chosen & (owner[blob] >= 0))
+    cross = (~chosen & (owner[blob] >= 0)).nonzero()[0]
     if sized:
         cross = cross[taken[track[cross]] >= 0]
     one, other = track[cross], owner[blob[cross]]
@@ -119,11 +119,10 @@ def _fit_better(
 
     :param taken: (N,) the blob of each track.
     """
-    size, both = prediction.size, np.append(one, other)
-    own, crossed = blobs.size[taken[both]], blobs.size[taken[np.append(other, one)]]
-    better = prediction.sizes.log_fit(size[both], own)
-    better -= prediction.sizes.log_fit(size[both], crossed)
-    return np.asarray(better.reshape(2, len(one)).sum(axis=0))
+    ours, theirs = blobs.size.take(taken[one], axis=0), blobs.size.take(taken[other], axis=0)
+    size, track = np.concatenate([ours, theirs, theirs, ours]), np.concatenate([one, other] * 2)
+    fit = prediction.log_fit(track, size).reshape(4, len(one))
+    return np.asarray((fit[0] - fit[2]) + (fit[1] - fit[3]))
 
 
 def _mutual(one: Indices, other: Indices, loss: Floats, count: int) -> tuple[Indices, Indices]:
@@ -164,7 +163,7 @@ def tell_apart(
     :param pairs: measured in this frame.
     """
     records, stamp = tracks.records, prediction.step.now
-    if not records['rival'].any():
+    if not np.count_nonzero(records['rival']):
         return
     _sum_up(records, pairs, stamp)
     one = np.flatnonzero(records['rival'])

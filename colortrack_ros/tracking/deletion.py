@@ -21,11 +21,12 @@ def go_on(tracks: TrackTable[Bank], stamp: int, config: TrackerConfig) -> bool:
     :param stamp: of this frame [ns].
     :param config: the limits.
     """
-    records, cov = tracks.records, tracks.filters.estimate()[1]
+    records, limit = tracks.records, config.max_position_sigma**2
     measured = np.count_nonzero(records['updated'] == stamp)
     if min(measured, np.count_nonzero(records['state'] != TENTATIVE)) < len(records):
         return False
-    if np.maximum.reduce(cov[:, (0, 1), (0, 1)], None, initial=0) > config.max_position_sigma**2:
+    variance = tracks.filters.estimate()[1].diagonal(axis1=1, axis2=2)[:, :2]
+    if np.maximum.reduce(variance, None, initial=0) > limit:
         return False
     records['state'], records['outside'] = CONFIRMED, False
     return True

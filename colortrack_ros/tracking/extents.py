@@ -37,9 +37,11 @@ def update_extents(
     track, blob, records = taken.track, taken.blob, tracks.records
     if not prediction.sized:
         return np.ones(len(track), bool)
-    extent, size = records['extent'][track], prediction.size[track]
-    excess = blobs.size[blob] - size
-    other = np.abs(excess) > prediction.sizes.slack(size)
+    rows = slice(None) if len(track) == len(records) else track
+    extent = records['extent'][rows]
+    excess = blobs.size.take(blob, axis=0) - prediction.size[rows]
+    away = np.abs(excess)
+    other = away > prediction.slack[rows]
     unlike = other[:, 0] | other[:, 1]
     reach = blobs.reach(blob)
     now = extent + FOLLOWING_SHARE * (reach - extent)
@@ -48,20 +50,20 @@ def update_extents(
         beyond = np.where(other, excess, 0.0)[one]
         of_one = taken.track[one], taken.blob[one], extent[one], reach[one]
         now[one] = _learn_unlike(prediction, blobs, *of_one, beyond)
-    mixed = blobs.mixed[blob]
-    if np.count_nonzero(mixed):
+    if np.count_nonzero(blobs.mixed):
+        mixed = blobs.mixed[blob]
         now[mixed] = extent[mixed]
         unlike |= mixed
-    grows = np.count_nonzero(np.abs(excess) > 2 * STEADY_SIDE)
+    grows = np.count_nonzero(away > 2 * STEADY_SIDE)
     if grows or np.count_nonzero(records['growth']):
         _learn_growth(prediction, blobs, track, blob, unlike)
-    records['extent'][track] = now
+    records['extent'][rows] = now
     whole = ~unlike
     if np.count_nonzero(records['partial']):
         records['partial'][track] &= blobs.cut[blob] | unlike[:, None]
     if np.count_nonzero(unlike):
-        growth = total(now) - size
-        growth[growth < prediction.sizes.slack(size)] = 0.0
+        growth = total(now) - prediction.size[rows]
+        growth[growth < prediction.slack[rows]] = 0.0
         tracks.filters.doubt_velocity(track, (growth / 2 / prediction.step.period) ** 2)
     return whole
 

@@ -43,7 +43,7 @@ def gate(
     bound = 2 * (prediction.log_odds - (prediction.log_density + math.log(math.pi)))
     bound -= np.log(S[:, 0] * S[:, 1])
     if prediction.sized:
-        bound += 2 * prediction.sizes.most_fitting(prediction.size)
+        bound += 2 * prediction.best_fit
     half = np.sqrt(np.maximum(bound, 0.0)[:, None] * (turned + widest)) + np.abs(way)
     if prediction.sized:
         half += prediction.size / 2

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ UNDOUBTED = math.log(1000)
 """A pair that is so much more likely than a new object needs no size to tell. Assumed."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Hypotheses(Columns):
     """K pairs of a track and a blob, ascending by track.
 
@@ -47,18 +48,19 @@ class Hypotheses(Columns):
         return len(self.track)
 
 
-@dataclass(frozen=True)
-class Association:
+class Association(NamedTuple):
     """The hypotheses that were chosen.
 
     :param pairs: K hypotheses.
     :param probability: (K,) that each is right; 1 for hard decisions.
     :param free: (M,) blobs that no track has taken.
+    :param hard: all of these probabilities are 1.
     """
 
     pairs: Hypotheses
     probability: Floats
     free: NDArray[np.bool_]
+    hard: bool
 
 
 def hypothesize(
@@ -112,7 +114,7 @@ def _count_sizes(
     if not len(open_):
         return
     track, blob = track[open_], blob[open_]
-    fit = prediction.sizes.log_fit(prediction.size[track], blobs.size[blob])
-    best = np.full(len(blobs), -np.inf)
+    fit = prediction.log_fit(track, blobs.size.take(blob, axis=0))
+    best = np.zeros(len(blobs)) - np.inf
     np.maximum.at(best, blob, fit)
     ratio[open_] += fit - np.minimum(best[blob], 0.0)

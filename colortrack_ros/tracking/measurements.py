@@ -1,6 +1,7 @@
 """Measurements: the detections of a frame as the tracker works with them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ size and this many px is no noise: the blob is cut by the border. Assumed: of a 
 is out of sight the centroid is off by 0.4 of what is left."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Measurements(Columns):
     """The good rows of one frame.
 
@@ -67,16 +68,14 @@ class Measurements(Columns):
     def __len__(self) -> int:
         return len(self.rows)
 
-    def scaled(self, noisiness: MeasurementNoise) -> 'Measurements':
-        """The same with covariances by learned factors, but of those that are cut."""
-        factor, usual = noisiness.factors(self.rows['color'], self.mean_variance)
+    def scale(self, noisiness: MeasurementNoise) -> None:
+        """Take learned factors on the covariances, but on those of what is cut."""
+        given = mean_of_axes(by_axis(self.R))
+        self.factor, self.usual = noisiness.factors(self.rows['color'], given)
         if np.count_nonzero(self.cut):
-            factor[self.cut.any(axis=1)] = 1.0
-        scale = np.sqrt(factor)
-        R = scale[:, :, None] * self.R * scale[:, None, :]
-        return Measurements(
-            self.rows, self.z, R, self.box, self.size, self.mixed, self.cut, usual, factor
-        )
+            self.factor[self.cut.any(axis=1)] = 1.0
+        scale = np.sqrt(self.factor)
+        self.R = scale[:, :, None] * self.R * scale[:, None, :]
 
     def reach(self, which: NDArray[np.intp]) -> Floats:
         """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
@@ -84,16 +83,20 @@ class Measurements(Columns):
         np.negative(reach[:, 0], out=reach[:, 0])
         return reach
 
-    @property
+    @cached_property
     def variance(self) -> Floats:
         """(M, 2) of the centroid, by axis [px^2]."""
-        return self.R.reshape(-1, 4)[:, ::3]
+        return by_axis(self.R)
 
-    @property
-    def mean_variance(self) -> Floats:
-        """(M,) of both axes [px^2]."""
-        variance = self.variance
-        return np.asarray((variance[:, 0] + variance[:, 1]) / 2)
+
+def by_axis(R: Floats) -> Floats:
+    """The variances, (M, 2), of covariances, (M, 2, 2); a view of them."""
+    return R.reshape(-1, 4)[:, ::3]
+
+
+def mean_of_axes(variance: Floats) -> Floats:
+    """(M,) of variances by axis, (M, 2)."""
+    return np.asarray((variance[:, 0] + variance[:, 1]) / 2)
 
 
 class Screening:
@@ -131,7 +134,9 @@ class Screening:
         blobs = accept(few, config, learned.image_size)
         self.dropped += len(few) - len(blobs.rows)
         learned.learn_size(blobs.z)
-        return blobs.scaled(learned.noisiness) if config.detection_covariance else blobs
+        if config.detection_covariance:
+            blobs.scale(learned.noisiness)
+        return blobs
 
 
 def unrepeated(rows: NDArray[np.void], known: NDArray[np.void]) -> NDArray[np.void]:
@@ -169,7 +174,7 @@ def _cut(
         touches = (box[:, 0] <= TOUCHING - 0.5) | (box[:, 1] >= beyond)
     else:
         touches = variance > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2
-    return np.asarray(touches & (size > 0))
+    return np.asarray(touches & (size > 0)) if np.count_nonzero(touches) else touches
 
 
 def accept(
@@ -185,8 +190,8 @@ def accept(
     :return: the rows left, M <= N.
     """
     rows = np.ascontiguousarray(rows)
-    doubles = rows.view(np.float64).reshape(-1, DETECTION.itemsize // 8)[:, DOUBLES]
-    singles = rows.view(np.float32).reshape(-1, DETECTION.itemsize // 4)[:, SINGLES]
+    doubles = np.ndarray((len(rows), DETECTION.itemsize // 8), np.float64, rows)[:, DOUBLES]
+    singles = np.ndarray((len(rows), DETECTION.itemsize // 4), np.float32, rows)[:, SINGLES]
     near = np.abs(doubles) <= LIMITS, np.abs(singles) <= FARTHEST**2  # not what is NaN
     if sum(map(np.count_nonzero, near)) < doubles.size + singles.size:
         good = near[0].all(axis=1) & near[1].all(axis=1)

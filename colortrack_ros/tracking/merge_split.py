@@ -45,7 +45,7 @@ def merge_split(
     order = np.argsort(track, kind='stable')
     track, blob, probability = track[order], blob[order], probability[order]
     pairs = hypothesize(prediction, blobs, track, blob, np.isin(blob, host))
-    return blobs, Association(pairs, probability, free)
+    return blobs, Association(pairs, probability, free, associated.hard)
 
 
 def find_pieces(

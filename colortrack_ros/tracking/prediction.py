@@ -1,6 +1,7 @@
 """Prediction: what is expected of each track in a frame, before its detections are seen."""
 
 from dataclasses import dataclass
+from functools import cached_property
 import math
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.growth import grow
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.sizes import log_fit
 from colortrack_ros.tracking.sizes import Sizes
 from colortrack_ros.tracking.sizes import total
 
@@ -41,7 +43,7 @@ class Step(NamedTuple):
     again: bool
 
 
-@dataclass(frozen=True)
+@dataclass
 class Prediction:
     """N tracks, predicted.
 
@@ -52,6 +54,7 @@ class Prediction:
     :param velocity: (N, 2) [px/s].
     :param variance: (N, 2) of the positions [px^2].
     :param size: (N, 2) learned width and height [px], 0 where nothing is known of it.
+    :param unseen: (N,) time since each was measured alone [s].
     :param unmeasured: (N,) time since each was measured, alone or with others [s].
     :param maneuvered: (N,) prior probability that it has maneuvered in that time.
     :param log_odds: (N,) log of the odds that it is detected in this frame.
@@ -69,6 +72,7 @@ class Prediction:
     velocity: Floats
     variance: Floats
     size: Floats
+    unseen: Floats
     unmeasured: Floats
     maneuvered: Floats
     log_odds: Floats
@@ -77,6 +81,21 @@ class Prediction:
     log_density: float
     sized: bool
     sizes: Sizes
+
+    @cached_property
+    def slack(self) -> Floats:
+        """(N, 2) by how much the size of a whole blob may differ [px]."""
+        return self.sizes.slack(self.size)
+
+    @cached_property
+    def best_fit(self) -> Floats:
+        """(N,) log-likelihood ratio of a blob of just that size, see Sizes.log_fit()."""
+        return self.sizes.most_fitting(self.size, self.slack)
+
+    def log_fit(self, track: NDArray[np.intp], size: Floats) -> Floats:
+        """Log-likelihood ratio of blobs' sizes, (K, 2) [px], for tracks, (K,): (K,)."""
+        excess = size - self.size.take(track, axis=0)
+        return log_fit(excess, self.slack.take(track, axis=0), self.best_fit[track])
 
 
 def predict(
@@ -105,15 +124,17 @@ def predict(
         _follow_camera(tracks, measurements, learned, step)
     if dt > 0:
         learned.camera.carry(tracks)
-    grow(records, tracks.unmeasured(step.now), dt)
+    unseen = tracks.unmeasured(step.now)
+    grow(records, unseen, dt)
     records['visible'], records['hidden'] = predict_existence(
         records['visible'], records['hidden'], dt, config.max_time_since_update
     )
-    return _expect(tracks, measurements, learned, config, step)
+    return _expect(tracks, unseen, measurements, learned, config, step)
 
 
 def _expect(
     tracks: TrackTable[Bank],
+    unseen: Floats,
     measurements: Measurements,
     learned: Adaptation,
     config: TrackerConfig,
@@ -122,7 +143,7 @@ def _expect(
     """What the filters, and what is learned of the scene, predict."""
     bank, records = tracks.filters, tracks.records
     mean, cov = bank.estimate()
-    unmeasured, size = tracks.unmeasured(step.now), total(records['extent'])
+    unmeasured, size = unseen, total(records['extent'])
     sized = config.use_boxes and bool(np.count_nonzero(measurements.size) or np.count_nonzero(size))
     if not sized:
         unmeasured = np.minimum(unmeasured, (step.now - records['shared']) / NANOSECONDS)
@@ -135,6 +156,7 @@ def _expect(
         velocity=mean[:, 2:4],
         variance=cov.diagonal(axis1=1, axis2=2)[:, :2].copy(),
         size=size,
+        unseen=unseen,
         unmeasured=unmeasured,
         maneuvered=maneuver_chance(records['rate'], unmeasured) * config.maneuvers,
         log_odds=np.log(seen / (1 - seen)),

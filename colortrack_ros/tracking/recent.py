@@ -63,10 +63,15 @@ class Recent:
             maneuvered,
             steady,
         )
-        ring = records['measured'][:, slot]
-        ring[:, UNMEASURED] = 0.0
-        ring[track] = new
-        records['in_a_row'][track] = records['in_a_row'][track] * steady + 1
+        ring, in_a_row = records['measured'][:, slot], records['in_a_row']
+        if len(track) == len(records):
+            ring[:] = new
+            in_a_row *= steady
+            in_a_row += 1
+        else:
+            ring[:, UNMEASURED] = 0.0
+            ring[track] = new
+            in_a_row[track] = in_a_row[track] * steady + 1
         self._frame += 1
         return self._frame % EVERY == 0
 

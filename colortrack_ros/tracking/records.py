@@ -92,18 +92,19 @@ def published(
     """
     records, bias = tracks.records, config.centroid_bias
     existence = records['visible'] + records['hidden']
-    absent = (existence < config.min_score) & (records['state'] != TENTATIVE)
-    absent |= records['outside']
+    absent = (existence < config.min_score) | records['outside']
+    if np.count_nonzero(absent):
+        absent &= (records['state'] != TENTATIVE) | records['outside']
     if population.total:
         absent |= population.is_unnamed(records['track_id'], records['color'])
     mean, covariance = tracks.filters.estimate()
     rows = tracks.rows(stamp, mean[:, :4], covariance[:, :4, :4])
-    coasting = ((rows['time_since_update'] > 0) & ~absent).nonzero()[0]
-    if len(coasting):
-        rows['covariance'][coasting] = _unseen(records[coasting], rows[coasting], speed)
-    rows['covariance'][:, 2:, 2:] += records['unsettled']
-    rows['covariance'][:, 0, 0] += bias**2
-    rows['covariance'][:, 1, 1] += bias**2
+    covariance, since = rows['covariance'], rows['time_since_update']
+    if np.count_nonzero(since):
+        coasting = ((since > 0) & ~absent).nonzero()[0]
+        covariance[coasting] = _unseen(records[coasting], rows[coasting], speed)
+    covariance[:, 2:, 2:] += records['unsettled']
+    covariance.reshape(-1, 16)[:, :6:5] += bias**2
     rows['score'] = existence
     if not np.count_nonzero(absent):
         return rows

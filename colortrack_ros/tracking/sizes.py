@@ -50,6 +50,19 @@ def tolerance(size: Floats) -> Floats:
     return TOLERANCE + TOLERANCE_SHARE * size
 
 
+def log_fit(excess: Floats, slack: Floats, best: Floats) -> Floats:
+    """See Sizes.log_fit().
+
+    :param excess: (K, 2) size of the blobs beyond that of the objects [px].
+    :param slack: (K, 2) see Sizes.slack() [px].
+    :param best: (K,) see Sizes.most_fitting().
+    """
+    e = excess / slack
+    e *= e
+    d2 = e[:, 0] + e[:, 1]
+    return np.asarray(np.log(OTHER_SIZE + np.exp(best - d2 / 2)))
+
+
 class Sizes:
     """How alike sizes are, learned: those of one object's boxes, and those of other blobs.
 
@@ -61,12 +74,9 @@ class Sizes:
 
     def __init__(self) -> None:
         self.alike, self.jitter = FIRST_ALIKE, 0.0
-        self._changes, self._log_sum = 0.0, 0.0
-
-    @property
-    def looseness(self) -> float:
+        self.looseness = 1.0
         """What slack is over the tolerance, at least 1."""
-        return max(1.0, LOOSE_SIGMA * self.jitter)
+        self._changes, self._log_sum = 0.0, 0.0
 
     @property
     def are_steady(self) -> bool:
@@ -75,7 +85,7 @@ class Sizes:
 
     def slack(self, size: Floats) -> Floats:
         """How much the size of a whole blob may differ from the object's size [px]."""
-        return self.looseness * tolerance(size)
+        return tolerance(size) if self.are_steady else self.looseness * tolerance(size)
 
     def variance(self, size: Floats) -> Floats:
         """Of the sizes of an object's boxes [px^2]."""
@@ -101,14 +111,12 @@ class Sizes:
         :param blob: (K, 2) of the blob [px].
         :return: (K,).
         """
-        e = (blob - size) / self.slack(size)
-        e *= e
-        d2 = e[:, 0] + e[:, 1]
-        return np.asarray(np.log(OTHER_SIZE + np.exp(self.most_fitting(size) - d2 / 2)))
+        slack = self.slack(size)
+        return log_fit(blob - size, slack, self.most_fitting(size, slack))
 
-    def most_fitting(self, size: Floats) -> Floats:
+    def most_fitting(self, size: Floats, slack: Floats) -> Floats:
         """Log-likelihood ratio, at least 0, of a blob of just that size, (K, 2); see log_fit()."""
-        share = self.slack(size) / np.maximum(size, 1.0)
+        share = slack / np.maximum(size, 1.0)
         broad = np.pi / 2 * (share[:, 0] * share[:, 1])
         return np.asarray(np.log(np.maximum((1 - OTHER_SIZE) / (self.alike + broad), 1.0)))
 
@@ -131,3 +139,4 @@ class Sizes:
         log_variance = 2 * self._log_sum / self._changes - MEAN_LOG_SQUARE - math.log(2)
         share = self._changes / (self._changes + JITTER_PRIOR)
         self.jitter = share * math.exp(log_variance / 2)
+        self.looseness = max(1.0, LOOSE_SIGMA * self.jitter)

@@ -120,7 +120,7 @@ class Tracker:
             follow_shared(tracks, shared, prediction, blobs)
         tell_apart(tracks, associated.pairs, prediction, config)
         self._learn_sizes(prediction, blobs, associated.free)
-        initiate(tracks, prediction, blobs, np.flatnonzero(associated.free))
+        initiate(tracks, prediction, blobs, associated.free.nonzero()[0])
         self._manage(again=step.again)
         return self._published(detections, prediction.speed * config.maneuvers)
 
@@ -162,9 +162,10 @@ class Tracker:
         associate = ASSOCIATORS[self.config.associator]
         chosen, probability = associate(hypotheses.track, hypotheses.blob, gain)
         pairs = hypotheses if len(chosen) == len(hypotheses) else hypotheses.take(chosen)
-        free = np.ones(count, bool)
-        free[pairs.blob[probability > 0.5]] = False
-        return Association(pairs, probability, free)
+        hard = np.count_nonzero(probability == 1) == len(probability)
+        taken = np.zeros(count, bool)
+        taken[pairs.blob if hard else pairs.blob[probability > 0.5]] = True
+        return Association(pairs, probability, ~taken, hard)
 
     def _learn_sizes(
         self, prediction: Prediction, blobs: Measurements, free: NDArray[np.bool_]

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
@@ -65,15 +64,13 @@ def share_centroids(
         those tracks, None for none, where there are boxes, or where decisions are not hard.
     """
     records, pairs = prediction.records, associated.pairs
-    hard = np.count_nonzero(associated.probability == 1) == len(pairs)
-    if prediction.sized or not len(records) or not hard:
+    if prediction.sized or not len(records) or not associated.hard:
         return associated, None
     sure = records['state'] != TENTATIVE
     resolved = blobs.z[pairs.blob[sure[pairs.track]]]
     missed = sure & (prediction.unmeasured > 0)
     # Nothing is taken to be hidden in another for longer than it has been seen: pieces are not.
-    unseen = (prediction.step.now - records['updated']) / NANOSECONDS
-    forgotten = unseen > records['hits'] * prediction.step.period
+    forgotten = prediction.unseen > records['hits'] * prediction.step.period
     records['shared'][forgotten] = 0
     missed &= ~forgotten
     missed[pairs.track] = False
@@ -89,7 +86,7 @@ def share_centroids(
     rest = kept.nonzero()[0]
     free = associated.free.copy()
     free[shared.blob] = False
-    return Association(pairs.take(rest), associated.probability[rest], free), shared
+    return Association(pairs.take(rest), associated.probability[rest], free, True), shared
 
 
 def _choose(

@@ -5,7 +5,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
 from colortrack_ros.estimation.existence import weigh_hidden
@@ -15,6 +14,8 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.extents import update_extents
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
+from colortrack_ros.tracking.measurements import by_axis
+from colortrack_ros.tracking.measurements import mean_of_axes
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.recent import EVERY
@@ -64,8 +65,7 @@ def update(
     measured[pairs.track] = True
     _update_existence(prediction, pairs, measured, config)
     _learn_disappearances(prediction, pairs, measured, learned)
-    hard = np.count_nonzero(probability == 1) == len(probability)
-    taken = pairs if hard else pairs.take(np.flatnonzero(probability > 0.5))
+    taken = pairs if associated.hard else pairs.take(np.flatnonzero(probability > 0.5))
     whole = update_extents(tracks, prediction, blobs, taken)
     if not prediction.step.again:
         _learn(learned, prediction, blobs, taken, whole, config)
@@ -79,7 +79,8 @@ def update(
             prediction.step.now,
             config.acceleration_span,
         )
-    tracks.filters.correct(pairs.track, pairs.z, pairs.R, None if hard else probability)
+    share = None if associated.hard else probability
+    tracks.filters.correct(pairs.track, pairs.z, pairs.R, share)
     if learned.maneuvers.is_due(prediction.step.now):
         variance = (taken.R[whole, 0, 0] + taken.R[whole, 1, 1]) / 2
         learned.maneuvers.learn(
@@ -100,7 +101,7 @@ def _record_hits(
         records['misses'][track] -= 1
     tracks.record_hits(track, prediction.step.now)
     records['seen'][track] = taken.z
-    record_size(records, track, blobs.rows[taken.blob])
+    record_size(records, track, blobs.rows.take(taken.blob))
 
 
 def _unsettle(records: NDArray[np.void], prediction: Prediction, taken: Hypotheses) -> None:
@@ -111,21 +112,22 @@ def _unsettle(records: NDArray[np.void], prediction: Prediction, taken: Hypothes
 
         v' = g e    var v' = speed^2 - g speed^2 T / 2    g = speed^2 T / 2 / S
     """
-    if not prediction.step.again:
+    every = len(taken) == len(records)
+    rows = slice(None) if every else taken.track
+    if not (every or prediction.step.again):
         records['unsettled'] = 0.0
-    chance = taken.innovations.maneuvered.copy()
-    chance[chance > UNLIKELY] = 0.0
-    track, variance = taken.track, prediction.speed**2
-    T, v = prediction.unmeasured[track][:, None], prediction.velocity[track]
+    chance, variance = taken.innovations.maneuvered, prediction.speed**2
+    chance = chance * (chance <= UNLIKELY)
+    T, v = prediction.unmeasured[rows][:, None], prediction.velocity[rows]
     way = v * (T / 2)
-    S = prediction.variance[track] + taken.R.reshape(-1, 4)[:, ::3]
+    S = prediction.variance[rows] + by_axis(taken.R)
     S += (way * way + variance * T * T) / 3
     with_position = variance * (T / 2)
     gain = with_position / S
-    change = gain * (taken.z - prediction.center[track] + way) - v
+    change = gain * (taken.z - prediction.center[rows] + way) - v
     added = change[:, :, None] * change[:, None, :]
-    added.reshape(-1, 4)[:, ::3] += variance - gain * with_position
-    records['unsettled'][track] = chance[:, None, None] * added
+    by_axis(added)[:] += variance - gain * with_position
+    records['unsettled'][rows] = chance[:, None, None] * added
 
 
 def _maneuver(bank: Bank, prediction: Prediction, taken: Hypotheses) -> None:
@@ -145,9 +147,10 @@ def _update_existence(
     """
     p, records = config.detection_probability, prediction.records
     visible = records['visible']
-    ratio = np.full(len(visible), 1.0 if prediction.step.again else _missed(visible, measured, p))
+    missed = 1.0 if prediction.step.again else _missed(visible, measured, p)
     log_ratio = pairs.innovations.log_likelihood - prediction.log_density
-    ratio += np.bincount(pairs.track, p * np.exp(np.minimum(log_ratio, MOST_LOG_RATIO)), len(ratio))
+    found = p * np.exp(np.minimum(log_ratio, MOST_LOG_RATIO))
+    ratio = np.asarray(missed + np.bincount(pairs.track, found, len(visible)), float)
     records['visible'], records['hidden'] = update_existence(visible, records['hidden'], ratio)
 
 
@@ -207,20 +210,21 @@ def _learn(
     if not len(track):
         return
     maneuvered = taken.innovations.maneuvered
-    unmeasured = (prediction.step.now - records['updated'][track]) / NANOSECONDS
-    steady = whole & (unmeasured <= period)
+    unseen = prediction.unseen[track]
+    steady = whole & (unseen <= period)
     if np.count_nonzero(blobs.cut):
         steady &= ~blobs.cut[blob].any(axis=1)
     known = records['hits'][track] > FORMED_VELOCITY
-    learned.learn_speed(known & steady, prediction.velocity[track], period)
-    given = blobs.variance[blob] / blobs.factor[blob]
+    learned.learn_speed(known & steady, prediction.velocity.take(track, axis=0), period)
+    given = (blobs.variance / blobs.factor).take(blob, axis=0)
+    variance = mean_of_axes(blobs.variance.take(blob, axis=0))
     due = learned.recent.take(
-        records, track, blobs.z[blob], given, blobs.mean_variance[blob], unmeasured,
-        maneuvered, steady, period,
+        records, track, blobs.z.take(blob, axis=0), given, variance, unseen, maneuvered, steady,
+        period,
     )  # fmt: skip
     if due and prediction.sized:
         last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
-        _learn_jitter(learned, last, blobs.size[blob], unmeasured <= period, period)
+        _learn_jitter(learned, last, blobs.size[blob], unseen <= period, period)
     if due and config.detection_covariance:
         predicted = prediction.variance[track].mean(axis=1)
         grown = learned.noisiness.learn(records, track, learned.recent, predicted)
