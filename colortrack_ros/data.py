@@ -241,7 +241,7 @@ class Columns:
             if isinstance(column, Columns):
                 column.extend(theirs[name])
             else:
-                vars(self)[name] = np.concatenate([column, theirs[name]], axis=self.axis)
+                vars(self)[name] = join(column, theirs[name], self.axis)
 
     def put(self: Table, rows: Selection, other: Table) -> None:
         """Write the rows of another table over some of these.
@@ -254,14 +254,25 @@ class Columns:
             if isinstance(column, Columns):
                 column.put(rows, theirs[name])
             else:
-                column[(slice(None),) * self.axis + (rows,)] = theirs[name]
+                whole_rows(column)[(slice(None),) * self.axis + (rows,)] = whole_rows(theirs[name])
 
     def _chosen(self, rows: Selection) -> dict[str, Any]:
         """All fields by name, columns with some rows alone."""
-        place = (*(slice(None),) * self.axis, rows)
+        index = rows.nonzero()[0] if rows.dtype == bool else rows
         return {
-            name: field[place]
+            name: field.take(index, axis=self.axis)
             if isinstance(field, np.ndarray)
-            else (field.take(rows) if isinstance(field, Columns) else field)
+            else (field.take(index) if isinstance(field, Columns) else field)
             for name, field in vars(self).items()
         }
+
+
+def whole_rows(table: NDArray[Any]) -> NDArray[Any]:
+    """A view of structured rows without fields: NumPy copies rows in one piece, not by field."""
+    return table.view((np.void, table.itemsize)) if table.dtype.names else table
+
+
+def join(table: NDArray[Any], below: NDArray[Any], axis: int = 0) -> NDArray[Any]:
+    """Both, of the same type, the rows of the second after those of the first."""
+    rows = np.concatenate([whole_rows(table), whole_rows(below)], axis=axis)
+    return rows.view(table.dtype)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import Columns
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import join
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
@@ -41,7 +42,7 @@ class TrackTable(Columns, Generic[Filters]):
 
     def __init__(self, filters: Filters, fields: Sequence[Any] = (), next_id: int = 1) -> None:
         self.filters = filters
-        self.records = np.zeros(0, np.dtype([*COMMON, *fields]))
+        self.records = np.zeros(0, np.dtype([*COMMON, *fields], align=True))
         self.next_id = next_id
         self._published = set(TRACK.names or ()) & set(self.records.dtype.names or ())
 
@@ -62,7 +63,7 @@ class TrackTable(Columns, Generic[Filters]):
         new['hits'], new['state'] = 1, TENTATIVE
         self.next_id += count
         self.filters.extend(filters)
-        self.records = np.concatenate([self.records, new])
+        self.records = join(self.records, new)
         return self.records[len(self.records) - count :]
 
     def record_hits(self, track: Indices | Bools | slice, stamp: int) -> None:
@@ -108,11 +109,11 @@ class TrackTable(Columns, Generic[Filters]):
         :param mean: (N, 4) u, v [px], du, dv [px/s].
         :param covariance: (N, 4, 4) of mean.
         """
-        records, rows = self.records, np.zeros(len(self.records), TRACK)
+        records, doubles = self.records, np.zeros((len(self.records), TRACK.itemsize // 8))
+        rows = np.ndarray(len(records), TRACK, doubles)
+        doubles[:, :4], doubles[:, 4:20] = mean, covariance.reshape(-1, 16)
         for name in self._published:
             rows[name] = records[name]
-        rows['u'], rows['v'], rows['du'], rows['dv'] = mean.T
-        rows['covariance'] = covariance
         rows['age'] = (stamp - records['born']) / NANOSECONDS
         rows['time_since_update'] = self.unmeasured(stamp)
         return rows

@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
-FEW = 100
+FEW_PAIRS = 100
 """Pairs up to which all are looked at where only some are in doubt, which are no others than would
 be changed: picking them takes longer."""
 
@@ -54,7 +54,7 @@ def measure_centers(
     if shared is not None:
         either |= shared
     some = either.nonzero()[0]
-    if len(some) and (len(some) == len(track) or len(track) <= FEW):
+    if len(some) and (len(some) == len(track) or len(track) <= FEW_PAIRS):
         _take_sides(prediction, blobs, track, blob, size, of_side, shared, z, R)
     elif len(some):
         ours = None if shared is None else shared[some]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import whole_rows
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
 from colortrack_ros.estimation.track_table import TrackTable
@@ -272,6 +273,6 @@ def _exchange(tracks: TrackTable[Bank], one: Indices, other: Indices) -> None:
     tracks.filters.put(into, tracks.filters.take(out))
     records = tracks.records
     own = records[list(OWN)][into].copy()
-    records[into] = records[out]
+    whole_rows(records)[into] = whole_rows(records)[out]
     for name in OWN:
         records[name][into] = own[name]

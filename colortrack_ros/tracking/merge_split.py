@@ -12,6 +12,7 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.merged import EDGE_VARIANCE
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
+from colortrack_ros.tracking.sizes import total
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -66,10 +67,10 @@ def find_pieces(
     known = np.flatnonzero(
         (taken >= 0) & (records['state'] != TENTATIVE) & records['extent'].all(axis=(1, 2))
     )
-    size, box = records['extent'][known].sum(axis=1), blobs.box[taken[known]]
+    size, box = total(records['extent'].take(known, axis=0)), blobs.box.take(taken[known], axis=0)
     room = 1.05 * (size + prediction.sizes.slack(size))
-    half = room - (box[:, 1] - box[:, 0]) / 2
-    track, piece = points_inside(box.mean(axis=1), half, blobs.box[free].mean(axis=1))
+    half, of_free = room - (box[:, 1] - box[:, 0]) / 2, blobs.box.take(free, axis=0)
+    track, piece = points_inside(total(box) / 2, half, total(of_free) / 2)
     whole, piece = taken[known[track]], free[piece]
     low = np.minimum(blobs.box[whole, 0], blobs.box[piece, 0])
     high = np.maximum(blobs.box[whole, 1], blobs.box[piece, 1])

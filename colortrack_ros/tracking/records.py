@@ -102,7 +102,7 @@ def published(
     covariance, since = rows['covariance'], rows['time_since_update']
     if np.count_nonzero(since):
         coasting = ((since > 0) & ~absent).nonzero()[0]
-        covariance[coasting] = _unseen(records[coasting], rows[coasting], speed)
+        covariance[coasting] = _unseen(records.take(coasting), rows.take(coasting), speed)
     covariance[:, 2:, 2:] += records['unsettled']
     covariance.reshape(-1, 16)[:, :6:5] += bias**2
     rows['score'] = existence

@@ -36,6 +36,7 @@ from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.prediction import Step
 from colortrack_ros.tracking.records import FIELDS
 from colortrack_ros.tracking.records import published
+from colortrack_ros.tracking.sizes import total
 from colortrack_ros.tracking.stitching import find_stitches
 from colortrack_ros.tracking.stitching import stitch
 from colortrack_ros.tracking.unresolved import follow_shared
@@ -173,7 +174,7 @@ class Tracker:
         """Learn from a few blobs of no track whether sizes tell them from those of tracks."""
         new = free.nonzero()[0][:MOST_NEW]
         if len(new) and prediction.sized and len(prediction.records):
-            size = prediction.records['extent'].sum(axis=1)
+            size = total(prediction.records['extent'])
             self._adaptation.sizes.learn_alike(size, blobs.size[new])
 
     def _manage(self, *, again: bool) -> None:
@@ -207,7 +208,9 @@ class Tracker:
         keep[counted] = records['track_id'][counted] > 0
         if len(new) or not keep.all():
             rows = np.flatnonzero(keep)
-            tracks.keep(rows[np.argsort(records['track_id'][rows])])
+            rows = rows[np.argsort(records['track_id'][rows])]
+            if len(rows) < len(records) or np.count_nonzero(rows[1:] < rows[:-1]):
+                tracks.keep(rows)
 
     def _stitch(self, keep: NDArray[np.bool_], found: NDArray[np.intp]) -> NDArray[np.intp]:
         """Let lost and remembered tracks go on as those just found; return which of these.
