@@ -268,11 +268,15 @@ class Columns:
 
 
 def whole_rows(table: NDArray[Any]) -> NDArray[Any]:
-    """A view of structured rows without fields: NumPy copies rows in one piece, not by field."""
-    return table.view((np.void, table.itemsize)) if table.dtype.names else table
+    """A view of structured rows without fields: NumPy copies rows in one piece, not by field.
+
+    What has no fields, or fields that are objects, is given back as it is.
+    """
+    in_one_piece = table.dtype.names and not table.dtype.hasobject
+    return table.view((np.void, table.itemsize)) if in_one_piece else table
 
 
 def join(table: NDArray[Any], below: NDArray[Any], axis: int = 0) -> NDArray[Any]:
     """Both, of the same type, the rows of the second after those of the first."""
     rows = np.concatenate([whole_rows(table), whole_rows(below)], axis=axis)
-    return rows.view(table.dtype)
+    return rows.view(table.dtype) if table.dtype.names else rows
