@@ -109,7 +109,7 @@ def test_means_are_taken_over_seeds_and_leave_out_what_is_not_known():
 
 def test_worlds_are_chosen_by_point_and_by_name():
     assert choose(['4', 'vanish']) == ['4 mixed crowd', '5 vanish']
-    assert len(choose(['1'])) == 7
+    assert len(choose(['1'])) == 8
     with pytest.raises(ValueError, match=r'unknown world .zebra.: there are 1 noise'):
         choose(['zebra'])
 

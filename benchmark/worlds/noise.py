@@ -82,6 +82,22 @@ def of_others(seed, rivals):
         yield Figure(f'{label}: RMSE px', ours.rmse(0))
 
 
+def missed(seed, rivals, share=0.5):
+    """Noise that nobody tells, and so many detections missed at random; 3 s are not judged."""
+    for noise, before in ((0.5, 99.7), (2.0, 87.3), (4.0, 78.3)):
+        rng = np.random.default_rng(seed)
+        path = straight(rng, 8, 300)
+        seen = rng.random(path[0].shape[:2]) >= share
+        seen[:3] = True
+        world = observe(path, rng, noise, 0.0, seen)
+        book = known(world, *matched(world, noise))
+        ours = follow(world, play(world.detections))
+        ours, book = (f.take(f.frame >= 3 * LEARNED) for f in (ours, book))
+        label = f'{noise} px'
+        yield Figure(f'{label}: in 95 % of position', ours.inside(0), before, low=90, high=99)
+        yield Figure(f'{label}: RMSE / textbook', ours.rmse(0) / book.rmse(0), rival=1.0, high=1.5)
+
+
 def _errors(rng, x):
     """By name: the share inside before, errors, (K, N, 2), and sizes of boxes or None."""
     white = rng.normal(0, 1, (6, *x.shape))
@@ -101,7 +117,11 @@ def _errors(rng, x):
     }
 
 
-WORLDS = {'1 noise, not given': not_given, '1 noise of others': of_others} | {
+WORLDS = {
+    '1 noise, not given': not_given,
+    '1 noise of others': of_others,
+    '1 noise, half missed': missed,
+} | {
     f'1 noise, variance given x {factor}': partial(given, factor=factor)
     for factor in (1.0, 0.1, 0.25, 4.0, 10.0)
 }

@@ -5,9 +5,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.tracking.lasting_errors import mean_cosine
+from colortrack_ros.tracking.lasting_errors import RISES
+from colortrack_ros.tracking.lasting_errors import WANDERING
 from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.recent import GIVEN
-from colortrack_ros.tracking.recent import RING
+from colortrack_ros.tracking.recent import WHOLE
 from colortrack_ros.tracking.recent import Z
 
 Floats = NDArray[np.float64]
@@ -20,43 +23,134 @@ of their cosines, the logarithms of the variances given, and half of those of th
 squares by axis; looks; over these by how much squares of differences two and three frames apart
 have larger logarithms; single changes of a coordinate that else stays, and their squares."""
 
+LEAST = 6
+"""Measurements that a difference takes which is compared with those one and two before."""
+
+TOGETHER = EVERY + LEAST - 1
+"""Measurements that are looked at together: what is new since the last look, and what it takes."""
+
+CORRELATIONS = np.linspace(-1, 1, 401)
+COSINES = mean_cosine(CORRELATIONS)
+"""A table, because the hypergeometric function takes long; between its rows the error is 1e-4."""
+
 LEAST_SQUARE = 1e-4
 """Of a normalized difference: of what stands still to the bit."""
 
 
 def tell(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Floats) -> Floats:
-    """What the last frames tell of tracks, (K, 10).
+    """What the last frames tell of tracks, (K, SUMS).
 
     :param measured: (K, RING, columns) see recent, the newest first.
     :param stamps: (RING,) [s].
     :param in_a_row: (K,) how many measurements there were.
     :param lean: (K,) what is known of it.
     """
+    told = _tell_in_a_row(measured[:, :TOGETHER], stamps[:TOGETHER], in_a_row, lean)
+    fewer = (in_a_row < TOGETHER).nonzero()[0]
+    if len(fewer):
+        count = np.count_nonzero(measured[fewer, :, WHOLE], axis=1)
+        missed = fewer[(count >= LEAST) & (count > in_a_row[fewer])]
+        if len(missed):
+            told[missed] = tell_of_gaps(measured[missed], stamps, lean[missed])
+    return told
+
+
+def _tell_in_a_row(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Floats) -> Floats:
+    """The same, of those measured in every frame of the last TOGETHER ones."""
     z = measured[..., Z]
     given = np.maximum(measured[..., GIVEN], 1e-12)
     variance = given * np.exp(lean[:, None] * [1, -1])[:, None]
     one, two, three = (
-        _normalized(z, variance, third_differences(stamps, range(RING - 3 * apart), apart))
+        _normalized(z, variance, third_differences(stamps, range(TOGETHER - 3 * apart), apart))
         for apart in (1, 2, 3)
     )
-    logs = np.log(np.maximum(one[:, :EVERY] ** 2, LEAST_SQUARE))
-    ratio = (logs[..., 0] - logs[..., 1]) / 2 + lean[:, None]
     length, long, longest = (_log_half_square(D) for D in (one, two, three))
-    direction = one / np.exp(length / 2)[..., None] / math.sqrt(2)
-    after_one = (direction[:, :EVERY] * direction[:, 1 : EVERY + 1]).sum(axis=2)
-    after_two = (direction[:, :EVERY] * direction[:, 2 : EVERY + 2]).sum(axis=2)
-    length = length[:, :EVERY]
-    usual = np.log(given[:, :EVERY].mean(axis=2))
-    each = np.array([np.ones_like(length), length, after_two - after_one, usual, ratio])
-    counted = in_a_row[:, None] >= np.arange(6, 6 + EVERY)
+    each = _of_each(one, length, given, lean)
+    counted = in_a_row[:, None] >= np.arange(LEAST, LEAST + EVERY)
     each = (each * counted).sum(axis=2)
-    level, full = length.mean(axis=1), in_a_row >= RING
+    level, full = length[:, :EVERY].mean(axis=1), in_a_row >= TOGETHER
     looks = np.array([np.ones_like(level), long.mean(axis=1) - level, longest.mean(axis=1) - level])
     step = (z[:, : EVERY + 2] - z[:, 1 : EVERY + 3]) ** 2
     step[:, 1:-1] *= (step[:, :-2] == 0) & (step[:, 2:] == 0)
     riser = step[:, 1:-1].sum(axis=2) * counted
     stairs = np.array([np.count_nonzero(riser, axis=1), riser.sum(axis=1)])
     return np.concatenate([each, looks * full, stairs]).T
+
+
+def _of_each(one: Floats, length: Floats, given: Floats, lean: Floats) -> Floats:
+    """What each of the newest differences adds to the first five sums, (5, K, EVERY).
+
+    :param one: (K, EVERY + 2, 2) differences, normalized; length: (K, EVERY + 2) of these.
+    :param given: (K, TOGETHER, 2) variances of the measurements; lean: (K,).
+    """
+    logs = np.log(np.maximum(one[:, :EVERY] ** 2, LEAST_SQUARE))
+    ratio = (logs[..., 0] - logs[..., 1]) / 2 + lean[:, None]
+    direction = one / np.exp(length / 2)[..., None] / math.sqrt(2)
+    after_one = (direction[:, :EVERY] * direction[:, 1 : EVERY + 1]).sum(axis=2)
+    after_two = (direction[:, :EVERY] * direction[:, 2 : EVERY + 2]).sum(axis=2)
+    usual = np.log(given[:, :EVERY].mean(axis=2))
+    length = length[:, :EVERY]
+    return np.array([np.ones_like(length), length, after_two - after_one, usual, ratio])
+
+
+def tell_of_gaps(measured: Floats, stamps: Floats, lean: Floats) -> Floats:
+    """The same, of tracks that were missed now and then: their last measurements, whenever made.
+
+    What cosines are of noise and of motion depends on the times between, see _usual_rises(). A rise
+    counts for the evenly spaced one of the same share of motion, and by how well the two are told
+    apart, as in a weighted regression.
+    """
+    known = measured[..., WHOLE] > 0
+    order = np.argsort(~known, axis=1, kind='stable')[:, :TOGETHER]
+    some = np.take_along_axis(measured, order[..., None], axis=1)
+    z, t = some[..., Z], stamps[order]
+    given = np.maximum(some[..., GIVEN], 1e-12)
+    variance = given * np.exp(lean[:, None] * [1, -1])[:, None]
+    W = third_differences(t, range(TOGETHER - 3), 1)
+    one = _normalized(z, variance, W)
+    each = _of_each(one, _log_half_square(one), given, lean)
+    of_noise, of_motion = _usual_rises(W, variance.mean(axis=2), t)
+    clear = (of_noise - of_motion) / (RISES[0] - WANDERING)
+    weight = clear**2
+    rise = weight * WANDERING + clear * (each[RISE] - of_motion)
+    each *= weight
+    each[RISE] = rise
+    new = order[:, :EVERY] < EVERY
+    new &= np.count_nonzero(known, axis=1)[:, None] >= np.arange(LEAST, LEAST + EVERY)
+    told = np.zeros((len(measured), SUMS))
+    told[:, : len(each)] = np.where(new, each, 0.0).sum(axis=2).T
+    return told
+
+
+def _usual_rises(W: Floats, variance: Floats, t: Floats) -> tuple[Floats, Floats]:
+    """Rises, (K, EVERY), of noise alone, and of white acceleration alone.
+
+    That makes positions at s and t, s < t, of covariance s^2 (3 t - s) / 6; starts and velocities
+    before do not matter to third differences.
+
+    :param W: (K, EVERY + 2, TOGETHER) weights of differences; variance: (K, TOGETHER) of measurements.
+    :param t: (K, TOGETHER) their stamps [s].
+    """
+    s = t - t.min(axis=1, keepdims=True)
+    early, late = np.minimum(s[:, :, None], s[:, None]), np.maximum(s[:, :, None], s[:, None])
+    of_motion = W @ (early * early * (3 * late - early)) @ W.swapaxes(1, 2)
+    of_noise = (W * variance[:, None]) @ W.swapaxes(1, 2)
+    return rise_of(of_noise), rise_of(of_motion)
+
+
+def rise_of(covariance: Floats) -> Floats:
+    """Mean cosine between normal vectors of those covariances two places apart, less that of one.
+
+    :param covariance: (..., D, D), by axis.
+    :return: (..., D - 2).
+    """
+    i = np.arange(covariance.shape[-1] - 2)
+    variance = covariance[..., np.arange(len(i) + 2), np.arange(len(i) + 2)]
+    one, two = (
+        covariance[..., i, i + apart] / np.sqrt(variance[..., i] * variance[..., i + apart])
+        for apart in (1, 2)
+    )
+    return np.interp(two, CORRELATIONS, COSINES) - np.interp(one, CORRELATIONS, COSINES)
 
 
 def _normalized(z: Floats, variance: Floats, W: Floats) -> Floats:
@@ -75,16 +169,18 @@ def _log_half_square(difference: Floats) -> Floats:
 
 
 def third_differences(t: Floats, first: range, apart: int) -> Floats:
-    """Weights of RING measurements in third divided differences, (len(first), RING).
+    """Weights of measurements in third divided differences, (..., len(first), R).
 
-    :param t: (RING,) their stamps, the newest first [s].
+    :param t: (..., R) their stamps, the newest first [s].
     :param first: the newest measurement of each.
-    :param apart: frames between two of the four.
+    :param apart: measurements between two of the four.
     """
     four = np.array(first)[:, None] + apart * np.arange(4)
-    between = (t[four][:, :, None] - t[four][:, None, :]) / max(t[0] - t[1], 1e-6)
-    between[:, range(4), range(4)] = 1.0
-    W = np.zeros((len(four), RING))
+    unit = np.maximum(t[..., 0] - t[..., 1], 1e-6)[..., None, None, None]
+    times = t[..., four]
+    between = (times[..., :, None] - times[..., None, :]) / unit
+    between[..., range(4), range(4)] = 1.0
+    W = np.zeros((*t.shape[:-1], len(four), t.shape[-1]))
     with np.errstate(divide='ignore'):
-        np.put_along_axis(W, four, 1 / between.prod(axis=2), axis=1)
+        W[..., np.arange(len(four))[:, None], four] = 1 / between.prod(axis=-1)
     return W

@@ -146,9 +146,8 @@ class MeasurementNoise:
         row = self._rows(colors)
         newest_first = recent.newest_first()
         stamps = recent.stamps[newest_first]
-        measured = records['measured'][track].take(newest_first, axis=1)
-        in_a_row, lean = records['in_a_row'][track], self._lean[row]
-        new = tell(measured, stamps, in_a_row, lean)
+        measured = records['measured'][track[:, None], newest_first]
+        new = tell(measured, stamps, records['in_a_row'][track], self._lean[row])
         latest = measured[:, 0, GIVEN].mean(axis=1)
         before, _ = self.factors(colors, latest)
         self._sum(records, track, row, new, math.exp((stamps[EVERY] - stamps[0]) / NOISE_MEMORY))

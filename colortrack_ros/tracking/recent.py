@@ -10,15 +10,15 @@ EVERY = 5
 """Frames from one look at the measurements to the next, which takes all of these, to save time.
 Assumed: in a sixth of a second noise and process noise change little."""
 
-RING = EVERY + 5
-"""Measurements that are kept for that: a third difference takes four, and is compared with those
-one and two frames before."""
+RING = 16
+"""Frames of which measurements are kept: six measurements tell how noisy they are, see differences,
+and of objects that are missed every other time eight are in so many frames."""
 
 Z, GIVEN = slice(0, 2), slice(2, 4)
-VARIANCE, UNMEASURED, MANEUVERED, STEADY_CAMERA, RING_COLUMNS = range(4, 9)
+VARIANCE, UNMEASURED, MANEUVERED, WHOLE, STEADY_CAMERA, RING_COLUMNS = range(4, 10)
 """Columns of what is kept of a measurement: position by axis [px]; variance by axis as given, and
 their mean as used [px^2]; time since the one before [s], 0 for none; probability that the track has
-maneuvered in it; 1 if the track was measured in the last frame as well, and wholly."""
+maneuvered in it; 1 if it was measured wholly; 1 if it was so and in the last frame as well."""
 
 RECENT_FIELDS = [('measured', 'f8', (RING, RING_COLUMNS)), ('in_a_row', 'i8')]
 """What is recorded of a track: its last measurements by frame, the oldest overwritten, and how many
@@ -44,6 +44,7 @@ class Recent:
         variance: Floats,
         unmeasured: Floats,
         maneuvered: Floats,
+        whole: NDArray[np.bool_],
         steady: NDArray[np.bool_],
         dt: float,
     ) -> bool:
@@ -58,18 +59,15 @@ class Recent:
         new = np.empty((len(track), RING_COLUMNS))
         new[:, Z] = z
         new[:, GIVEN], new[:, VARIANCE] = given, variance
-        new[:, UNMEASURED], new[:, MANEUVERED], new[:, STEADY_CAMERA] = (
-            unmeasured,
-            maneuvered,
-            steady,
-        )
+        new[:, UNMEASURED], new[:, MANEUVERED] = unmeasured, maneuvered
+        new[:, WHOLE], new[:, STEADY_CAMERA] = whole, steady
         ring, in_a_row = records['measured'][:, slot], records['in_a_row']
         if len(track) == len(records):
             ring[:] = new
             in_a_row *= steady
             in_a_row += 1
         else:
-            ring[:, UNMEASURED] = 0.0
+            ring[:, UNMEASURED] = ring[:, WHOLE] = 0.0
             ring[track] = new
             in_a_row[track] = in_a_row[track] * steady + 1
         self._frame += 1

@@ -211,16 +211,16 @@ def _learn(
         return
     maneuvered = taken.innovations.maneuvered
     unseen = prediction.unseen[track]
-    steady = whole & (unseen <= period)
     if np.count_nonzero(blobs.cut):
-        steady &= ~blobs.cut[blob].any(axis=1)
+        whole = whole & ~blobs.cut[blob].any(axis=1)
+    steady = whole & (unseen <= period)
     known = records['hits'][track] > FORMED_VELOCITY
     learned.learn_speed(known & steady, prediction.velocity.take(track, axis=0), period)
     given = (blobs.variance / blobs.factor).take(blob, axis=0)
     variance = mean_of_axes(blobs.variance.take(blob, axis=0))
     due = learned.recent.take(
-        records, track, blobs.z.take(blob, axis=0), given, variance, unseen, maneuvered, steady,
-        period,
+        records, track, blobs.z.take(blob, axis=0), given, variance, unseen, maneuvered, whole,
+        steady, period,
     )  # fmt: skip
     if due and prediction.sized:
         last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)

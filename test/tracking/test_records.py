@@ -54,7 +54,7 @@ def test_a_motion_that_stays_becomes_the_tracks_own_and_leaves_them_where_they_a
     records, recent = tracks.records, Recent()
     summed_up(records, rng)
     for _ in range(RING + 2):
-        kept = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2, bool)
+        kept = *(np.zeros(2) for _ in range(4)), np.zeros(2, bool), np.zeros(2, bool)
         recent.take(records, np.arange(2), rng.normal(0, 9, (2, 2)), *kept, PERIOD)
     for name in ('before', 'anchor', 'probe'):
         records[name] = rng.normal(0, 10, records[name].shape)
@@ -73,10 +73,10 @@ def test_a_motion_that_stays_becomes_the_tracks_own_and_leaves_them_where_they_a
     for name, age in (('before', 0.5), ('anchor', 0.25)):
         np.testing.assert_allclose(records[name][:, :2], before[name][:, :2] - age * way)
         np.testing.assert_allclose(records[name][:, 2:], before[name][:, 2:] + way)
-    # the twelfth frame is in the second slot, and two frames before it was time to look
+    # the eighteenth frame is in the second slot, and three frames before it was time to look
     ages = PERIOD * (1 + (1 - np.arange(RING)) % RING)
     expected = before['measured'][..., Z] - ages[:, None] * way
     np.testing.assert_allclose(records['measured'][..., Z], expected)
     place, speed = (records['probe'] - before['probe'])[:, :, :, 0].swapaxes(0, 1)
     np.testing.assert_allclose(speed, [way, way])
-    np.testing.assert_allclose(place, -3 * PERIOD * speed)
+    np.testing.assert_allclose(place, -4 * PERIOD * speed)
