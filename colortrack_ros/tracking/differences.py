@@ -128,7 +128,7 @@ def _usual_rises(W: Floats, variance: Floats, t: Floats) -> tuple[Floats, Floats
     That makes positions at s and t, s < t, of covariance s^2 (3 t - s) / 6; starts and velocities
     before do not matter to third differences.
 
-    :param W: (K, EVERY + 2, TOGETHER) weights of differences; variance: (K, TOGETHER) of measurements.
+    :param W: (K, EVERY + 2, TOGETHER) weights; variance: (K, TOGETHER) of the measurements.
     :param t: (K, TOGETHER) their stamps [s].
     """
     s = t - t.min(axis=1, keepdims=True)

@@ -39,6 +39,7 @@ from colortrack_ros.tracking.records import published
 from colortrack_ros.tracking.sizes import total
 from colortrack_ros.tracking.stitching import find_stitches
 from colortrack_ros.tracking.stitching import stitch
+from colortrack_ros.tracking.strays import take_strays
 from colortrack_ros.tracking.unresolved import follow_shared
 from colortrack_ros.tracking.unresolved import share_centroids
 from colortrack_ros.tracking.update import update
@@ -116,6 +117,8 @@ class Tracker:
         defer(hypotheses, gain, associated, prediction, blobs)
         blobs, associated = merge_split(prediction, blobs, associated)
         associated, shared = share_centroids(prediction, blobs, associated, learned.resolution)
+        members = shared.member if shared is not None else np.zeros(0, np.intp)
+        associated = take_strays(prediction, blobs, associated, members, config)
         update(tracks, prediction, blobs, associated, learned, config)
         if shared is not None:
             follow_shared(tracks, shared, prediction, blobs)

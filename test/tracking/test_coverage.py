@@ -88,11 +88,11 @@ def test_ellipses_hold_the_truth_seen_and_unseen(motion):
 
 def turning(rng, t):
     """Position and velocity of what turns about once in a second, between pictures as well."""
-    fine = 20 * len(t)
-    turn = np.where(rng.random((fine, 8)) < 1 / RATE / 20, rng.uniform(0.5, 2.0, (fine, 8)), 0)
+    fine, dt = 20 * len(t), (t[1, 0] - t[0, 0]) / 20
+    turn = np.where(rng.random((fine, 8)) < dt, rng.uniform(0.5, 2.0, (fine, 8)), 0)
     angle = np.cumsum(turn * rng.choice([-1, 1], (fine, 8)), axis=0)
     velocity = 150 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    position = np.cumsum(velocity, axis=0) / RATE / 20
+    position = np.cumsum(velocity, axis=0) * dt
     return position[19::20], velocity[19::20]
 
 
@@ -103,18 +103,25 @@ def gliding(rng, t):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('motion', 'least'), [(turning, 3.0), (gliding, 1.5)])
-def test_errors_and_innovations_are_as_large_as_published(motion, least):
-    """NEES of states, and NIS of positions: of z - x the covariance is R - P, as z is in x."""
+@pytest.mark.parametrize(
+    ('motion', 'rate', 'least', 'loose'),
+    [(turning, 30, 3.0, 1.5), (turning, 10, 3.0, 1.0), (turning, 60, 3.0, 1.5)]
+    + [(gliding, rate, 1.5, 1.5) for rate in (10, 30, 60)],
+)
+def test_errors_and_innovations_are_as_large_as_published(motion, rate, least, loose):
+    """NEES of states, and NIS of positions: of z - x the covariance is R - P, as z is in x.
+
+    At 10 Hz what turns once in a second is hardly smoothed: z is nearly in x, and z - x is small.
+    """
     rng, errors, innovations = np.random.default_rng(5), [], []
-    t = np.arange(2 * FRAMES)[:, None] / RATE
+    t = np.arange(2 * FRAMES)[:, None] / rate
     truth, velocity = motion(rng, t)
     truth = truth + np.stack([3000.0 * np.arange(8), np.zeros(8)], axis=-1)
     tracker = Tracker()
     for k, position in enumerate(truth):
         z = position + rng.normal(0, 1, (8, 2))
-        rows = tracker.update(points(z, k * NANOSECONDS // RATE, 1.0)).rows
-        if k >= 2 * RATE:
+        rows = tracker.update(points(z, k * NANOSECONDS // rate, 1.0)).rows
+        if k >= 60:
             assert len(rows) == 8
             rows = rows[np.argsort(rows['u'])]
             state = np.stack([rows[name] for name in ('u', 'v', 'du', 'dv')], axis=1)
@@ -125,5 +132,5 @@ def test_errors_and_innovations_are_as_large_as_published(motion, least):
             )  # after a turn the state is z, and R - P none
             left = (np.eye(2) - rows['covariance'][:, :2, :2])[settled]
             innovations += list(squared((z - state[:, :2])[settled], left))
-    assert least <= np.mean(errors) <= 5.0  # 4, more between maneuvers, less before any is learned
-    assert 1.5 <= np.mean(innovations) <= 2.6
+    assert least <= np.mean(errors) <= 4.7  # 4, less before maneuvers are learned
+    assert loose <= np.mean(innovations) <= 2.6
