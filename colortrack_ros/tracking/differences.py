@@ -23,10 +23,10 @@ of their cosines, the logarithms of the variances given, and half of those of th
 squares by axis; looks; over these by how much squares of differences two and three frames apart
 have larger logarithms; single changes of a coordinate that else stays, and their squares."""
 
-LEAST = 6
+COMPARED = 6
 """Measurements that a difference takes which is compared with those one and two before."""
 
-TOGETHER = EVERY + LEAST - 1
+TOGETHER = EVERY + COMPARED - 1
 """Measurements that are looked at together: what is new since the last look, and what it takes."""
 
 CORRELATIONS = np.linspace(-1, 1, 401)
@@ -49,7 +49,7 @@ def tell(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Floats) -> F
     fewer = (in_a_row < TOGETHER).nonzero()[0]
     if len(fewer):
         count = np.count_nonzero(measured[fewer, :, WHOLE], axis=1)
-        missed = fewer[(count >= LEAST) & (count > in_a_row[fewer])]
+        missed = fewer[(count >= COMPARED) & (count > in_a_row[fewer])]
         if len(missed):
             told[missed] = tell_of_gaps(measured[missed], stamps, lean[missed])
     return told
@@ -66,7 +66,7 @@ def _tell_in_a_row(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Fl
     )
     length, long, longest = (_log_half_square(D) for D in (one, two, three))
     each = _of_each(one, length, given, lean)
-    counted = in_a_row[:, None] >= np.arange(LEAST, LEAST + EVERY)
+    counted = in_a_row[:, None] >= np.arange(COMPARED, COMPARED + EVERY)
     each = (each * counted).sum(axis=2)
     level, full = length[:, :EVERY].mean(axis=1), in_a_row >= TOGETHER
     looks = np.array([np.ones_like(level), long.mean(axis=1) - level, longest.mean(axis=1) - level])
@@ -116,7 +116,7 @@ def tell_of_gaps(measured: Floats, stamps: Floats, lean: Floats) -> Floats:
     each *= weight
     each[RISE] = rise
     new = order[:, :EVERY] < EVERY
-    new &= np.count_nonzero(known, axis=1)[:, None] >= np.arange(LEAST, LEAST + EVERY)
+    new &= np.count_nonzero(known, axis=1)[:, None] >= np.arange(COMPARED, COMPARED + EVERY)
     told = np.zeros((len(measured), SUMS))
     told[:, : len(each)] = np.where(new, each, 0.0).sum(axis=2).T
     return told
