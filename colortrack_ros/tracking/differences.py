@@ -10,6 +10,7 @@ from colortrack_ros.tracking.lasting_errors import RISES
 from colortrack_ros.tracking.lasting_errors import WANDERING
 from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.recent import GIVEN
+from colortrack_ros.tracking.recent import UNMEASURED
 from colortrack_ros.tracking.recent import WHOLE
 from colortrack_ros.tracking.recent import Z
 
@@ -49,7 +50,9 @@ def tell(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Floats) -> F
     fewer = (in_a_row < TOGETHER).nonzero()[0]
     if len(fewer):
         count = np.count_nonzero(measured[fewer, :, WHOLE], axis=1)
-        missed = fewer[(count >= COMPARED) & (count > in_a_row[fewer])]
+        wholly = np.count_nonzero(measured[fewer, :, UNMEASURED], axis=1) <= count
+        # Where it was merged or cut in between, what is left next to that is no clean sample.
+        missed = fewer[wholly & (count >= COMPARED) & (count > in_a_row[fewer])]
         if len(missed):
             told[missed] = tell_of_gaps(measured[missed], stamps, lean[missed])
     return told
