@@ -188,10 +188,10 @@ class TouchingThings:
             if place >= MOST_BLOBS or len(members) > MOST_IN_BLOB:
                 continue
             templates = [self._template(k) for k in members.tolist()]
-            fit = self._fit(blob, members, blobs, expected, dt)
-            share, visible = _seen_of(fit, templates, int(blobs.area[blob]))
+            sigma = self._sigma(members, templates, dt)
+            fit = fit_templates(blobs, blob, templates, expected[members], sigma)
+            trust[members], visible = _seen_of(fit, templates, int(blobs.area[blob]))
             mean[members[visible]], seen[members[visible]] = fit.center[visible], stamp
-            trust[members] = share
             if visible.any():
                 parts[blob] = _rows_of(rows[blob], fit, templates)[visible]
         self._move(mean, dt, trust)
@@ -237,23 +237,22 @@ class TouchingThings:
 
     def _template(self, k: int) -> BlobTemplate:
         """What a thing looked like in the last frame in which it was alone."""
-        known = self._templates.get(int(self._things.number[k]))
-        if known is not None:
-            return known
-        blobs, blob = self._blobs, int(self._things.blob[k])
-        row = self._rows[blob]
-        covariance = np.array([row['cov_uu'], row['cov_uv'], row['cov_uv'], row['cov_vv']])
-        reach = blobs.mean[blob] - blobs.box[blob, :2]
-        area = float(blobs.area[blob])
-        return BlobTemplate(mask_of(blobs, blob), reach, covariance.reshape(2, 2), area)
+        number = int(self._things.number[k])
+        if number not in self._templates:
+            blobs, blob = self._blobs, int(self._things.blob[k])
+            row = self._rows[blob]
+            covariance = np.array([row['cov_uu'], row['cov_uv'], row['cov_uv'], row['cov_vv']])
+            reach = blobs.mean[blob] - blobs.box[blob, :2]
+            area = float(blobs.area[blob])
+            self._templates[number] = BlobTemplate(
+                mask_of(blobs, blob), reach, covariance.reshape(2, 2), area
+            )
+        return self._templates[number]
 
-    def _fit(
-        self, blob: int, members: Indices, blobs: BlobTable, expected: Floats, dt: float
-    ) -> Fit:
-        templates = [self._template(k) for k in members.tolist()]
+    def _sigma(self, members: Indices, templates: list[BlobTemplate], dt: float) -> Floats:
         way = dt * np.hypot(*self._things.velocity[members].T)
-        sigma = SIGMA + SIGMA_OF_SIDE * np.array([t.side for t in templates]) + SIGMA_OF_WAY * way
-        return fit_templates(blobs, blob, templates, expected[members], sigma)
+        side = np.array([template.side for template in templates])
+        return np.asarray(SIGMA + SIGMA_OF_SIDE * side + SIGMA_OF_WAY * way)
 
 
 def _seen_of(

@@ -210,13 +210,18 @@ class Mistakes:
 
     def _judge(self, sights: _Sights, ground: float) -> None:
         """Find the mistake that explains what moves, or that it no longer does."""
-        given = self._spread(sights, _as_given, ground)
+        _, of, count = np.unique(sights.track, return_inverse=True, return_counts=True)
+        if count.max(initial=0) < LEAST_SEEN:
+            return
+        given = self._spread(sights, of, count, _as_given, ground)
         if self.made:
-            other = self._spread(sights, MISTAKES[self.made], ground)
+            other = self._spread(sights, of, count, MISTAKES[self.made], ground)
             if given < AT_REST and other > WORSE * given:
                 self.made = ''
         elif given > LEAST:
-            spreads = [self._spread(sights, change, ground) for change in MISTAKES.values()]
+            spreads = [
+                self._spread(sights, of, count, change, ground) for change in MISTAKES.values()
+            ]
             least = int(np.argmin(spreads))
             fits = spreads[least] < min(AT_REST, given / WORSE)
             self._looks = self._looks + 1 if fits and least == self._suspected else int(fits)
@@ -224,16 +229,22 @@ class Mistakes:
             if self._looks >= AGREEING:
                 self.made = list(MISTAKES)[least]
 
-    def _spread(self, sights: _Sights, change: Change, ground: float) -> float:
+    def _spread(
+        self,
+        sights: _Sights,
+        of: NDArray[np.intp],
+        count: NDArray[np.intp],
+        change: Change,
+        ground: float,
+    ) -> float:
         """How much places move, as a share of their distance: the median over objects.
 
-        0 if too little has been seen; infinite if most of it would be nowhere.
+        Infinite if most of it would be nowhere.
+
+        :param of: (M,) the object of each sight.
+        :param count: how many sights there are of each.
         """
         views = [change(view) for view in self._views.values()]
-        _, of, count = np.unique(sights.track, return_inverse=True, return_counts=True)
-        often = count >= LEAST_SEEN
-        if not often.any():
-            return 0.0
         picture = np.searchsorted(list(self._views), sights.stamp)
         eyes, R = (np.stack([getattr(v.optical, name) for v in views])[picture] for name in 'tR')
         rays, far = sights.rays, sights.far
@@ -245,7 +256,7 @@ class Mistakes:
         far = np.where(np.isnan(far), by_plane, far)
         way *= np.where(far > 0, far, np.nan)[:, None]
         moved = _spreads(eyes + way, of, count) / _sums(far, of, len(count)) * count
-        return float(np.median(np.nan_to_num(moved[often], nan=np.inf)))
+        return float(np.median(np.nan_to_num(moved[count >= LEAST_SEEN], nan=np.inf)))
 
 
 def _sums(values: Floats, of: NDArray[np.intp], count: int) -> Floats:
