@@ -95,7 +95,9 @@ def parameters(node: str) -> dict[str, object]:
     values: dict[str, object] = {
         f'qos_overrides.{topic}.subscription.reliability': 'reliable' for topic in HEARD[node]
     }
-    for depth in ('queue_depth', 'image_queue_depth'):
+    # pictures that wait for detections are no leak
+    depths = ('queue_depth', *(['image_queue_depth'] if namespace != 'clouds' else []))
+    for depth in depths:
         if depth in parameter_pages.NODES[name].specs:
             values[depth] = 1000
     if 'max_lag' in parameter_pages.NODES[name].specs:
@@ -228,7 +230,7 @@ def test_ten_thousand_mutated_messages_on_each_subscription_do_no_harm(crowd):
     growth = np.diff(held, axis=0)
     # A leak grows with every message; the largest picture of all that pass for one leaves a step.
     leaks = dict(zip(crowd.processes, np.median(growth, axis=0) * len(growth), strict=True))
-    assert {name: leak for name, leak in leaks.items() if leak > 8 * 2**20} == {}
+    assert {name: leak for name, leak in leaks.items() if leak > 2 * 2**20} == {}
     steps = dict(zip(crowd.processes, growth.sum(axis=0), strict=True))
     assert {name: step for name, step in steps.items() if step > 32 * 2**20} == {}
     for name, process in crowd.processes.items():

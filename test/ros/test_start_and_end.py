@@ -40,6 +40,35 @@ def of_children() -> float:
     return used.ru_utime + used.ru_stime
 
 
+BUSY = """
+import gc
+from rclpy.node import Node
+from colortrack_ros.node_kit.runtime import run
+
+class Busy(Node):
+    def __init__(self, finish):
+        super().__init__('busy')
+        self.calls, self.finish = 0, finish
+        self.create_timer(1e-4, self.call)
+
+    def call(self):
+        self.calls += 1
+        if self.calls == 500:
+            self.held = len(gc.get_objects())
+        if self.calls == 2500:
+            print(len(gc.get_objects()) - self.held, 'kept of 2000 callbacks', flush=True)
+            self.finish(0)
+
+raise SystemExit(run(lambda finish: [Busy(finish)]))
+"""
+
+
+def test_a_node_keeps_nothing_of_the_callbacks_that_it_has_done(ros):
+    process = ros.start_code(BUSY)
+    assert process.end() == 0, process.output
+    assert int(process.output.split(' kept of')[0]) < 200
+
+
 HANGING = """
 import time
 from rclpy.node import Node
