@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Columns
+from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.state import DIAMETER
 from colortrack_ros.world.state import EDGE
 from colortrack_ros.world.state import HEIGHT
@@ -109,12 +110,14 @@ def _blob(q: Floats, middle: Floats, J: Floats, rho: Floats) -> tuple[Floats, Fl
     return size, -size[:, None] * q / length2[:, None]
 
 
-def ranges_by_size(view: View, pixels: Floats, size: Floats, diameter: Floats) -> Floats:
+def ranges_by_size(camera: CameraModel, rays: Floats, size: Floats, diameter: Floats) -> Floats:
     """The distance of spheres, (N,) [m], of the diameter of their blobs [px]; see :func:`expected`.
 
     NaN where the lens shows nothing.
+
+    :param rays: (N, 3) of the blobs' centers, optical.
     """
-    J = view.camera.linearized(view.camera.rays(pixels))[1]
+    J = camera.linearized(rays)[1]
     JJ = J @ J.swapaxes(1, 2)
     magnification = np.sqrt(JJ[:, 0, 0] * JJ[:, 1, 1] - JJ[:, 0, 1] ** 2)
     with np.errstate(divide='ignore', invalid='ignore'):
@@ -127,14 +130,13 @@ def guesses(measured: Measured, kinds: Kinds, view: View, ground: float) -> Floa
 
     :param ground: its height in the fixed frame [m].
     """
-    pixels = measured.z[:, :2]
-    rays = view.camera.rays(pixels)
+    rays = view.camera.rays(measured.z[:, :2])
     directions = rays @ view.optical.R.T
     height = ground + kinds.height - view.optical.t[2]
     with np.errstate(divide='ignore', invalid='ignore'):
         by_plane = height / directions[:, 2]
         by_depth = measured.z[:, DEPTH] / rays[:, 2]
-    by_size = ranges_by_size(view, pixels, measured.z[:, BLOB], kinds.diameter)
+    by_size = ranges_by_size(view.camera, rays, measured.z[:, BLOB], kinds.diameter)
     distance = np.select(
         [measured.used[:, DEPTH], measured.used[:, PLANE], measured.used[:, BLOB]],
         [by_depth, by_plane, by_size],

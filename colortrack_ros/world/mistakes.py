@@ -10,6 +10,7 @@ but what gives their range.
 from collections.abc import Callable
 from dataclasses import dataclass
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +30,6 @@ from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.view import View
 
 Floats = NDArray[np.float64]
-Change = Callable[[View], View]
-
 BETWEEN, LOOKS_BACK = 0.2, 4.0
 """Time between the pictures that are looked at, and how long they are kept [s]: at 0.5 m/s a robot
 drives 2 m in it. Chosen."""
@@ -54,7 +53,14 @@ AGREEING = 3
 UNSEEN = 10**18
 """Before the first picture [ns]."""
 
-MIRROR = np.diag([1.0, -1.0, 1.0])
+SIDEWAYS, UPSIDE = np.diag([1.0, -1.0, 1.0]), np.diag([1.0, 1.0, -1.0])
+"""Mirrors of left and right, and of up and down, which turn the signs of yaw and of pitch."""
+
+T = TypeVar('T')
+
+
+def _as_given(what: T) -> T:
+    return what
 
 
 @dataclass
@@ -82,88 +88,88 @@ class _Sights(Columns):
         """Those of one picture."""
         seen = measured.used[:, U]
         measured, kinds = measured.take(seen), kinds.take(seen)
-        rays, far = _rays(measured, kinds, view)
+        rays, far = _rays(measured, kinds, view.camera)
         stamps = np.full(len(rays), stamp, np.int64)
         return cls(stamps, track[seen].astype(np.int64), measured, kinds, rays, far)
 
 
-def _rays(measured: Measured, kinds: Kinds, view: View) -> tuple[Floats, Floats]:
+def _rays(measured: Measured, kinds: Kinds, camera: CameraModel) -> tuple[Floats, Floats]:
     """The rays of what a camera has measured, and how far along them: see :class:`_Sights`."""
-    pixels = measured.z[:, :2]
-    rays = view.camera.rays(pixels)
-    by_size = ranges_by_size(view, pixels, measured.z[:, BLOB], kinds.diameter)
-    far = np.where(measured.used[:, PLANE] | ~measured.used[:, BLOB], np.nan, by_size)
+    rays, far = camera.rays(measured.z[:, :2]), np.full(len(kinds), np.nan)
+    sized = measured.used[:, BLOB] & ~measured.used[:, PLANE]
+    if sized.any():
+        by_size = ranges_by_size(camera, rays, measured.z[:, BLOB], kinds.diameter)
+        far[sized] = by_size[sized]
     return rays, np.where(measured.used[:, DEPTH], measured.z[:, DEPTH] / rays[:, 2], far)
 
 
-def _mounted(change: Callable[[Pose], Pose]) -> Change:
-    return lambda view: replace(view, mount=change(view.mount))
+@dataclass(frozen=True)
+class Mistake:
+    """How things would be if it had been made; of what is not named, as given.
+
+    :ivar mount, base: of the poses of the camera on the robot and of the robot, of V pictures at
+        once: t (V, 3), R (V, 3, 3).
+    :ivar camera: of the lens.
+    """
+
+    mount: Callable[[Pose], Pose] = _as_given
+    base: Callable[[Pose], Pose] = _as_given
+    camera: Callable[[CameraModel], CameraModel] = _as_given
 
 
-def _driven(change: Callable[[Pose], Pose]) -> Change:
-    return lambda view: replace(view, base=change(view.base))
-
-
-def _scaled(share: float) -> Change:
+def _scaled(share: float) -> Mistake:
     """With a camera matrix of a picture so many times as large."""
-
-    def change(view: View) -> View:
-        camera = view.camera
-        K = np.diag([share, share, 1.0]) @ camera.K
-        return replace(view, camera=CameraModel(K, camera.lens, camera.width, camera.height))
-
-    return change
+    return Mistake(camera=lambda camera: replace(camera, K=np.diag([share, share, 1.0]) @ camera.K))
 
 
-def _rolled(degrees: float) -> Change:
+def _rolled(degrees: float) -> Mistake:
     own = Pose.of_rpy(np.zeros(3), (np.radians(degrees), 0, 0))
-    return _mounted(lambda mount: mount @ own)
+    return Mistake(lambda mount: mount @ own)
 
 
-def _yawed(degrees: float) -> Change:
+def _yawed(degrees: float) -> Mistake:
     turn = Pose.of_rpy(np.zeros(3), (0, 0, np.radians(degrees))).R
-    return _mounted(lambda mount: Pose(mount.t, turn @ mount.R))
+    return Mistake(lambda mount: Pose(mount.t, turn @ mount.R))
 
 
-def _nodded(mount: Pose) -> Pose:
-    """With the opposite pitch."""
-    pitch = -np.arcsin(np.clip(mount.R[2, 0], -1, 1))
-    return mount @ Pose.of_rpy(np.zeros(3), (0, -2 * pitch, 0))
+def _mirrored(pose: Pose, mirror: Floats) -> Pose:
+    """Its rotation as a mirror shows it, (3, 3) diagonal."""
+    return Pose(pose.t, mirror @ pose.R @ mirror)
 
 
-MISTAKES: dict[str, Change] = {
+MISTAKES: dict[str, Mistake] = {
     'camera_pose has roll 0 for a camera that is upside down, or pi for one that is not': (
         _rolled(180)
     ),
     'the camera lies on its side, and camera_pose has roll off by pi/2': _rolled(90),
     'the camera lies on its side, and camera_pose has roll off by -pi/2': _rolled(-90),
-    'the pitch of camera_pose has the wrong sign: positive looks down': _mounted(_nodded),
+    'the pitch of camera_pose has the wrong sign: positive looks down': Mistake(
+        lambda mount: _mirrored(mount, UPSIDE)
+    ),
     'the camera looks backward: the yaw of camera_pose is off by pi': _yawed(180),
     'the yaw of camera_pose is off by pi/2: positive looks left': _yawed(90),
     'the yaw of camera_pose is off by -pi/2: positive looks left': _yawed(-90),
-    'camera_pose is of the optical frame, expected of the body, x forward, z up': _mounted(
+    'camera_pose is of the optical frame, expected of the body, x forward, z up': Mistake(
         lambda mount: mount @ OPTICAL.inverse()
     ),
-    'the frame of the pictures is the body of the camera, expected the optical frame': _mounted(
+    'the frame of the pictures is the body of the camera, expected the optical frame': Mistake(
         lambda mount: mount @ OPTICAL
     ),
-    'the height of the camera has the wrong sign': _mounted(
+    'the height of the camera has the wrong sign': Mistake(
         lambda mount: Pose(mount.t * [1, 1, -1], mount.R)
     ),
     'the calibration is of pictures half as large': _scaled(2.0),
     'the calibration is of pictures twice as large': _scaled(0.5),
-    'odometry goes backward where the robot drives forward': _driven(
-        lambda base: Pose(-base.t, base.R)
+    'odometry goes backward where the robot drives forward': Mistake(
+        base=lambda base: Pose(-base.t, base.R)
     ),
-    'odometry turns right where the robot turns left': _driven(
-        lambda base: Pose(MIRROR @ base.t, MIRROR @ base.R @ MIRROR)
+    'odometry turns right where the robot turns left': Mistake(
+        base=lambda base: _mirrored(Pose(base.t * [1, -1, 1], base.R), SIDEWAYS)
     ),
 }
 """What is told of each, and what would mend it."""
 
-
-def _as_given(view: View) -> View:
-    return view
+AS_GIVEN = Mistake()
 
 
 class Mistakes:
@@ -213,15 +219,16 @@ class Mistakes:
         _, of, count = np.unique(sights.track, return_inverse=True, return_counts=True)
         if count.max(initial=0) < LEAST_SEEN:
             return
-        given = self._spread(sights, of, count, _as_given, ground)
+        sights = sights.take(np.argsort(of, kind='stable')).take(
+            np.repeat(count >= LEAST_SEEN, count)
+        )
+        (given,) = self._spreads(sights, [AS_GIVEN], ground)
         if self.made:
-            other = self._spread(sights, of, count, MISTAKES[self.made], ground)
+            (other,) = self._spreads(sights, [MISTAKES[self.made]], ground)
             if given < AT_REST and other > WORSE * given:
                 self.made = ''
         elif given > LEAST:
-            spreads = [
-                self._spread(sights, of, count, change, ground) for change in MISTAKES.values()
-            ]
+            spreads = self._spreads(sights, list(MISTAKES.values()), ground)
             least = int(np.argmin(spreads))
             fits = spreads[least] < min(AT_REST, given / WORSE)
             self._looks = self._looks + 1 if fits and least == self._suspected else int(fits)
@@ -229,43 +236,50 @@ class Mistakes:
             if self._looks >= AGREEING:
                 self.made = list(MISTAKES)[least]
 
-    def _spread(
-        self,
-        sights: _Sights,
-        of: NDArray[np.intp],
-        count: NDArray[np.intp],
-        change: Change,
-        ground: float,
-    ) -> float:
-        """How much places move, as a share of their distance: the median over objects.
+    def _spreads(self, sights: _Sights, mistakes: list[Mistake], ground: float) -> Floats:
+        """How much places move if a mistake is made, as a share of their distance: (C,).
 
-        Infinite if most of it would be nowhere.
+        The median over objects; infinite if most of it would be nowhere.
 
-        :param of: (M,) the object of each sight.
-        :param count: how many sights there are of each.
+        :param sights: (M,), those of one object after those of another.
         """
-        views = [change(view) for view in self._views.values()]
+        views = list(self._views.values())
+        base, mount = (
+            Pose(*(np.stack([getattr(getattr(v, of), name) for v in views]) for name in 'tR'))
+            for of in ('base', 'mount')
+        )
         picture = np.searchsorted(list(self._views), sights.stamp)
-        eyes, R = (np.stack([getattr(v.optical, name) for v in views])[picture] for name in 'tR')
-        rays, far = sights.rays, sights.far
-        if views[-1].camera is not self._views[max(self._views)].camera:
-            rays, far = _rays(sights.measured, sights.kinds, views[-1])
+        optical = [_composed(m.base(base), m.mount(mount) @ OPTICAL) for m in mistakes]
+        eyes, R = (np.stack([getattr(o, name) for o in optical])[:, picture] for name in 'tR')
+        rays, far = np.stack([sights.rays] * len(R)), np.stack([sights.far] * len(R))
+        for row, mistake in enumerate(mistakes):
+            if mistake.camera is not _as_given:
+                camera = mistake.camera(views[-1].camera)
+                rays[row], far[row] = _rays(sights.measured, sights.kinds, camera)
         way = (R @ rays[..., None])[..., 0]
         with np.errstate(divide='ignore', invalid='ignore'):
-            by_plane = (ground + sights.kinds.height - eyes[:, 2]) / way[:, 2]
+            by_plane = (ground + sights.kinds.height - eyes[..., 2]) / way[..., 2]
         far = np.where(np.isnan(far), by_plane, far)
-        way *= np.where(far > 0, far, np.nan)[:, None]
-        moved = _spreads(eyes + way, of, count) / _sums(far, of, len(count)) * count
-        return float(np.median(np.nan_to_num(moved[count >= LEAST_SEEN], nan=np.inf)))
+        far = np.where(far > 0, far, np.nan)
+        moved = _spread_of_each(eyes + way * far[..., None], far, sights.track)
+        return np.asarray(np.median(np.nan_to_num(moved, nan=np.inf), axis=1))
 
 
-def _sums(values: Floats, of: NDArray[np.intp], count: int) -> Floats:
-    """Of each of so many groups, the sum of its values."""
-    return np.asarray(np.bincount(of, values, count), float)
+def _composed(a: Pose, b: Pose) -> Pose:
+    """Pose.__matmul__ of V poses each."""
+    return Pose((a.R @ b.t[..., None])[..., 0] + a.t, a.R @ b.R)
 
 
-def _spreads(places: Floats, of: NDArray[np.intp], count: NDArray[np.intp]) -> Floats:
-    """Of each group, the root mean square of the distances of its places from their mean."""
-    mean = np.stack([_sums(axis, of, len(count)) for axis in places.T], axis=1) / count[:, None]
-    away = np.square(places - mean[of]).sum(axis=1)
-    return np.asarray(np.sqrt(_sums(away, of, len(count)) / count))
+def _spread_of_each(places: Floats, far: Floats, track: NDArray[np.int64]) -> Floats:
+    """Root mean square of the distances of places from their mean, over that from the camera.
+
+    :param places: (C, M, 3); far: (C, M).
+    :param track: (M,) the object of each, those of one after those of another.
+    :return: (C, K) of each object.
+    """
+    first = np.flatnonzero(np.append(True, track[1:] != track[:-1]))
+    count = np.diff(np.append(first, len(track)))
+    mean = np.add.reduceat(places, first, axis=1) / count[:, None]
+    away = np.square(places - np.repeat(mean, count, axis=1)).sum(axis=-1)
+    spread = np.sqrt(np.add.reduceat(away, first, axis=1) / count)
+    return np.asarray(spread * count / np.add.reduceat(far, first, axis=1))

@@ -63,12 +63,12 @@ class Robot:
         self.locator = Locator(config, self.told.append)
         self.k = 0
 
-    def see(self, balls=BALLS, camera=CAMERA, mount=MOUNT, odometry=lambda *way: way):
-        """The objects after one more picture."""
+    def see(self, balls=BALLS, camera=CAMERA, mount=MOUNT, odometry=lambda *way: way, really=MOUNT):
+        """The objects after one more picture, by a camera that is really somewhere else."""
         t = max(self.k - STANDING, 0) * FRAME / 1e9
         x, yaw = 0.3 * t, 0.3 * np.sin(2 * t)
         self.k += 1
-        tracks, detections = seen(view(x, yaw), balls, self.k * FRAME)
+        tracks, detections = seen(view(x, yaw, mount=really), balls, self.k * FRAME)
         noise = 0.3 * self.rng.normal(size=(2, len(balls)))
         detections.rows['u'] += noise[0]
         detections.rows['v'] += noise[1]
@@ -90,6 +90,14 @@ def test_a_robot_that_drives_finds_the_mistake_names_it_and_publishes_nothing(li
     assert published[-60:] == [0] * 60
     assert any(line in told for told in robot.told)
     assert line in robot.locator.doubt
+
+
+@pytest.mark.parametrize('roll', [0, np.pi])
+def test_a_wrong_sign_of_the_pitch_is_found_also_of_a_camera_that_is_upside_down(roll):
+    really, told = (Pose.of_rpy((0.1, 0, 0.5), (roll, pitch, 0)) for pitch in (0.15, -0.15))
+    robot = Robot()
+    assert sum(robot.drive(150, mount=told, really=really)[-60:]) == 0
+    assert 'the pitch of camera_pose has the wrong sign' in robot.locator.doubt
 
 
 @pytest.mark.parametrize('line', ['upside down', 'on its side', 'half as large'])

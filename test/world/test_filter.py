@@ -130,7 +130,8 @@ def test_a_sphere_is_expected_where_and_as_large_as_it_is_seen(q):
     z, _ = expected(VIEW, mean, np.array([0.2]), np.zeros(1))
     assert z[0, :2] == pytest.approx(center, abs=0.02 * z[0, BLOB])
     assert z[0, BLOB] == pytest.approx(np.sqrt(4 * abs(area) / np.pi), rel=0.01)
-    away = ranges_by_size(VIEW, z[:, :2], z[:, BLOB], np.array([0.2]))
+    rays = VIEW.camera.rays(z[:, :2])
+    away = ranges_by_size(VIEW.camera, rays, z[:, BLOB], np.array([0.2]))
     assert away[0] == pytest.approx(np.linalg.norm(q), rel=0.02)
 
 
