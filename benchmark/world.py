@@ -41,13 +41,10 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.world import Locator
+from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.config import RANGE_METHODS
-from colortrack_ros.world.filter import forget
-from colortrack_ros.world.filter import started
-from colortrack_ros.world.filter import update
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import expected
-from colortrack_ros.world.motion import predict
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
@@ -95,8 +92,8 @@ def run(
     """All runs of one kind at once, each with a camera and objects of its own."""
     rng, config = np.random.default_rng(seed), config_of(method, motion, pitch)
     kinds = Kinds.of(config).take(np.zeros(runs * objects, int))
-    errors = CameraErrors.of(config, robots=runs)
-    truth = truths(scene, motion, runs, objects, kinds, errors, rng)
+    belief = Belief.of(config, robots=runs)
+    truth = truths(scene, motion, runs, objects, kinds, CameraErrors.of(config), rng)
     known, frames = KNOWN[motion], []
     for k, base in enumerate(bases(scene, drives)):
         if k:
@@ -108,12 +105,12 @@ def run(
             # outside of the picture a run has not begun: it is not counted
             begun, guess = seen, truth[:, :3] + 0.02 * rng.normal(size=(len(truth), 3))
             guess[~seen] = view.optical.t + view.optical.R[:, 2]
-            states = started(guess, 10 * distance, measured, view, kinds, errors, 0.0)
+            belief = belief.started(guess, 10 * distance, measured, view, kinds, 0.0)
         else:
-            forget(errors, scene.dt)
-            predict(states, errors, kinds, 0.0, scene.dt)
-            update(states, errors, measured, view, kinds, 0.0)
-        mean, cov = states.combined(errors)
+            belief.forget(scene.dt)
+            belief.predict(kinds, 0.0, scene.dt)
+            belief.update(measured, view, kinds, 0.0)
+        mean, cov = belief.combined()
         e = mean - truth[:, :8]
         weighted = np.linalg.solve(cov[:, known][:, :, known], e[:, known, None])[:, :, 0]
         frames.append(

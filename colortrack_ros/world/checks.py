@@ -4,16 +4,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Detections
+from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.config import LocatorConfig
+from colortrack_ros.world.matching import HIDDEN
 from colortrack_ros.world.matching import round_blobs
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import expected
-from colortrack_ros.world.state import CameraErrors
+from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.state import columns_of
 from colortrack_ros.world.state import HEIGHT
 from colortrack_ros.world.state import Kinds
-from colortrack_ros.world.state import Motions
-from colortrack_ros.world.state import Objects
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import View
@@ -56,14 +56,12 @@ def beyond(track: int, config: LocatorConfig) -> str:
     )
 
 
-def off_height(
-    objects: Objects, errors: CameraErrors, view: View, config: LocatorConfig
-) -> tuple[str, Bools]:
+def off_height(objects: Objects, view: View, config: LocatorConfig) -> tuple[str, Bools]:
     """Which object is said to be on the ground and is not located there, and which are below it.
 
     :return: a line, or none; (N,) what is so far below the ground that it cannot be there.
     """
-    mean, cov = objects.motion.combined(errors)
+    mean, cov = objects.belief.combined()
     above = mean[:, 2] - config.ground_height - objects.kinds.height
     spread = np.sqrt(cov[:, 2, 2] + cov[:, HEIGHT, HEIGHT])
     off = objects.kinds.bound & (np.abs(above) > OUT_OF_PLACE * spread)
@@ -79,7 +77,6 @@ def off_height(
 
 def off_size(
     objects: Objects,
-    errors: CameraErrors,
     found: NDArray[np.uint32],
     seen: NDArray[np.void],
     view: View,
@@ -97,12 +94,14 @@ def off_size(
     told = np.isin(of, found) & (objects.kinds.diameter > 0)
     seen = seen[order][np.searchsorted(found[order], of[told])]
     told[told] = disc = round_blobs(seen)
-    kinds, motion, sizes = (
-        objects.kinds.take(told), objects.motion.take(told), np.sqrt(4 * seen['area'][disc] / np.pi)
+    kinds, belief, sizes = (
+        objects.kinds.take(told), objects.belief.take(told), np.sqrt(4 * seen['area'][disc] / np.pi)
     )  # fmt: skip
     elsewhere, line = np.zeros(len(objects), bool), ''
-    blob, variance = expected_blobs(motion, errors, view, kinds, camera, config)
-    off = np.abs(sizes - blob) > OUT_OF_PLACE * np.sqrt(variance + config.size_noise**2)
+    blob, variance = expected_blobs(belief, view, kinds, camera, config)
+    spread = OUT_OF_PLACE * np.sqrt(variance + config.size_noise**2)
+    # what has the shape of a disc may still be hidden by so much
+    off = (sizes > blob + spread) | (sizes < (1 - HIDDEN) * blob - spread)
     elsewhere[told] = off & (np.abs(np.log(sizes / blob)) > ELSEWHERE)
     if off.any():
         one = off.argmax()
@@ -115,22 +114,21 @@ def off_size(
 
 
 def expected_blobs(
-    motion: Motions,
-    errors: CameraErrors,
-    view: View,
-    kinds: Kinds,
-    camera: int,
-    config: LocatorConfig,
+    belief: Belief, view: View, kinds: Kinds, camera: int, config: LocatorConfig
 ) -> tuple[Floats, Floats]:
     """The diameters of blobs [px] of objects where they are located, and their variances, (N,)."""
+    motion, errors = belief.motion, belief.errors
     mean, _ = motion.combined(errors)
+    robot = np.arange(len(mean)) // max(len(kinds), 1)
+    kinds = kinds.take(np.arange(len(mean)) % max(len(kinds), 1))
     of = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
-    state = np.concatenate([mean, np.tile(errors.mean[0, of], (len(mean), 1))], axis=1)
+    state = np.concatenate([mean, errors.mean[robot][:, of]], axis=1)
     z, H = expected(view, state, kinds.diameter, kinds.height + config.ground_height)
     h, p = H[:, BLOB], motion.probability[:, :, None, None]
     of_object = h[:, None, :OF_OBJECT]
     slope = (of_object @ (p * motion.slope).sum(axis=1))[:, 0]
     slope[:, of] += h[:, OF_OBJECT:]
     variance = (of_object @ (p * motion.cov).sum(axis=1) @ of_object.swapaxes(1, 2))[:, 0, 0]
-    variance += (slope * (slope @ errors.cov[0])).sum(axis=1)
-    return z[:, BLOB], variance
+    variance += (slope[:, None] @ errors.cov[robot] @ slope[..., None])[:, 0, 0]
+    size, cov = belief.mixed(z[:, BLOB, None], variance[:, None, None])
+    return size[:, 0], cov[:, 0, 0]

@@ -8,9 +8,8 @@ from colortrack_ros.world.checks import off_size
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.mistakes import Mistakes
-from colortrack_ros.world.state import CameraErrors
+from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.state import Kinds
-from colortrack_ros.world.state import Objects
 from colortrack_ros.world.view import View
 
 CHECKED = 10
@@ -70,7 +69,6 @@ class Doubts:
     def lines(
         self,
         objects: Objects,
-        errors: CameraErrors,
         found: NDArray[np.uint32],
         seen: NDArray[np.void],
         view: View,
@@ -83,8 +81,8 @@ class Doubts:
             return []
         self._newest = newest
         measured = np.isin(objects.track_id[:, camera], found)
-        height, below = off_height(objects, errors, view, self._config)
-        size, sized, elsewhere = off_size(objects, errors, found, seen, view, camera, self._config)
+        height, below = off_height(objects, view, self._config)
+        size, sized, elsewhere = off_size(objects, found, seen, view, camera, self._config)
         lies = objects.kinds.bound & (self._config.method in ('size', 'depth'))
         told, wrong = (sized | lies) & measured, (below | elsewhere) & measured
         ids = objects.object_id

@@ -63,13 +63,13 @@ def update(
     kinds: Kinds,
     ground: float,
     camera: int = 0,
-) -> Bools:
+) -> tuple[Bools, Floats]:
     """Update states and errors by measurements, in place.
 
     :param objects: N, predicted; with G robots, as many of each, one robot after the other.
     :param measured: of each object; nothing used of those that are not measured.
     :param camera: which of them has measured.
-    :return: (N,) which measurements have been refused.
+    :return: (N,) which measurements have been refused; (G,) the log of how likely all were.
     """
     depth = view.optical.inverse().apply(objects.mean[..., POSITION].reshape(-1, 3))[:, 2]
     number = measured.used.sum(axis=1)
@@ -77,18 +77,18 @@ def update(
     refused = (number > 0) & ~front
     (rows,) = ((number > 0) & front).nonzero()
     if not len(rows):
-        return refused
+        return refused, np.zeros(len(errors.mean))
     part = in_inverse_depth(objects.take(rows), view.optical)
     robot = rows // (len(objects) // len(errors.mean))
     limit = GATE[number[rows] - 1]
-    states, right, change = _jointly(
+    states, right, change, likely = _jointly(
         part, errors, robot, measured.take(rows), view, kinds.take(rows), ground, camera, limit
     )
     refused[rows[~right]] = True
     each = np.repeat(change, len(objects) // len(change), axis=0)
     objects.mean = _shifted(objects, each).mean
     objects.put(rows[right], in_space(states.take(right), view.optical))
-    return refused
+    return refused, likely
 
 
 def _jointly(
@@ -101,7 +101,7 @@ def _jointly(
     ground: float,
     camera: int,
     limit: Floats,
-) -> tuple[Motions, Bools, Floats]:
+) -> tuple[Motions, Bools, Floats, Floats]:
     """Update states in inverse depth, and the errors of the cameras in place.
 
     Where two ranges of one picture disagree and these change by much, it is linearized again at
@@ -109,14 +109,15 @@ def _jointly(
     off by 2 degrees. By the ground alone that gains nothing.
 
     :param limit: (N,) of the normalized innovation squared.
-    :return: the states, (N,) which measurements are right, and how the errors have changed.
+    :return: the states, (N,) which measurements are right, how the errors have changed, and the
+        log of how likely the measurements were, (G,).
     """
     prior, change = errors.mean, np.zeros_like(errors.mean)
     step = conditional(part, errors, robot, measured, view, kinds, ground, camera)
     twice = measured.used[:, PLANE] & measured.used[:, [BLOB, DEPTH]].any(axis=1)
     right = np.asarray(step.nis <= limit)
     for last in range(LINEARIZATIONS):
-        cov, further = _corrected(errors.cov, change, step, robot, right)
+        cov, further, likely = _corrected(errors.cov, change, step, robot, right)
         change = change + further
         bent = (part.slope @ further[robot][:, None, :, None])[..., POSITION, 0]
         if last == LINEARIZATIONS - 1 or not (np.abs(bent[twice]) > LINEAR_WITHIN).any():
@@ -125,7 +126,9 @@ def _jointly(
         moved = _shifted(part, change[robot])
         step = conditional(moved, there, robot, measured, view, kinds, ground, camera)
     errors.mean, errors.cov = prior + change, cov
-    return _shifted(step.states, further[robot]), right, change
+    # what is refused is as likely as what is just refused no longer
+    np.add.at(likely, robot[~right], (step.log_volume - limit / 2)[~right])
+    return _shifted(step.states, further[robot]), right, change, likely
 
 
 def misfit(
@@ -183,21 +186,27 @@ def started(
 
 def _corrected(
     P: Floats, change: Floats, step: Updated, robot: Indices, right: Bools
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Floats, Floats]:
     """The errors of the cameras after an update that has been linearized where they have changed.
 
     :param P: (G, 8 C, 8 C) covariance before it.
     :param change: (G, 8 C) of their mean, at which the step is linearized.
-    :return: their covariance, and by how much more they change.
+    :return: their covariance, by how much more they change, and the log of how likely the
+        measurements were, (G,).
     """
-    information, vector = np.zeros_like(P), np.zeros_like(change)
+    information, vector, log = np.zeros_like(P), np.zeros_like(change), np.zeros(len(P))
     np.add.at(information, robot[right], step.information[right])
     np.add.at(vector, robot[right], step.vector[right])
+    np.add.at(log, robot[right], step.log_likelihood[right])
     # (P^-1 + L)^-1 = (I + P L)^-1 P, for P that may be singular
     A = np.eye(vector.shape[1]) + P @ information
     further = np.linalg.solve(A, P @ vector[..., None] - change[..., None])[..., 0]
     after = np.linalg.solve(A, P)
-    return np.asarray((after + after.swapaxes(-1, -2)) / 2), np.asarray(further, float)
+    # of a Gaussian in the errors, which is linearized away from its mean
+    bent = (information @ change[..., None])[..., 0]
+    log -= (change * (vector + bent / 2)).sum(axis=1) + np.linalg.slogdet(A)[1] / 2
+    log += ((vector + bent) * (change + further)).sum(axis=1) / 2
+    return np.asarray((after + after.swapaxes(-1, -2)) / 2), np.asarray(further, float), log
 
 
 def _shifted(objects: Motions, change: Floats) -> Motions:

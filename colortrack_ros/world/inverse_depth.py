@@ -53,6 +53,31 @@ def in_space(objects: Motions, optical: Pose) -> Motions:
     return _in_other_coordinates(objects, points, J)
 
 
+def inverted(points: Floats) -> tuple[Floats, Floats]:
+    """Points as their direction over their distance, (N, 3), and the Jacobian, (N, 3, 3).
+
+    As inverse depth along a ray, and without a plane in which it is infinite; its own reverse.
+
+    :param points: (N, 3) from the camera [m], or so inverted [1/m].
+    """
+    length2 = np.square(points).sum(axis=1)[:, None]
+    y = points / length2
+    return y, np.eye(3) / length2[:, None] - 2 * y[:, :, None] * y[:, None, :]
+
+
+def in_inversion(objects: Motions, eye: Floats) -> Motions:
+    """States with positions inverted about a camera, (3,) [m]."""
+    return _in_other_coordinates(
+        objects, *inverted((objects.mean[..., POSITION] - eye).reshape(-1, 3))
+    )
+
+
+def out_of_inversion(objects: Motions, eye: Floats) -> Motions:
+    """The reverse of :func:`in_inversion`."""
+    points, J = inverted(objects.mean[..., POSITION].reshape(-1, 3))
+    return _in_other_coordinates(objects, points + eye, J)
+
+
 def _in_other_coordinates(objects: Motions, position: Floats, J: Floats) -> Motions:
     """States of which the position is measured otherwise.
 

@@ -13,14 +13,11 @@ from colortrack_ros.data import LOCATION
 from colortrack_ros.data import Locations
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
+from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.checks import beyond
 from colortrack_ros.world.checks import outside
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.doubts import Doubts
-from colortrack_ros.world.filter import forget
-from colortrack_ros.world.filter import misfit
-from colortrack_ros.world.filter import started
-from colortrack_ros.world.filter import update
 from colortrack_ros.world.matching import measured_of
 from colortrack_ros.world.matching import taken_detections
 from colortrack_ros.world.measurement import BLOB
@@ -28,11 +25,8 @@ from colortrack_ros.world.measurement import DEPTH
 from colortrack_ros.world.measurement import guesses
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
-from colortrack_ros.world.motion import drift
-from colortrack_ros.world.motion import predict
-from colortrack_ros.world.state import CameraErrors
+from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.state import Kinds
-from colortrack_ros.world.state import Objects
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import jumped
 from colortrack_ros.world.view import View
@@ -83,8 +77,9 @@ class Locator:
 
     def reset(self) -> None:
         """Forget all objects, as when odometry has jumped."""
-        self._objects = Objects.none(self._kinds, self._cameras)
-        self._errors = CameraErrors.of(self._config, self._cameras)
+        self._objects = Objects.none(
+            self._kinds, self._cameras, Belief.of(self._config, self._cameras)
+        )
         self._heard = np.zeros(self._cameras, np.int64)
         self._doubts = Doubts(self._config, self._cameras)
         self._stamp = 0
@@ -118,7 +113,7 @@ class Locator:
         self._start(rows, measured, view, camera)
         found = rows['track_id']
         self._doubts.see(tracks.stamp, view, found, measured, kinds, camera)
-        for line in self._doubts.lines(self._objects, self._errors, found, seen, view, camera):
+        for line in self._doubts.lines(self._objects, found, seen, view, camera):
             self._tell(line)
         return self.locations(tracks.stamp)
 
@@ -128,12 +123,12 @@ class Locator:
         Those that are contradicted by what else is seen are left out.
         """
         objects = self._objects
-        motion = objects.motion
+        belief = objects.belief
         ahead = (stamp - self._stamp) / NANOSECONDS
         if ahead > 0 and len(objects):
-            motion = deepcopy(motion)
-            predict(motion, self._errors, objects.kinds, self._config.ground_height, ahead)
-        mean, cov = motion.combined(self._errors)
+            belief = deepcopy(belief)
+            belief.predict(objects.kinds, self._config.ground_height, ahead)
+        mean, cov = belief.combined()
         rows = np.zeros(len(objects), LOCATION)
         for at, name in enumerate(('x', 'y', 'z', 'vx', 'vy', 'vz')):
             rows[name] = mean[:, at]
@@ -165,9 +160,10 @@ class Locator:
                 )
                 self.reset()
                 objects = self._objects
-            forget(self._errors, dt)
-            predict(objects.motion, self._errors, objects.kinds, self._config.ground_height, dt)
-            drift(objects.motion, view.base.t, moved, angle, np.array(self._config.odometry_sigma))
+            belief = objects.belief
+            belief.forget(dt)
+            belief.predict(objects.kinds, self._config.ground_height, dt)
+            belief.drift(view.base.t, moved, angle, np.array(self._config.odometry_sigma))
         self._stamp, self._view = stamp, view
 
     def _inside(self, detections: Detections, view: View) -> Detections:
@@ -208,10 +204,9 @@ class Locator:
         all_measured = Measured.none(len(objects))
         which, rows = (found[:, None] == own).nonzero()
         all_measured.put(rows, measured.take(which))
-        refused = update(
-            objects.motion, self._errors, all_measured, view, objects.kinds,
-            self._config.ground_height, camera,
-        )  # fmt: skip
+        refused = objects.belief.update(
+            all_measured, view, objects.kinds, self._config.ground_height, camera
+        )
         right = all_measured.used.any(axis=1) & ~refused
         objects.updates[right, camera] = self._stamp
         unfit = self._stamp - objects.updates[:, camera] > STUBBORN * NANOSECONDS
@@ -233,7 +228,7 @@ class Locator:
         (free,) = (objects.track_id[:, camera] == 0).nonzero()
         if not new.any() or not len(free):
             return
-        mean, _ = objects.motion.combined(self._errors)
+        mean, _ = objects.belief.combined()
         front = view.optical.inverse().apply(mean[free, POSITION])[:, 2] > 0
         one, other = (
             front[:, None] & (objects.color[free, None] == tracks['color']) & new
@@ -241,9 +236,9 @@ class Locator:
         if not len(one):
             return
         cost = np.full((len(free), len(tracks)), NEVER)
-        off = misfit(
-            objects.motion.take(free[one]), self._errors, measured.take(other), view,
-            objects.kinds.take(free[one]), self._config.ground_height, camera,
+        off = objects.belief.take(free[one]).misfit(
+            measured.take(other), view, objects.kinds.take(free[one]), self._config.ground_height,
+            camera,
         )  # fmt: skip
         cost[one[off <= 1], other[off <= 1]] = off[off <= 1]
         pairs = np.stack(linear_sum_assignment(cost))
@@ -269,11 +264,10 @@ class Locator:
         tracks, measured, kinds = tracks[near], measured.take(near), kinds.take(near)
         if not near.any():
             return
-        motion = started(
-            guess[near], 10 * away[near], measured, view, kinds, self._errors,
-            self._config.ground_height, camera,
-        )  # fmt: skip
-        variance = np.trace(motion.combined(self._errors)[1][:, POSITION, POSITION], 0, 1, 2)
+        belief = self._objects.belief.started(
+            guess[near], 10 * away[near], measured, view, kinds, self._config.ground_height, camera
+        )
+        variance = np.trace(belief.combined()[1][:, POSITION, POSITION], 0, 1, 2)
         sure = variance < np.square(UNCERTAIN * away[near])  # not of NaN
         tracks, count = tracks[sure], int(np.count_nonzero(sure))
         ids, self._next_id = self._next_id + np.arange(count), self._next_id + count
@@ -282,7 +276,7 @@ class Locator:
             Objects(
                 tracks['track_id'].astype(np.int64) if self._cameras == 1 else ids,
                 tracks['color'].astype(np.int64), each, each.astype(np.uint8), each.astype(float),
-                each.copy(), motion.take(sure), kinds.take(sure),
+                each.copy(), belief.take(sure), kinds.take(sure),
             )
         )  # fmt: skip
         self._objects.link(np.arange(-count, 0), tracks, camera, self._stamp)

@@ -17,9 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import COASTING
 from colortrack_ros.data import Columns
-from colortrack_ros.data import CONFIRMED
 from colortrack_ros.world.config import ALOFT
 from colortrack_ros.world.config import LocatorConfig
 
@@ -140,82 +138,6 @@ class Motions(Columns):
         axis = np.arange(3, 6)
         cov[:, axis, axis] += CREEP**2 * p[:, STANDS]
         return mean, cov + both * d[:, :, None] * d[:, None, :]
-
-
-@dataclass
-class Objects(Columns):
-    """The objects, one row each, seen by C cameras.
-
-    :ivar object_id, color: (N,).
-    :ivar track_id: (N, C) the track of each camera that is of it, 0 for none.
-    :ivar states, scores: (N, C) of these tracks, 0 for none.
-    :ivar updates: (N, C) when each camera has measured it last, and was not refused [ns].
-    :ivar motion: where they are and go.
-    :ivar kinds: what is known of them.
-    """
-
-    object_id: NDArray[np.int64]
-    color: NDArray[np.int64]
-    track_id: NDArray[np.int64]
-    states: NDArray[np.uint8]
-    scores: Floats
-    updates: NDArray[np.int64]
-    motion: Motions
-    kinds: Kinds
-
-    @classmethod
-    def none(cls, kinds: Kinds, cameras: int) -> 'Objects':
-        """No object yet."""
-        ids, each = np.zeros(0, np.int64), np.zeros((0, cameras), np.int64)
-        return cls(
-            ids, ids, each, each.astype(np.uint8), each.astype(float), each,
-            Motions.none(cameras), kinds.take(ids),
-        )  # fmt: skip
-
-    @property
-    def state(self) -> NDArray[np.uint8]:
-        """The best that any camera says, (N,)."""
-        coasting = (self.states == COASTING).any(axis=1) * COASTING
-        return np.where((self.states == CONFIRMED).any(axis=1), CONFIRMED, coasting).astype(
-            np.uint8
-        )
-
-    @property
-    def score(self) -> Floats:
-        """The highest, (N,)."""
-        return np.asarray(self.scores.max(axis=1, initial=0.0))
-
-    @property
-    def updated(self) -> NDArray[np.int64]:
-        """When last measured, (N,) [ns]."""
-        return np.asarray(self.updates.max(axis=1, initial=0))
-
-    def follow(self, tracks: NDArray[np.void], camera: int) -> None:
-        """Note what the tracks of a camera tell, and drop what no camera has a track of any more.
-
-        :param tracks: all of the camera, of dtype TRACK, ascending.
-        """
-        own = self.track_id[:, camera]
-        self.unlink((~np.isin(own, tracks['track_id'])).nonzero()[0], camera)
-        (rows,) = own.nonzero()
-        at = np.searchsorted(tracks['track_id'], own[rows])
-        self.states[rows, camera] = tracks['state'][at]
-        self.scores[rows, camera] = tracks['score'][at]
-        self.keep(np.flatnonzero(self.track_id.any(axis=1)))
-
-    def link(
-        self, rows: NDArray[np.intp], tracks: NDArray[np.void], camera: int, stamp: int
-    ) -> None:
-        """Note which tracks of a camera, (K,), are of objects that it has just measured, (K,)."""
-        self.track_id[rows, camera] = tracks['track_id']
-        self.states[rows, camera] = tracks['state']
-        self.scores[rows, camera] = tracks['score']
-        self.updates[rows, camera] = stamp
-
-    def unlink(self, rows: NDArray[np.intp], camera: int) -> None:
-        """Note that a camera has no track of objects, (K,), any more."""
-        self.track_id[rows, camera], self.states[rows, camera] = 0, 0
-        self.scores[rows, camera] = 0.0
 
 
 def columns_of(camera: int) -> NDArray[np.intp]:

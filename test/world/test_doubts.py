@@ -141,6 +141,23 @@ def test_one_object_of_another_size_is_not_published_and_the_others_are():
     assert not robot.locator.doubt
 
 
+def test_what_goes_behind_something_is_not_told_to_be_too_small():
+    """A pillar covers the left sixth of a ball, which still has nearly the shape of a disc."""
+    robot = Robot(told_diameter=2 * RADIUS)
+    robot.drive(STANDING + 90)
+    for _ in range(20):
+        tracks, detections = seen(view(0.9, 0), BALLS, (robot.k + 1) * FRAME)
+        robot.k += 1
+        width = detections.rows['box_w'][0]
+        for rows, one in ((detections.rows, 0), (tracks.rows, 2)):
+            rows['box_w'][one] *= 5 / 6
+            rows['area'][one] *= 0.77
+        detections.rows['u'][0] += width / 12
+        detections.rows['box_u'][0] += width / 6
+        robot.locator.update(tracks, detections, view(0.9, 0))
+    assert robot.told == []
+
+
 def test_what_is_held_above_the_ground_is_told_and_published_by_size():
     robot = Robot(told_diameter=2 * RADIUS, method='size')
     held = BALLS + np.array([0, 0, 0.4])

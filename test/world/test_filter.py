@@ -10,6 +10,8 @@ import world
 import world_scene
 
 from colortrack_ros.world.config import RANGE_METHODS
+from colortrack_ros.world.filter import started
+from colortrack_ros.world.filter import update
 from colortrack_ros.world.inverse_depth import from_points
 from colortrack_ros.world.inverse_depth import to_points
 from colortrack_ros.world.measurement import BLOB
@@ -64,11 +66,11 @@ def test_an_error_of_the_pitch_is_not_averaged_away_by_looking_longer():
     truth = np.zeros((1, 16))
     truth[0, :3] = VIEW.base.apply(np.array([[4, 0, 0.1]]))
     measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
-    found = world.started(truth[:, :3], np.array([40.0]), measured, VIEW, kinds, errors, 0.0)
+    found = started(truth[:, :3], np.array([40.0]), measured, VIEW, kinds, errors, 0.0)
     for _ in range(300):
         predict(found, errors, kinds, 0.0, world_scene.DT)
         measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
-        world.update(found, errors, measured, VIEW, kinds, 0.0)
+        update(found, errors, measured, VIEW, kinds, 0.0)
     # 1 degree, at 3.9 m from a camera 0.4 m above the center: r^2 / h * sigma
     spread = np.sqrt(np.linalg.eigvalsh(found.combined(errors)[1][0, :2, :2])[1])
     assert spread == pytest.approx(
@@ -181,12 +183,12 @@ def test_what_begins_to_roll_after_it_stood_is_seen_to_roll():
     truth, speeds = np.zeros((1, 16)), []
     truth[0, :3] = VIEW.base.apply(np.array([[2.5, 0, 0.1]]))
     measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
-    found = world.started(truth[:, :3], np.array([25.0]), measured, VIEW, kinds, errors, 0.0)
+    found = started(truth[:, :3], np.array([25.0]), measured, VIEW, kinds, errors, 0.0)
     for k in range(120):
         truth[0, 1] += 0.4 * world_scene.DT * (k >= 60)
         measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'rolls', rng)
         predict(found, errors, kinds, 0.0, world_scene.DT)
-        world.update(found, errors, measured, VIEW, kinds, 0.0)
+        update(found, errors, measured, VIEW, kinds, 0.0)
         speeds.append(np.linalg.norm(found.combined(errors)[0][0, 3:6]))
     assert max(speeds[30:60]) < 0.05
     assert speeds[75] == pytest.approx(0.4, abs=0.15)  # half a second later

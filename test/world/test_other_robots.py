@@ -101,3 +101,24 @@ def test_a_camera_on_a_pan_tilt_sees_things_stand_while_it_turns(method):
         assert (row['x'], row['y'], row['z']) == pytest.approx((3, 0.2, RADIUS), abs=0.04)
     assert np.hypot(row['vx'], row['vy']) < 0.02
     assert told == []
+
+
+@pytest.mark.parametrize('pitch', [0.0, 0.01])
+def test_what_falls_is_located_beside_what_shows_the_pitch_on_the_ground(pitch):
+    """The robot drives for 2 s, and finds out its pitch by what rolls and stands."""
+    told, of = [], {'diameter': 2 * RADIUS, 'motion': 'free_fall'}
+    kinds = (Kind('red', KindConfig(diameter=2 * RADIUS)), Kind('green', KindConfig(**of)))
+    one = Locator(LocatorConfig(colors=kinds), told.append)
+    mount, given = (Pose.of_rpy((0.1, 0, 0.5), (0, 0.25 + p, 0)) for p in (pitch, 0))
+    for k in range(60):
+        t = k / 30
+        base, away = Pose.of_rpy((0.5 * t, 0, 0), (0, 0, 0)), t % 0.5
+        flying = (4, 0.8, 0.3 + 2.45 * away - 9.80665 / 2 * away**2)
+        balls = [(3, 0.2, RADIUS), (4, -0.5, RADIUS), flying]
+        tracks, detections = seen(View(CAMERA, base, mount), balls, (k + 1) * FRAME)
+        tracks.rows['color'][2] = detections.rows['color'][0] = 1
+        rows = one.update(tracks, detections, View(CAMERA, base, given)).rows
+        assert np.isfinite(rows['covariance']).all()
+    for row, ball in zip(rows, balls, strict=True):
+        assert (row['x'], row['y']) == pytest.approx(ball[:2], abs=0.1)
+    assert told == []
