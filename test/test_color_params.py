@@ -9,19 +9,20 @@ from colortrack_ros.tools.color_params import yaml_of
 
 BALL = ReferenceColor('ball', (44.0, 64.0, 34.5), 20.0, (50.0, 20.0, 18.5))
 ENTRY = {'lab': [44.0, 64.0, 34.5], 'tolerance_lab': [50.0, 20.0, 18.5]}
+LIMITS = {'min_area': 70}
 
 
-def written(tmp_path, text, color=BALL, min_area=70):
+def written(tmp_path, text, color=BALL, limits=None):
     path = tmp_path / 'my.yaml'
     path.write_text(text)
-    write_color(path, color, min_area)
+    write_color(path, color, limits or LIMITS)
     (detector,) = yaml.safe_load(path.read_text()).values()
     return path.read_text(), detector['ros__parameters']
 
 
 def test_a_file_that_is_not_there_is_made(tmp_path):
     path = tmp_path / 'my.yaml'
-    write_color(path, BALL, 70)
+    write_color(path, BALL, LIMITS)
     given = yaml.safe_load(path.read_text())['/**/detector']['ros__parameters']
     assert given == {'colors': ['ball'], 'ball': ENTRY, 'min_area': 70}
 
@@ -54,6 +55,14 @@ def test_other_colors_keep_their_shades_and_areas_and_the_new_one_has_its_own(tm
     assert given['ball'] == {**ENTRY, 'min_area': 70}
 
 
+def test_limits_of_the_area_are_of_the_color_and_those_of_the_shape_of_all(tmp_path):
+    text = 'detector: {ros__parameters: {colors: [red], red: {preset: red}, max_area: 9000}}'
+    limits = {'min_area': 70, 'max_area': 900, 'min_aspect': 0.5}
+    _, given = written(tmp_path, text, limits=limits)
+    assert given['ball'] == {**ENTRY, 'min_area': 70, 'max_area': 900}
+    assert (given['max_area'], given['min_aspect']) == (9000, 0.5)
+
+
 def test_what_else_a_color_has_stays(tmp_path):
     text = 'detector:\n  ros__parameters:\n    ball:\n      tolerance: 9.0\n      diameter: 0.2\n'
     _, given = written(tmp_path, text)
@@ -63,7 +72,11 @@ def test_what_else_a_color_has_stays(tmp_path):
 @pytest.mark.parametrize('name', ['yes', '1', 'a: b', '#', "it's", '[x', 'ball one', 'é', '"'])
 def test_any_name_is_written_as_a_name(tmp_path, name):
     color = ReferenceColor(name, BALL.lab, 20.0, BALL.tolerance_lab)
-    assert yaml.safe_load(yaml_of(color, 9)) == {'colors': [name], name: ENTRY, 'min_area': 9}
+    assert yaml.safe_load(yaml_of(color, {'min_area': 9})) == {
+        'colors': [name],
+        name: ENTRY,
+        'min_area': 9,
+    }
     _, given = written(tmp_path, 'detector:\n  ros__parameters:\n    split: true\n', color)
     assert given['colors'] == [name]
     assert given[name] == ENTRY
@@ -74,18 +87,18 @@ def test_what_is_no_params_file_is_left_alone(tmp_path, text):
     path = tmp_path / 'my.yaml'
     path.write_text(text)
     with pytest.raises(ValueError, match='expected a params file with a detector'):
-        write_color(path, BALL, 70)
+        write_color(path, BALL, LIMITS)
     assert path.read_text() == text
 
 
 def test_samples_take_the_place_of_a_shade_and_a_shade_that_of_samples(tmp_path):
     path = tmp_path / 'mine.yaml'
     taught = ReferenceColor('ball', BALL.lab, 20.0, (30.0, 20.0, 20.0), (BALL.lab,), (BALL.lab,))
-    write_color(path, BALL, 70)
-    write_color(path, taught, 70)
+    write_color(path, BALL, LIMITS)
+    write_color(path, taught, LIMITS)
     entry = yaml.safe_load(path.read_text())['/**/detector']['ros__parameters']['ball']
     assert set(entry) == {'samples', 'others', 'tolerance_lab'}
     assert all(isinstance(level, float) for level in entry['samples'])
-    write_color(path, BALL, 70)
+    write_color(path, BALL, LIMITS)
     entry = yaml.safe_load(path.read_text())['/**/detector']['ros__parameters']['ball']
     assert set(entry) == {'lab', 'tolerance_lab'}

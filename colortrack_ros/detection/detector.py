@@ -46,11 +46,14 @@ class Detector:
     together to one, they are those of what each looked like before, fitted to it.
 
     :param config: what to look for.
+
+    blobs: those of the last frame that are detected, before they are told apart.
     """
 
     def __init__(self, config: DetectorConfig) -> None:
         self._background = BackgroundModel()
         self._mask = LabelImage.empty(0, 0)
+        self.blobs = find_blobs(self._mask, 1)
         self.configure(config)
 
     def configure(self, config: DetectorConfig) -> None:
@@ -124,7 +127,7 @@ class Detector:
         if config.split and split_touching(image, blobs, int(most.max())):
             blobs = self._blobs(image)
         kept = blobs.take(method.keep(frame, blobs))
-        kept = keep_shapes(kept.take(kept.area <= most[kept.label]), config)
+        kept = self.blobs = keep_shapes(kept.take(kept.area <= most[kept.label]), config)
         method.learn(frame, blobs, kept)
         part = open_part(kept, image, whole) if whole else 0.0
         height, width = size_of(frame)

@@ -1,7 +1,10 @@
 """A reference color read from a picture."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from dataclasses import field
 from dataclasses import replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -51,16 +54,22 @@ class PickedColor:
     :param color: with an ellipsoid.
     :param area: expected [px], of the detected blob where the color was picked.
     :param share: of the picture, that the color covers.
+    :param telling: limits, by parameter, that tell it from what has its color and is not it.
     """
 
     color: ReferenceColor
     area: int
     share: float
+    telling: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def min_area(self) -> int:
-        """The least area that leaves half the size, or half of it covered, and no sparkles [px]."""
-        return max(self.area // 4, 1)
+    def limits(self) -> dict[str, Any]:
+        """What the detector is to leave out, by parameter.
+
+        The least area leaves half the size, or half of it covered, and no sparkles.
+        """
+        least = max(self.area // 4, self.telling.get('min_area', 1))
+        return {**self.telling, 'min_area': least}
 
 
 def pick_color(

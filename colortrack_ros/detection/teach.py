@@ -1,6 +1,7 @@
 """A reference color taught by examples: pixels and boxes that are it, and that are not."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from dataclasses import dataclass
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.detector import Detector
 from colortrack_ros.detection.extent import count_colors
@@ -24,6 +26,8 @@ from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
+from colortrack_ros.detection.shape import MEASURES
+from colortrack_ros.detection.shape import ShapeConfig
 from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 
@@ -36,6 +40,15 @@ SHOWN_PERCENT = 80.0
 """Part of what is shown that the color takes in at least [%]: a box has corners and highlights.
 `python benchmark/colors.py --constants`: with half of it nothing changes, and with all of it the
 color of a pale ball is that of the room."""
+
+TELLING_RATIO = 2.0
+"""Share of the pixels of what is not it that are nearest to a shade, over that of what is, from
+which on the shade tells them apart: below, it would take away as much of the one as of the other.
+Chosen."""
+
+LEAST_RATIO = 1.4
+"""Ratio of sizes or shapes from which on they tell what is it from what is not: a limit between
+both is then 20 % off each, for other views. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -110,13 +123,14 @@ def teach_color(
 
     :param examples: of what is it, at least one.
     :param others: of what is not. A shade that the thing itself has more of than they have does not
-        tell them apart, and is left out.
-    :param config: of the detector that the area is measured with, but for its colors.
+        tell them apart, and is left out; what still has the color is told by its size or shape.
+    :param config: of the detector that sizes and shapes are measured with, but for its colors, and
+        for the limits of those.
     :raises ValueError: an example is not inside of its picture, or the color fills the pictures.
     """
     samples = _distinct(examples)
     shown = np.concatenate([example.thing() for example in examples])
-    not_it = _telling(_distinct(others), samples, shown, others)
+    not_it = _telling(_distinct(others, samples), samples, shown, others)
     frames = {id(example.frame): plain(example.frame) for example in examples}.values()
     counts = np.sum([count_colors(frame.image, frame.encoding) for frame in frames], axis=0)
     away = nearest_sample(shown, samples, SHAPE)
@@ -130,13 +144,24 @@ def teach_color(
         )
     L, a, b = (round(min(axis, MAX_TOLERANCE), 1) for axis in extent.axes)
     color = ReferenceColor(name, samples[0], max(a, b), (L, a, b), samples[1:], not_it)
-    detector = Detector(replace(config or DetectorConfig(), colors=(color,)))
-    areas, shares = [], []
+    return _measured(color, examples, others, config or DetectorConfig())
+
+
+def _measured(
+    color: ReferenceColor,
+    examples: Sequence[Example],
+    others: Sequence[Example],
+    config: DetectorConfig,
+) -> PickedColor:
+    """What the detector makes of a color, but for the limits of sizes and shapes."""
+    detector = Detector(replace(config, colors=(color,), **asdict(ShapeConfig())))
+    seen, shares = [], []
     for example in examples:
-        areas.append(_area_of(detector.detect(example.frame).rows, example.box))
-        shares.append(np.mean(detector.mask > 0))
-    found = [area for area in areas if area > 0]
-    return PickedColor(color, min(found, default=0), float(np.mean(shares)))
+        seen.append(_blob_of(detector, example))
+        shares.append(np.mean(detector.labels > 0))
+    found = [int(blob.area[0]) for blob in seen if len(blob.area)]
+    limits = _limits_between(seen, [_blob_of(detector, other, exactly=True) for other in others])
+    return PickedColor(color, min(found, default=0), float(np.mean(shares)), limits)
 
 
 def _telling(
@@ -145,32 +170,70 @@ def _telling(
     shown: NDArray[np.float64],
     others: Sequence[Example],
 ) -> tuple[Triple, ...]:
-    """The shades of others that have more of the others' pixels nearest to them than of its own."""
+    """The shades of others that a larger share of the others' pixels are nearest to than of its."""
     if not not_it:
         return ()
     shades = *not_it, *samples
     them = np.concatenate([other.thing() for other in others])
     its, theirs = (
-        np.bincount(np.argmin([nearest_sample(lab, (s,), SHAPE) for s in shades], axis=0))
+        np.bincount(
+            np.argmin([nearest_sample(lab, (s,), SHAPE) for s in shades], axis=0),
+            minlength=len(shades),
+        )
         for lab in (shown, them)
     )
-    its, theirs = (np.append(count, np.zeros(len(not_it), int)) for count in (its, theirs))
-    return tuple(shade for k, shade in enumerate(not_it) if theirs[k] > its[k])
+    its, theirs = (count / count.sum() for count in (its, theirs))
+    return tuple(shade for k, shade in enumerate(not_it) if theirs[k] > TELLING_RATIO * its[k])
 
 
-def _area_of(rows: NDArray[np.void], box: tuple[int, int, int, int]) -> int:
-    """The largest area of the blobs whose boxes hold the middle of an example, 0 if none does."""
-    u, v, width, height = box
-    right, down = u + width / 2 - rows['box_u'], v + height / 2 - rows['box_v']
-    holds = (right >= 0) & (right <= rows['box_w']) & (down >= 0) & (down <= rows['box_h'])
-    return int(rows['area'][holds].max(initial=0))
+def _blob_of(detector: Detector, example: Example, exactly: bool = False) -> BlobTable:
+    """The largest blob whose box holds the middle of an example; an empty table if none does.
+
+    :param exactly: only if the middle itself has the color.
+    """
+    detector.detect(example.frame)
+    u, v, width, height = example.box
+    blobs, u, v = detector.blobs, u + width // 2, v + height // 2
+    away = np.array([u, v]) - blobs.box[:, :2]
+    holds = ((away >= 0) & (away <= blobs.box[:, 2:])).all(axis=1)
+    holds &= not exactly or detector.labels[v, u] > 0
+    return blobs.take(holds & (holds.cumsum() == 1))
 
 
-def _distinct(examples: Sequence[Example]) -> tuple[Triple, ...]:
-    """The shades of the examples, without those that are like another."""
+def _limits_between(mine: list[BlobTable], theirs: list[BlobTable]) -> dict[str, float]:
+    """Limits, by parameter, in the middle of the gaps between sizes, or between shapes.
+
+    Each thing that is not it is told by the measure that differs most.
+
+    :param mine, theirs: what is it, and what is not and has its color, a blob at most in each.
+    """
+    mine, theirs = ([b for b in blobs if len(b.area)] for blobs in (mine, theirs))
+    if not mine:
+        return {}
+    measures = {**MEASURES, 'min_area': _side, 'max_area': lambda blobs: 1 / _side(blobs)}
+    least = {name: min(float(measure(b)[0]) for b in mine) for name, measure in measures.items()}
+    limits: dict[str, float] = {}
+    for blob in theirs:
+        ratio = {name: least[name] / float(measures[name](blob)[0]) for name in measures}
+        name = max(ratio, key=ratio.__getitem__)
+        if ratio[name] >= LEAST_RATIO:
+            limits[name] = max(limits.get(name, 0.0), least[name] / np.sqrt(ratio[name]))
+    for name in limits:
+        area = limits[name] ** (2 if name == 'min_area' else -2)
+        limits[name] = round(area) if name.endswith('area') else round(float(limits[name]), 2)
+    return limits
+
+
+def _side(blobs: BlobTable) -> NDArray[np.float64]:
+    """(N,) side of a square of the area, which is compared as shapes are [px]."""
+    return np.sqrt(blobs.area)
+
+
+def _distinct(examples: Sequence[Example], known: tuple[Triple, ...] = ()) -> tuple[Triple, ...]:
+    """The shades of the examples, without those that are like another, or like a known one."""
     kept: list[Triple] = []
     for shade in (shade for example in examples for shade in example.shades()):
-        if all(np.linalg.norm(shade - other) > NEAR / 2 for other in kept):
+        if all(np.linalg.norm(shade - other) > NEAR / 2 for other in (*known, *kept)):
             kept.append(_triple(shade))
     return tuple(kept)
 

@@ -25,16 +25,14 @@ REPLACED = (*SHADES, 'others', 'tolerance', 'min_area', 'max_area')
 """What another color has no use for."""
 
 
-def yaml_of(color: ReferenceColor, min_area: int) -> str:
+def yaml_of(color: ReferenceColor, limits: Mapping[str, float]) -> str:
     """The parameters of a color, ready to paste below the detector's ros__parameters."""
-    return (
-        f'colors: [{quoted(color.name)}]\n'
-        f'{quoted(color.name)}: {flow(_entry(color))}\n'
-        f'min_area: {min_area}'
-    )
+    name = quoted(color.name)
+    of_shape = [f'{key}: {limit}' for key, limit in limits.items()]
+    return '\n'.join([f'colors: [{name}]', f'{name}: {flow(_entry(color))}', *of_shape])
 
 
-def write_color(path: Path, color: ReferenceColor, min_area: int) -> None:
+def write_color(path: Path, color: ReferenceColor, limits: Mapping[str, float]) -> None:
     """Write a color into a params file, which is created if there is none.
 
     Comments, order, and everything else stay; a name without a shade, such as the built-in ``red``,
@@ -46,7 +44,7 @@ def write_color(path: Path, color: ReferenceColor, min_area: int) -> None:
         text = read_file(path, MAX_PARAMS_FILE).decode() if path.exists() else ''
         if text.strip() and not has_node(text, 'detector'):
             raise ValueError('there is none in it')
-        values = color_values(given_in(text, 'detector'), color, min_area)
+        values = color_values(given_in(text, 'detector'), color, limits)
         write_file(path, with_values(text, 'detector', values).encode())
     except OSError as error:
         raise ValueError(f'{path}: {error.strerror}') from error
@@ -55,19 +53,24 @@ def write_color(path: Path, color: ReferenceColor, min_area: int) -> None:
         raise ValueError(f'{path}: expected a params file with a detector: {why}') from error
 
 
-def color_values(old: Mapping[str, Any], color: ReferenceColor, min_area: int) -> dict[str, Any]:
+def color_values(
+    old: Mapping[str, Any], color: ReferenceColor, limits: Mapping[str, float]
+) -> dict[str, Any]:
     """What a color that was picked or taught changes in a detector's values, None for what goes.
 
-    Beside other colors, whose things may be of another size, it has a least area of its own.
+    Beside other colors, whose things may be of another size, it has limits of the area of its own.
 
     :param old: the values that are given, by full name.
+    :param limits: of the area and the shape, by parameter.
     """
     chosen = {name.rpartition('.')[0] for name in old if name.rpartition('.')[2] in SHADES}
     names = [name for name in old.get('colors', []) if name != color.name and name in chosen]
-    least = {f'{color.name}.min_area' if names else 'min_area': min_area}
+    own = {
+        f'{color.name}.' * (bool(names) and key in REPLACED) + key: limits[key] for key in limits
+    }
     gone = {f'{color.name}.{key}': None for key in REPLACED if f'{color.name}.{key}' in old}
     new = {f'{color.name}.{key}': value for key, value in _entry(color).items()}
-    return {'colors': [*names, color.name], **gone, **new, **least}
+    return {'colors': [*names, color.name], **gone, **new, **own}
 
 
 def _entry(color: ReferenceColor) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 import sys
 import time
@@ -37,9 +38,18 @@ IMAGE_TIMEOUT = 5.0
 cameras publish one image a second."""
 
 SAME_COLORS = (
-    'What is not it has the very colors of what is, so no color tells them apart: min_area, '
-    'max_area and the shapes may, or moving_only.'
+    'What is not it has the very colors of what is, so no color tells them apart, and their sizes '
+    'and shapes are alike, too: moving_only may.'
 )
+
+PLACE_ELSEWHERE = ('SOURCE', 'FRAME', 'U', 'V')
+REPEATED = (
+    ('--box', 'box', int, tuple('UVWH'), 'a region'),
+    ('--not', 'other', float, tuple('UV'), 'a pixel that is not it'),
+    ('--also', 'also', str, PLACE_ELSEWHERE, 'a pixel of another picture that is it'),
+    ('--also-not', 'also_other', str, PLACE_ELSEWHERE, 'a pixel of another picture that is not it'),
+)
+"""Options that may be given several times: name, where it is kept, kind, what it takes, help."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -51,16 +61,21 @@ def main(args: Sequence[str] | None = None) -> int:
     try:
         frame = _frame_of(arguments.source, arguments.frame)
         picked = _pick(frame, arguments)
-        config = DetectorConfig(colors=(picked.color,), min_area=picked.min_area)
+        config = replace(DetectorConfig(colors=(picked.color,)), **picked.limits)
         _save(arguments.output, side_by_side(frame, Detector(config)))
         if arguments.write:
-            write_color(arguments.write, picked.color, picked.min_area)
+            write_color(arguments.write, picked.color, picked.limits)
     except (StartError, SourceError, ValueError) as error:
         print(f'pick_color: {error}', file=sys.stderr)
         return 1
-    print(f'# expected area: {picked.area} px\n{yaml_of(picked.color, picked.min_area)}')
+    print(f'# expected area: {picked.area} px\n{yaml_of(picked.color, picked.limits)}')
     print(_advice(picked), file=sys.stderr)
-    if arguments.other and not picked.color.others:
+    if picked.telling:
+        print(
+            f'What is not it has its colors, and is told by {", ".join(picked.telling)}.',
+            file=sys.stderr,
+        )
+    elif (arguments.other or arguments.also_other) and not picked.color.others:
         print(SAME_COLORS, file=sys.stderr)
     print(f'Look at {arguments.output}: the picture, the mask and the blobs.', file=sys.stderr)
     return 0
@@ -73,13 +88,16 @@ def _pick(frame: Frame, arguments: argparse.Namespace) -> PickedColor:
     """
     pixels = np.rint(np.reshape(arguments.pixels, (-1, 2))).astype(int).tolist()
     boxes = [tuple(box) for box in arguments.box] + [(u, v, 1, 1) for u, v in pixels]
-    if len(boxes) == 1 and pixels and not arguments.other and not arguments.also:
+    more = arguments.other or arguments.also or arguments.also_other
+    if len(boxes) == 1 and pixels and not more:
         ((u, v),) = pixels
         return pick_color(frame, u, v, arguments.name)
     examples = [Example(frame, box) for box in boxes]
     for source, number, u, v in arguments.also:
         examples.append(Example(_frame_of(source, number), (round(u), round(v), 1, 1)))
     others = [Example(frame, (round(u), round(v), 1, 1)) for u, v in arguments.other]
+    for source, number, u, v in arguments.also_other:
+        others.append(Example(_frame_of(source, number), (round(u), round(v), 1, 1)))
     return teach_color(examples, others, arguments.name)
 
 
@@ -87,33 +105,17 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='pick_color', description=__doc__)
     parser.add_argument('source', help='a picture, a video, scene:NAME, or the topic of an Image')
     parser.add_argument('pixels', nargs='*', type=float, metavar='U V', help='pixels that are it')
-    parser.add_argument(
-        '--box',
-        nargs=4,
-        type=int,
-        action='append',
-        default=[],
-        metavar=tuple('UVWH'),
-        help='a region',
-    )
-    parser.add_argument(
-        '--not',
-        dest='other',
-        nargs=2,
-        type=float,
-        action='append',
-        default=[],
-        metavar=tuple('UV'),
-        help='a pixel that is not it',
-    )
-    parser.add_argument(
-        '--also',
-        nargs=4,
-        action='append',
-        default=[],
-        metavar=('SOURCE', 'FRAME', 'U', 'V'),
-        help='a pixel of another picture that is it',
-    )
+    for option, name, kind, what, said in REPEATED:
+        parser.add_argument(
+            option,
+            dest=name,
+            nargs=len(what),
+            type=kind,
+            action='append',
+            default=[],
+            metavar=what,
+            help=said,
+        )
     parser.add_argument('--frame', type=int, default=0, help='of a video, from 0')
     parser.add_argument('--name', default='picked', help='of the color')
     parser.add_argument(
@@ -129,9 +131,11 @@ def _checked(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> 
     if len(arguments.pixels) % 2 or not (arguments.pixels or arguments.box):
         parser.error('expected pixels, u and v of each, or a region, --box u v w h')
     try:
-        arguments.also = [(s, int(n), float(u), float(v)) for s, n, u, v in arguments.also]
+        for name in ('also', 'also_other'):
+            given = getattr(arguments, name)
+            setattr(arguments, name, [(s, int(n), float(u), float(v)) for s, n, u, v in given])
     except ValueError:
-        parser.error('expected --also SOURCE FRAME U V, three numbers after the source')
+        parser.error('expected SOURCE FRAME U V, three numbers after the source')
     return arguments
 
 

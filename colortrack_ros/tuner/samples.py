@@ -49,4 +49,4 @@ def taught(samples: tuple[Sample, ...], name: str, config: DetectorConfig) -> Pi
 
 def values_of(given: Mapping[str, Any], picked: PickedColor) -> dict[str, Any]:
     """What a picked color changes in the detector's values, None for what goes."""
-    return color_values(dict(given), picked.color, picked.min_area)
+    return color_values(dict(given), picked.color, picked.limits)

@@ -34,7 +34,7 @@ def at(frame, k):
 
 
 def columns(frame, picked):
-    config = DetectorConfig(colors=(picked.color,), min_area=picked.min_area)
+    config = DetectorConfig(colors=(picked.color,), **picked.limits)
     return sorted((Detector(config).detect(frame).rows['u'] // 60).astype(int).tolist())
 
 
@@ -76,7 +76,25 @@ def test_another_thing_of_the_very_same_shades_does_not_take_a_thing_to_pieces()
     examples = [Example(frame, (40, v, 1, 1)) for v in (45, 60, 75)]
     picked = teach_color(examples, [Example(frame, (95, v, 1, 1)) for v in (52, 67)])
     assert picked.area > 0.9 * 38 * 38
+    assert picked.telling == {}, 'squares of 28 and 38 px are too much alike'
     assert columns(frame, picked) == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ('width', 'height', 'limit'),
+    [
+        (12, 12, {'min_area': pytest.approx(38 * 10, abs=20)}),
+        (60, 60, {'max_area': pytest.approx(38 * 58, abs=40)}),
+        (80, 16, {'min_aspect': pytest.approx((14 / 78) ** 0.5, abs=0.02)}),
+    ],
+)
+def test_what_has_the_color_and_is_not_it_is_told_by_its_size_or_its_shape(width, height, limit):
+    frame = squares(RED, WALL, WALL)
+    frame.image[60 - height // 2 : 60 + height // 2, 100 : 100 + width] = frame.image[40, 20]
+    other = Example(frame, (100 + width // 2, 60, 1, 1))
+    picked = teach_color([at(frame, 0)], [other])
+    assert picked.telling == limit
+    assert columns(frame, picked) == [0]
 
 
 def test_what_fills_the_pictures_is_refused_with_what_to_do():

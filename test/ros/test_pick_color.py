@@ -78,7 +78,8 @@ def test_pictures_and_videos_are_read_at_a_pixel_or_in_a_box(tmp_path, capsys, n
     assert a > 30
     assert b > 20
     box = ['--box', str(u - 4), str(v - 4), '9', '9']
-    for more in ([], ['--not', '5', '5', '--also', source, '0', str(u + 4), str(v)]):
+    other = ['--also-not', source, '0', '6', '6']
+    for more in ([], ['--not', '5', '5', '--also', source, '0', str(u + 4), str(v), *other]):
         assert main([source, *box, *more, *output]) == 0
         entry = yaml.safe_load(capsys.readouterr().out)['picked']
         assert ('others' in entry) == bool(more)
