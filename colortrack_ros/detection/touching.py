@@ -9,10 +9,12 @@ from colortrack_ros.data import Columns
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.parts import replaced
+from colortrack_ros.detection.parts import rows_of
+from colortrack_ros.detection.parts import seen_of
 from colortrack_ros.detection.templates import BlobTemplate
-from colortrack_ros.detection.templates import Fit
 from colortrack_ros.detection.templates import fit_templates
-from colortrack_ros.detection.templates import mask_of
+from colortrack_ros.detection.templates import Look
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -23,17 +25,18 @@ LONGEST_GAP = 0.5
 TRAIL_STEP, TRAIL = 0.2, 20
 """Time between the places of a thing that are kept [s], and how many. Assumed."""
 
+WAIT_SECONDS = 0.05
+"""Time between frames that are followed while nothing comes, goes, or touches [s], at 30 Hz every
+other: with 0.1, two of three real cups that speed up were not told apart for 25 frames."""
+
+KEPT_LOOKS = 4
+"""Frames with places that are kept of which what things look like is kept as well: longer than a
+hand needs to move a thing before another, shorter than a thing takes to look another way."""
+
 APPROACH = 0.3
 """How much nearer to each other than before two blobs must have come to be two things [side of a
 square of the smaller one's area]: pieces of one thing keep their distance. Half a disc and the
 other half, between which a stripe of a third of the radius turns, come by 0.24 nearer."""
-
-LEAST_VISIBLE = 0.1
-"""Share of a thing that must be seen beside the others to tell where it is. Assumed."""
-
-MOST_UNEXPLAINED = 0.15
-"""Share of a blob that is in none of its things where they are in it; and a pixel more along the
-side of a square of its area, for the outline. Assumed."""
 
 HIDDEN_SECONDS = 0.5
 """How long a thing is remembered that cannot be told from the others of its blob [s]. Assumed."""
@@ -42,11 +45,6 @@ SIGMA, SIGMA_OF_SIDE, SIGMA_OF_WAY = 1.0, 0.04, 0.5
 """Of where a thing is expected: [px], [side of a square of its area], and [way since the last
 frame]. With half to twice the second, IDF1 of a real clip of three cups is 0.98 with a PRIOR_COST
 of 1 or 2, and 0.87 to 0.98 with 0.5, which lets a thing that is hardly seen drift."""
-
-FIT_ERROR, SHAPE_ERROR = 0.2, 0.01
-"""Standard deviations of a center by a fit, on an axis: [squares that were looked at], and [side of
-a square of its area over the share that is seen]: that of rendered balls of 6 to 54 px, seen by a
-tenth or wholly, was 0.10 to 0.53 px; things that turn are less alike."""
 
 MOST_THINGS, MOST_IN_BLOB, MOST_BLOBS = 100, 4, 8
 """Blobs of a frame that are followed, things in one, and such blobs in a frame that are told apart,
@@ -89,12 +87,15 @@ class TouchingThings:
 
     def __init__(self) -> None:
         self._next = 0
+        self._waiting: tuple[NDArray[np.void], BlobTable, int] | None = None
         self._restart()
 
     def _restart(self) -> None:
         none = np.zeros(0, np.int64)
         self._things = self._new(none.astype(np.uint8), np.zeros((0, 2)), none, 0)
         self._templates: dict[int, BlobTemplate] = {}
+        self._looks: list[Look] = []
+        self._rows = np.zeros(0, DETECTION)
         self._stamp = self._trailed = 0
 
     def tell_apart(self, rows: NDArray[np.void], blobs: BlobTable, stamp: int) -> NDArray[np.void]:
@@ -104,6 +105,25 @@ class TouchingThings:
         :param blobs: M, of the frame.
         :param stamp: of the frame [ns].
         """
+        if self._may_wait(rows, stamp):
+            self._waiting = rows, blobs, stamp
+            return rows
+        if self._waiting:
+            self._follow(*self._waiting)
+            self._waiting = None
+        return self._follow(rows, blobs, stamp)
+
+    def _may_wait(self, rows: NDArray[np.void], stamp: int) -> bool:
+        """Whether a frame just after one that was followed has as many blobs of each color."""
+        return (
+            not self._templates
+            and 0 < stamp - self._stamp < WAIT_SECONDS * NANOSECONDS
+            and len(rows) == len(self._rows) == len(self._things)
+            and bool((rows['color'] == self._rows['color']).all())
+        )
+
+    def _follow(self, rows: NDArray[np.void], blobs: BlobTable, stamp: int) -> NDArray[np.void]:
+        """Take a frame into account, as tell_apart does."""
         dt = (stamp - self._stamp) / NANOSECONDS
         if not 0 < dt <= LONGEST_GAP or max(len(rows), len(self._things)) > MOST_THINGS:
             self._restart()
@@ -123,6 +143,9 @@ class TouchingThings:
             trail[:, 1:] = trail[:, :-1].copy()
             trail[:, 0] = self._things.mean
             self._trailed = stamp
+            alone = self._things.take(self._things.group < 0)
+            blob = dict(zip(alone.number.tolist(), alone.blob.tolist(), strict=True))
+            self._looks = [Look(blobs, rows, blob), *self._looks[: KEPT_LOOKS - 1]]
         self._blobs, self._rows, self._stamp = blobs, rows, stamp
         return told
 
@@ -190,16 +213,16 @@ class TouchingThings:
             templates = [self._template(k) for k in members.tolist()]
             sigma = self._sigma(members, templates, dt)
             fit = fit_templates(blobs, blob, templates, expected[members], sigma)
-            trust[members], visible = _seen_of(fit, templates, int(blobs.area[blob]))
+            trust[members], visible = seen_of(fit, templates, int(blobs.area[blob]))
             mean[members[visible]], seen[members[visible]] = fit.center[visible], stamp
             if visible.any():
-                parts[blob] = _rows_of(rows[blob], fit, templates)[visible]
+                parts[blob] = rows_of(rows[blob : blob + 1], fit, templates, visible)
         self._move(mean, dt, trust)
         things.blob, things.group, things.seen = claim, group, seen
         things.keep((known | alone) & (stamp - seen <= HIDDEN_SECONDS * NANOSECONDS))
         fresh = np.setdiff1d(np.arange(len(rows)), things.blob)
         things.extend(self._new(blobs.label[fresh], blobs.mean[fresh], fresh, stamp))
-        return _replaced(rows, parts) if parts else rows
+        return replaced(rows, parts) if parts else rows
 
     def _new(self, label: NDArray[np.uint8], mean: Floats, blob: Indices, stamp: int) -> Things:
         count = len(label)
@@ -236,62 +259,15 @@ class TouchingThings:
         return np.asarray((met & ~np.eye(len(members), dtype=bool)).any(axis=1))
 
     def _template(self, k: int) -> BlobTemplate:
-        """What a thing looked like in the last frame in which it was alone."""
+        """What a thing looked like when it was last alone, and hidden the least."""
         number = int(self._things.number[k])
         if number not in self._templates:
-            blobs, blob = self._blobs, int(self._things.blob[k])
-            row = self._rows[blob]
-            covariance = np.array([row['cov_uu'], row['cov_uv'], row['cov_uv'], row['cov_vv']])
-            reach = blobs.mean[blob] - blobs.box[blob, :2]
-            area = float(blobs.area[blob])
-            self._templates[number] = BlobTemplate(
-                mask_of(blobs, blob), reach, covariance.reshape(2, 2), area
-            )
+            last = Look(self._blobs, self._rows, {number: int(self._things.blob[k])})
+            best = max((last, *self._looks), key=lambda look: look.area(number))
+            self._templates[number] = best.template(number)
         return self._templates[number]
 
     def _sigma(self, members: Indices, templates: list[BlobTemplate], dt: float) -> Floats:
         way = dt * np.hypot(*self._things.velocity[members].T)
         side = np.array([template.side for template in templates])
         return np.asarray(SIGMA + SIGMA_OF_SIDE * side + SIGMA_OF_WAY * way)
-
-
-def _seen_of(
-    fit: Fit, templates: list[BlobTemplate], area: int
-) -> tuple[Floats, NDArray[np.bool_]]:
-    """(K,) which part of each thing is seen, and whether that tells where it is.
-
-    It does of none when the things are not what is in the blob.
-
-    :param area: of the blob [px].
-    """
-    areas = np.array([template.area for template in templates])
-    outline = np.sqrt(area)
-    share = np.minimum(fit.visible / areas, 1.0)
-    visible = fit.visible >= np.maximum(LEAST_VISIBLE * areas, outline)
-    return share, visible & (fit.unexplained <= MOST_UNEXPLAINED * area + outline)
-
-
-def _rows_of(row: np.void, fit: Fit, templates: list[BlobTemplate]) -> NDArray[np.void]:
-    """The detections of things in one blob: where they are, as large as each was alone."""
-    rows = np.array([row] * len(templates), DETECTION)
-    for new, template, center, visible in zip(
-        rows, templates, fit.center, fit.visible, strict=True
-    ):
-        new['u'], new['v'] = center
-        unlike = SHAPE_ERROR * template.side * template.area / max(visible, 1.0)
-        covariance = template.covariance + np.eye(2) * ((FIT_ERROR * fit.step) ** 2 + unlike**2)
-        new['cov_uu'], new['cov_uv'], _, new['cov_vv'] = covariance.reshape(4)
-        new['area'] = template.area
-        new['box_u'], new['box_v'] = center - template.reach
-        new['box_h'], new['box_w'] = template.mask.shape
-    return rows
-
-
-def _replaced(rows: NDArray[np.void], parts: dict[int, NDArray[np.void]]) -> NDArray[np.void]:
-    """The rows with others in the places of some, largest area first."""
-    together = np.concatenate([np.delete(rows, list(parts)), *parts.values()], dtype=DETECTION)
-    order = np.argsort(-together['area'], kind='stable')
-    result = np.zeros(len(together), DETECTION)
-    for name in DETECTION.names or ():
-        result[name] = together[name][order]
-    return result

@@ -205,3 +205,17 @@ def test_a_thousand_blobs_are_found_and_not_followed():
     found = detected(wall, 3, detector)
     assert min(map(len, found)) > 1000
     assert len(detector._touching._things) == 0
+
+
+def test_what_a_hand_hid_a_part_of_when_it_met_another_is_as_large_as_before_that():
+    def draw(image, k):
+        block(image, 300, 110)
+        left = 60 + 5 * min(k, 44)
+        block(image, left, 130)
+        if 36 <= k < 43:
+            image[:, left - 20 : left - 8] = GRAY
+
+    found = detected(draw, 60)[44:]
+    assert all(len(rows) == 2 for rows in found)
+    assert all(rows['area'].min() > 0.95 * 39 * 67 for rows in found)
+    assert max(max(errors(rows, [(280, 130), (300, 110)])) for rows in found) < 4
