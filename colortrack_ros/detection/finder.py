@@ -39,8 +39,9 @@ MOST_GROWTH = 1.0
 CIELAB evenly."""
 
 LARGEST_SECONDS = 3.0
-"""Time constant with which the area of the largest blob is forgotten [s]: longer than a hand or a
-turn hides most of a thing, shorter than one takes to walk away from the camera."""
+"""Time after which the area of the largest blob is forgotten [s], at most, and half of it at least:
+longer than a hand or a turn hides most of a thing, shorter than one takes to walk away from the
+camera."""
 
 LEAST_SHARE, PIECE_SHARE = 1 / 20, 1 / 3
 """Least area over that of the largest blob, anywhere and right beside a larger one: things at
@@ -81,7 +82,7 @@ class ColorFinder:
         self._first: int | None = None
         self._fills: set[int] = set()
         self._specks = 0
-        self._largest = np.zeros(len(colors))
+        self._largest = np.zeros((2, len(colors)))
 
     def look(self, frame: Frame) -> bool:
         """Look at a picture, if it is time to.
@@ -190,13 +191,16 @@ class ColorFinder:
         """(N,) whether a blob is large enough beside the largest of its color."""
         if not self._sought:
             return np.ones(len(blobs.area), bool)
-        elapsed = max(stamp - self._measured, 0) / NANOSECONDS
-        self._measured = stamp
-        self._largest *= np.exp(-elapsed / LARGEST_SECONDS)
+        half = LARGEST_SECONDS / 2 * NANOSECONDS
+        elapsed = stamp - self._measured
+        if not 0 <= elapsed < half:
+            last = self._largest[0] * (half <= elapsed < 2 * half)
+            self._largest = np.stack([np.zeros_like(last), last])
+            self._measured = stamp
         color = blobs.label.astype(int) - 1
         mine = np.isin(color, self._sought)
-        np.maximum.at(self._largest, color[mine], blobs.area[mine])
-        kept = ~mine | (blobs.area >= LEAST_SHARE * self._largest[color])
+        np.maximum.at(self._largest[0], color[mine], blobs.area[mine])
+        kept = ~mine | (blobs.area >= LEAST_SHARE * self._largest.max(axis=0)[color])
         kept[kept & mine] = ~_is_piece(blobs.take(kept & mine))
         self._specks = int(np.count_nonzero(~kept))
         return kept

@@ -190,3 +190,13 @@ def test_in_the_first_second_of_a_real_video_the_things_are_found_and_nothing_el
     found = [len(detector.detect(source.read()).rows) for _ in numbers]
     source.close()
     assert np.mean(np.array(found) == numbers) >= 0.9, found
+
+
+def test_a_small_thing_is_found_again_soon_after_a_large_one_of_its_color_has_left():
+    detector, found = sought(RED), []
+    for k in range(150):
+        image = picture((60, 60, 6, RED, 1.0), others=False, seed=k)
+        if 10 <= k < 40:
+            ball(image, 210, 130, 60, RED, 1.0)
+        found.append(len(detector.detect(Frame(image, stamp=k * NANOSECONDS // 30)).rows))
+    assert set(found[:10]) == set(found[40 + 90 :]) == {1}, 'three seconds later'
