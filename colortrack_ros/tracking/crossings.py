@@ -43,7 +43,7 @@ UNSTEADY = 0.1
 the decisions of the frames stand unless sizes speak against them. Assumed: of two, one then has in
 a fifth of the cases."""
 
-OWN = ('track_id', 'born', 'origin', 'color', 'hits')
+OWN = ('track_id', 'born', 'origin', 'color', 'hits', 'host', 'farthest')
 """What a track keeps when it goes on as another that it was taken for."""
 
 

@@ -8,6 +8,7 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.records import record_size
+from colortrack_ros.tracking.splinters import note_hosts
 
 Indices = NDArray[np.intp]
 
@@ -35,4 +36,5 @@ def initiate(
     records['extent'] = blobs.reach(new)
     records['partial'] = blobs.cut[new]
     records['visible'] = NEW
+    note_hosts(records, prediction)
     record_size(records, slice(None), blobs.rows[new])

@@ -16,6 +16,7 @@ from colortrack_ros.tracking.camera import CAMERA_FIELDS
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.second_difference import ACCELERATION_FIELDS
+from colortrack_ros.tracking.splinters import SPLINTER_FIELDS
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -50,6 +51,7 @@ FIELDS = [
     *process_noise.STEP_FIELDS,
     *ACCELERATION_FIELDS,
     *CAMERA_FIELDS,
+    *SPLINTER_FIELDS,
 ]
 """What is recorded of a track besides the COMMON fields.
 

@@ -85,6 +85,7 @@ def find_stitches(
     :return: (K,) of the lost, and (K,) of the found that go on from them.
     """
     fit = found.records['born'] > lost.records['updated'][:, None]
+    fit |= found.records['host'] == lost.records['track_id'][:, None]
     fit &= found.records['color'] == lost.records['color'][:, None]
     one, other = fit.nonzero()
     unmeasured = lost.unmeasured(stamp)

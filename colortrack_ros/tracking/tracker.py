@@ -191,7 +191,7 @@ class Tracker:
         before = records['state'].copy()
         keep = confirm(tracks, now, config)
         overdue = ~keep & (records['state'] == COASTING)
-        gone = overdue & ~records['outside']
+        gone = overdue & ~(records['outside'] | records['splinter'])
         learned.disappearances.learn(records['seen'][gone], returned=False)
         false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
         keep &= is_present(tracks, now, self._period, learned.image_size, config)

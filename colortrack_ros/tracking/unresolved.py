@@ -17,11 +17,15 @@ from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.innovations import compare
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.hypotheses import Association
+from colortrack_ros.tracking.hypotheses import Hypotheses
+from colortrack_ros.tracking.hypotheses import hypothesize
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
 from colortrack_ros.tracking.rectangles import runs
 from colortrack_ros.tracking.resolution import Resolution
+from colortrack_ros.tracking.splinters import find_hosts
+from colortrack_ros.tracking.splinters import leave_out_splinters
 from colortrack_ros.tracking.update import MOST_LOG_RATIO
 from colortrack_ros.tracking.update import UNLIKELY
 
@@ -66,6 +70,7 @@ def share_centroids(
     records, pairs = prediction.records, associated.pairs
     if prediction.sized or not len(records) or not associated.hard:
         return associated, None
+    host = find_hosts(prediction, resolution.reach)
     sure = records['state'] != TENTATIVE
     resolved = blobs.z[pairs.blob[sure[pairs.track]]]
     missed = sure & (prediction.unmeasured > 0)
@@ -80,13 +85,32 @@ def share_centroids(
     if shared is None:
         resolution.learn(resolved, resolved[:0, 0])
         return associated, None
-    nearest = _nearest(prediction, shared.member)
-    resolution.learn(resolved, nearest[nearest > 0])
     kept = ~np.isin(pairs.track, shared.member) & ~np.isin(pairs.blob, shared.blob)
-    rest = kept.nonzero()[0]
+    rest = pairs.take(kept.nonzero()[0])
     free = associated.free.copy()
     free[shared.blob] = False
-    return Association(pairs.take(rest), associated.probability[rest], free, True), shared
+    shared, whole = _leave_out_splinters(prediction, blobs, shared, host)
+    nearest = _nearest(prediction, shared.member)
+    resolution.learn(resolved, nearest[nearest > 0])
+    rest.extend(whole)
+    rest = rest.take(rest.track.argsort())
+    return Association(rest, np.ones(len(rest)), free, True), shared if len(shared.blob) else None
+
+
+def _leave_out_splinters(
+    prediction: Prediction, blobs: Measurements, shared: Shared, host: Indices
+) -> tuple[Shared, Hypotheses]:
+    """The sets without splinters; where that leaves one object, its blob is no longer shared.
+
+    :param host: (N,) see splinters.find_hosts().
+    """
+    member = leave_out_splinters(prediction.records, shared.member, host)
+    several, alone = ((member[:, 1] >= 0) == some for some in (True, False))
+    track, blob = member[alone, 0], shared.blob[alone]
+    order = track.argsort()
+    left = (member[several], shared.blob[several], shared.gain[several])
+    whole = hypothesize(prediction, blobs, track[order], blob[order])
+    return Shared(*left, shared.visible, shared.hidden), whole
 
 
 def _choose(

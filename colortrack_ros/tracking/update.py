@@ -203,6 +203,7 @@ def _learn_disappearances(
     lost = recent.nonzero()[0]
     if len(lost):
         share = learned.disappearances.share(records['seen'][lost], learned.area)
+        share[records['splinter'][lost]] = 0.0
         records['visible'][lost], records['hidden'][lost] = weigh_hidden(
             records['visible'][lost], records['hidden'][lost], share
         )

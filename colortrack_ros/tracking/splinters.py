@@ -1,0 +1,100 @@
+"""Splinters: pieces of a broken object that are followed, where no boxes tell what they are.
+
+A pole before a disc makes two detections of it. Without sizes (see merge_split) the piece that no
+track takes begins one of its own, which merges with that of the object when it is whole again.
+Where both have been tells it from an object that met another: that came from afar.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.tracking.prediction import LAST_FRAME
+from colortrack_ros.tracking.prediction import Prediction
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+AWAY = 2.0
+"""What has been so many times as far from the track that it began beside as it is when they merge
+is an object of its own. Assumed: pieces stay within the outline of what they are of."""
+
+LONGEST_PIECE = 1.0
+"""What was seen for longer is an object of its own [s]. Assumed: with half of it pieces, and pairs
+that hover where they merge, have the same IDF1; with twice, such pairs lose 10 points."""
+
+SPLINTER_FIELDS = [
+    ('host', 'u4'),
+    ('farthest', 'f8'),
+    ('apart_last', 'f8'),
+    ('noted', 'i8'),
+    ('splinter', '?'),
+]
+"""What is recorded of a track: ID of the confirmed one that it began beside, 0 for none; the
+largest distance from it so far, and that when both were last seen [px]; stamp of when it began
+[ns]; and whether it has been taken for a piece since it was last seen alone."""
+
+
+def note_hosts(records: NDArray[np.void], prediction: Prediction) -> None:
+    """Note beside which track each new one begins.
+
+    :param records: (K,) of the new tracks.
+    """
+    known = prediction.records['state'] != TENTATIVE
+    known &= prediction.unmeasured < LAST_FRAME * prediction.step.period
+    hosts = known.nonzero()[0]
+    if not len(hosts) or prediction.sized:
+        return
+    apart, nearest = cKDTree(prediction.center[hosts]).query(records['origin'])
+    records['host'] = prediction.records['track_id'][hosts[nearest]]
+    records['farthest'] = records['apart_last'] = apart
+    records['noted'] = prediction.step.now
+
+
+def find_hosts(prediction: Prediction, reach: float) -> Indices:
+    """Find the tracks that were never far from those that they began beside.
+
+    :param reach: beyond it nothing merges, see Resolution [px].
+    :return: (N,) rows of those that they began beside, -1 for objects of their own.
+    """
+    records = prediction.records
+    host = np.full(len(records), -1)
+    begun = records['host'].nonzero()[0]
+    if not len(begun):
+        return host
+    records['splinter'] &= prediction.unseen > LAST_FRAME * prediction.step.period
+    ids = records['track_id']
+    row = np.minimum(ids.searchsorted(records['host'][begun]), len(ids) - 1)
+    there = (ids[row] == records['host'][begun]) & (row != begun)
+    begun, row = begun[there], row[there]
+    both = np.maximum(prediction.unseen[begun], prediction.unseen[row])
+    seen = (both < LAST_FRAME * prediction.step.period).nonzero()[0]
+    away = records['seen'][begun[seen]] - records['seen'][row[seen]]
+    apart = np.hypot(away[:, 0], away[:, 1])
+    records['apart_last'][begun[seen]] = apart
+    records['farthest'][begun[seen]] = np.maximum(records['farthest'][begun[seen]], apart)
+    farthest = records['farthest'][begun]
+    seen_for = (records['updated'][begun] - records['noted'][begun]) / NANOSECONDS
+    records['host'][begun[(farthest > AWAY * reach) | (seen_for > LONGEST_PIECE)]] = 0
+    near = farthest <= AWAY * records['apart_last'][begun]
+    near &= seen_for <= LONGEST_PIECE
+    host[begun[near]] = row[near]
+    return host
+
+
+def leave_out_splinters(records: NDArray[np.void], member: Indices, host: Indices) -> Indices:
+    """Note the splinters in sets of tracks that are one detection, and leave them out.
+
+    :param member: (S, n) tracks, -1 behind the last.
+    :param host: (N,) see find_hosts().
+    :return: (S, n) as member.
+    """
+    of = np.where(member >= 0, host[member], -1)
+    splinter = (of >= 0) & (of[:, :, None] == member[:, None]).any(axis=2)
+    splinter[:, 0] &= ~splinter.all(axis=1, where=member >= 0)
+    records['splinter'][member[splinter]] = True
+    left = np.where(splinter, -1, member)
+    order = np.argsort(left < 0, axis=1, kind='stable')
+    return np.take_along_axis(left, order, axis=1)
