@@ -155,6 +155,27 @@ def test_what_strays_is_taken_by_the_track_alone_that_has_nothing():
     assert (tracks['time_since_update'] == 0).all()
 
 
+def falls(rng):
+    """Positions of balls that bounce on the floor, in columns, (FRAMES, COUNT, 2) [px]."""
+    speed, t = rng.uniform(600, 1000, COUNT), np.arange(FRAMES)[:, None] / RATE
+    s = (t + rng.uniform(0, 1, COUNT)) % (2 * speed / 1500)
+    u = 80 + 160.0 * np.arange(COUNT) + 0 * s
+    return np.stack([u, 680 - speed * s + 750 * s**2], axis=2)
+
+
+def test_bounces_are_not_taken_for_errors_that_last():
+    """A bounce is in more of the differences that span more frames, as what lasts is."""
+    for seed in range(6):
+        rng, tracker, most = np.random.default_rng(seed), Tracker(), 0.0
+        z = falls(rng) + white(rng, 1.0)
+        for k in range(200):
+            stamp = round(k * NANOSECONDS / RATE)
+            rows = tracker.update(Detections(rows_of(z[k]), stamp, 'camera')).rows
+            if k > FORMED:
+                most = max(most, float(np.median(rows['covariance'][:, 0, 0])))
+        assert most < 2.0
+
+
 def test_what_stands_still_to_the_bit_is_not_taken_for_rounded():
     """Nor is what then moves as smoothly: no coordinate changes alone."""
     x = np.repeat(lines(np.random.default_rng(5))[:1], FRAMES, axis=0)
