@@ -189,7 +189,7 @@ def accept(
     :param image_size: of the picture [px]; 0 where it is not known.
     :return: the rows left, M <= N.
     """
-    rows = np.ascontiguousarray(rows)
+    rows = np.ascontiguousarray(rows, DETECTION)
     doubles = np.ndarray((len(rows), DETECTION.itemsize // 8), np.float64, rows)[:, DOUBLES]
     singles = np.ndarray((len(rows), DETECTION.itemsize // 4), np.float32, rows)[:, SINGLES]
     near = np.abs(doubles) <= LIMITS, np.abs(singles) <= FARTHEST**2  # not what is NaN

@@ -68,3 +68,11 @@ def test_tracks_torn_between_detections_a_million_pixels_apart_are_stitched_with
             with np.errstate(all='raise', under='ignore'):
                 tracks = tracker.update(Detections(rows, stamp))
             assert np.isfinite(tracks.rows['covariance']).all()
+
+
+def test_rows_that_were_joined_without_their_padding_are_taken():
+    """np.concatenate leaves the padding of DETECTION out."""
+    rows = np.concatenate([np.zeros(1, DETECTION), np.zeros(1, DETECTION)])
+    rows['u'] = 10.0, 200.0
+    assert rows.dtype.itemsize < DETECTION.itemsize
+    assert len(Tracker().update(Detections(rows, 0, 'camera')).rows) == 2
