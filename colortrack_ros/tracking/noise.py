@@ -66,8 +66,10 @@ LEAST_VARIANCE = 0.1**2
 """No factor makes a variance smaller than this [px^2]: centroids err by shading and by the grid of
 pixels as well, slowly, of which differences see nothing. About twice centroid_bias."""
 
-OWN_RANGE = 4.0
-"""A track's own factor stays within this of its color's, and 1 / this. Assumed."""
+OWN_RANGE = 1 / 4, 16.0
+"""A track's own factor stays within these of its color's. With 4 at most, of things whose noise
+differs by 20, the ellipse of 95 % holds less (`worlds "noise by size"`), with 64 as much as with
+16; with 1/16 at least what is rounded and stands still nearly is taken for exact."""
 
 LEAN_RANGE = math.log(10.0)
 """Bound of the log of the factors' ratio to their mean, by axis: noise of 0.5 and 5 px. Assumed."""
@@ -182,7 +184,7 @@ class MeasurementNoise:
         records['evidence'][track] = evidence
         share = evidence[:, DIFFERENCES] / (evidence[:, DIFFERENCES] + CROWD)
         beyond = _means(evidence, LOG) - _means(self._evidence, LOG)[row]
-        own = np.exp((share * beyond).clip(-math.log(OWN_RANGE), math.log(OWN_RANGE)))
+        own = np.exp((share * beyond).clip(*np.log(OWN_RANGE)))
         records['own_factor'][track] = own - 1
 
     def _is_over(self, added: Floats) -> NDArray[np.bool_]:

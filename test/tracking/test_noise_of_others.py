@@ -155,6 +155,17 @@ def test_what_strays_is_taken_by_the_track_alone_that_has_nothing():
     assert (tracks['time_since_update'] == 0).all()
 
 
+def test_things_whose_noise_differs_by_twenty_have_their_own():
+    inside = []
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        x = lines(rng)
+        share, _, names = score(x, x + white(rng, np.geomspace(0.4, 8.0, COUNT)[:, None]))
+        inside.append(share)
+        assert names == 1
+    assert np.mean(inside) > 0.885
+
+
 def falls(rng):
     """Positions of balls that bounce on the floor, in columns, (FRAMES, COUNT, 2) [px]."""
     speed, t = rng.uniform(600, 1000, COUNT), np.arange(FRAMES)[:, None] / RATE
