@@ -12,9 +12,10 @@ from worlds import hard
 from worlds import identities
 from worlds import noise
 from worlds import speed
+from worlds import strange
 from worlds import variants
 
-ROOMS = (noise, coasting, ghosts, identities, camera, hard, speed, variants)
+ROOMS = (noise, coasting, ghosts, identities, camera, hard, speed, variants, strange)
 WORLDS = dict(
     sorted(
         ((name, world) for room in ROOMS for name, world in room.WORLDS.items()),
