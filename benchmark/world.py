@@ -198,9 +198,10 @@ def locator_time(objects=50, steps=60):
         view = View(CAMERA, Pose.of_rpy((0.1 * k * DT, 0, 0), (0, 0, 0)), MOUNT)
         z, _ = expected(view, truth, np.full(objects, 0.2), np.zeros(objects))
         rows['u'], rows['v'] = z[:, :2].T + 0.5 * rng.normal(size=(2, objects))
-        rows['box_w'] = rows['box_h'] = z[:, BLOB]
-        rows['area'] = np.pi / 4 * z[:, BLOB] ** 2
-        rows['box_u'], rows['box_v'] = rows['u'] - z[:, BLOB] / 2, rows['v'] - z[:, BLOB] / 2
+        size = z[:, BLOB] - config.eroded
+        rows['box_w'] = rows['box_h'] = size
+        rows['area'] = np.pi / 4 * size**2
+        rows['box_u'], rows['box_v'] = rows['u'] - size / 2, rows['v'] - size / 2
         rows['cov_uu'] = rows['cov_vv'] = 0.25
         for name in ('u', 'v', 'area', 'box_w', 'box_h'):
             tracks[name] = rows[name]

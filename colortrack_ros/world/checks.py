@@ -8,6 +8,7 @@ from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.matching import HIDDEN
 from colortrack_ros.world.matching import round_blobs
+from colortrack_ros.world.matching import seen_sizes
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.objects import Objects
@@ -95,13 +96,13 @@ def off_size(
     seen = seen[order][np.searchsorted(found[order], of[told])]
     told[told] = disc = round_blobs(seen)
     kinds, belief, sizes = (
-        objects.kinds.take(told), objects.belief.take(told), np.sqrt(4 * seen['area'][disc] / np.pi)
+        objects.kinds.take(told), objects.belief.take(told), seen_sizes(seen[disc], config)
     )  # fmt: skip
     elsewhere, line = np.zeros(len(objects), bool), ''
     blob, variance = expected_blobs(belief, view, kinds, camera, config)
     spread = OUT_OF_PLACE * np.sqrt(variance + config.size_noise**2)
     # what has the shape of a disc may still be hidden by so much
-    off = (sizes > blob + spread) | (sizes < (1 - HIDDEN) * blob - spread)
+    off = (sizes > blob + spread) | (sizes < (1 - HIDDEN) * (blob - spread))
     elsewhere[told] = off & (np.abs(np.log(sizes / blob)) > ELSEWHERE)
     if off.any():
         one = off.argmax()

@@ -109,6 +109,15 @@ class LocatorConfig(Config):
         maximum=100.0,
         audience=EXPERT,
     )
+    eroded: float = parameter(
+        2.55,
+        'By how much blobs are smaller in diameter than what is seen: by 4/pi px for each pixel of '
+        "the detector's erosion_size above 1.",
+        unit='px',
+        minimum=0.0,
+        maximum=100.0,
+        audience=EXPERT,
+    )
     size_noise: float = parameter(
         0.5,
         'Standard deviation of the diameter of a blob, independent in each picture.',

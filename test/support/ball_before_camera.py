@@ -13,6 +13,7 @@ from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import header_of
 from colortrack_ros.world import CameraModel
+from colortrack_ros.world import LocatorConfig
 from colortrack_ros.world import Pose
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import expected
@@ -48,9 +49,10 @@ def picture(stamp, x, yaw=0.0):
     z = expected(view, mean, np.array([DIAMETER]), np.zeros(1))[0][0]
     row, track = np.zeros(1, DETECTION), np.zeros(1, TRACK)
     row['u'], row['v'], row['cov_uu'], row['cov_vv'] = z[0], z[1], 0.01, 0.01
-    row['box_w'] = row['box_h'] = track['box_w'] = track['box_h'] = z[BLOB]
-    row['area'] = track['area'] = np.pi / 4 * z[BLOB] ** 2
-    row['box_u'], row['box_v'] = z[0] - z[BLOB] / 2, z[1] - z[BLOB] / 2
+    size = z[BLOB] - LocatorConfig().eroded
+    row['box_w'] = row['box_h'] = track['box_w'] = track['box_h'] = size
+    row['area'] = track['area'] = np.pi / 4 * size**2
+    row['box_u'], row['box_v'] = z[0] - size / 2, z[1] - size / 2
     track['u'], track['v'], track['track_id'], track['state'] = z[0], z[1], 7, CONFIRMED
     return (
         cloud_of_detections(Detections(row, stamp, 'cam')),

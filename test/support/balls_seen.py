@@ -7,6 +7,7 @@ from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
+from colortrack_ros.world import LocatorConfig
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import expected
 
@@ -22,9 +23,10 @@ def seen(view, points, stamp, ids=None):
     z, _ = expected(view, mean, np.full(len(points), 2 * RADIUS), np.zeros(len(points)))
     rows, tracks = np.zeros(len(points), DETECTION), np.zeros(len(points), TRACK)
     rows['u'], rows['v'] = z[:, 0], z[:, 1]
-    rows['box_w'] = rows['box_h'] = z[:, BLOB]
-    rows['area'] = np.pi / 4 * z[:, BLOB] ** 2
-    rows['box_u'], rows['box_v'] = rows['u'] - z[:, BLOB] / 2, rows['v'] - z[:, BLOB] / 2
+    size = z[:, BLOB] - LocatorConfig().eroded
+    rows['box_w'] = rows['box_h'] = size
+    rows['area'] = np.pi / 4 * size**2
+    rows['box_u'], rows['box_v'] = rows['u'] - size / 2, rows['v'] - size / 2
     rows['cov_uu'] = rows['cov_vv'] = 0.01
     for name in ('area', 'box_w', 'box_h'):
         tracks[name] = rows[name]
