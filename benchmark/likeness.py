@@ -1,6 +1,6 @@
 """How like a target other places are: ``python benchmark/likeness.py FOLDER`` prints a table.
 
-FOLDER is as of real_video.py. A target is looked for beside where the truth has it, and around
+FOLDER is as of real_windows.py. A target is looked for beside where the truth has it, and around
 places anywhere else in the picture; it is learned where it is found. What the thresholds NEARBY,
 LEARNED and RARER of the window tracker let through, and what they refuse, is to be read off.
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from real_video import sequence
+from real_windows import sequence
 
 from colortrack_ros.data import Frame
 from colortrack_ros.windows.appearance import Appearance

@@ -2,9 +2,11 @@
 
 FOLDER holds videos NAME.mp4, beside each a NAME.csv with the columns frame (from 0), id, u, v, w,
 h (center and size of the box of the whole object [px]) and visible (0..1), and a NAME.frames with
-the numbers of the frames that are judged, in which every object is labeled. An object is found by
-a box that overlaps its own by ``--iou`` of their union; one visible by less than VISIBLE need not
-be found. Told are confirmed targets alone, those that coast as well.
+the numbers of the frames that are judged, in which every object is labeled. It may also hold
+folders of MOTChallenge (seqinfo.ini, img1, gt/gt.txt), of which every frame is judged, and of which
+other things than people need not be found. An object is found by a box that overlaps its own by
+``--iou`` of their union; one visible by less than VISIBLE need not be found. Told are confirmed
+targets alone, those that coast as well.
 
 ``--constants regions.SLACK ...`` compares constants of the room with half and twice their values.
 
@@ -15,6 +17,8 @@ norfair); both are given every frame, and areas of the same least size.
 import argparse
 from collections.abc import Callable
 from collections.abc import Iterator
+import configparser
+from dataclasses import dataclass
 from pathlib import Path
 import time
 
@@ -28,7 +32,7 @@ from colortrack_ros.contours import ContourTracker
 from colortrack_ros.data import Frame
 from colortrack_ros.data import TENTATIVE
 
-VISIBLE = 0.3
+VISIBLE, IOU = 0.3, 0.3
 FIGURES = ('idf1', 'mota', 'precision', 'recall', 'num_switches')
 MIN_AREA = ContourConfig().min_area
 
@@ -36,21 +40,69 @@ Boxes = np.ndarray
 """(N, 5): id, u, v, w, h."""
 
 
-def pictures(video: Path) -> Iterator[np.ndarray]:
-    capture = cv2.VideoCapture(str(video))
-    while True:
-        good, image = capture.read()
-        if not good:
+@dataclass(frozen=True)
+class Clip:
+    """A video, or a folder of MOTChallenge.
+
+    :ivar path: of the video, or of the folder.
+    """
+
+    path: Path
+
+    @property
+    def name(self) -> str:
+        """As the table has it."""
+        return self.path.stem
+
+    @property
+    def is_folder(self) -> bool:
+        """Whether it is one of MOTChallenge."""
+        return self.path.is_dir()
+
+    def rate(self) -> float:
+        """Frames a second."""
+        if self.is_folder:
+            info = configparser.ConfigParser()
+            info.read(self.path / 'seqinfo.ini')
+            return info.getfloat('Sequence', 'frameRate')
+        return float(cv2.VideoCapture(str(self.path)).get(cv2.CAP_PROP_FPS))
+
+    def pictures(self) -> Iterator[np.ndarray]:
+        """Its pictures, one after the other."""
+        if self.is_folder:
+            yield from (cv2.imread(str(p)) for p in sorted((self.path / 'img1').iterdir()))
             return
-        yield image
+        capture = cv2.VideoCapture(str(self.path))
+        while True:
+            good, image = capture.read()
+            if not good:
+                return
+            yield image
+
+    def truth(self) -> dict[int, np.ndarray]:
+        """Of each judged frame its objects, (N, 6): id, u, v, w, h, visible."""
+        if self.is_folder:
+            return self._truth_of_challenge()
+        table = np.genfromtxt(self.path.with_suffix('.csv'), delimiter=',', names=True, ndmin=1)
+        rows = np.stack([table[n] for n in ('id', 'u', 'v', 'w', 'h', 'visible')], axis=1)
+        judged = np.loadtxt(self.path.with_suffix('.frames'), int, ndmin=1)
+        return {int(k): rows[table['frame'] == k] for k in judged}
+
+    def _truth_of_challenge(self) -> dict[int, np.ndarray]:
+        table = np.loadtxt(self.path / 'gt' / 'gt.txt', delimiter=',', ndmin=2)
+        rows = table[:, 1:7].copy()
+        rows[:, 1:3] += table[:, 4:6] / 2 - 1  # left and top count from 1
+        if table.shape[1] == 9:  # of 2016 and later: class, and what is seen of it
+            rows[:, 5] = np.where(table[:, 6] > 0, table[:, 8], 0.0)
+        count = len(list((self.path / 'img1').iterdir()))
+        return {k: rows[table[:, 0] == k + 1] for k in range(count)}
 
 
-def truth_of(video: Path) -> dict[int, np.ndarray]:
-    """Of each judged frame its objects, (N, 6): id, u, v, w, h, visible."""
-    table = np.genfromtxt(video.with_suffix('.csv'), delimiter=',', names=True, ndmin=1)
-    rows = np.stack([table[n] for n in ('id', 'u', 'v', 'w', 'h', 'visible')], axis=1)
-    judged = np.loadtxt(video.with_suffix('.frames'), int, ndmin=1)
-    return {int(k): rows[table['frame'] == k] for k in judged}
+def clips_of(folder: Path) -> list[Clip]:
+    """The clips of a folder."""
+    found = [p for p in folder.glob('*.mp4') if p.with_suffix('.frames').exists()]
+    found += [p.parent for p in folder.glob('*/seqinfo.ini') if (p.parent / 'gt').is_dir()]
+    return [Clip(p) for p in sorted(found)]
 
 
 def overlaps(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -62,7 +114,7 @@ def overlaps(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return common / np.maximum(areas - common, 1e-9)
 
 
-def ours(rate: float, shape: tuple[int, ...], **settings) -> Callable:
+def ours(rate: float, **settings) -> Callable:
     tracker = ContourTracker(ContourConfig(**settings))
 
     def step(image: np.ndarray, k: int) -> Boxes:
@@ -74,7 +126,7 @@ def ours(rate: float, shape: tuple[int, ...], **settings) -> Callable:
     return step
 
 
-def mog2_with_norfair(rate: float, shape: tuple[int, ...]) -> Callable:
+def mog2_with_norfair(rate: float) -> Callable:
     import norfair
 
     model = cv2.createBackgroundSubtractorMOG2(detectShadows=True)
@@ -96,11 +148,11 @@ def mog2_with_norfair(rate: float, shape: tuple[int, ...]) -> Callable:
     return step
 
 
-def judge(step: Callable, video: Path, iou: float) -> tuple[motmetrics.MOTAccumulator, np.ndarray]:
-    """What a tracker finds on a video, and its times [ms]."""
-    truth, times = truth_of(video), []
+def judge(step: Callable, clip: Clip, iou: float) -> tuple[motmetrics.MOTAccumulator, np.ndarray]:
+    """What a tracker finds on a clip, and its times [ms]."""
+    truth, times = clip.truth(), []
     book = motmetrics.MOTAccumulator(auto_id=True)
-    for k, image in enumerate(pictures(video)):
+    for k, image in enumerate(clip.pictures()):
         begin = time.perf_counter()
         boxes = step(image, k)
         times.append((time.perf_counter() - begin) * 1e3)
@@ -115,46 +167,51 @@ def judge(step: Callable, video: Path, iou: float) -> tuple[motmetrics.MOTAccumu
     return book, np.array(times)
 
 
-def constants(names: list[str], videos: list[Path], iou: float) -> None:
+def constants(names: list[str], clips: list[Clip], iou: float) -> None:
     """Print IDF1 and precision with half and twice the value of constants."""
-    print('| | ' + ' | '.join(v.stem for v in videos) + ' |\n|---|' + '---|' * len(videos))
+    print('| | ' + ' | '.join(c.name for c in clips) + ' |\n|---|' + '---|' * len(clips))
     for way in ways_of(names):
         cells = []
-        for video in videos:
-            rate = cv2.VideoCapture(str(video)).get(cv2.CAP_PROP_FPS)
-            book, _ = judge(ours(rate, ()), video, iou)
+        for clip in clips:
+            book, _ = judge(ours(clip.rate()), clip, iou)
             row = motmetrics.metrics.create().compute(book, metrics=FIGURES).iloc[0]
             cells.append(f'{row["idf1"]:.2f}, {row["precision"]:.2f}')
         print(f'| {way} | ' + ' | '.join(cells) + ' |', flush=True)
 
 
+def table(clips: list[Clip], iou: float, only: list[str] | None) -> None:
+    """Print the table of clips.
+
+    :param only: names of trackers, or of clips.
+    """
+    ways = {'contour_tracker': ours, 'MOG2, norfair': mog2_with_norfair}
+    if only:
+        ways = {n: w for n, w in ways.items() if n in only} or ways
+        clips = [c for c in clips if c.name in only] or clips
+    print('| | | IDF1 | MOTA | precision | recall | switches | median, max ms |')
+    print('|---|---|---|---|---|---|---|---|')
+    for clip in clips:
+        for name, start in ways.items():
+            book, times = judge(start(clip.rate()), clip, iou)
+            row = motmetrics.metrics.create().compute(book, metrics=FIGURES).iloc[0]
+            cells = ' | '.join(f'{row[n]:.2f}' for n in FIGURES[:-1])
+            print(f'| {clip.name} | {name} | {cells} | {row["num_switches"]:.0f} '
+                  f'| {np.median(times):.1f}, {times.max():.0f} |', flush=True)  # fmt: skip
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('folder', type=Path, nargs='+')
-    parser.add_argument('--iou', type=float, default=0.3)
-    parser.add_argument('--only', nargs='+', metavar='NAME', help='trackers, or videos')
+    parser.add_argument('--iou', type=float, default=IOU)
+    parser.add_argument('--only', nargs='+', metavar='NAME', help='trackers, or clips')
     parser.add_argument('--constants', nargs='+', metavar='FILE.NAME')
     given = parser.parse_args()
     cv2.setNumThreads(1)
-    ways = {'contour_tracker': ours, 'MOG2, norfair': mog2_with_norfair}
-    videos = sorted(p for f in given.folder for p in f.glob('*.mp4'))
-    if given.only:
-        ways = {n: w for n, w in ways.items() if n in given.only} or ways
-        videos = [v for v in videos if v.stem in given.only] or videos
+    clips = [clip for folder in given.folder for clip in clips_of(folder)]
     if given.constants:
-        constants(given.constants, videos, given.iou)
-        return
-    print('| | | IDF1 | MOTA | precision | recall | switches | median, max ms |')
-    print('|---|---|---|---|---|---|---|---|')
-    for video in videos:
-        capture = cv2.VideoCapture(str(video))
-        rate = capture.get(cv2.CAP_PROP_FPS)
-        for name, start in ways.items():
-            book, times = judge(start(rate, ()), video, given.iou)
-            row = motmetrics.metrics.create().compute(book, metrics=FIGURES).iloc[0]
-            cells = ' | '.join(f'{row[n]:.2f}' for n in FIGURES[:-1])
-            print(f'| {video.stem} | {name} | {cells} | {row["num_switches"]:.0f} '
-                  f'| {np.median(times):.1f}, {times.max():.0f} |', flush=True)  # fmt: skip
+        constants(given.constants, clips, given.iou)
+    else:
+        table(clips, given.iou, given.only)
 
 
 if __name__ == '__main__':

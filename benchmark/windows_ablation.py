@@ -1,7 +1,7 @@
 """What each part of the window tracker is worth: ``python benchmark/windows_ablation.py FOLDER``.
 
-FOLDER is as of real_video.py. Each row leaves one part out, or takes another in its place; the
-figures are those of real_video.py.
+FOLDER is as of real_windows.py. Each row leaves one part out, or takes another in its place; the
+figures are those of real_windows.py.
 """
 
 import argparse
@@ -11,9 +11,9 @@ from unittest.mock import patch
 
 import cv2
 import numpy as np
-from real_video import judged
-from real_video import ours
-from real_video import sequence
+from real_windows import judged
+from real_windows import ours
+from real_windows import sequence
 
 from colortrack_ros.windows.correlation import CorrelationFilter
 

@@ -1,6 +1,6 @@
 """How well the window tracker tells sizes: ``python benchmark/windows_sizes.py FOLDER``.
 
-FOLDER is as of real_video.py. A filter over sizes begins with the first box of each sequence, and
+FOLDER is as of real_windows.py. A filter over sizes begins with the first box of each sequence, and
 is told where the middle of the truth is in every second picture, 3 % of its size beside it. Prints
 by how much its sizes are off, root mean square of their logarithms; with
 ``--constants COUNT=33 SCALE_STEP=1.02``, with other constants of windows/scale.py.
@@ -14,7 +14,7 @@ from unittest.mock import patch
 
 import cv2
 import numpy as np
-from real_video import sequence
+from real_windows import sequence
 
 from colortrack_ros.data import Frame
 from colortrack_ros.windows.scale import ScaleFilter
