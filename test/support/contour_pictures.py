@@ -1,10 +1,14 @@
 """Silhouettes before any background, behind covers, and how well they are followed."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
+from colortrack_ros.contours import ContourConfig
 from colortrack_ros.contours import ContourTracker
 from colortrack_ros.data import Frame
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.scenes.outlines import PERSON
 from colortrack_ros.scenes.outlines import QUADRILATERAL
 from colortrack_ros.scenes.silhouettes import draw_polygon
@@ -13,6 +17,7 @@ from colortrack_ros.scenes.silhouettes import placed
 
 SHAPES = {'person': normalized(PERSON)[0], 'quadrilateral': normalized(QUADRILATERAL)[0]}
 RATE = 24.0
+QUICK = ContourConfig(learn_seconds=0.0)
 EMPTY = 6
 """Pictures of the background alone, before the target is there."""
 
@@ -66,3 +71,39 @@ def overlap(one, other, shape=(240, 320)):
 def corners_of(shape, center, radius, turn=0.0):
     """The true outline."""
     return placed(SHAPES[shape], np.asarray(center, float), radius, turn)
+
+
+def straight(k, start=(40.0, 120.0), speed=(2.5, 0.3), radius=26.0):
+    """Where a target is, from the first picture that it is in, as arguments of picture()."""
+    j = max(k - EMPTY, 0)
+    return (start[0] + j * speed[0], start[1] + j * speed[1]), radius
+
+
+def known(tracks):
+    """Which tracks are confirmed."""
+    return tracks.rows['state'] != TENTATIVE
+
+
+def only(track_id, tracks):
+    """One of the tracks."""
+    own = tracks.rows['track_id'] == track_id
+    return replace(tracks, rows=tracks.rows[own], outlines=tracks.outlines[own])
+
+
+def errors(shape, results, place):
+    """(frame, error [px], overlap) of the only confirmed track of each picture."""
+    out = []
+    for k, tracks in enumerate(results):
+        if known(tracks).any():
+            (row,), center = tracks.rows[known(tracks)], place(k)[0]
+            (outline,) = tracks.outlines[known(tracks)]
+            far = np.hypot(row['u'] - center[0], row['v'] - center[1])
+            out.append((k, far, overlap(outline, corners_of(shape, *place(k)))))
+    return np.array(out)
+
+
+def pictures(shape, count, place=straight, **options):
+    return [
+        picture(shape, *(place(k) if k >= EMPTY else (None, 0)), seed=k, **options)
+        for k in range(count)
+    ]
