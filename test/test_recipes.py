@@ -80,6 +80,9 @@ LIMITS = {
 }
 """What is measured, as it is without the recipe or worse, and with it or better."""
 
+KEPT = {'IDs swap or end when objects touch or break apart': ('idf1', 0.95)}
+"""What has to be as good with the recipe besides, though the fault shows less in it."""
+
 UNTOLD = ('A box stays, or flies on, after its object has left',)
 """Where the detections do not say how large the picture is, as those of others."""
 
@@ -142,5 +145,9 @@ def test_the_recipe_cures_the_fault(name):
     told = name not in UNTOLD
     before = follow(spec, detector, tracker, told=told)[measure]
     detector, tracker = detector | given.get('detector', {}), tracker | given.get('tracker', {})
-    after = follow(spec, detector, tracker, told=told)[measure]
+    cured = follow(spec, detector, tracker, told=told)
+    after = cured[measure]
+    if name in KEPT:
+        kept, least = KEPT[name]
+        assert cured[kept] >= least
     assert (before <= ill and after >= well) if well > ill else (before >= ill and after <= well)
