@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.areas import find_areas
 from colortrack_ros.contours.areas import Mask
+from colortrack_ros.contours.background import StillBackground
 from colortrack_ros.contours.boxes import Floats
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection.blobs import find_blobs
+from colortrack_ros.detection.methods import BackgroundSubtraction
+from colortrack_ros.detection.morphology import open_
 
 MAX_FOREGROUND = 0.3
 """Where more of the picture differs it is the background that moves: most of a picture is
@@ -30,40 +33,44 @@ foreground.CLUTTER_SHARE``)."""
 
 
 class Foreground:
-    """Background subtraction with the detector's method `background`, or frame differencing.
+    """Background subtraction as the detector's method `background` does it, or frame differencing.
 
-    Subtraction, Gaussian, threshold, area opening and opening are the detector's. Differencing is
-    that of three pictures: what differs from both earlier ones is where something is now.
+    Subtraction, Gaussian, threshold, area opening and opening are the detector's; the background
+    begins with what stood still longest. Differencing is that of three pictures: what differs from
+    both earlier ones is where something is now.
     """
 
     def __init__(self, config: ContourConfig) -> None:
-        self._detector = Detector(DetectorConfig())
+        self._background = StillBackground()
         self.configure(config)
         self.restart()
 
     def configure(self, config: ContourConfig) -> None:
         """Take another configuration; what was learned of the background stays."""
-        detector = DetectorConfig(
+        subtraction = DetectorConfig(
             method='background',
             difference_threshold=config.difference_threshold,
             blur_sigma=config.blur_sigma,
             min_area=config.min_area,
-            erosion_size=1,
-            opening_size=config.opening_size,
             learn_seconds=config.learn_seconds,
         )
-        self._detector.configure(detector)
+        self._subtraction = BackgroundSubtraction(subtraction, self._background)
         self._config = config
 
     def learn_background(self) -> None:
         """Forget the background: the next picture is the first of a new one."""
-        self._detector.learn_background()
+        self._background.restart()
         self.restart()
 
     def restart(self) -> None:
         """Forget the pictures before, but not the background."""
         self._earlier: list[Frame] = []
         self._clutter = np.zeros((0, 0), np.float32)
+
+    @property
+    def is_learning(self) -> bool:
+        """Whether the outlines of areas may be those of what was there in the first picture."""
+        return self._config.start == 'background' and self._background.is_learning
 
     def areas(self, frame: Frame, known: Floats) -> Areas | None:
         """What differs; None where too much does, and it is the camera that moves.
@@ -77,8 +84,7 @@ class Foreground:
         if self._config.start == 'difference':
             self._mask = self._difference(frame)
         else:
-            self._detector.detect(frame)
-            self._mask = self._detector.mask
+            self._mask = self._subtract(frame)
         if self._clutter.shape != self._mask.shape:
             self._clutter = np.zeros(self._mask.shape, np.float32)
         unknown = self._mask.copy()
@@ -101,6 +107,19 @@ class Foreground:
         for left, top, right, bottom in np.maximum(moving.astype(int), 0).tolist():
             part = np.s_[top : bottom + 1, left : right + 1]
             self._clutter[part] = usual[part]
+
+    def _subtract(self, frame: Frame) -> Mask:
+        """What differs from the background, of which the frame is learned."""
+        if not frame.image.size:
+            return np.zeros(frame.image.shape[:2], np.uint8)
+        image = self._subtraction.label(frame)
+        unknown = self._background.unknown()
+        if unknown is not None and unknown.shape == image.pixels.shape:
+            image.pixels[unknown] = 0
+        open_(image, self._config.opening_size, self._subtraction.labels)
+        blobs = find_blobs(image, self._config.min_area)
+        self._subtraction.learn(frame, blobs, blobs)
+        return image.pixels * np.uint8(255)
 
     def _difference(self, frame: Frame) -> Mask:
         """What differs from the pictures start_interval and twice that before."""

@@ -15,7 +15,7 @@ CONTOUR_FIELDS = [
     ('edge_share', 'f4'), ('placed_area', 'f8'), ('misfit', 'f8'), ('by_area', '?'),
     ('inner', '?'), ('agreed', 'i8'), ('placed', 'i8'), ('moved', '?'), ('from', 'i8'),
     ('from_u', 'f8'), ('from_v', 'f8'), ('told', '?'), ('seen_w', 'f8'), ('seen_h', 'f8'),
-    ('single', '?'),
+    ('single', '?'), ('alone', 'f8'),
 ]  # fmt: skip
 """What is recorded of a target besides what is of every track.
 
@@ -27,7 +27,7 @@ as it was unseen since [ns]; placed: when its nodes were last tried to be placed
 whether it has ever moved by much; from, from_u, from_v: since when and where its motion is counted
 [ns, px]; told: whether somebody named it: it may stand still; seen_w, seen_h: the size
 that its foreground had until recently, 0 where it had none [px];
-single: whether it ever was an area of its own.
+single: whether it was an area of its own for ALONE_SECONDS; alone: for how long it was [s].
 """
 
 RENEWAL_SCALE = 1.6

@@ -131,12 +131,22 @@ def is_double(own: Floats, regions: OwnAreas, records: NDArray[np.void]) -> Bool
     inner, single = records['inner'], records['single']
     fits = _fits(own, regions) & regions.shared & ~inner
     rest = regions.shared & inner & np.isin(regions.first, regions.first[fits])
-    left, right = own[:, 0], own[:, 2]
-    common = np.minimum(right[:, None], right) - np.maximum(left[:, None], left)
-    stacked = common > SIDE_BY_SIDE * np.minimum((right - left)[:, None], right - left)
+    return np.asarray(rest | ~single & _are_stacked(own, regions).any(axis=1))
+
+
+def _are_stacked(own: Floats, regions: OwnAreas) -> Bools:
+    """Which targets are above or below a larger one in its area, (N, N)."""
     together = regions.shared[:, None] & (regions.first[:, None] == regions.first)
     size = extents(own)
-    return np.asarray(rest | ~single & (stacked & together & (size[:, None] < size)).any(axis=1))
+    smaller = size[:, None] < size
+    return np.asarray((_in_common(own[:, ::2]) > SIDE_BY_SIDE) & together & smaller)
+
+
+def _in_common(span: Floats) -> Floats:
+    """What spans (N, 2), from and to, have in common, (N, N) [the shorter one's length]."""
+    common = np.minimum(span[:, None, 1], span[:, 1]) - np.maximum(span[:, None, 0], span[:, 0])
+    length = np.maximum(span[:, 1] - span[:, 0], 1.0)
+    return np.asarray(common / np.minimum(length[:, None], length))
 
 
 def is_hidden(own: Floats, regions: OwnAreas) -> Bools:

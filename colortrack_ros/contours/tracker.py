@@ -186,7 +186,8 @@ class ContourTracker:
     def _place_anew(self, frame: Frame, areas: Areas, regions: OwnAreas) -> None:
         """Give targets that follow their areas, or have outgrown their nodes, new nodes.
 
-        Along the outlines, for one of them where the curve follows it best: that takes time.
+        Along the outlines, for one of them where the curve follows it best, when the background is
+        learned: that takes time.
         """
         records, contours = self._tracks.records, self._tracks.filters
         same = is_same(boxes(self._spline.outline(contours.nodes)), regions)
@@ -198,7 +199,7 @@ class ContourTracker:
             & ~regions.cut.any(axis=1)
             & (records['by_area'] | outgrown(records, self._spline.area(contours.nodes)))
         )
-        if not wants.any():
+        if not wants.any() or self._foreground.is_learning:
             return
         which = np.flatnonzero(wants)
         which = which[[np.argmin(records['placed'][which])]]
@@ -229,8 +230,7 @@ class ContourTracker:
         """
         if not len(contours):
             return np.zeros(0, bool), np.zeros(0)
-        config, usual = self.config, contours.sides
-        normals = self._spline.normals(contours.nodes)
+        config, usual, normals = self.config, contours.sides, self._spline.normals(contours.nodes)
         spread = contours.sigma_along(normals)
         sigma = np.hypot(config.sigma, spread)
         edges = find_edges(frame.image, contours.nodes, normals, sigma, usual, config)

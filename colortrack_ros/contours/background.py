@@ -1,0 +1,132 @@
+"""What stood still longest at each place: the background of a scene in which people walk."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.contours.areas import Mask
+from colortrack_ros.contours.filters import Bools
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.background_model import BackgroundModel
+from colortrack_ros.detection.background_model import LEARN_FRAMES
+from colortrack_ros.detection.background_model import Picture
+from colortrack_ros.detection.blobs import BlobTable
+
+STILLNESS_STEP = 0.1
+"""Time from one look to the next, at least [s]; with 0.04 the MOTA of TUD Campus is -0.11 and not
+-0.16, of PETS S3.MF1 0.70 as it is (before agreement.ALONE_SECONDS; benchmark/README.md)."""
+
+STILL_LEVELS = 10.0
+"""Mean change of the channels up to which a pixel stands still [levels]: half of
+difference_threshold, so that what stood still is not in the foreground of its own mean. With 6 the
+same two are -0.15 and 0.69."""
+
+KNOWN_SECONDS = 0.3
+"""What stood still for so long is background until something else did so for longer [s]; with 0.2
+the same two are -0.26 and 0.65."""
+
+LAST_LOOK = 10.0
+"""What has not stood still for learn_seconds after so long does not [s], as in CLUTTER_SECONDS."""
+
+
+class StillBackground(BackgroundModel):
+    """One that begins with what stood still longest, for learn_seconds at most.
+
+    The median of five pictures shows what is there in three of them, and before the fifth there is
+    none: where people walk all the time, it has parts of them. Those stand still less long than
+    what is behind them, and a place that nothing has stood still at yet is not known.
+    """
+
+    def restart(self) -> None:
+        """Begin with the next frame."""
+        super().restart()
+        self._stillness: Stillness | None = None
+
+    @property
+    def is_learning(self) -> bool:
+        """Whether learn_seconds have not passed yet since the first picture."""
+        return self._stillness is not None and self._stillness.seconds < self._most
+
+    def unknown(self) -> Bools | None:
+        """(H, W) where it is not known what is there; None if everything is."""
+        return None if self._stillness is None else self._stillness.longest < self._least
+
+    def follow(self, picture: Picture, stamp: int, blobs: BlobTable, learn_seconds: float) -> None:
+        """Learn from a frame; see BackgroundModel."""
+        if learn_seconds <= 0:
+            super().follow(picture, stamp, blobs, learn_seconds)
+            return
+        if not self.knows(picture):
+            super().follow(picture, stamp, blobs, learn_seconds)
+            self._samples = [picture] * LEARN_FRAMES  # it needs no median
+            self._stillness = Stillness(picture, stamp)
+            self._least, self._most = min(KNOWN_SECONDS, learn_seconds), learn_seconds
+            return
+        if self._stillness is not None:
+            new = self._stillness.look(picture, stamp, learn_seconds)
+            for model in self._models:
+                cv2.copyTo(self._stillness.value, new, model)
+            if self._stillness.is_over:
+                self._stillness = None
+        super().follow(picture, stamp, blobs, learn_seconds)
+
+
+class Stillness:
+    """How long each pixel has had a value, and the value.
+
+    The value is that of the second look since a pixel changed: in the first one the edge of what
+    has moved may be in it, and in the last one that of what comes.
+
+    :param picture: (H, W, channels), the first.
+    :param stamp: of it [ns].
+    :ivar value: (H, W, channels) of each pixel since it changed.
+    :ivar longest: (H, W) for how long it has stood still at most [s].
+    :ivar seconds: since the first picture.
+    :ivar is_over: whether nothing is left to learn.
+    """
+
+    def __init__(self, picture: Picture, stamp: int) -> None:
+        self.value, self._soft = picture.copy(), _softened(picture)
+        self.longest = np.zeros(picture.shape[:2], np.float32)
+        self._since = self.longest.copy()
+        self._is_longest: Bools = np.ones(picture.shape[:2], bool)
+        self._stamp, self.seconds, self._last = stamp, 0.0, 0.0
+        self.is_over = False
+
+    def look(self, picture: Picture, stamp: int, most: float) -> Mask:
+        """Take the next picture.
+
+        :param most: what has stood still for so long stays, whatever does so for longer [s].
+        :return: (H, W) 1 where the value is now one that has stood still for longer than any other,
+            and was not before.
+        """
+        self.seconds += max(stamp - self._stamp, 0) / NANOSECONDS
+        self._stamp = stamp
+        if self.seconds - self._last < STILLNESS_STEP:
+            return np.zeros(picture.shape[:2], np.uint8)
+        soft = _softened(picture)
+        moved = _apart(soft, self._soft)
+        second = ~moved & (self._since == np.float32(self._last))
+        cv2.copyTo(soft, (moved | second).astype(np.uint8), self._soft)
+        cv2.copyTo(picture, second.astype(np.uint8), self.value)
+        self._last = self.seconds
+        self._since[moved], self._is_longest[moved] = self.seconds, False
+        still = self.seconds - self._since
+        longer = (still > self.longest) & ~moved
+        new = longer & ~self._is_longest & (self.longest < most)
+        self._is_longest |= new
+        longer &= self._is_longest
+        self.longest[longer] = still[longer]
+        self.is_over = self.seconds > LAST_LOOK or bool(self.longest.min() >= most)
+        return new.astype(np.uint8)
+
+
+def _apart(one: Picture, other: Picture) -> Bools:
+    """(H, W) where pictures differ by more than what stands still."""
+    mean = np.full((1, one.shape[2]), 1 / one.shape[2])
+    return np.asarray(cv2.transform(cv2.absdiff(one, other), mean) > STILL_LEVELS)
+
+
+def _softened(picture: Picture) -> NDArray[np.uint8]:
+    """The mean of each pixel and its neighbors: one alone has the noise of its own."""
+    return np.asarray(cv2.blur(picture, (3, 3)).reshape(picture.shape), np.uint8)
