@@ -44,7 +44,7 @@ quarter of itself in a second, SLACK / 0.4 and SLACK_SHARE / 0.4. IDF1 of PETS S
 ALONE_SECONDS = 1.0
 """What was an area of its own for so long is a thing of its own [s]: people come apart in parts for
 shorter. IDF1 and precision of TUD Campus are 0.32 and 0.42 (benchmark/README.md), with half and
-twice the value 0.31, 0.38 and 0.32, 0.41; with 0, as if parts were things, 0.19 and 0.19."""
+twice the value 0.31, 0.38 and 0.32, 0.41."""
 
 
 @dataclass(frozen=True)
