@@ -73,7 +73,8 @@ class Belief(Columns):
         """Of no object yet."""
         errors = CameraErrors.of(config, cameras, robots)
         belief = cls(Motions.none(cameras), errors, np.zeros((1, robots)))
-        bound = Kinds.of(config).bound.any() and config.method in ('ground', 'fused')
+        # where sizes tell the range as well, one linearization is enough
+        bound = Kinds.of(config).bound.any() and config.method == 'ground'
         if bound and cameras == 1:
             belief._divide()
         return belief
