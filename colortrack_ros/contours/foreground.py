@@ -102,6 +102,8 @@ class Foreground:
         :param moving: (N, 4) boxes of what does move on [px].
         :param seconds: since the last frame.
         """
+        if not self._mask.size:
+            return
         usual, share = self._clutter.copy(), min(seconds / CLUTTER_SECONDS, 1.0)
         cv2.accumulateWeighted(self._mask // 255, self._clutter, share)
         for left, top, right, bottom in np.maximum(moving.astype(int), 0).tolist():

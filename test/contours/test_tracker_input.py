@@ -45,15 +45,16 @@ def test_after_a_reset_targets_start_again_before_the_background_that_is_known()
     assert tracks.rows['track_id'].tolist() == [2]
 
 
-def test_pictures_of_other_sizes_and_encodings_do_no_harm():
-    tracker = ContourTracker(QUICK)
+@pytest.mark.parametrize('config', [QUICK, ContourConfig(), replace(QUICK, start='difference')])
+def test_pictures_of_other_sizes_and_encodings_do_no_harm(config):
+    tracker = ContourTracker(config)
     for i, image in enumerate(pictures('quadrilateral', 25)):
         tracker.update(frame(image, i))
-    for i, shape in enumerate([(40, 50), (3, 3), (0, 0), (1, 2000), (240, 320)]):
+    for i, shape in enumerate([(40, 50), (3, 3), (0, 0), (0, 40), (40, 0), (1, 2000)]):
         tracker.update(Frame(np.zeros(shape, np.uint8), 'mono8', frame(image, 25 + i).stamp))
     for i, (encoding, channels) in enumerate([('rgb8', 3), ('bgra8', 4), ('rgba8', 4)]):
         image = np.zeros((240, 320, channels), np.uint8)
-        tracker.update(Frame(image, encoding, frame(image, 30 + i).stamp))
+        tracker.update(Frame(image, encoding, frame(image, 31 + i).stamp))
 
 
 def test_the_encoding_changes_nothing_but_the_channels():
