@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from colortrack_ros.data import DETECTION
-from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from worlds.following import follow
 from worlds.motions import in_a_box
@@ -78,16 +76,11 @@ def twice(seed, rivals):
         detections.append(replace(one, rows=np.concatenate([one.rows, again])))
     both = replace(world, detections=detections)
     yield from figures('found twice, boxes', both, rivals)
-    bare = [Detections(bared(one.rows), one.stamp, one.frame_id) for one in detections]
+    bare = [
+        message(np.column_stack([one.rows['u'], one.rows['v']]), k, 0.0)
+        for k, one in enumerate(detections)
+    ]
     yield from figures('found twice, points', replace(world, detections=bare), rivals)
-
-
-def bared(rows):
-    """The detections without boxes."""
-    bare = np.zeros(len(rows), DETECTION)
-    for name in ('u', 'v', 'score'):
-        bare[name] = rows[name]
-    return bare
 
 
 def slow_camera(seed, rivals):

@@ -219,9 +219,8 @@ class Mistakes:
         _, of, count = np.unique(sights.track, return_inverse=True, return_counts=True)
         if count.max(initial=0) < LEAST_SEEN:
             return
-        sights = sights.take(np.argsort(of, kind='stable')).take(
-            np.repeat(count >= LEAST_SEEN, count)
-        )
+        order = np.argsort(of, kind='stable')
+        sights = sights.take(order[count[of[order]] >= LEAST_SEEN])
         (given,) = self._spreads(sights, [AS_GIVEN], ground)
         if self.made:
             (other,) = self._spreads(sights, [MISTAKES[self.made]], ground)
@@ -249,7 +248,7 @@ class Mistakes:
             for of in ('base', 'mount')
         )
         picture = np.searchsorted(list(self._views), sights.stamp)
-        optical = [_composed(m.base(base), m.mount(mount) @ OPTICAL) for m in mistakes]
+        optical = [m.base(base) @ (m.mount(mount) @ OPTICAL) for m in mistakes]
         eyes, R = (np.stack([getattr(o, name) for o in optical])[:, picture] for name in 'tR')
         rays, far = np.stack([sights.rays] * len(R)), np.stack([sights.far] * len(R))
         for row, mistake in enumerate(mistakes):
@@ -263,11 +262,6 @@ class Mistakes:
         far = np.where(far > 0, far, np.nan)
         moved = _spread_of_each(eyes + way * far[..., None], far, sights.track)
         return np.asarray(np.median(np.nan_to_num(moved, nan=np.inf), axis=1))
-
-
-def _composed(a: Pose, b: Pose) -> Pose:
-    """Pose.__matmul__ of V poses each."""
-    return Pose((a.R @ b.t[..., None])[..., 0] + a.t, a.R @ b.R)
 
 
 def _spread_of_each(places: Floats, far: Floats, track: NDArray[np.int64]) -> Floats:

@@ -85,8 +85,11 @@ class Pose:
         return np.asarray(q if q[3] >= 0 else -q)
 
     def __matmul__(self, other: 'Pose') -> 'Pose':
-        """The pose of a frame in this one's parent, of its pose in this frame."""
-        return Pose(self.R @ other.t + self.t, self.R @ other.R)
+        """The pose of a frame in this one's parent, of its pose in this frame.
+
+        One of both may stand for V poses, or both: t (V, 3), R (V, 3, 3).
+        """
+        return Pose((self.R @ other.t[..., None])[..., 0] + self.t, self.R @ other.R)
 
     def inverse(self) -> 'Pose':
         """The pose of the parent in this frame."""
