@@ -1,8 +1,10 @@
 """The steps of the chain: items are put into their order, worked on one at a time and handed on."""
 
 from collections.abc import Callable
+from pathlib import Path
 import threading
 import time
+import traceback
 from typing import Any
 from typing import Generic
 from typing import Protocol
@@ -105,6 +107,8 @@ class Stage(Generic[In, Out]):
 class Worker(Stage[In, Out]):
     """A stage that works in a thread of its own, and skips the oldest items when it is too slow.
 
+    An item on which the work fails, with whatever exception, is refused; the next ones are not.
+
     :param over: whether nothing comes any more; see :meth:`Order.look`.
     :param name: of the thread.
     """
@@ -188,7 +192,10 @@ class Worker(Stage[In, Out]):
         ready = self._backlog.next_ready()
         if ready is not None:
             start = time.monotonic()
-            self._work_on(*ready)
+            try:
+                self._work_on(*ready)
+            except Exception as error:  # of an item that nobody has thought of
+                self._refuse(_fault(error))
             self._backlog.working.add(time.monotonic() - start)
             self._backlog.done()
         elif arrival is None:
@@ -201,8 +208,17 @@ class Worker(Stage[In, Out]):
             self._push(item, context)
         except ValueError as error:
             self._refuse(str(error))
+        except Exception as error:
+            self._refuse(_fault(error))
         self._backlog.reading.add(time.monotonic() - start)
         self._backlog.done()
+
+
+def _fault(error: Exception) -> str:
+    """What failed, and where, in a line."""
+    at = traceback.extract_tb(error.__traceback__)[-1]
+    text = ' '.join(f'{type(error).__name__}: {error}'.split())
+    return f'a fault of ours at {Path(at.filename).name}:{at.lineno}, please report it: {text}'
 
 
 def _size_of(item: object) -> int:

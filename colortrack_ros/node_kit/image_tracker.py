@@ -21,6 +21,7 @@ from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.intake import receive_images
+from colortrack_ros.node_kit.intake import whole_updates
 from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
@@ -122,7 +123,7 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
 
     def _track(self, pair: Pair) -> Tracks:
         self.health.took_in()
-        with self.lock:
+        with self.lock, whole_updates(self.tracker):
             return track_pair(self.tracker, pair)
 
     def _publish(self, tracks: Tracks, _: object) -> None:

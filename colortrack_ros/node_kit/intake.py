@@ -1,6 +1,8 @@
 """Pictures on the way from a topic to the worker."""
 
 from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from dataclasses import replace
 from functools import partial
@@ -120,6 +122,16 @@ def worker_of(
     worker = Worker(work, refuse, seconds_of(node), over, name or node.get_name())
     configure(worker, config)
     return worker
+
+
+@contextmanager
+def whole_updates(tracker: Any) -> Iterator[None]:
+    """Have a tracker start afresh after an update that fails: its tracks may be half updated."""
+    try:
+        yield
+    except Exception as error:
+        tracker.reset(f'{type(error).__name__} in an update')
+        raise
 
 
 def configure(worker: Worker[Any, Any], config: BacklogConfig) -> None:

@@ -25,6 +25,7 @@ from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.diagnostics import TOLD_EVERY
 from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import lag_limit
+from colortrack_ros.node_kit.intake import whole_updates
 from colortrack_ros.node_kit.intake import worker_of
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
@@ -114,7 +115,8 @@ class TrackerNode(ManagedNode[TrackerSetup]):
     def _track(self, detections: Detections) -> Tracks:
         self.health.took_in()
         with self.lock:  # in a pipeline, detections come from the detector's thread
-            tracks = self._tracker.update(detections)
+            with whole_updates(self._tracker):
+                tracks = self._tracker.update(detections)
             screening = self._tracker.screening
             dropped, crowded = screening.dropped, screening.crowded_out
         if crowded > self._crowded:

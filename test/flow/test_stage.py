@@ -17,6 +17,7 @@ from colortrack_ros.flow.stage import Stage
 from colortrack_ros.flow.stage import Worker
 
 MS = 1_000_000
+ZERO = 'integer division or modulo by zero'
 PERIOD, READING, COST = 0.002, 0.0001, 0.01
 """Of arrivals, and of reading and of working on one [s]: five times what the worker can do."""
 
@@ -139,11 +140,28 @@ def test_a_paused_worker_drops_what_arrives_and_settles():
     worker.close()
 
 
-@pytest.mark.filterwarnings('ignore::pytest.PytestUnhandledThreadExceptionWarning')
-def test_nobody_waits_for_a_worker_that_has_died():
-    worker = Worker(lambda item: 1 // item.stamp, pytest.fail)
+def test_an_item_on_which_the_work_or_the_reading_fails_is_refused_and_the_next_are_not():
+    done, refused = [], []
+    worker = Worker(lambda item: 6 // item.stamp, refused.append)
+    worker.then(lambda result, _: done.append(result))
     for stamp in (1, 0, 2):
         worker.put(Item(stamp))
+        worker.put_unread(lambda: Item([][0]), 1)
+    worker.flush()
+    assert done == [6, 3]
+    faults = sorted(reason.split('please report it: ')[1] for reason in refused)
+    assert faults == [*['IndexError: list index out of range'] * 3, 'ZeroDivisionError: ' + ZERO]
+    assert all('test_stage.py:' in reason for reason in refused)
+    worker.close()
+
+
+@pytest.mark.filterwarnings('ignore::pytest.PytestUnhandledThreadExceptionWarning')
+def test_nobody_waits_for_a_worker_that_has_died():
+    def give_up(_):
+        raise SystemExit
+
+    worker = Worker(give_up, pytest.fail)
+    worker.put(Item(1))
     ended = threading.Thread(target=worker.flush)
     ended.start()
     ended.join(PATIENCE)

@@ -21,6 +21,10 @@ from support.waiting import PATIENCE
 from support.waiting import slowness
 from support.waiting import wait_until
 
+from colortrack_ros.data import Detections
+from colortrack_ros.data import Frame
+from colortrack_ros.messages import cloud_of_detections
+from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import stamp_of
 
 
@@ -156,6 +160,46 @@ def test_a_slow_detector_works_on_new_frames_and_counts_what_it_skips(ros):
     finally:
         slow.send_signal(signal.SIGINT)
         assert slow.wait(timeout=PATIENCE) == 0
+
+
+FAULTY = """
+import sys
+from colortrack_ros.nodes.{node} import main
+from colortrack_ros.{room} import {kind}
+
+update, updates = {kind}.update, []
+
+def fail_once(self, *given):
+    updates.append(given)
+    return update(self, *given) if len(updates) != 10 else 1 // 0
+
+{kind}.update = fail_once
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize(
+    ('node', 'room', 'kind'),
+    [('tracker', 'tracking', 'Tracker'), ('contour_tracker', 'contours', 'ContourTracker')],
+)
+def test_an_update_that_fails_is_refused_and_told_and_the_next_starts_afresh(ros, node, room, kind):
+    tracks = ros.listen(PointCloud2, 'tracks')
+    process = ros.start_code(FAULTY.format(node=node, room=room, kind=kind))
+    picture = image_of_frame(Frame(np.zeros((48, 64, 3), np.uint8)))
+    nothing = cloud_of_detections(Detections())
+    send = picture if node == 'contour_tracker' else nothing
+    topic = 'camera/image_raw' if send is picture else 'detections'
+    publisher = ros.node.create_publisher(type(send), topic, 10)
+    end = time.monotonic() + PATIENCE
+    while len(tracks) < 20:
+        assert time.monotonic() < end, ros.outputs()
+        send.header.stamp.nanosec += 10_000_000
+        publisher.publish(send)
+        ros.spin(lambda: False, 0.05)
+    (refused,) = (line for line in process.output.splitlines() if 'Refused' in line)
+    assert 'please report it: ZeroDivisionError' in refused
+    assert 'started afresh: ZeroDivisionError in an update' in process.output
+    assert process.stop() == 0
 
 
 @pytest.mark.slow
