@@ -62,6 +62,14 @@ def read_file(path: str | Path, most: int) -> bytes:
         raise ValueError(f'{str(path)!r}: {error}') from error
 
 
+def read_params_file(path: str | Path) -> str:
+    """The text of a params file.
+
+    :raises ValueError: as :func:`read_file`, or it is no UTF-8.
+    """
+    return read_file(path, MAX_PARAMS_FILE).decode()
+
+
 def resolved(path: Path) -> Path:
     """Where a path leads to, through links.
 

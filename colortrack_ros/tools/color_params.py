@@ -9,8 +9,7 @@ import numpy as np
 
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.lab import rgb_from_lab
-from colortrack_ros.files import MAX_PARAMS_FILE
-from colortrack_ros.files import read_file
+from colortrack_ros.files import read_params_file
 from colortrack_ros.files import write_file
 from colortrack_ros.parameters.params_file import flow
 from colortrack_ros.parameters.params_file import given_in
@@ -41,7 +40,7 @@ def write_color(path: Path, color: ReferenceColor, limits: Mapping[str, float]) 
     :raises ValueError: it cannot be read or written, or is not a params file.
     """
     try:
-        text = read_file(path, MAX_PARAMS_FILE).decode() if path.exists() else ''
+        text = read_params_file(path) if path.exists() else ''
         if text.strip() and not has_node(text, 'detector'):
             raise ValueError('there is none in it')
         values = color_values(given_in(text, 'detector'), color, limits)

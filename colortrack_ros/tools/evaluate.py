@@ -25,8 +25,7 @@ from colortrack_ros.batch import run_here
 from colortrack_ros.batch import workers_of
 from colortrack_ros.evaluation.comparison import Event
 from colortrack_ros.evaluation.report import page_of
-from colortrack_ros.files import MAX_PARAMS_FILE
-from colortrack_ros.files import read_file
+from colortrack_ros.files import read_params_file
 from colortrack_ros.files import write_file
 from colortrack_ros.parameters.params_file import flow
 from colortrack_ros.parameters.params_file import given_in
@@ -213,7 +212,7 @@ def differing_parameters(runs: Sequence[str], files: Sequence[Path]) -> list[lis
         {
             f'{node} {name}': flow(value)
             for node in NODES_WITH_TRACKS
-            for name, value in given_in(read_file(path, MAX_PARAMS_FILE).decode(), node).items()
+            for name, value in given_in(read_params_file(path), node).items()
         }
         for path in files
     ]

@@ -25,8 +25,7 @@ from colortrack_ros.bags import BagError
 from colortrack_ros.bags import is_bag
 from colortrack_ros.batch import FilesParser
 from colortrack_ros.evaluation import RecordError
-from colortrack_ros.files import MAX_PARAMS_FILE
-from colortrack_ros.files import read_file
+from colortrack_ros.files import read_params_file
 from colortrack_ros.files import write_file
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.nodes.tracker import TrackerSetup
@@ -240,11 +239,7 @@ def _write(arguments: argparse.Namespace, values: Values, console: Console) -> N
 
     :raises ValueError: the file cannot be changed.
     """
-    text = (
-        read_file(arguments.params_file[-1], MAX_PARAMS_FILE).decode()
-        if arguments.params_file
-        else ''
-    )
+    text = read_params_file(arguments.params_file[-1]) if arguments.params_file else ''
     for node in dict.fromkeys(node for node, _ in values):
         own = {name: value for (whose, name), value in values.items() if whose == node}
         text = with_values(text, node, own)

@@ -5,8 +5,7 @@ import difflib
 import hashlib
 from pathlib import Path
 
-from colortrack_ros.files import MAX_PARAMS_FILE
-from colortrack_ros.files import read_file
+from colortrack_ros.files import read_params_file
 from colortrack_ros.files import resolved
 from colortrack_ros.files import write_file
 
@@ -31,7 +30,7 @@ class Folder:
 
         :raises ValueError: there is none, or it is none to read.
         """
-        return read_file(self.path(name), MAX_PARAMS_FILE).decode()
+        return read_params_file(self.path(name))
 
     def read_or_empty(self, name: str) -> str:
         """The text of a file, empty where there is none yet.
