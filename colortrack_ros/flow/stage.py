@@ -1,16 +1,15 @@
 """The steps of the chain: items are put into their order, worked on one at a time and handed on."""
 
 from collections.abc import Callable
-from pathlib import Path
 import threading
 import time
-import traceback
 from typing import Any
 from typing import Generic
 from typing import Protocol
 from typing import TypeVar
 
 from colortrack_ros.flow.backlog import Backlog
+from colortrack_ros.flow.faults import fault_of
 from colortrack_ros.flow.order import IDLE
 from colortrack_ros.flow.order import Order
 from colortrack_ros.flow.order import OrderConfig
@@ -195,7 +194,7 @@ class Worker(Stage[In, Out]):
             try:
                 self._work_on(*ready)
             except Exception as error:  # of an item that nobody has thought of
-                self._refuse(_fault(error))
+                self._refuse(fault_of(error))
             self._backlog.working.add(time.monotonic() - start)
             self._backlog.done()
         elif arrival is None:
@@ -209,16 +208,9 @@ class Worker(Stage[In, Out]):
         except ValueError as error:
             self._refuse(str(error))
         except Exception as error:
-            self._refuse(_fault(error))
+            self._refuse(fault_of(error))
         self._backlog.reading.add(time.monotonic() - start)
         self._backlog.done()
-
-
-def _fault(error: Exception) -> str:
-    """What failed, and where, in a line."""
-    at = traceback.extract_tb(error.__traceback__)[-1]
-    text = ' '.join(f'{type(error).__name__}: {error}'.split())
-    return f'a fault of ours at {Path(at.filename).name}:{at.lineno}, please report it: {text}'
 
 
 def _size_of(item: object) -> int:

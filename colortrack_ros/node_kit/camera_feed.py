@@ -16,7 +16,6 @@ from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.messages import depth_of_serialized_image
 from colortrack_ros.messages import detections_of_serialized_cloud
-from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.camera_view import CameraViews
@@ -123,7 +122,7 @@ class CameraFeed:
         *,
         needs_depth: bool,
     ) -> None:
-        self._node, self._took_in, self._refuse = node, took_in, refuse
+        self._node, self._took_in = node, took_in
         self._frame_id, self.active = '', False
         self._waiting = Waiting(self._view, release, refuse, seconds_of(node))
         self._waiting.needs_depth = needs_depth
@@ -133,10 +132,10 @@ class CameraFeed:
             node, config.pose, config.camera_info_topic, refuse, self._waiting.look
         )
         self.configure(config)
-        subscribe_to(node, PointCloud2, config.detections_topic, self._take_detections)
-        subscribe_to(node, PointCloud2, config.tracks_topic, self._take_tracks)
+        subscribe_to(node, PointCloud2, config.detections_topic, self._take_detections, refuse)
+        subscribe_to(node, PointCloud2, config.tracks_topic, self._take_tracks, refuse)
         if needs_depth:
-            subscribe_to(node, Image, config.depth_topic, self._take_depth)
+            subscribe_to(node, Image, config.depth_topic, self._take_depth, refuse)
 
     def configure(self, config: CameraFeedConfig) -> None:
         """Take another place of the camera, and another order, into use."""
@@ -152,25 +151,15 @@ class CameraFeed:
         return self._views.at(stamp, self._frame_id)
 
     def _take_detections(self, cdr: bytes) -> None:
-        try:
-            self._waiting.put_detections(detections_of_serialized_cloud(cdr))
-        except MessageError as error:
-            self._refuse(str(error))
+        self._waiting.put_detections(detections_of_serialized_cloud(cdr))
 
     def _take_depth(self, cdr: bytes) -> None:
-        try:
-            self._waiting.put_depth(*depth_of_serialized_image(cdr))
-        except MessageError as error:
-            self._refuse(str(error))
+        self._waiting.put_depth(*depth_of_serialized_image(cdr))
 
     def _take_tracks(self, cdr: bytes) -> None:
         if not self.active:
             return
-        try:
-            tracks = tracks_of_serialized_cloud(cdr)
-        except MessageError as error:
-            self._refuse(str(error))
-            return
+        tracks = tracks_of_serialized_cloud(cdr)
         self._took_in()
         self._frame_id = tracks.frame_id
         self._stage.put(tracks)

@@ -46,7 +46,7 @@ class CameraViews:
             self._poses = FixedPoses(config)
         else:
             self._poses = OdometryPoses(node, config, refuse, came)
-        subscribe_to(node, CameraInfo, info_topic, self._learn_lens)
+        subscribe_to(node, CameraInfo, info_topic, self._learn_lens, refuse)
 
     def configure(self, config: CameraPoseConfig) -> None:
         """Take another camera_pose into use."""

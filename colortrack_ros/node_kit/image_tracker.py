@@ -97,7 +97,7 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         )
         self._output = TracksOutput(self, self.setup.output)
         offer(self, Trigger, '~/reset', self._reset)
-        receive_images(self, self._pictures, self.setup.intake)
+        receive_images(self, self._pictures, self.setup.intake, self.health.refuse)
 
     def set_active(self, active: bool) -> None:
         """Work on pictures, or drop them."""

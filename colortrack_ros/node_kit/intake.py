@@ -140,11 +140,16 @@ def configure(worker: Worker[Any, Any], config: BacklogConfig) -> None:
     worker.max_lag = config.max_lag
 
 
-def receive_images(node: Node, worker: Worker[Frame, Any], config: IntakeConfig) -> None:
+def receive_images(
+    node: Node,
+    worker: Worker[Frame, Any],
+    config: IntakeConfig,
+    refuse: Callable[[str], object],
+) -> None:
     """Subscribe to images and put them, unread, into a worker."""
     kind, name = TRANSPORTS[config.image_transport]
 
     def receive(cdr: bytes) -> None:
         worker.put_unread(lambda: config.frame_of(cdr, kind), len(cdr))
 
-    subscribe_to(node, kind, name.format(config.image_topic), receive)
+    subscribe_to(node, kind, name.format(config.image_topic), receive, refuse)

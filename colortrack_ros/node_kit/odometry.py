@@ -79,5 +79,5 @@ def receive_odometry(
         buffer.take(cdr)
         came()
 
-    subscribe_to(node, Odometry, config.odometry_topic, receive)
+    subscribe_to(node, Odometry, config.odometry_topic, receive, refuse)
     return buffer.poses

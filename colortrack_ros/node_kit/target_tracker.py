@@ -14,7 +14,6 @@ from colortrack_ros.flow.pairing import Pair
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import detections_of_serialized_cloud
-from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.image_tracker import ImageTracker
 from colortrack_ros.node_kit.image_tracker import ImageTrackerNode
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
@@ -73,7 +72,13 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
         """Make what every such node has, and take detections."""
         super().configure()
         if self.setup.detections_topic:
-            subscribe_to(self, PointCloud2, self.setup.detections_topic, self._take_detections)
+            subscribe_to(
+                self,
+                PointCloud2,
+                self.setup.detections_topic,
+                self._take_detections,
+                self.health.refuse,
+            )
 
     def facts(self) -> dict[str, Callable[[], object]]:
         """Further values for the diagnostics."""
@@ -99,9 +104,5 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
             self._tracking.max_lag = setup.intake.max_lag
 
     def _take_detections(self, cdr: bytes) -> None:
-        if not self.active:
-            return
-        try:
+        if self.active:
             self._chain.put(detections_of_serialized_cloud(cdr))
-        except MessageError as error:
-            self.health.refuse(str(error))

@@ -18,6 +18,8 @@ from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
+from colortrack_ros.flow.faults import fault_of
+from colortrack_ros.messages import MessageError
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
@@ -90,18 +92,34 @@ def publish_on(node: Node, kind: type, name: str) -> Publisher:
 
 
 def subscribe_to(
-    node: Node, kind: type, name: str, callback: Callable[[bytes], None]
+    node: Node,
+    kind: type,
+    name: str,
+    take: Callable[[bytes], object],
+    refuse: Callable[[str], object],
 ) -> Subscription:
     """A subscription that hands over serialized bytes, so that the node can refuse bad messages.
 
     It is best effort for pictures and CameraInfo: a late picture is not worth sending again.
+
+    :param take: takes a message; what it raises ends nothing.
+    :param refuse: takes the reason of a MessageError as it is, of all else with its place.
     """
+
+    def receive(cdr: bytes) -> None:
+        try:
+            take(cdr)
+        except MessageError as error:
+            refuse(str(error))
+        except Exception as error:  # of a message that nobody has thought of
+            refuse(fault_of(error))
+
     best_effort = kind in (*PICTURES, CameraInfo)
     reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
     return node.create_subscription(
         kind,
         name,
-        callback,
+        receive,
         QoSProfile(depth=_depth(node, kind), reliability=reliability),
         qos_overriding_options=QoSOverridingOptions(OVERRIDABLE),
         raw=True,

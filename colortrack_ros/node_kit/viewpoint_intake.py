@@ -11,7 +11,6 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.flow.completion import Completion
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.flow.stage import Worker
-from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.camera_view import CameraViews
 from colortrack_ros.node_kit.clocks import seconds_of
@@ -66,13 +65,10 @@ class ViewpointIntake:
         :param read, size: as of :meth:`Worker.put_unread`.
         """
         assert isinstance(self._stage, Worker)
-        if not self._asked:
-            self._stage.put_unread(read, size)
-            return
-        try:
+        if self._asked:
             self.put(read())
-        except MessageError as error:
-            self._refuse(str(error))
+        else:
+            self._stage.put_unread(read, size)
 
     def look(self) -> None:
         """Hand on those whose viewpoint is known, or comes too late."""

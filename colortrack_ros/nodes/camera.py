@@ -22,7 +22,6 @@ from colortrack_ros.flow.pacing import Window
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_of_frame
-from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.calibration import CalibrationServer
 from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.diagnostics import Health
@@ -136,14 +135,11 @@ class CameraNode(ManagedNode[CameraSetup]):
         """Have the detections tell when a frame is consumed, where that is the pace."""
         if setup.as_consumed and self._chain is None and self._answers is None:
             self._answers = subscribe_to(
-                self, PointCloud2, setup.detections_topic, self._take_answer
+                self, PointCloud2, setup.detections_topic, self._take_answer, self.health.refuse
             )
 
     def _take_answer(self, cdr: bytes) -> None:
-        try:
-            self._window.answer(detections_of_serialized_cloud(cdr).stamp)
-        except MessageError as error:
-            self.health.refuse(str(error))
+        self._window.answer(detections_of_serialized_cloud(cdr).stamp)
 
     def _play(self) -> None:
         self._await_subscribers()

@@ -71,7 +71,7 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         offer(self, SetBool, '~/pause', self._pause)
         offer(self, Trigger, '~/learn_background', self._learn_background)
         if self._subscribe:
-            receive_images(self, self.stage, self.setup.intake)
+            receive_images(self, self.stage, self.setup.intake, self._refuse)
 
     def set_active(self, active: bool) -> None:
         """Work on frames, or drop them."""

@@ -1,5 +1,6 @@
 """The node that drives a robot after the target."""
 
+from collections.abc import Callable
 import contextlib
 from dataclasses import dataclass
 from typing import Any
@@ -93,21 +94,20 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self._commands = publish_on(self, kind, setup.cmd_vel_topic)
         self._poses = receive_odometry(self, setup.odometry, self.health.refuse)
         if setup.target_source == 'pose':
-            subscribe_to(self, PoseStamped, setup.target_pose_topic, self._take_pose)
+            self._receive(PoseStamped, setup.target_pose_topic, self._take_pose, 'target_pose')
         else:
-            subscribe_to(self, PointCloud2, setup.locations_topic, self._take_locations)
+            self._receive(PointCloud2, setup.locations_topic, self._take_locations, 'locations')
         offer(self, Trigger, '~/stop', self._stop)
         offer(self, Trigger, '~/start', self._go)
         self._timer = self.create_timer(LONGEST_PERIOD, self._step, clock=STEADY)
         self._timer.cancel()
 
+    def _receive(self, kind: type, topic: str, take: Callable[[bytes], object], what: str) -> None:
+        subscribe_to(self, kind, topic, take, lambda why: self.health.refuse(f'{what}: {why}'))
+
     def _take_locations(self, cdr: bytes) -> None:
-        try:
-            locations = locations_of_serialized_cloud(cdr)
-            self._check(locations.frame_id, locations.stamp)
-        except MessageError as error:
-            self.health.refuse(f'locations: {error}')
-            return
+        locations = locations_of_serialized_cloud(cdr)
+        self._check(locations.frame_id, locations.stamp)
         self.health.took_in()
         target = self._chosen(locations)
         if target is not None:
@@ -130,16 +130,12 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         )  # fmt: skip
 
     def _take_pose(self, cdr: bytes) -> None:
-        try:
-            message = message_of_serialized(cdr, PoseStamped)
-            stamp, where = stamp_of(message.header), message.pose.position
-            self._check(message.header.frame_id, stamp)
-            place = np.array([where.x, where.y])
-            if not np.isfinite(place).all():
-                raise MessageError(f'expected finite numbers, got x {where.x}, y {where.y}')
-        except MessageError as error:
-            self.health.refuse(f'target_pose: {error}')
-            return
+        message = message_of_serialized(cdr, PoseStamped)
+        stamp, where = stamp_of(message.header), message.pose.position
+        self._check(message.header.frame_id, stamp)
+        place = np.array([where.x, where.y])
+        if not np.isfinite(place).all():
+            raise MessageError(f'expected finite numbers, got x {where.x}, y {where.y}')
         self.health.took_in()
         self._following.see(Target(place, np.zeros(2), stamp, stamp))
         self._step()

@@ -10,6 +10,7 @@ from std_msgs.msg import String
 
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Tracks
+from colortrack_ros.flow.faults import fault_of
 from colortrack_ros.flow.interleaving import Interleaving
 from colortrack_ros.flow.order import IDLE
 from colortrack_ros.node_kit.camera_feed import CameraFeed
@@ -104,7 +105,14 @@ class LocatorNode(ManagedNode[LocatorSetup]):
         )
 
     def _locate(self, seen: Seen) -> None:
-        """Locate and publish."""
+        """Locate and publish; start afresh where that fails half way."""
+        try:
+            self._publish(seen)
+        except Exception as error:
+            self._locator.reset()
+            self.health.refuse(fault_of(error))
+
+    def _publish(self, seen: Seen) -> None:
         tracks = seen.tracks
         with self.lock:
             locations = self._locator.update(

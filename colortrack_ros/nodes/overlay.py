@@ -16,7 +16,6 @@ from colortrack_ros.drawing import Trails
 from colortrack_ros.encodings import writable_bgr
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import image_of_frame
-from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import outlines_of_serialized_cloud
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.messages import tracks_with_outlines
@@ -68,32 +67,25 @@ class OverlayNode(ManagedNode[OverlaySetup]):
         self._outlines: dict[int, NDArray[np.void]] = {}
         self.health = Health(self)
         self._publisher = publish_on(self, Image, setup.overlay_topic)
-        subscribe_to(self, Image, setup.image_topic, self._take_image)
-        subscribe_to(self, PointCloud2, setup.tracks_topic, self._take_tracks)
+        subscribe_to(self, Image, setup.image_topic, self._take_image, self.health.refuse)
+        subscribe_to(self, PointCloud2, setup.tracks_topic, self._take_tracks, self.health.refuse)
         if setup.outlines_topic:
-            subscribe_to(self, PointCloud2, setup.outlines_topic, self._take_outlines)
+            subscribe_to(
+                self, PointCloud2, setup.outlines_topic, self._take_outlines, self.health.refuse
+            )
 
     def _take_image(self, cdr: bytes) -> None:
-        try:
-            frame = frame_of_serialized_image(cdr)
-        except MessageError as error:
-            return self.health.refuse(str(error))
+        frame = frame_of_serialized_image(cdr)
         frame = dataclasses.replace(frame, full_range=self.setup.yuv_full_range)
-        return self._take(self._frames, frame.stamp, frame)
+        self._take(self._frames, frame.stamp, frame)
 
     def _take_tracks(self, cdr: bytes) -> None:
-        try:
-            tracks = tracks_of_serialized_cloud(cdr)
-        except MessageError as error:
-            return self.health.refuse(str(error))
-        return self._take(self._tracks, tracks.stamp, tracks)
+        tracks = tracks_of_serialized_cloud(cdr)
+        self._take(self._tracks, tracks.stamp, tracks)
 
     def _take_outlines(self, cdr: bytes) -> None:
-        try:
-            stamp, points = outlines_of_serialized_cloud(cdr)
-        except MessageError as error:
-            return self.health.refuse(str(error))
-        return self._take(self._outlines, stamp, points)
+        stamp, points = outlines_of_serialized_cloud(cdr)
+        self._take(self._outlines, stamp, points)
 
     def _take(self, waiting: dict, stamp: int, item: Any) -> None:
         if not self.active:

@@ -24,7 +24,6 @@ from colortrack_ros.messages import cloud_of_locations
 from colortrack_ros.messages import header_of
 from colortrack_ros.messages import image_of_depth
 from colortrack_ros.messages import image_of_frame
-from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import odometry_on_ground
 from colortrack_ros.messages import speeds_of_serialized_twist
 from colortrack_ros.messages import stamp_of_serialized
@@ -113,10 +112,12 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
                 self, setup.fixed_frame, setup.base_frame, setup.frame_id, optical
             )
         kind = TwistStamped if setup.stamped else Twist
-        subscribe_to(self, kind, setup.cmd_vel_topic, self._drive)
+        subscribe_to(self, kind, setup.cmd_vel_topic, self._drive, self.health.refuse)
         self._window = Window(1)
         if not setup.real_time:
-            subscribe_to(self, PointCloud2, setup.answer_topic, self._take_answer)
+            subscribe_to(
+                self, PointCloud2, setup.answer_topic, self._take_answer, self.health.refuse
+            )
         self._start = self.get_clock().now().nanoseconds
         self._told = 0
         self._closing = threading.Event()
@@ -131,21 +132,14 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
         return self._start + self._simulation.time
 
     def _drive(self, cdr: bytes) -> None:
-        try:
-            speeds = speeds_of_serialized_twist(cdr, stamped=self.setup.stamped)
-        except MessageError as error:
-            self.health.refuse(str(error))
-            return
+        speeds = speeds_of_serialized_twist(cdr, stamped=self.setup.stamped)
         self.health.took_in()
         with self.lock:
             self._told = self._simulation.time
             self._simulation.robot.command(*speeds)
 
     def _take_answer(self, cdr: bytes) -> None:
-        try:
-            self._window.answer(stamp_of_serialized(cdr))
-        except MessageError as error:
-            self.health.refuse(str(error))
+        self._window.answer(stamp_of_serialized(cdr))
 
     def _play(self) -> None:
         tick = round(NANOSECONDS / (TICKS * self.setup.config.rate))

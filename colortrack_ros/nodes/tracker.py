@@ -16,7 +16,6 @@ from colortrack_ros.flow.stage import Stage
 from colortrack_ros.flow.stage import Worker
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_size_of_serialized_camera_info
-from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
@@ -93,8 +92,12 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         self._output = TracksOutput(self, self.setup.output)
         offer(self, Trigger, '~/reset', self._reset)
         if self._subscribe:
-            subscribe_to(self, PointCloud2, self.setup.detections_topic, self._receive)
-            subscribe_to(self, CameraInfo, self.setup.camera_info_topic, self._learn_size)
+            subscribe_to(
+                self, PointCloud2, self.setup.detections_topic, self._receive, self._refuse
+            )
+            subscribe_to(
+                self, CameraInfo, self.setup.camera_info_topic, self._learn_size, self._refuse
+            )
         else:
             self.create_timer(IDLE, self._look, clock=STEADY)
         self.intake.clear()
@@ -151,10 +154,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
             self._skipped = skipped
 
     def _learn_size(self, cdr: bytes) -> None:
-        try:
-            self._image_size = image_size_of_serialized_camera_info(cdr)
-        except MessageError as error:
-            self.health.refuse(str(error))
+        self._image_size = image_size_of_serialized_camera_info(cdr)
 
     def _look(self) -> None:
         self.stage.look(lambda: lacks_clock(self))
