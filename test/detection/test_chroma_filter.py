@@ -34,6 +34,7 @@ def every_color():
     return Frame(np.stack([y, u, y, v], axis=-1).reshape(4096, 8192, 2), 'yuyv')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('rgb', RGB)
 def test_every_yuv_color_has_the_label_that_it_has_when_it_is_converted_first(rgb, monkeypatch):
     monkeypatch.setattr(chroma_filter, 'CONVERTED_SHARE', 1)

@@ -121,6 +121,7 @@ def test_doubts_are_told_where_there_is_reason_and_only_there():
     assert 'min_area is at the end' in said(at_bound=SLIDERS[:1])
 
 
+@pytest.mark.slow
 def test_a_bad_tolerance_is_mended_and_the_rest_of_the_file_stays(tmp_path, capsys):
     given, tuned = tmp_path / 'mine.yaml', tmp_path / 'tuned.yaml'
     given.write_text(FILE)

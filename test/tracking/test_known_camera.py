@@ -132,6 +132,7 @@ def of_a_robot_that_drives(poses, balls_at=lambda k: BALLS, odometry=lambda pose
         yield tracker.update(found).rows, z
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('seconds', 'turn'), [(12, 60), (12, 40), (16, 80)])
 def test_balls_alike_keep_their_ids_while_a_robot_drives_and_swings(seconds, turn):
     """Each leaves the picture and comes back within five seconds, seen from another place."""
@@ -143,6 +144,7 @@ def test_balls_alike_keep_their_ids_while_a_robot_drives_and_swings(seconds, tur
     assert max(len(names) for names in lost.values()) > 1
 
 
+@pytest.mark.slow
 def test_odometry_that_turns_and_drives_too_little_costs_no_id():
     """By 3 %, as of worn wheels."""
     ids = ids_of_things(
@@ -200,6 +202,7 @@ def test_an_acceleration_that_is_the_cameras_is_not_taken_for_an_objects():
     assert unseen(poses, range(31, 45), **model) < 15
 
 
+@pytest.mark.slow
 def test_a_ball_that_is_hidden_as_the_robot_stops_stays_where_it_is():
     """Its middle is above the ground: how near it is follows from its lower edge."""
     poses = [(min(0.5 * k * FRAME / 1e9, 1.2), 0.0, 0.0) for k in range(90)]

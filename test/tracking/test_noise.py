@@ -69,6 +69,7 @@ def test_colors_do_not_tell_of_each_other():
     assert sigma[2:].min() > 4 * sigma[:2].max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('given', [0.0, 0.3, 1.0, 3.0])
 @pytest.mark.parametrize('noise', [0.5, 2.0, 5.0])
 def test_ellipses_hold_what_they_say_whatever_is_given(noise, given):
@@ -87,6 +88,7 @@ def test_ellipses_hold_what_they_say_whatever_is_given(noise, given):
     assert names == [8, 8, 8]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('missed', [0.3, 0.5, 0.65])
 @pytest.mark.parametrize('noise', [0.5, 3.0])
 def test_ellipses_hold_what_they_say_whatever_is_missed(noise, missed):

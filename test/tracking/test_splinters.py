@@ -37,6 +37,7 @@ def play(position, apart, rng, rate, noise=0.5):
     return tally.score()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('rate', 'width'), [(30, 30.0), (15, 24.0), (60, 40.0)])
 def test_pieces_do_not_live_on_in_what_is_whole_again(rate, width):
     """While an object is in pieces there are two tracks, and hardly longer."""

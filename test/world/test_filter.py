@@ -28,6 +28,7 @@ from colortrack_ros.world.view import View
 VIEW = View(world_scene.CAMERA, Pose.of_rpy((1, 2, 0), (0, 0, 0.5)), world_scene.MOUNT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('drives', [False, True], ids=['stands', 'drives'])
 @pytest.mark.parametrize('motion', world_scene.MOTIONS)
 @pytest.mark.parametrize('method', RANGE_METHODS)
@@ -44,6 +45,7 @@ def test_the_covariance_says_how_far_off_the_object_is(method, motion, drives):
     assert low < outcome.mean_nees < high + 0.35
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('method', RANGE_METHODS)
 @pytest.mark.parametrize('drives', [False, True], ids=['stands', 'drives'])
 def test_a_robot_knows_where_things_stand_nearly_as_well_as_anybody_could(method, drives):
