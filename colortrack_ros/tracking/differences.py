@@ -31,6 +31,14 @@ COMPARED = 6
 TOGETHER = EVERY + COMPARED - 1
 """Measurements that are looked at together: what is new since the last look, and what it takes."""
 
+ALL_FOURS = np.array(
+    [first + apart * np.arange(4) for apart in (1, 2, 3) for first in range(TOGETHER - 3 * apart)]
+)
+"""The fours of them whose third differences are taken: those in a row, two and three apart."""
+
+ONE_APART = TOGETHER - 3
+"""How many of these are in a row."""
+
 CORRELATIONS = np.linspace(-1, 1, 401)
 COSINES = mean_cosine(CORRELATIONS)
 """A table, because the hypergeometric function takes long; between its rows the error is 1e-4."""
@@ -69,11 +77,10 @@ def _tell_in_a_row(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Fl
     z = measured[..., Z]
     given = np.maximum(measured[..., GIVEN], 1e-12)
     variance = given * np.exp(lean[:, None] * [1, -1])[:, None]
-    one, two, three = (
-        _normalized(z, variance, third_differences(stamps, range(TOGETHER - 3 * apart), apart))
-        for apart in (1, 2, 3)
-    )
-    length, long, longest = (_log_half_square(D) for D in (one, two, three))
+    every = _normalized(z, variance, third_differences(stamps, ALL_FOURS))
+    lengths = _log_half_square(every)
+    one, length = every[:, :ONE_APART], lengths[:, :ONE_APART]
+    long, longest = lengths[:, ONE_APART:-1], lengths[:, -1:]
     each = _of_each(one, length, given, lean)
     counted = in_a_row[:, None] >= np.arange(COMPARED, COMPARED + EVERY)
     each = (each * counted).sum(axis=2)
@@ -117,7 +124,7 @@ def tell_of_gaps(measured: Floats, stamps: Floats, lean: Floats) -> Floats:
     z, t = some[..., Z], stamps[order]
     given = np.maximum(some[..., GIVEN], 1e-12)
     variance = given * np.exp(lean[:, None] * [1, -1])[:, None]
-    W = third_differences(t, range(TOGETHER - 3), 1)
+    W = third_differences(t, ALL_FOURS[:ONE_APART])
     one = _normalized(z, variance, W)
     each = _of_each(one, _log_half_square(one), given, lean)
     of_noise, of_motion = _usual_rises(W, variance.mean(axis=2), t)
@@ -179,14 +186,12 @@ def _log_half_square(difference: Floats) -> Floats:
     return np.log(np.maximum(square, LEAST_SQUARE) / 2)
 
 
-def third_differences(t: Floats, first: range, apart: int) -> Floats:
-    """Weights of measurements in third divided differences, (..., len(first), R).
+def third_differences(t: Floats, four: Indices) -> Floats:
+    """Weights of measurements in third divided differences, (..., D, R).
 
     :param t: (..., R) their stamps, the newest first [s].
-    :param first: the newest measurement of each.
-    :param apart: measurements between two of the four.
+    :param four: (D, 4) the measurements of each.
     """
-    four = np.array(first)[:, None] + apart * np.arange(4)
     unit = np.maximum(t[..., 0] - t[..., 1], 1e-6)[..., None, None, None]
     times = t[..., four]
     between = (times[..., :, None] - times[..., None, :]) / unit

@@ -170,7 +170,7 @@ def _cut(
     :param image_size: of the picture [px]; 0 where it is not known.
     """
     if all(image_size):
-        beyond = np.array(image_size) - 0.5 - TOUCHING
+        beyond = np.subtract(image_size, 0.5 + TOUCHING)
         touches = (box[:, 0] <= TOUCHING - 0.5) | (box[:, 1] >= beyond)
     else:
         touches = variance > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2

@@ -50,8 +50,10 @@ def take_strays(
     :return: the association with these pairs as well.
     """
     records, pairs = prediction.records, associated.pairs
+    if len(pairs) >= len(records) or prediction.step.again:
+        return associated
     free = associated.free.nonzero()[0]
-    if not len(free) or len(pairs) >= len(records) or prediction.step.again:
+    if not len(free):
         return associated
     missed = (records['state'] != TENTATIVE) & (records['hits'] >= SETTLED_HITS)
     missed[pairs.track] = False

@@ -123,8 +123,9 @@ class Tracker:
         if shared is not None:
             follow_shared(tracks, shared, prediction, blobs)
         tell_apart(tracks, associated.pairs, prediction, config)
-        self._learn_sizes(prediction, blobs, associated.free)
-        initiate(tracks, prediction, blobs, associated.free.nonzero()[0])
+        new = associated.free.nonzero()[0]
+        self._learn_sizes(prediction, blobs, new[:MOST_NEW])
+        initiate(tracks, prediction, blobs, new)
         self._manage(again=step.again)
         return self._published(detections, prediction.speed * config.maneuvers)
 
@@ -172,10 +173,9 @@ class Tracker:
         return Association(pairs, probability, ~taken, hard)
 
     def _learn_sizes(
-        self, prediction: Prediction, blobs: Measurements, free: NDArray[np.bool_]
+        self, prediction: Prediction, blobs: Measurements, new: NDArray[np.intp]
     ) -> None:
         """Learn from a few blobs of no track whether sizes tell them from those of tracks."""
-        new = free.nonzero()[0][:MOST_NEW]
         if len(new) and prediction.sized and len(prediction.records):
             size = total(prediction.records['extent'])
             self._adaptation.sizes.learn_alike(size, blobs.size[new])
