@@ -1,5 +1,7 @@
 """Which colors are the target's, and which are beside it."""
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -29,34 +31,42 @@ class Colors:
         v = np.abs(np.arange(rows) - (rows - 1) / 2)[:, None] / target[1]
         u = np.abs(np.arange(columns) - (columns - 1) / 2) / target[0]
         outward = 2 * np.maximum(u, v)
-        self._inside, self._outside = outward <= INNER, outward > OUTER
-        self._target, self._beside = self._histograms(patch)
-        self._table = self._likelihoods()
+        self._places = [np.flatnonzero(outward <= INNER), np.flatnonzero(outward > OUTER)]
+        counts = self._counts(patch)
+        self._seen: NDArray[np.bool_] = np.asarray(counts.any(axis=0))
+        self._shares = counts / self._pixels
+        self._table = np.full(len(self._seen), 0.5, np.float32)
+        self._renew_table(np.flatnonzero(self._seen))
 
     def learn(self, patch: Pixels) -> None:
         """Learn the colors of a patch with the target in the middle."""
-        target, beside = self._histograms(patch)
-        self._target += COLOR_RATE * (target - self._target)
-        self._beside += COLOR_RATE * (beside - self._beside)
-        self._table = self._likelihoods()
+        counts = self._counts(patch)
+        self._seen |= counts.any(axis=0)
+        seen = np.flatnonzero(self._seen)  # a few hundred of 32,768
+        before = self._shares[:, seen]
+        self._shares[:, seen] = before + COLOR_RATE * (counts[:, seen] / self._pixels - before)
+        self._renew_table(seen)
 
     def likelihood(self, patch: Pixels) -> Features:
         """Probability of each pixel to be the target's by its color, (rows, columns)."""
-        return np.asarray(self._table[_index(patch)])
+        return np.asarray(self._table.take(_index(patch)))
 
-    def _likelihoods(self) -> Features:
-        both = self._target + self._beside
-        known = both > 0
-        return np.where(known, self._target / np.where(known, both, 1), 0.5).astype(np.float32)
+    def _renew_table(self, seen: NDArray[np.intp]) -> None:
+        """Take the probabilities of the bins seen so far from the histograms."""
+        target, beside = self._shares[:, seen]
+        both = target + beside
+        half = np.full(len(seen), 0.5)
+        self._table[seen] = np.divide(target, both, out=half, where=both > 0)
 
-    def _histograms(self, patch: Pixels) -> tuple[Floats, Floats]:
-        index = _index(patch)
-        count = LEVELS ** (3 if patch.ndim == 3 else 1)
-        pair = (
-            np.bincount(index[where], minlength=count) for where in (self._inside, self._outside)
-        )
-        target, beside = (bins / max(bins.sum(), 1) for bins in pair)
-        return target, beside
+    @property
+    def _pixels(self) -> Floats:
+        """Of the target and of what is beside it, (2, 1)."""
+        return np.array([[max(len(where), 1)] for where in self._places], float)
+
+    def _counts(self, patch: Pixels) -> NDArray[np.intp]:
+        """Pixels of each color inside and outside, (2, LEVELS ** channels)."""
+        index, count = _index(patch).ravel(), LEVELS ** (3 if patch.ndim == 3 else 1)
+        return np.stack([np.bincount(index[where], minlength=count) for where in self._places])
 
 
 def mean_inside(likelihood: Features, size: tuple[int, int], target: Floats) -> Features:
@@ -70,8 +80,8 @@ def mean_inside(likelihood: Features, size: tuple[int, int], target: Floats) -> 
     return np.asarray(cv2.blur(cells, tuple(box.tolist()), borderType=cv2.BORDER_REPLICATE))
 
 
-def _index(patch: Pixels) -> NDArray[np.intp]:
-    levels = (patch // (256 // LEVELS)).astype(np.intp)
-    if levels.ndim == 2:
-        return levels
-    return (levels[..., 0] * LEVELS + levels[..., 1]) * LEVELS + levels[..., 2]
+def _index(patch: Pixels) -> NDArray[np.integer[Any]]:
+    """The bin of each pixel, (rows, columns): the upper five bits of each channel."""
+    if patch.ndim == 2:
+        return patch // (256 // LEVELS)
+    return cv2.cvtColor(patch, cv2.COLOR_BGR2BGR555).view(np.uint16)[..., 0]
