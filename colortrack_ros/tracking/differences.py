@@ -32,12 +32,12 @@ TOGETHER = EVERY + COMPARED - 1
 """Measurements that are looked at together: what is new since the last look, and what it takes."""
 
 ALL_FOURS = np.array(
-    [first + apart * np.arange(4) for apart in (1, 2, 3) for first in range(TOGETHER - 3 * apart)]
+    [i + apart * np.arange(4) for apart in (1, 2, 3) for i in range(TOGETHER - 3 * apart)]
 )
-"""The fours of them whose third differences are taken: those in a row, two and three apart."""
+"""The fours of them whose third differences are taken."""
 
-ONE_APART = TOGETHER - 3
-"""How many of these are in a row."""
+ONE_APART, OTHERS_APART = slice(0, TOGETHER - 3), (slice(TOGETHER - 3, -1), slice(-1, None))
+"""Which of these are in a row, and which two and three apart."""
 
 CORRELATIONS = np.linspace(-1, 1, 401)
 COSINES = mean_cosine(CORRELATIONS)
@@ -77,10 +77,10 @@ def _tell_in_a_row(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Fl
     z = measured[..., Z]
     given = np.maximum(measured[..., GIVEN], 1e-12)
     variance = given * np.exp(lean[:, None] * [1, -1])[:, None]
-    every = _normalized(z, variance, third_differences(stamps, ALL_FOURS))
-    lengths = _log_half_square(every)
-    one, length = every[:, :ONE_APART], lengths[:, :ONE_APART]
-    long, longest = lengths[:, ONE_APART:-1], lengths[:, -1:]
+    W = third_differences(stamps, ALL_FOURS)
+    one = _normalized(z, variance, W[ONE_APART])
+    two, three = (_normalized(z, variance, W[rows]) for rows in OTHERS_APART)
+    length, long, longest = (_log_half_square(D) for D in (one, two, three))
     each = _of_each(one, length, given, lean)
     counted = in_a_row[:, None] >= np.arange(COMPARED, COMPARED + EVERY)
     each = (each * counted).sum(axis=2)
@@ -124,7 +124,7 @@ def tell_of_gaps(measured: Floats, stamps: Floats, lean: Floats) -> Floats:
     z, t = some[..., Z], stamps[order]
     given = np.maximum(some[..., GIVEN], 1e-12)
     variance = given * np.exp(lean[:, None] * [1, -1])[:, None]
-    W = third_differences(t, ALL_FOURS[:ONE_APART])
+    W = third_differences(t, ALL_FOURS[ONE_APART])
     one = _normalized(z, variance, W)
     each = _of_each(one, _log_half_square(one), given, lean)
     of_noise, of_motion = _usual_rises(W, variance.mean(axis=2), t)
