@@ -244,7 +244,7 @@ class Belief(Columns):
         weight = self._of_objects()[..., None]
         share = weight * _parted(motion.probability, cases)
         p = share.sum(axis=0)
-        # of what falls the hypothesis that it stands has none
+        # of what has just begun to fall one hypothesis has none
         share = np.where(p > 0, share / np.maximum(p, TINY), weight)
         mean, cov = mixture(share, _parted(mean, cases), _parted(motion.cov, cases))
         slope = (share[..., None, None] * _parted(motion.slope, cases)).sum(axis=0)

@@ -121,7 +121,7 @@ def conditional(
     A = np.eye(OF_OBJECT) - K @ H
     cov = A @ cov @ A.swapaxes(-1, -2) + K @ R @ K.swapaxes(-1, -2)
     states = Motions(after, part.slope - K @ G, cov, p)
-    nis = np.where(line.seen, _weigh(states, errors.cov[robot], G, S, e), np.nan)
+    nis = np.where(line.seen, _weigh(states, errors.cov[robot], G, S, e, kinds.falls), np.nan)
     counted = np.where(kinds.falls | far, 0.0, COUNTED)[:, None] * states.probability
     G = G * _told(G, direct, S)
     weighed = counted[:, :, None, None] * np.linalg.solve(S, G).swapaxes(-1, -2)
@@ -154,18 +154,20 @@ def _told(G: Floats, direct: Floats, S: Floats) -> Floats:
     return np.asarray(np.maximum(0.0, 1 - least / np.maximum(told, TINY)))
 
 
-def _weigh(states: Motions, P: Floats, G: Floats, S: Floats, e: Floats) -> Floats:
+def _weigh(states: Motions, P: Floats, G: Floats, S: Floats, e: Floats, falls: Bools) -> Floats:
     """Weigh hypotheses by their innovations, in place; the least normalized and squared, (N,).
 
     :param P: (N, 8 C, 8 C) covariance of the errors of the cameras.
     :param G: (N, 2, M, 8 C) how innovations change with them.
     :param S: (N, 2, M, M) covariance of the innovations if they are known; e: (N, 2, M).
+    :param falls: (N,) what keeps no hypothesis that fits badly: it may be thrown again.
     """
     whole = S + G @ P[:, None] @ G.swapaxes(-1, -2)
     nis = (e * np.linalg.solve(whole, e[..., None])[..., 0]).sum(axis=-1)
     log = -(nis + np.linalg.slogdet(whole)[1]) / 2
     p = states.probability * np.exp(log - log.max(axis=1, keepdims=True))
-    p = np.maximum(p / p.sum(axis=1, keepdims=True), LEAST_LIKELY * (states.probability > 0))
+    least = LEAST_LIKELY * (states.probability > 0) * ~falls[:, None]
+    p = np.maximum(p / p.sum(axis=1, keepdims=True), least)
     states.probability = p / p.sum(axis=1, keepdims=True)
     return np.asarray(np.where(states.probability > 0, nis, np.inf).min(axis=1))
 

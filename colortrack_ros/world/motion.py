@@ -2,7 +2,7 @@
 
 The interacting multiple model (Blom and Bar-Shalom 1988; Bar-Shalom, Li and Kirubarajan 2001,
 11.6.6) of two hypotheses: an object stands, or it moves as those of its color do.
-What falls does not stand.
+What falls does not stand: it flies on, or it has been thrown or hit since the last picture.
 """
 
 import numpy as np
@@ -26,6 +26,13 @@ SOJOURN = 10.0
 """How long things stand, and how long they move, on the mean [s]. Assumed: between a ball that is
 pushed about and a chair."""
 
+FLIGHTS = 60.0
+"""How long it takes until what falls is thrown or kicked again, on the mean [s]. Assumed."""
+
+THROWN = 3.0
+"""Standard deviation of what a throw or a kick changes the velocity by, on each axis [m/s]: that of
+a fall from 0.5 m. Assumed."""
+
 RESTITUTION = 0.15
 """Standard deviation of the share of speed that is left after a bounce; a measured one of 0.7 with
 balls on floors is between 0.5 and 0.9. Assumed."""
@@ -41,9 +48,6 @@ spin: at most 2/7 for a ball that does not spin and then rolls."""
 def predict(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float) -> None:
     """One step of all states, in place: standing, and constant velocity or free fall with bounces.
 
-    With w the wander, Q = w^2 [dt^3/3, dt^2/2; dt^2/2, dt] on each axis (white acceleration,
-    Bar-Shalom 2001, 6.2.2).
-
     :param ground: height of the ground in the fixed frame [m].
     :param dt: [s].
     """
@@ -55,31 +59,55 @@ def predict(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float,
     slope[:, POSITION] += dt * slope[:, VELOCITY]
     cov[:, POSITION] += dt * cov[:, VELOCITY]
     cov[:, :, POSITION] += dt * cov[:, :, VELOCITY]
-    axis = np.arange(3)
-    w2 = np.square(kinds.wander)
-    cov[:, axis, axis] += w2 * dt**3 / 3
-    cov[:, axis + 3, axis + 3] += w2 * dt
-    cov[:, axis, axis + 3] += w2 * dt * dt / 2
-    cov[:, axis + 3, axis] += w2 * dt * dt / 2
+    _add_white(cov, np.square(kinds.wander) * dt, dt)
     P = np.repeat(errors.cov, len(mean) // len(errors.cov), axis=0)
     _bounce(mean, slope, cov, P, kinds, ground)
+    _throw(objects, kinds, dt)
+
+
+def _throw(objects: Motions, kinds: Kinds, dt: float) -> None:
+    """Let what falls be thrown at any time of the step, by the other hypothesis, in place."""
+    rows, sigma = kinds.falls, np.maximum(kinds.speed[kinds.falls], THROWN)
+    for a in (objects.mean, objects.slope, objects.cov):
+        a[rows, STANDS] = a[rows, MOVES]
+    thrown = objects.cov[rows, STANDS]
+    _add_white(thrown, np.square(sigma), dt)
+    objects.cov[rows, STANDS] = thrown
+
+
+def _add_white(cov: Floats, change: Floats, dt: float) -> None:
+    """Add what white acceleration adds to covariances, (N, 8, 8), in place.
+
+    Q = c [dt^2/3, dt/2; dt/2, 1] on each axis (Bar-Shalom 2001, 6.2.2).
+
+    :param change: (N, 3) c, the variance of the change of velocity [m^2/s^2].
+    """
+    axis = np.arange(3)
+    cov[:, axis, axis] += change * dt * dt / 3
+    cov[:, axis + 3, axis + 3] += change
+    cov[:, axis, axis + 3] += change * dt / 2
+    cov[:, axis + 3, axis] += change * dt / 2
 
 
 def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> None:
-    """Let what stands begin to move, and what moves come to stand, in place."""
+    """Let what stands begin to move, and what moves come to stand, in place.
+
+    What falls has been thrown or not before: that does not tell whether it will be.
+    """
     mean, slope, cov, p = objects.mean, objects.slope, objects.cov, objects.probability
-    change = np.where(kinds.falls, 0.0, 1 - np.exp(-dt / SOJOURN))[:, None]
+    change = 1 - np.exp(-dt / np.where(kinds.falls, FLIGHTS, SOJOURN))[:, None]
     after = (1 - change) * p + change * p[:, ::-1]
+    after[kinds.falls] = np.concatenate([change, 1 - change], axis=1)[kinds.falls]
     # of what stands then, and of what moves then, the share that has moved until now
     moved = np.concatenate([change, 1 - change], axis=1) * p[:, MOVES, None]
     moved /= np.maximum(after, TINY)
-    moved[kinds.falls] = 1.0
+    moved[kinds.falls] = p[kinds.falls, MOVES, None]
     between, bent = mean[:, MOVES] - mean[:, STANDS], slope[:, MOVES] - slope[:, STANDS]
     P = np.repeat(errors.cov, len(p) // len(errors.cov), axis=0)
     spread = bent @ P @ bent.swapaxes(1, 2) + between[:, :, None] * between[:, None, :]
     begun = cov[:, STANDS].copy()
     axis = np.arange(3, 6)
-    begun[:, axis, axis] += np.square(kinds.speed)
+    begun[:, axis, axis] += np.square(kinds.speed) * ~kinds.falls[:, None]
     cov[:, STANDS] += _weighed(moved[:, STANDS], cov[:, MOVES] - cov[:, STANDS], spread)
     cov[:, MOVES] = begun + _weighed(moved[:, MOVES], cov[:, MOVES] - begun, spread)
     for a, rest in ((mean, between), (slope, bent)):
