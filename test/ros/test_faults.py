@@ -207,8 +207,7 @@ def test_what_fails_on_a_message_is_refused_and_told_and_the_next_is_worked_on(
         message.header.stamp.nanosec += 1_000_000
         publisher.publish(message)
         ros.spin(lambda: False, 0.05)
-    (refused,) = (line for line in process.output.splitlines() if 'Refused' in line)
-    assert 'please report it: ZeroDivisionError' in refused
+    assert process.output.count('please report it: ZeroDivisionError') == 1
     assert ('started afresh: ZeroDivisionError in an update' in process.output) == restarts
     assert process.stop() == 0
 

@@ -20,15 +20,17 @@ from colortrack_ros.replay.main import main
 
 pytestmark = pytest.mark.slow
 
-SCENE = 'scene:five?width=640&height=480&rate=30&duration={}'
+SCENE = 'scene:five?width=320&height=240&rate=30&duration={}'
+LARGE = 'scene:five?width=640&height=480&rate=30&duration={}'
 DEEP = 600
-"""Pictures that wait where the machine stalls: of 200 at 60 Hz, four seconds of that lost 34."""
+"""Pictures that can wait where a machine has no time for the detector: all of a test. So many of
+SCENE take less memory than a node keeps for them; of LARGE it would skip some."""
 ALL = ('-p', 'max_lag:=60.0', '-p', f'image_queue_depth:={DEEP}', '-p', 'queue_depth:=1000')
 RELIABLE = 'qos_overrides./camera/image_raw.subscription.reliability:=reliable'
 """However busy the machine is, nothing is skipped."""
 
 
-SIZE = ('-p', 'tracker:image_size:=[640, 480]')
+SIZE = ('-p', 'tracker:image_size:=[320, 240]')
 """Known from the first picture on, whichever topic is heard first."""
 
 
@@ -43,7 +45,7 @@ def start_two(ros, tracks: list, topic: str = 'tracks') -> list[Process]:
         ros.start('detector', *ALL, '-p', RELIABLE),
     ]
     publisher = ros.node.create_publisher(Image, 'camera/image_raw', 10)
-    black = image_of_frame(Frame(np.zeros((480, 640, 3), np.uint8), stamp=2 * 10**18))
+    black = image_of_frame(Frame(np.zeros((240, 320, 3), np.uint8), stamp=2 * 10**18))
     end = time.monotonic() + PATIENCE
     while not tracks:
         assert time.monotonic() < end, ros.outputs()
@@ -70,7 +72,7 @@ def test_no_frame_is_lost_between_camera_and_tracks_in_20_seconds(ros):
     infos, tracks = ros.listen(CameraInfo, 'camera/camera_info'), ros.listen(PointCloud2, 'tracks')
     start_two(ros, tracks)
     # The camera waits for the detector, not for us: it plays when it knows us as well.
-    play = {'rate': 30.0, 'wait_for_subscribers': 1, 'image_queue_depth': DEEP}
+    play = {'rate': 60.0, 'wait_for_subscribers': 1, 'image_queue_depth': DEEP}
     ros.start('camera', source=SCENE.format(20), autostart=False, **play)
     for number in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
         ros.settle()
@@ -91,7 +93,7 @@ def test_by_best_effort_as_the_nodes_come_most_frames_arrive(ros):
     assert ros.spin(lambda: ros.node.count_publishers('detections') == 1), ros.outputs()
     ros.settle()
     camera = {'wait_for_subscribers': 1, 'exit_at_end': True}
-    assert ros.start('camera', source=SCENE.format(3), **camera).end() == 0
+    assert ros.start('camera', source=LARGE.format(3), **camera).end() == 0
     ros.spin(lambda: len(answers) == 90, 1.0)
     assert len(answers) > 60, ros.outputs()
 

@@ -2,18 +2,16 @@
 
 from collections.abc import Callable
 import contextlib
-import fcntl
 import itertools
 import os
 from pathlib import Path
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
-import tempfile
 import time
-from typing import TextIO
 
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
@@ -47,13 +45,17 @@ def executable(name: str) -> str:
     return found
 
 
-def free_domain() -> tuple[int, TextIO]:
-    """A domain that no other test run on this machine has, and what keeps it ours."""
+def free_domain() -> tuple[int, socket.socket]:
+    """A domain that no other test run has, and what keeps it ours.
+
+    It is held by a name in the abstract namespace of Unix sockets, which all have in common that
+    hear each other: also those in another container, with a /tmp of its own, on this network.
+    """
     while True:
         domain = 1 + next(_domains) % 100
-        lock = (Path(tempfile.gettempdir()) / f'colortrack_test_domain_{domain}').open('w')
+        lock = socket.socket(socket.AF_UNIX)
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock.bind(f'\0colortrack_test_domain_{domain}')
         except OSError:
             lock.close()
         else:
