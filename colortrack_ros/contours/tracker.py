@@ -31,6 +31,7 @@ from colortrack_ros.contours.regions import is_same
 from colortrack_ros.contours.regions import is_within
 from colortrack_ros.contours.regions import match
 from colortrack_ros.contours.regions import OwnAreas
+from colortrack_ros.contours.reunion import resume
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.contours.told import begin_in
 from colortrack_ros.contours.told import contours_in
@@ -194,11 +195,8 @@ class ContourTracker:
         records['agreed'][same] = self._clock.now
         for i in np.flatnonzero(same & records['by_area']).tolist():
             contours.nodes[i] = equally_spaced(self._outline(areas, regions.first[i]), self._spline)
-        wants = (
-            same
-            & ~regions.cut.any(axis=1)
-            & (records['by_area'] | outgrown(records, self._spline.area(contours.nodes)))
-        )
+        wants = same & ~regions.cut.any(axis=1)
+        wants &= records['by_area'] | outgrown(records, self._spline.area(contours.nodes))
         if not wants.any() or self._foreground.is_learning:
             return
         which = np.flatnonzero(wants)
@@ -268,14 +266,14 @@ class ContourTracker:
         :param predicted: boxes of the other targets.
         """
         new = self._initiation.candidates(nobodys, self._clock.now)
+        if self.config.follow_foreground:
+            new = new.take(resume(self._tracks, self._spline, new.areas, self._clock.now))
         new = new.take(np.arange(len(new)) < self.config.max_targets - len(self._tracks))
         if not len(new):
             return
-        spline = self._spline
-        outlines = [self._outline(new.areas, k) for k in range(len(new))]
-        nodes = [equally_spaced(points, spline) for points in outlines]
+        nodes = [equally_spaced(self._outline(new.areas, k), self._spline) for k in range(len(new))]
         contours = Contours.new(np.array(nodes), new.velocity / self.config.rate, self.config)
-        records = begin(self._tracks, contours, spline, self._clock.now)
+        records = begin(self._tracks, contours, self._spline, self._clock.now)
         records['by_area'] = self.config.outline == 'area'
         records['inner'] = is_within(new.areas.box, predicted)
 

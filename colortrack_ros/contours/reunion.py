@@ -1,0 +1,45 @@
+"""Targets that nobody sees, and areas of nobody beside them: what comes out from behind a cover."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.contours.areas import Areas
+from colortrack_ros.contours.boxes import boxes
+from colortrack_ros.contours.filters import Contours
+from colortrack_ros.contours.regions import shifts
+from colortrack_ros.contours.spline import Spline
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.estimation.track_table import TrackTable
+
+Indices = NDArray[np.intp]
+
+
+def resume(tracks: TrackTable[Contours], spline: Spline, areas: Areas, stamp: int) -> Indices:
+    """Move targets that coast to the areas of nobody that they came out as.
+
+    Those are each other's nearest, and, as from one frame to the next (De Bem 2007, 5.3), no
+    farther apart than the target is large: what could still be seen of it when it went behind a
+    cover has held it back by less than itself. The area may be a part of it, as a foot: it keeps
+    its shape, and goes to where the side that is nearer fits.
+
+    :param areas: that nobody has in two frames, K.
+    :param stamp: now [ns].
+    :return: the areas that are left.
+    """
+    records, left = tracks.records, np.arange(len(areas))
+    coasting = np.flatnonzero(records['state'] == COASTING)
+    if not len(coasting) or not len(areas):
+        return left
+    nodes = tracks.filters.nodes[coasting]
+    gap = np.linalg.norm(nodes.mean(axis=1)[:, None] - areas.center, axis=2)
+    nearest = gap.argmin(axis=1)
+    mutual = gap.argmin(axis=0)[nearest] == np.arange(len(coasting))
+    mutual &= gap.min(axis=1) <= np.sqrt(spline.area(nodes))
+    which, found = coasting[mutual], areas.take(nearest[mutual])
+    own = boxes(spline.outline(nodes[mutual]))
+    tracks.filters.nodes[which] += shifts(own, found.box, found.cut)[:, None]
+    tracks.record_hits(which, stamp)
+    records['state'][which], records['edge_share'][which] = CONFIRMED, 1.0
+    records['agreed'][which] = stamp
+    return np.setdiff1d(left, nearest[mutual])
