@@ -49,35 +49,26 @@ class Recorder:
 
     def __init__(self):
         self.made = None
-        self._blur, self._covariance = covariance.outline_blur, covariance.centroid_covariance
-        covariance.outline_blur = self._keep_blur
+        self._covariance = covariance.centroid_covariance
         detector.centroid_covariance = self._keep
 
-    def _keep_blur(self, frame, blobs):
-        self.blur = self._blur(frame, blobs)
-        return self.blur
+    def _keep(self, blobs, size, *values):
+        self.made = (
+            blobs,
+            size,
+            [np.broadcast_to(x, (len(blobs.area), *np.shape(x)[1:])) for x in values],
+        )
+        return self._covariance(blobs, size, *values)
 
-    def _keep(self, blobs, frame, score, part, skewness, doubt):
-        part = np.broadcast_to(part, score.shape)
-        result = self._covariance(blobs, frame, score, part, skewness, doubt)
-        self.made = blobs, frame.image.shape[:2], score, part, skewness, doubt, self.blur
-        return result
-
-    def of(self, i):
-        """What the covariance of a blob of the last picture was made of."""
-        blobs, shape, *values = self.made
-        mine = np.arange(len(blobs.area)) == i
-        return blobs.take(mine), shape, *(value[mine] for value in values)
+    def of(self, row):
+        """What the covariance of a row of the last picture was made of; None if it is a part."""
+        blobs, size, values = self.made
+        mine = (blobs.mean == [row['u'], row['v']]).all(axis=1)
+        return (blobs.take(mine), size, *(x[mine] for x in values)) if mine.any() else None
 
     def again(self, made):
         """The covariance with the constants of now."""
-        blobs, shape, score, part, skewness, doubt, blur = made
-        covariance.outline_blur = lambda frame, blobs: blur
-        try:
-            frame = Frame(np.broadcast_to(np.uint8(0), (*shape, 3)))
-            return self._covariance(blobs, frame, score, part, skewness, doubt)[0]
-        finally:
-            covariance.outline_blur = self._keep_blur
+        return self._covariance(*made)[0]
 
 
 def errors(spec, tolerance, parameters, recorder):
@@ -99,7 +90,8 @@ def errors(spec, tolerance, parameters, recorder):
                 and np.sort(gaps)[1:2].min(initial=1e9) > 2.4 * (ball['radius'])
             ):
                 i = int(away.argmin())
-                found[state(ball, scene)].append((error[i], recorder.of(i)))
+                if made := recorder.of(rows[i]):
+                    found[state(ball, scene)].append((error[i], made))
     return found
 
 

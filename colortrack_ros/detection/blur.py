@@ -23,6 +23,14 @@ seen up to twice that; what is blurred over half of itself has no inside to comp
 UNSURE = 0.05
 """Shares this near to 0 and 1 are noise and shading, not blur: a ramp is 0.9 times as wide."""
 
+SHARP = 2.0
+"""Width that the transition of a sharp outline seems to have at most [px]: pixels mix what is on
+its sides, noise and shading add to it; of balls that hardly move it is 1.1 to 1.6."""
+
+BEYOND = 2
+"""From the last pixel of a blob to what is beyond its outline, but for half of the blur [px]: the
+erosion takes a pixel, and another is partly in it."""
+
 ENDS = 2
 """Samples whose mean is the color inside, or outside: fewer have more noise, more less reach."""
 
@@ -59,10 +67,36 @@ def outline_blur(frame: Frame, blobs: BlobTable) -> NDArray[np.float64]:
     return np.asarray((blur[..., PROFILES - 1] + blur[..., PROFILES]) / 2)
 
 
+def outline_sides(
+    frame: Frame, blobs: BlobTable, blur: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pixels just within and just beyond the blurred outline of each blob.
+
+    :param blur: (N, 2) of :func:`outline_blur`.
+    :returns: (N, 2, PROFILES, 2) each, v width + u: along u and along v, at the high and at the low
+        end.
+    """
+    height, width = size_of(frame)
+    half = np.ceil(blur / 2).astype(np.intp)
+    row, left, right = _middle_rows(blobs)
+    column, top, bottom = _middle_columns(blobs)
+    sides = np.empty((2, len(half), 2, PROFILES, 2), np.intp)
+    for axis, (low, high, size) in enumerate([(left, right, width), (top, bottom, height)]):
+        out = np.stack([-half[:, axis], half[:, axis] + BEYOND], axis=1)
+        sides[:, :, axis] = _across(low, high, out, size).transpose(3, 0, 1, 2)
+    sides[:, :, 0] += (row * width)[..., None]
+    sides[:, :, 1] *= width
+    sides[:, :, 1] += column[..., None]
+    return sides[0], sides[1]
+
+
 def _across(
     low: NDArray[np.intp], high: NDArray[np.intp], out: NDArray[np.intp], size: int
 ) -> NDArray[np.intp]:
-    """(N, PROFILES, 2, 2 PROFILE_SAMPLES) positions at both ends of [low, high), to its middle."""
+    """(N, PROFILES, 2, S) positions at both ends of [low, high), but beyond its middle none.
+
+    :param out: (N, S) or (S,) how far out of the ends, 0 for what is just inside.
+    """
     low, high, out = low[..., None], high[..., None], out[:, None]
     middle = (low + high) // 2
     ends = np.empty((*low.shape[:2], 2, out.shape[2]), np.intp)

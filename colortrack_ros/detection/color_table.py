@@ -29,6 +29,10 @@ CUT, UNKNOWN = 255, 0
 """Entry of a cell whose colors may not belong together; of a color not yet computed, the label of
 one that is having 1 added: pages of zeros cost nothing before they are written to."""
 
+MIXES = 5
+"""Mixes of two colors whose distances to a third are computed; between them it is taken to be
+straight: where it passes a tolerance is off by 0.01 of the way for a matt ball before a wall."""
+
 STRIP, LONG_STRIP = 1 << 18, 1 << 20
 """Pixels that are worked on at a time, by one thread and by several; they set the time alone, which
 `python benchmark/detection.py` measures."""
@@ -150,6 +154,30 @@ class ColorTable:
         :param rgb: (N, 3) red, green, blue.
         :param labels: (N,) of colors, not 0.
         """
+        return np.clip(1 - self._distance(rgb, labels), 0, 1)
+
+    def end_share(
+        self, inside: NDArray[np.uint8], outside: NDArray[np.uint8], labels: NDArray[np.uint8]
+    ) -> NDArray[np.float64]:
+        """The share of one color in a mix with another that is at the end of the tolerance.
+
+        :param inside, outside: (N, 3) red, green, blue.
+        :param labels: (N,) of colors, not 0.
+        :returns: (N,) 0 where the other is within tolerance too, 1 where neither is.
+        """
+        share = np.linspace(1, 0, MIXES)
+        other = outside[:, None].astype(np.float64)
+        mixes = np.rint(other + (inside[:, None] - other) * share[:, None]).astype(np.uint8)
+        distance = self._distance(mixes.reshape(-1, 3), labels.repeat(MIXES)).reshape(-1, MIXES)
+        is_out = distance >= 1
+        first = is_out.argmax(axis=1)
+        row, last = np.arange(len(first)), np.maximum(first - 1, 0)
+        way = np.maximum(distance[row, first] - distance[row, last], 1e-9)
+        end = share[last] - np.minimum((1 - distance[row, last]) / way, 1) / (MIXES - 1)
+        return np.where(is_out.any(axis=1), np.where(first == 0, 1.0, end), 0.0)
+
+    def _distance(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """(N,) D / tolerance to the color of the label; to an inverted one 2 - D / tolerance."""
         lab = lab_from_rgb(rgb)
         distance = np.zeros(len(labels))
         for label in set(labels.tolist()):
@@ -157,7 +185,7 @@ class ColorTable:
             distance[mine] = np.sqrt(self._squared(k, lab[mine])) / self._tolerance[k]
             if self._inverted[k]:
                 distance[mine] = 2 - distance[mine]
-        return np.clip(1 - distance, 0, 1)
+        return distance
 
     def _squared(self, k: int, lab: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N,) D^2 to a color; infinite where something that is not it is as near."""

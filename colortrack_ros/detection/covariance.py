@@ -3,11 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
-from colortrack_ros.detection.blur import outline_blur
 from colortrack_ros.detection.label_image import LabelImage
-from colortrack_ros.encodings import size_of
 
 # The constants below were fitted to rendered balls of 8 to 43 px radius by
 # `python benchmark/detection_covariance.py --fit`, which brings the normalized squared error, NSE,
@@ -59,37 +56,37 @@ disc: it is within 0.01 radii of the integral."""
 
 def centroid_covariance(
     blobs: BlobTable,
-    frame: Frame,
+    size: tuple[int, int],
     score: NDArray[np.float64],
+    blur: NDArray[np.float64],
+    uneven: NDArray[np.float64],
     part: NDArray[np.float64] | float,
     skewness: NDArray[np.float64],
     doubt: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Measurement covariance of each centroid: the sum of those of independent errors.
 
-    - each outline pixel is in or out by chance: 2 S B OUTLINE_VARIANCE / N^2, with the area N, the
-      central second moments S, and the outline B of the ellipse-like shape in the box, whose
-      second moments about its center are twice those of the area;
+    - each outline pixel is in or out by chance: :func:`chance`;
     - the grid: PIXELATION / N;
     - where a color ends, if that was found: doubt, of the radius of the disc with the area N;
-    - :func:`blur_shift` along each axis, :func:`border_shift` across the border, and where there is
-      none :func:`cut_shift` in any direction;
+    - :func:`blur_shift` and blur times uneven along each axis, :func:`border_shift` across the
+      border, and where there is none :func:`cut_shift` in any direction;
     - pixels of the color dropped beside the blob, along a part s of the outline: they cut off
       little if it is small, and seldom more than half of an extent e: s^4 (e / 2)^2 / 12.
 
-    :param frame: that the blobs are in.
+    :param size: height and width of the picture [px].
     :param score: (N,) mean closeness to the reference color, 0..1.
+    :param blur: (N, 2) width of the outline along u and v [px], see outline_blur().
+    :param uneven: (N, 2) share of blur that outlines are shifted by for what is behind, 0..1.
     :param part: (N,) of the outline beyond which the color was dropped, 0..1, see open_part().
     :param skewness: (N,) three-fold skewness beyond the usual, see UsualSkewness.
     :param doubt: (N,) shift by not knowing where a blob ends [radii], see Method.
     :returns: (N, 2, 2) [px^2], positive definite.
     """
-    height, width = size_of(frame)
     outline = np.asarray(np.pi / 2 * blobs.box[:, 2:].sum(axis=1), np.float64)
-    share = 2 * OUTLINE_VARIANCE * outline / blobs.area**2
-    covariance: NDArray[np.float64] = share[:, None, None] * blobs.spread
-    shift = blur_shift(blobs, frame, score, outline)
-    beyond = border_shift(blobs, width, height)
+    covariance = chance(blobs, outline)
+    shift = np.hypot(blur_shift(blobs, blur, score, outline), blur * uneven)
+    beyond = border_shift(blobs, *size[::-1])
     cut = np.where(beyond.any(axis=1), 0, cut_shift(blobs, skewness))
     dropped = part**4 * blobs.box[:, 2:].max(axis=1) ** 2 / 48
     even = (PIXELATION + doubt**2 * blobs.area**2 / np.pi) / blobs.area + cut**2 / 2 + dropped
@@ -98,9 +95,21 @@ def centroid_covariance(
     return covariance
 
 
+def chance(blobs: BlobTable, outline: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Covariance by outline pixels that are in or out by chance: 2 S B OUTLINE_VARIANCE / N^2.
+
+    N is the area, S are the central second moments, B is the outline of the ellipse-like shape in
+    the box, whose second moments about its center are twice those of the area.
+
+    :returns: (N, 2, 2) [px^2].
+    """
+    share = 2 * OUTLINE_VARIANCE * outline / blobs.area**2
+    return np.asarray(share[:, None, None] * blobs.spread)
+
+
 def blur_shift(
     blobs: BlobTable,
-    frame: Frame,
+    blur: NDArray[np.float64],
     score: NDArray[np.float64],
     outline: NDArray[np.float64],
 ) -> NDArray[np.float64]:
@@ -115,7 +124,6 @@ def blur_shift(
 
     :returns: (N, 2) [px].
     """
-    blur = outline_blur(frame, blobs)
     inner = np.maximum(blur.mean(axis=1) / 2 - BLURRED_MARGIN, 0)
     blurred = np.minimum(inner * outline / blobs.area, 1)
     distance = np.maximum(1 - score - BLURRED_DISTANCE * blurred, LEAST_DISTANCE)

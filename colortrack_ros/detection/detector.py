@@ -11,6 +11,9 @@ from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.blobs import sample_pixels
+from colortrack_ros.detection.blur import outline_blur
+from colortrack_ros.detection.blur import outline_sides
+from colortrack_ros.detection.blur import SHARP
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.covariance import centroid_covariance
 from colortrack_ros.detection.covariance import open_part
@@ -146,11 +149,8 @@ class Detector:
         rows['u'], rows['v'] = blobs.mean.T
         if not len(rows):
             return rows
-        height, width = size_of(frame)
         score = rows['score'] = self._score(frame, blobs)
-        skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
-        doubt = np.broadcast_to(self._method.doubt, self._method.labels + 1)[blobs.label]
-        covariance = centroid_covariance(blobs, frame, score, part, skewness, doubt)
+        covariance = self._covariance(frame, blobs, score, part)
         rows['cov_uu'], rows['cov_uv'] = covariance[:, 0, 0], covariance[:, 0, 1]
         rows['cov_vv'] = covariance[:, 1, 1]
         rows['area'] = blobs.area
@@ -158,6 +158,44 @@ class Detector:
             rows[name] = column
         rows['color'] = blobs.label - 1
         return rows
+
+    def _covariance(
+        self,
+        frame: Frame,
+        blobs: BlobTable,
+        score: NDArray[np.float64],
+        part: NDArray[np.float64] | float,
+    ) -> NDArray[np.float64]:
+        """(N, 2, 2) of the centroids, by what is seen of each blob."""
+        height, width = size_of(frame)
+        skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
+        doubt = np.broadcast_to(self._method.doubt, self._method.labels + 1)[blobs.label]
+        blur = outline_blur(frame, blobs)
+        uneven = self._unevenness(frame, blobs, blur)
+        return centroid_covariance(
+            blobs, (height, width), score, blur, uneven, part, skewness, doubt
+        )
+
+    def _unevenness(
+        self, frame: Frame, blobs: BlobTable, blur: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """(N, 2) see centroid_covariance()."""
+        uneven = np.zeros_like(blur)
+        is_blurred = blur.max(axis=1) > SHARP
+        if not is_blurred.any():
+            return uneven
+        blobs, blur = blobs.take(is_blurred), blur[is_blurred]
+        width = size_of(frame)[1]
+        inside, outside = outline_sides(frame, blobs, blur)
+        end = self._method.end_share(
+            frame,
+            np.divmod(inside.reshape(-1), width),
+            np.divmod(outside.reshape(-1), width),
+            blobs.label.repeat(inside[0].size),
+        ).reshape(inside.shape)
+        one_sided = (end[..., 1] - end[..., 0]) / 2
+        uneven[is_blurred] = np.sqrt(one_sided.var(axis=2, ddof=1) / one_sided.shape[2])
+        return uneven
 
     def _score(self, frame: Frame, blobs: BlobTable) -> NDArray[np.float64]:
         """(N,) mean closeness to the color over the blob, over SCORE_PIXELS of it at most."""

@@ -9,6 +9,9 @@ from colortrack_ros.encodings import bgr_at
 from colortrack_ros.encodings import is_yuv
 from colortrack_ros.encodings import size_of
 
+Pixels = tuple[NDArray[np.intp], NDArray[np.intp]]
+"""Rows and columns, (N,) each."""
+
 RED_FIRST = ('rgb8', 'rgba8')
 """Encodings whose first channel is red; in the others it is blue."""
 
@@ -31,7 +34,7 @@ def pixels_at(frame: Frame, position: NDArray[np.intp]) -> NDArray[np.uint8]:
     return frame.image.reshape(height * width, -1).take(position, axis=0)
 
 
-def rgb_at(frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]]) -> NDArray[np.uint8]:
+def rgb_at(frame: Frame, pixel: Pixels) -> NDArray[np.uint8]:
     """Red, green and blue, (N, 3), of single pixels.
 
     :param pixel: (N,) rows and columns.

@@ -108,6 +108,21 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
     assert row['cov_uu'] > 2 * row['cov_vv']
 
 
+def test_a_blurred_ball_before_things_like_it_is_known_worse():
+    sigmas = []
+    for corner in ((110, 105, 100), (60, 75, 150)):
+        image = np.full((160, 240, 3), (110, 105, 100), np.uint8)
+        image[:80, 120:] = corner
+        draw_ball(
+            image, np.array([120.3, 80.2]), np.array([8.0, 0.0]), 24.0, np.array((34, 58, 205))
+        )
+        (row,) = Detector(DetectorConfig()).detect(Frame(image)).rows
+        sigmas.append(np.sqrt(row['cov_uu']))
+    even, uneven = sigmas
+    assert row['u'] - 120.3 > 0.5
+    assert uneven > 1.5 * even
+
+
 def test_a_ball_behind_something_is_known_worse_the_less_of_it_is_left():
     detector = Detector(DetectorConfig())
     (whole,) = detector.detect(Frame(blurred(0.0))).rows

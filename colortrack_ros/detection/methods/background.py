@@ -15,6 +15,7 @@ from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.pixels import channels_of
+from colortrack_ros.detection.pixels import Pixels
 from colortrack_ros.detection.shape import ShapeConfig
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
@@ -94,11 +95,15 @@ class BackgroundSubtraction:
         difference = self._subtractor.apply(picture)
         return np.zeros_like(difference) if is_first else difference
 
-    def closeness(
-        self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray
-    ) -> NDArray[np.float64]:
+    def closeness(self, frame: Frame, pixel: Pixels, label: NDArray) -> NDArray[np.float64]:
         """1: there is no reference color."""
         return np.ones(len(label))
+
+    def end_share(
+        self, frame: Frame, inside: Pixels, outside: Pixels, label: NDArray
+    ) -> NDArray[np.float64]:
+        """Half: there is no reference color."""
+        return np.full(len(label), 0.5)
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """All of them."""

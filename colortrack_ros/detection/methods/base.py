@@ -9,6 +9,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import Connect
 from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.pixels import Pixels
 
 
 class Method(Protocol):
@@ -50,13 +51,21 @@ class Method(Protocol):
     def label(self, frame: Frame) -> LabelImage:
         """The label of each pixel: 0 for none, k + 1 for the color with the index k."""
 
-    def closeness(
-        self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray
-    ) -> NDArray[np.float64]:
+    def closeness(self, frame: Frame, pixel: Pixels, label: NDArray) -> NDArray[np.float64]:
         """How well single pixels fit to their label, 0..1, 1 when exactly.
 
         :param pixel: (N,) rows and columns.
         :param label: (N,) of the blobs that the pixels are in.
+        """
+
+    def end_share(
+        self, frame: Frame, inside: Pixels, outside: Pixels, label: NDArray
+    ) -> NDArray[np.float64]:
+        """Where on the blurred outline of a blob, which mixes what is on its sides, it ends.
+
+        :param inside, outside: N pixels on either side of an outline.
+        :param label: (N,) of the blobs.
+        :returns: (N,) share of the inside in the mix there, 0..1; half if nothing is known.
         """
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:

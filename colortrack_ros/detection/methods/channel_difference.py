@@ -12,6 +12,7 @@ from colortrack_ros.detection.blobs import as_one
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.pixels import Pixels
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.parameters import Config
@@ -87,13 +88,23 @@ class ChannelDifference:
             _clear_outside(image)
         return image
 
-    def closeness(
-        self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray
-    ) -> NDArray[np.float64]:
+    def closeness(self, frame: Frame, pixel: Pixels, label: NDArray) -> NDArray[np.float64]:
         """The difference of the channels over the greatest one possible."""
-        rgb = rgb_of(frame.image[pixel], frame.encoding).astype(float)
+        return np.clip(self._difference(frame, pixel) / 255, 0, 1)
+
+    def end_share(
+        self, frame: Frame, inside: Pixels, outside: Pixels, label: NDArray
+    ) -> NDArray[np.float64]:
+        """Where the difference of the channels is the threshold."""
+        other = self._difference(frame, outside)
+        way = np.maximum(self._difference(frame, inside) - other, 1)
+        return np.clip((self._threshold - other) / way, 0, 1)
+
+    def _difference(self, frame: Frame, pixel: Pixels) -> NDArray[np.float64]:
+        """(N,) the channel less both others."""
+        rgb = rgb_of(frame.image[pixel], frame.encoding).astype(np.float64)
         others = np.delete(rgb, self._channel, axis=1).sum(axis=1)
-        return np.clip((rgb[:, self._channel] - others) / 255, 0, 1)
+        return np.asarray(rgb[:, self._channel] - others)
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """The first: blobs come largest first."""

@@ -27,6 +27,7 @@ from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import MorphologyConfig
 from colortrack_ros.detection.pieces import join_pieces
 from colortrack_ros.detection.pixels import channels_of
+from colortrack_ros.detection.pixels import Pixels
 from colortrack_ros.detection.pixels import rgb_at
 from colortrack_ros.detection.reference import DEFAULT_COLORS
 from colortrack_ros.detection.reference import expect
@@ -206,11 +207,16 @@ class ColorDistance:
         self._background.relight(picture)
         self._background.clear_still(picture, image, self._config.difference_threshold)
 
-    def closeness(
-        self, frame: Frame, pixel: tuple[NDArray[np.intp], NDArray[np.intp]], label: NDArray
-    ) -> NDArray[np.float64]:
+    def closeness(self, frame: Frame, pixel: Pixels, label: NDArray) -> NDArray[np.float64]:
         """1 - D / tolerance."""
         return self._table.closeness(rgb_at(self._frame, pixel), label)
+
+    def end_share(
+        self, frame: Frame, inside: Pixels, outside: Pixels, label: NDArray
+    ) -> NDArray[np.float64]:
+        """Where the mix is as far from the color as the tolerance."""
+        table = self._loose if self._config.grow > 1 else self._table
+        return table.end_share(rgb_at(self._frame, inside), rgb_at(self._frame, outside), label)
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """Those that are large enough, where that is found."""
