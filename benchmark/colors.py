@@ -70,13 +70,14 @@ def truth_of(folder: Path, clip: str) -> list[dict[str, float]]:
         return [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
 
 
-def judge(folder: Path, clip: str, color: ReferenceColor) -> tuple[float, float]:
-    """Recall, and false detections in a frame."""
+def judge(folder: Path, clip: str, color: ReferenceColor) -> tuple[float, float, float]:
+    """Recall, false detections in a frame, and the median IoU of boxes of what is wholly seen."""
     _, radius, things = CLIPS[clip]
     truth = truth_of(folder, clip)
     judged = np.loadtxt(folder / f'{clip}.frames', int, ndmin=1)
     detector = Detector(DetectorConfig(colors=(color,)))
     source, hits, due, false = open_source(str(folder / f'{clip}.mp4')), 0, 0, 0
+    overlaps = []
     for number in range(judged.max() + 1):
         rows = detector.detect(source.read()).rows
         if number not in judged:
@@ -91,8 +92,22 @@ def judge(folder: Path, clip: str, color: ReferenceColor) -> tuple[float, float]
         needed = [row['visible'] >= 0.3 for row in now]
         hits += sum(needed[i] for i, _ in pairs)
         due, false = due + sum(needed), false + len(rows) - len(pairs)
+        overlaps += [overlap(rows[j], now[i]) for i, j in pairs if now[i]['visible'] == 1]
     source.close()
-    return hits / max(due, 1), false / len(judged)
+    return hits / max(due, 1), false / len(judged), float(np.median(overlaps or [np.nan]))
+
+
+def overlap(row: np.void, label: dict[str, float]) -> float:
+    """Intersection over union of the boxes of a detection and of a label."""
+    size = np.array([row['box_w'], row['box_h']]), np.array([label['w'], label['h']])
+    # A pixel reaches half a pixel beyond its center.
+    low = (
+        np.array([row['box_u'], row['box_v']]) - 0.5,
+        np.array([label['u'], label['v']]) - size[1] / 2,
+    )
+    common = np.minimum(low[0] + size[0], low[1] + size[1]) - np.maximum(*low)
+    shared = np.maximum(common, 0).prod()
+    return float(shared / (size[0].prod() + size[1].prod() - shared))
 
 
 def sensitivity(folder: Path) -> Iterator[list[str]]:
@@ -118,9 +133,9 @@ def changed_cell(folder: Path, clip: str, name: str) -> str:
     return cell(*judge(folder, clip, color))
 
 
-def cell(recall: float, false: float) -> str:
+def cell(recall: float, false: float, boxes: float) -> str:
     """What a table shows of them."""
-    return f'{recall:.1%} / {false:.2f}'
+    return f'{recall:.1%} / {false:.2f} / {boxes:.2f}'
 
 
 def main() -> None:
@@ -133,7 +148,7 @@ def main() -> None:
     if not folder.is_dir():
         print(f'No clips at {folder}.')
         return
-    table = Table(title='recall / false detections in a frame')
+    table = Table(title='recall / false detections in a frame / IoU of boxes')
     for column in ('constant', *CLIPS) if arguments.constants else ('clip', *WAYS):
         table.add_column(column)
     if arguments.constants:

@@ -44,8 +44,9 @@ class Detector:
 
     The method says which pixels belong to which color, by default by color distance (2.1) and
     threshold (2.2). Then, for all methods, closing (2.7), erosion (2.4), opening (2.6), 8-connected
-    components, area and centroid by moments (2.9)-(2.11). A blob is of one color; area, box and
-    centroid are those of the mask at the end. Of things that were blobs of their own, and have come
+    components, area and centroid by moments (2.9)-(2.11). A blob is of one color; area and centroid
+    are those of the mask at the end, and so is the box, but of a color whose tolerance was found:
+    that has back what the erosion took. Of things that were blobs of their own, and have come
     together to one, they are those of what each looked like before, fitted to it.
 
     :param config: what to look for.
@@ -154,10 +155,22 @@ class Detector:
         rows['cov_uu'], rows['cov_uv'] = covariance[:, 0, 0], covariance[:, 0, 1]
         rows['cov_vv'] = covariance[:, 1, 1]
         rows['area'] = blobs.area
-        for name, column in zip(('box_u', 'box_v', 'box_w', 'box_h'), blobs.box.T, strict=True):
+        box = self._boxes(blobs, *size_of(frame))
+        for name, column in zip(('box_u', 'box_v', 'box_w', 'box_h'), box.T, strict=True):
             rows[name] = column
         rows['color'] = blobs.label - 1
         return rows
+
+    def _boxes(self, blobs: BlobTable, height: int, width: int) -> NDArray[np.int64]:
+        """(N, 4) of the blobs; of a color whose end was found, with what the erosion took off.
+
+        An eroded mask, dilated again, is within what it was.
+        """
+        is_found = np.broadcast_to(self._method.is_found, self._method.labels + 1)[blobs.label]
+        low, high = blobs.box[:, :2], blobs.box[:, :2] + blobs.box[:, 2:]
+        margin = is_found[:, None] * (self._config.erosion_size // 2)
+        low, high = np.maximum(low - margin, 0), np.minimum(high + margin, [width, height])
+        return np.hstack([low, high - low])
 
     def _covariance(
         self,

@@ -49,8 +49,8 @@ def rows_of(
         covariance = template.covariance + np.eye(2) * ((FIT_ERROR * fit.step) ** 2 + unlike**2)
         new['cov_uu'], new['cov_uv'], _, new['cov_vv'] = covariance.reshape(4)
         new['area'] = template.area
-        new['box_u'], new['box_v'] = center - template.reach
-        new['box_h'], new['box_w'] = template.mask.shape
+        new['box_u'], new['box_v'] = center + template.box[:2]
+        new['box_w'], new['box_h'] = template.box[2:]
     return rows
 
 

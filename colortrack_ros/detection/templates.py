@@ -38,12 +38,14 @@ class BlobTemplate:
 
     :param mask: (H, W) 1 for its pixels, 0 for others.
     :param reach: (2,) from its top left pixel to its centroid, u, v [px].
+    :param box: (4,) u, v from its centroid to the corner of its box, width and height [px].
     :param covariance: (2, 2) of the centroid then [px^2].
     :param area: its pixels.
     """
 
     mask: Mask
     reach: Floats
+    box: Floats
     covariance: Floats
     area: float
 
@@ -102,9 +104,13 @@ class Look:
         blobs, blob = self.blobs, self.blob[number]
         row = self.rows[blob]
         covariance = np.array([row['cov_uu'], row['cov_uv'], row['cov_uv'], row['cov_vv']])
-        reach = blobs.mean[blob] - blobs.box[blob, :2]
+        corner = row['box_u'] - row['u'], row['box_v'] - row['v']
         return BlobTemplate(
-            mask_of(blobs, blob), reach, covariance.reshape(2, 2), float(blobs.area[blob])
+            mask_of(blobs, blob),
+            blobs.mean[blob] - blobs.box[blob, :2],
+            np.array([*corner, row['box_w'], row['box_h']]),
+            covariance.reshape(2, 2),
+            float(blobs.area[blob]),
         )
 
 

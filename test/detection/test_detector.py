@@ -213,3 +213,20 @@ def test_a_configuration_counts_from_the_next_frame_on():
 def test_a_picture_that_contradicts_its_encoding_is_refused(image, encoding, said):
     with pytest.raises(ValueError, match=said):
         Detector(CONFIG).detect(Frame(image, encoding))
+
+
+@pytest.mark.parametrize('erosion', [1, 3, 7])
+def test_the_box_of_a_color_whose_end_is_found_is_that_of_the_thing(erosion):
+    v, u = np.indices((120, 160))
+    image = np.full((120, 160, 3), 110, np.uint8)
+    image[(abs(u - 60) <= 20) & (abs(v - 50) <= 15)] = (34, 58, 205)
+    image[(u >= 130) & (abs(v - 90) <= 10)] = (34, 58, 205)
+    names = ['box_u', 'box_v', 'box_w', 'box_h']
+    for tolerance, less in ((0.0, 0), (25.0, erosion // 2)):
+        colors = (ReferenceColor.from_rgb('red', (205, 58, 34), tolerance),)
+        rows = (
+            Detector(DetectorConfig(colors=colors, erosion_size=erosion)).detect(Frame(image)).rows
+        )
+        large, small = rows[names].tolist()
+        assert large == (40 + less, 35 + less, 41 - 2 * less, 31 - 2 * less)
+        assert small == (130 + less, 80 + less, 30 - less, 21 - 2 * less)

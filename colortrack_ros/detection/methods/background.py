@@ -57,6 +57,7 @@ class BackgroundSubtraction:
     labels = 1
     reads_yuv = False
     doubt = 0.0
+    is_found = False
     whole = None
     trouble = ''
     connect = staticmethod(connect)

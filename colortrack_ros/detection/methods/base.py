@@ -45,6 +45,13 @@ class Method(Protocol):
         """
 
     @property
+    def is_found(self) -> NDArray[np.bool_] | bool:
+        """(labels + 1,) by label, whether where objects end was found in the pictures.
+
+        Then the boxes of blobs are those of objects; else they are those of the mask.
+        """
+
+    @property
     def trouble(self) -> str:
         """What a person should know and do; empty when all is well."""
 

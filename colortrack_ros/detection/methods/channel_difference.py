@@ -67,6 +67,7 @@ class ChannelDifference:
     labels = 1
     reads_yuv = False
     doubt = 0.0
+    is_found = False
     whole = None
     trouble = ''
 

@@ -147,6 +147,11 @@ class ColorDistance:
         return self._finder.doubt
 
     @property
+    def is_found(self) -> NDArray[np.bool_]:
+        """That of colors whose tolerance was not given."""
+        return np.array([False, *(color.is_sought for color in self._given)])
+
+    @property
     def trouble(self) -> str:
         """That of finding how far colors reach."""
         return self._finder.trouble
