@@ -30,6 +30,9 @@ PNM_SIZE = re.compile(rb'P[1-6](?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)')
 TIFF_WIDTH, TIFF_HEIGHT, TIFF_SHORT = 256, 257, 3
 """Tags of ImageWidth and ImageLength, and the type of 16 bits; the other is of 32 (TIFF 6.0)."""
 
+FLAGS, ANIMATED = 20, 0x02
+"""Place of the flags of an extended WebP, and the one of an animation (RFC 9649, 2.7)."""
+
 _NO_LENGTH = {0x01, *range(0xD0, 0xD9)}
 _FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 _SCAN = 0xDA
@@ -47,6 +50,8 @@ def read_picture(path: str | Path, flags: int) -> NDArray[np.uint8]:
     size = claimed_size(content)
     if size is None:
         raise ValueError('expected a whole PNG, JPEG, BMP, TIFF, WebP, PGM or PPM')
+    if is_animated(content):
+        raise ValueError('expected one picture, this WebP has several: make a video of it')
     width, height = size
     if width * height > MAX_PIXELS:
         raise ValueError(f'expected at most {MAX_PIXELS} pixels, got {width}x{height}')
@@ -111,6 +116,12 @@ def _tiff_size(data: bytes) -> tuple[int, int] | None:
             form = 'H' if kind == TIFF_SHORT else 'I'
             (found[tag],) = struct.unpack_from(f'{order}{form}', data, at + 8)
     return (found[TIFF_WIDTH], found[TIFF_HEIGHT]) if len(found) == 2 else None
+
+
+def is_animated(data: bytes) -> bool:
+    """Whether a picture is a WebP of several (RFC 9649, 2.7): OpenCV gives one of them, or none."""
+    is_extended = data.startswith(b'RIFF') and data[8:16] == b'WEBPVP8X'
+    return is_extended and len(data) > FLAGS and bool(data[FLAGS] & ANIMATED)
 
 
 def _webp_size(data: bytes) -> tuple[int, int] | None:

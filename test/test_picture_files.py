@@ -52,6 +52,13 @@ def test_a_picture_that_claims_too_much_is_refused_before_it_is_decoded(
         read_picture(path, cv2.IMREAD_COLOR)
 
 
+def test_pictures_that_move_are_not_taken_for_one(tmp_path):
+    path = tmp_path / 'moves.webp'
+    path.write_bytes(EXTENDED_WEBP[:20] + b'\x02' + EXTENDED_WEBP[21:])
+    with pytest.raises(ValueError, match='this WebP has several: make a video of it'):
+        read_picture(path, cv2.IMREAD_COLOR)
+
+
 @settings(deadline=None, max_examples=200)
 @given(data=st.data(), suffix=st.sampled_from(PICTURE_SUFFIXES))
 def test_a_broken_header_is_no_picture_or_one_of_some_size(data, suffix):

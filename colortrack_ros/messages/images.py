@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import Image
 
+from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.encodings import BAYER
 from colortrack_ros.encodings import LAYOUTS
@@ -16,12 +17,23 @@ from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.header import stamp_of
 
-OTHER_NAMES = {'8UC1': 'mono8', '8UC3': 'bgr8', 'yuv422': 'uyvy', 'yuv422_yuy2': 'yuyv'}
+OTHER_NAMES = {
+    '8UC1': 'mono8',
+    '8UC3': 'bgr8',
+    '8UC4': 'bgra8',
+    'yuv422': 'uyvy',
+    'yuv422_yuy2': 'yuyv',
+}
 """Encodings of messages that are called otherwise in a Frame: the types of OpenCV, which cv_bridge
 takes for gray and BGR, and the names of YUV 4:2:2 before Jazzy."""
 
-SIXTEEN_BIT = {'mono16': 'mono8', **{name[:-1] + '16': name for name in BAYER}}
-"""16-bit encodings, and the 8-bit encoding of a Frame that keeps their upper byte."""
+SIXTEEN_BIT = {
+    **{name[:-1] + '16': name for name in (*ENCODINGS, *BAYER)},
+    '16UC3': 'bgr8',
+    '16UC4': 'bgra8',
+}
+"""16-bit encodings, and the 8-bit encoding of a Frame that keeps their upper byte. 16UC1 is none:
+depth has it."""
 
 KNOWN = (*LAYOUTS, *OTHER_NAMES, *SIXTEEN_BIT)
 """Encodings that are accepted."""

@@ -6,6 +6,7 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
+from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.encodings import LAYOUTS
 from colortrack_ros.messages import frame_of_image
@@ -86,8 +87,11 @@ def test_an_image_that_contradicts_itself_is_refused_with_a_reason(changes, reas
 
 @pytest.mark.parametrize(
     ('name', 'encoding', 'channels'),
-    [('8UC1', 'mono8', 1), ('8UC3', 'bgr8', 3), ('yuv422', 'uyvy', 2), ('yuv422_yuy2', 'yuyv', 2)],
-)
+    [
+        ('8UC1', 'mono8', 1), ('8UC3', 'bgr8', 3), ('8UC4', 'bgra8', 4), ('yuv422', 'uyvy', 2),
+        ('yuv422_yuy2', 'yuyv', 2),
+    ],
+)  # fmt: skip
 def test_older_and_other_names_of_an_encoding_mean_the_same(name, encoding, channels):
     data = bytes(range(8 * channels))
     message = Image(height=2, width=4, encoding=name, step=4 * channels, data=data)
@@ -108,6 +112,27 @@ def test_of_sixteen_bits_the_upper_eight_are_taken(name, big_endian, padding):
         frame = read(message)
         assert frame.encoding == name.replace('16', '8')
         np.testing.assert_array_equal(frame.image, values // 256)
+
+
+@pytest.mark.parametrize(
+    ('name', 'encoding'),
+    [
+        ('rgb16', 'rgb8'), ('bgr16', 'bgr8'), ('rgba16', 'rgba8'), ('bgra16', 'bgra8'),
+        ('16UC3', 'bgr8'), ('16UC4', 'bgra8'),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize('big_endian', [False, True])
+@pytest.mark.parametrize('padding', [0, 5])
+def test_of_sixteen_bits_of_color_the_upper_eight_are_taken(name, encoding, big_endian, padding):
+    channels = ENCODINGS[encoding]
+    values = (np.arange(15 * channels).reshape(5, 3, channels) * 1000 + 77) % 65536
+    rows = values.astype('>u2' if big_endian else '<u2').view(np.uint8).reshape(5, -1)
+    message = Image(height=5, width=3, encoding=name, is_bigendian=big_endian)
+    message.step = 6 * channels + padding
+    message.data = np.pad(rows, ((0, 0), (0, padding)), constant_values=255).tobytes()
+    frame = frame_of_image(message)
+    assert frame.encoding == encoding
+    np.testing.assert_array_equal(frame.image, values // 256)
 
 
 @given(st.data())
