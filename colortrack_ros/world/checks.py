@@ -94,7 +94,7 @@ def off_size(
     of, order = objects.track_id[:, camera], np.argsort(found)
     told = np.isin(of, found) & (objects.kinds.diameter > 0)
     seen = seen[order][np.searchsorted(found[order], of[told])]
-    told[told] = disc = round_blobs(seen)
+    told[told] = disc = round_blobs(seen, config)
     kinds, belief, sizes = (
         objects.kinds.take(told), objects.belief.take(told), seen_sizes(seen[disc], config)
     )  # fmt: skip
