@@ -175,8 +175,9 @@ class Belief(Columns):
         """
         cases, self._eye = self._cases(len(self)), view.optical.t
         refused, likely = update(
-            self.motion, self.errors, measured.take(cases), view, kinds.take(cases), ground, camera
-        )
+            self.motion, self.errors, measured.take(cases), view, kinds.take(cases), ground,
+            camera, weigh=len(self.log_weight) > 1,
+        )  # fmt: skip
         if len(self.log_weight) == 1:
             return refused
         log = self.log_weight + likely.reshape(self.log_weight.shape)

@@ -61,16 +61,29 @@ class Updated:
     :ivar nis: (N,) normalized innovation squared, of the hypothesis that it fits best.
     :ivar information: (N, 8 C, 8 C) of what is measured about the errors of the cameras.
     :ivar vector: (N, 8 C) information times the correction that it asks for.
-    :ivar log_likelihood: (N,) of what is measured, if the errors of the cameras are as estimated.
-    :ivar log_volume: (N,) what it would be of what is measured as expected.
+    :ivar p: (N, 2) of the hypotheses before it; S: (N, 2, M, M), e: (N, 2, M) their innovations.
     """
 
     states: Motions
     nis: Floats
     information: Floats
     vector: Floats
-    log_likelihood: Floats
-    log_volume: Floats
+    p: Floats
+    S: Floats
+    e: Floats
+
+    def likelihoods(self) -> tuple[Floats, Floats]:
+        """Logs of how likely what is measured is, and would be as expected, (N,).
+
+        If the errors of the cameras are as estimated.
+        """
+        volume = -np.linalg.slogdet(self.S)[1] / 2
+        nis = (self.e * np.linalg.solve(self.S, self.e[..., None])[..., 0]).sum(axis=-1)
+        logs = np.stack([volume - nis / 2, volume])
+        most = logs.max(axis=-1)
+        density = (self.p * np.exp(logs - most[..., None])).sum(axis=-1)
+        log, log_volume = most + np.log(np.maximum(density, TINY))
+        return log, log_volume
 
 
 @dataclass
@@ -110,7 +123,7 @@ def conditional(
         e = line.e[:, None] - (H @ (mean - at[:, None])[..., None])[..., 0]
         G, PH = H @ part.slope + direct, cov @ H.swapaxes(-1, -2)
         S = H @ PH + R
-        K = _gain(PH, S, part.slope, G, errors.cov[robot] * kinds.falls[:, None, None])
+        K = _gain(PH, S, part.slope, G, errors.cov[robot], kinds.falls)
         after = mean + (K @ e[..., None])[..., 0]
         after[..., 2] = np.maximum(after[..., 2], mean[..., 2] / FARTHER)
         ahead = (p[:, :, None] * after).sum(axis=1)
@@ -126,19 +139,19 @@ def conditional(
     G = G * _told(G, direct, S)
     weighed = counted[:, :, None, None] * np.linalg.solve(S, G).swapaxes(-1, -2)
     information, vector = (weighed @ G).sum(axis=1), (weighed @ e[..., None])[..., 0].sum(axis=1)
-    return Updated(states, nis, information, vector, *_likelihoods(p, S, e))
+    return Updated(states, nis, information, vector, p, S, e)
 
 
-def _gain(PH: Floats, S: Floats, slope: Floats, G: Floats, P: Floats) -> Floats:
+def _gain(PH: Floats, S: Floats, slope: Floats, G: Floats, P: Floats, falls: Bools) -> Floats:
     """Kalman's gain, (N, 2, 8, M), with the errors of the cameras known, or considered (Schmidt).
 
     Of what falls they are considered, as its bounces bend too much for the other: it would be
     certain of what holds only if the errors were as estimated.
 
-    :param P: (N, 8 C, 8 C) covariance of the errors that are considered, 0 where they are not.
+    :param P: (N, 8 C, 8 C) covariance of the errors of the cameras; falls: (N,).
     """
-    if P.any():
-        PG = P[:, None] @ G.swapaxes(-1, -2)
+    if falls.any():
+        PG = (P * falls[:, None, None])[:, None] @ G.swapaxes(-1, -2)
         PH, S = PH + slope @ PG, S + G @ PG
     return np.linalg.solve(S, PH.swapaxes(-1, -2)).swapaxes(-1, -2)
 
@@ -170,20 +183,6 @@ def _weigh(states: Motions, P: Floats, G: Floats, S: Floats, e: Floats, falls: B
     p = np.maximum(p / p.sum(axis=1, keepdims=True), least)
     states.probability = p / p.sum(axis=1, keepdims=True)
     return np.asarray(np.where(states.probability > 0, nis, np.inf).min(axis=1))
-
-
-def _likelihoods(p: Floats, S: Floats, e: Floats) -> tuple[Floats, Floats]:
-    """Logs of how likely innovations are, and innovations of 0 would be, (N,).
-
-    :param p: (N, 2) of the hypotheses; S: (N, 2, M, M); e: (N, 2, M).
-    """
-    volume = -np.linalg.slogdet(S)[1] / 2
-    nis = (e * np.linalg.solve(S, e[..., None])[..., 0]).sum(axis=-1)
-    logs = np.stack([volume - nis / 2, volume])
-    most = logs.max(axis=-1)
-    density = (p * np.exp(logs - most[..., None])).sum(axis=-1)
-    log, log_volume = most + np.log(np.maximum(density, TINY))
-    return log, log_volume
 
 
 def _linearized(

@@ -63,13 +63,15 @@ def update(
     kinds: Kinds,
     ground: float,
     camera: int = 0,
+    weigh: bool = True,
 ) -> tuple[Bools, Floats]:
     """Update states and errors by measurements, in place.
 
     :param objects: N, predicted; with G robots, as many of each, one robot after the other.
     :param measured: of each object; nothing used of those that are not measured.
     :param camera: which of them has measured.
-    :return: (N,) which measurements have been refused; (G,) the log of how likely all were.
+    :param weigh: whether to tell how likely they were.
+    :return: (N,) which measurements have been refused; (G,) the log of how likely all were, or 0.
     """
     depth = view.optical.inverse().apply(objects.mean[..., POSITION].reshape(-1, 3))[:, 2]
     number = measured.used.sum(axis=1)
@@ -82,8 +84,9 @@ def update(
     robot = rows // (len(objects) // len(errors.mean))
     limit = GATE[number[rows] - 1]
     states, right, change, likely = _jointly(
-        part, errors, robot, measured.take(rows), view, kinds.take(rows), ground, camera, limit
-    )
+        part, errors, robot, measured.take(rows), view, kinds.take(rows), ground, camera, limit,
+        weigh,
+    )  # fmt: skip
     refused[rows[~right]] = True
     each = np.repeat(change, len(objects) // len(change), axis=0)
     objects.mean = _shifted(objects, each).mean
@@ -101,6 +104,7 @@ def _jointly(
     ground: float,
     camera: int,
     limit: Floats,
+    weigh: bool,
 ) -> tuple[Motions, Bools, Floats, Floats]:
     """Update states in inverse depth, and the errors of the cameras in place.
 
@@ -109,15 +113,15 @@ def _jointly(
     off by 2 degrees. By the ground alone that gains nothing.
 
     :param limit: (N,) of the normalized innovation squared.
-    :return: the states, (N,) which measurements are right, how the errors have changed, and the
-        log of how likely the measurements were, (G,).
+    :return: the states, (N,) which measurements are right, how the errors have changed, and, if
+        asked to weigh, the log of how likely the measurements were, (G,).
     """
     prior, change = errors.mean, np.zeros_like(errors.mean)
     step = conditional(part, errors, robot, measured, view, kinds, ground, camera)
     twice = measured.used[:, PLANE] & measured.used[:, [BLOB, DEPTH]].any(axis=1)
     right = np.asarray(step.nis <= limit)
     for last in range(LINEARIZATIONS):
-        cov, further, likely = _corrected(errors.cov, change, step, robot, right)
+        cov, further = _corrected(errors.cov, change, step, robot, right)
         change = change + further
         bent = (part.slope @ further[robot][:, None, :, None])[..., POSITION, 0]
         if last == LINEARIZATIONS - 1 or not (np.abs(bent[twice]) > LINEAR_WITHIN).any():
@@ -125,9 +129,9 @@ def _jointly(
         there = replace(errors, mean=prior + change)
         moved = _shifted(part, change[robot])
         step = conditional(moved, there, robot, measured, view, kinds, ground, camera)
+    told = errors.cov, change, further, step, robot, right, limit
+    likely = _likelihood(*told) if weigh else np.zeros(len(change))
     errors.mean, errors.cov = prior + change, cov
-    # what is refused is as likely as what is just refused no longer
-    np.add.at(likely, robot[~right], (step.log_volume - limit / 2)[~right])
     return _shifted(step.states, further[robot]), right, change, likely
 
 
@@ -186,27 +190,54 @@ def started(
 
 def _corrected(
     P: Floats, change: Floats, step: Updated, robot: Indices, right: Bools
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats]:
     """The errors of the cameras after an update that has been linearized where they have changed.
 
     :param P: (G, 8 C, 8 C) covariance before it.
     :param change: (G, 8 C) of their mean, at which the step is linearized.
-    :return: their covariance, by how much more they change, and the log of how likely the
-        measurements were, (G,).
+    :return: their covariance, and by how much more they change.
     """
-    information, vector, log = np.zeros_like(P), np.zeros_like(change), np.zeros(len(P))
-    np.add.at(information, robot[right], step.information[right])
-    np.add.at(vector, robot[right], step.vector[right])
-    np.add.at(log, robot[right], step.log_likelihood[right])
+    information, vector = _told_of(step, robot, right, P)
     # (P^-1 + L)^-1 = (I + P L)^-1 P, for P that may be singular
     A = np.eye(vector.shape[1]) + P @ information
     further = np.linalg.solve(A, P @ vector[..., None] - change[..., None])[..., 0]
     after = np.linalg.solve(A, P)
+    return np.asarray((after + after.swapaxes(-1, -2)) / 2), np.asarray(further, float)
+
+
+def _likelihood(
+    P: Floats,
+    change: Floats,
+    further: Floats,
+    step: Updated,
+    robot: Indices,
+    right: Bools,
+    limit: Floats,
+) -> Floats:
+    """The log of how likely measurements were, (G,); as :func:`_corrected`.
+
+    :param change: (G, 8 C) of the errors, with what they change by further.
+    """
+    information, vector = _told_of(step, robot, right, P)
+    at, (each, volume) = change - further, step.likelihoods()
+    log = np.zeros(len(P))
+    np.add.at(log, robot[right], each[right])
     # of a Gaussian in the errors, which is linearized away from its mean
-    bent = (information @ change[..., None])[..., 0]
-    log -= (change * (vector + bent / 2)).sum(axis=1) + np.linalg.slogdet(A)[1] / 2
-    log += ((vector + bent) * (change + further)).sum(axis=1) / 2
-    return np.asarray((after + after.swapaxes(-1, -2)) / 2), np.asarray(further, float), log
+    bent = (information @ at[..., None])[..., 0]
+    A = np.eye(vector.shape[1]) + P @ information
+    log -= (at * (vector + bent / 2)).sum(axis=1) + np.linalg.slogdet(A)[1] / 2
+    log += ((vector + bent) * change).sum(axis=1) / 2
+    # what is refused is as likely as what is just refused no longer
+    np.add.at(log, robot[~right], (volume - limit / 2)[~right])
+    return log
+
+
+def _told_of(step: Updated, robot: Indices, right: Bools, P: Floats) -> tuple[Floats, Floats]:
+    """What right measurements tell of the errors of each robot's cameras: information, vector."""
+    information, vector = np.zeros_like(P), np.zeros_like(P[:, 0])
+    np.add.at(information, robot[right], step.information[right])
+    np.add.at(vector, robot[right], step.vector[right])
+    return information, vector
 
 
 def _shifted(objects: Motions, change: Floats) -> Motions:

@@ -67,6 +67,8 @@ def predict(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float,
 
 def _throw(objects: Motions, kinds: Kinds, dt: float) -> None:
     """Let what falls be thrown at any time of the step, by the other hypothesis, in place."""
+    if not kinds.falls.any():
+        return
     rows, sigma = kinds.falls, np.maximum(kinds.speed[kinds.falls], THROWN)
     for a in (objects.mean, objects.slope, objects.cov):
         a[rows, STANDS] = a[rows, MOVES]

@@ -58,6 +58,11 @@ class View:
         """
         return np.asarray(self.base.R @ self.mount.R)
 
+    @cached_property
+    def _turns(self) -> Floats:
+        """(3, 3, 3) by axis of tilt, transposed matrices of the cross product with it."""
+        return np.asarray(np.cross(np.eye(3), self.tilts.T[:, None]))
+
     def way_since(self, last: 'View') -> tuple[float, float]:
         """How far the robot has moved [m] and turned [rad]."""
         turned = (last.base.inverse() @ self.base).R
@@ -121,7 +126,7 @@ class View:
         """
         d = points - self.optical.t - shift @ self.base.R.T
         # as matrices of cross products, q = R^T (1 - W + W^2 / 2) d
-        axes = np.cross(np.eye(3), self.tilts.T[:, None])
+        axes = self._turns
         W = np.tensordot(tilt, axes, 1).swapaxes(1, 2)
         Wd = (W @ d[:, :, None])[:, :, 0]
         turned, again = (a @ axes for a in (d[:, None, None], Wd[:, None, None]))
