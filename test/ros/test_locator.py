@@ -11,6 +11,7 @@ from support.ball_before_camera import info
 from support.ball_before_camera import picture
 from support.ball_before_camera import PLACE
 from support.ball_before_camera import START
+from support.ball_before_camera import view_of
 from support.locating_robot import FRAME
 from support.locating_robot import RED
 from support.locating_robot import Robot
@@ -149,12 +150,50 @@ def test_by_tf_the_same_ball_is_at_the_same_place_and_a_frame_of_its_own(ros):
         assert ros.spin(lambda k=k: len(robot.locations) == k + 1), ros.outputs()
     (row,) = locations_of_cloud(robot.locations[-1]).rows
     assert (row['x'], row['y'], row['z']) == pytest.approx(BALL, abs=0.01)
-    from rclpy.time import Time
-
-    assert ros.spin(lambda: buffer.can_transform('odom', 'target', Time()))
-    at = buffer.lookup_transform('odom', 'target', Time()).transform.translation
+    last = robot.locations[-1].header.stamp
+    assert ros.spin(lambda: buffer.can_transform('odom', 'target', last))
+    at = buffer.lookup_transform('odom', 'target', last).transform.translation
     assert np.hypot(at.x - row['x'], at.y - row['y']) < 1e-6
     del listener
+
+
+def pan_tilt(k):
+    """Of a robot that stands: base_link, and the head on it."""
+    return Pose.of_rpy((0, 0, 0), (0, 0, 0)), Pose.of_rpy(
+        (0.1, 0, 0.6), (0, 0.2 + 0.1 * np.sin(k), 0.1 + 0.3 * np.sin(0.7 * k))
+    )
+
+
+def drone(k):
+    """Climbs, rolls and pitches by 20 degrees; its camera looks down by 45 degrees less."""
+    lean = 0.35 * np.sin(0.9 * k), 0.35 * np.sin(0.7 * k)
+    base = Pose.of_rpy((0.3 + 0.05 * k, 0.2, 1.8 + 0.05 * k), (*lean, 0.1 * np.sin(k)))
+    return base, Pose.of_rpy((0.1, 0, -0.05), (0, np.pi / 4, 0))
+
+
+@pytest.mark.parametrize('robot_of', [pan_tilt, drone])
+@pytest.mark.parametrize('method', ['ground', 'size'])
+def test_tf_tells_how_a_head_turns_and_a_drone_leans(ros, robot_of, method):
+    """The head is another frame, that of the camera hangs on it."""
+    tf2_ros = pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
+    robot = Robot(ros, pose_source='tf', method=method)
+    moving = tf2_ros.TransformBroadcaster(ros.node)
+    fixed = tf2_ros.StaticTransformBroadcaster(ros.node)
+    fixed.sendTransform(transform('head', 'cam', 0, OPTICAL))
+    ros.settle()
+    for k in range(10):
+        (base, head), stamp = robot_of(k), START + k * FRAME
+        moving.sendTransform(
+            [
+                transform('odom', 'base_link', stamp, base),
+                transform('base_link', 'head', stamp, head),
+            ]
+        )
+        robot.see(k, view=view_of(base, head))
+        assert ros.spin(lambda k=k: len(robot.locations) == k + 1), ros.outputs()
+        (row,) = locations_of_cloud(robot.locations[-1]).rows
+        assert (row['x'], row['y'], row['z']) == pytest.approx(BALL, abs=0.03)
+        assert np.hypot(row['vx'], row['vy']) < 0.1
 
 
 def test_vision_msgs_carry_ids_classes_boxes_and_covariances(ros):

@@ -35,10 +35,19 @@ def odometry(stamp, x, frame='odom', child='base_link', yaw=0.0):
     return message
 
 
+def view_of(base, mount):
+    """The camera on a robot at a pose."""
+    return View(CameraModel.of(640, 480, K), base, mount)
+
+
 def picture(stamp, x, yaw=0.0):
     """Clouds of the detections and tracks of the ball, seen by a robot at x."""
-    camera = CameraModel.of(640, 480, K)
-    view = View(camera, Pose.of_rpy((x, 0, 0), (0, 0, yaw)), Pose.of_rpy(PLACE[:3], PLACE[3:]))
+    mount = Pose.of_rpy(PLACE[:3], PLACE[3:])
+    return seen_by(stamp, view_of(Pose.of_rpy((x, 0, 0), (0, 0, yaw)), mount))
+
+
+def seen_by(stamp, view):
+    """Clouds of the detections and tracks of the ball, seen by a camera."""
     detections, track = seen(view, BALL, stamp)[1], np.zeros(1, TRACK)
     for name in ('u', 'v', 'area', 'box_w', 'box_h'):
         track[name] = detections.rows[name]

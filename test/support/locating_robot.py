@@ -8,6 +8,7 @@ from support.ball_before_camera import K
 from support.ball_before_camera import odometry
 from support.ball_before_camera import picture
 from support.ball_before_camera import PLACE
+from support.ball_before_camera import seen_by
 from support.ball_before_camera import START
 
 FRAME = 40_000_000
@@ -37,13 +38,12 @@ class Robot:
         assert ros.spin(lambda: ros.node.count_publishers('locations') == 1)
         ros.settle()
 
-    def see(self, k, k_of_camera=K):
+    def see(self, k, k_of_camera=K, view=None):
         stamp = START + k * FRAME
         self.info.publish(info(stamp, k_of_camera))
         self.ros.settle()  # which of two topics is heard first nobody can tell otherwise
-        for publisher, cloud in zip(
-            (self.detections, self.tracks), picture(stamp, 0.02 * k), strict=True
-        ):
+        clouds = seen_by(stamp, view) if view else picture(stamp, 0.02 * k)
+        for publisher, cloud in zip((self.detections, self.tracks), clouds, strict=True):
             publisher.publish(cloud)
 
     def drive(self, k, **names):

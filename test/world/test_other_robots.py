@@ -122,3 +122,52 @@ def test_what_falls_is_located_beside_what_shows_the_pitch_on_the_ground(pitch):
     for row, ball in zip(rows, balls, strict=True):
         assert (row['x'], row['y']) == pytest.approx(ball[:2], abs=0.1)
     assert told == []
+
+
+def climbing(k):
+    """Climbs, rolls and pitches by 20 degrees."""
+    t = k / 30
+    lean = 0.35 * np.sin(1.1 * t), 0.35 * np.sin(0.8 * t + 1)
+    return Pose.of_rpy((-1 + 0.5 * t, 0.3 * np.sin(0.5 * t), 1.5 + 0.25 * t), (*lean, 0.1))
+
+
+@pytest.mark.parametrize('method', ['ground', 'size', 'fused'])
+def test_a_drone_that_climbs_and_leans_sees_on_the_ground_what_stands_there(method):
+    """Its camera looks down by 45 degrees."""
+    one, told = locator(method)
+    for k in range(90):
+        view = View(CAMERA, climbing(k), Pose.of_rpy((0.1, 0, -0.05), (0, np.pi / 4, 0)))
+        tracks, detections = seen(view, (2, 0.3, RADIUS), (k + 1) * FRAME)
+        high = detections.rows['box_v'] + detections.rows['box_h']
+        if detections.rows['box_v'][0] < 1 or high[0] > CAMERA.height - 1:
+            continue  # it leans so far that the ball is not in the picture
+        (row,) = one.update(tracks, detections, view).rows
+        assert (row['x'], row['y'], row['z']) == pytest.approx((2, 0.3, RADIUS), abs=0.03)
+    assert np.hypot(row['vx'], row['vy']) < 0.02
+    assert told == []
+
+
+@pytest.mark.parametrize('method', ['ground', 'size', 'fused'])
+def test_to_stand_still_for_a_long_time_makes_nothing_more_certain(method):
+    """For 2 minutes, at 2 Hz; the pitch stays what it was said to be."""
+    one, told = locator(method)
+    view, spreads = View(CAMERA, STILL, Pose.of_rpy((0.1, 0, 0.5), (0, 0.25, 0))), []
+    for k in range(240):
+        found = one.update(*seen(view, (3, 0.2, RADIUS), round((k + 1) * 5e8)), view)
+        (row,) = found.rows
+        spreads.append(np.sqrt(np.trace(row['covariance'].reshape(6, 6)[:3, :3])))
+    assert (row['x'], row['y'], row['z']) == pytest.approx((3, 0.2, RADIUS), abs=0.03)
+    assert 0.85 * spreads[5] < spreads[-1] < 1.5 * spreads[5]
+    assert told == []
+
+
+def test_above_the_horizon_the_ground_tells_nothing_and_size_what_is_there():
+    view = View(CAMERA, STILL, Pose.of_rpy((0.1, 0, 0.5), (0, -0.3, 0)))
+    one, told = locator('ground')
+    assert len(one.update(*seen(view, (4, 0.3, 1.6), FRAME), view).rows) == 0
+    assert 'does not meet the ground' in told[0]
+    one, told = locator('size', 'free')
+    for k in range(30):
+        (row,) = one.update(*seen(view, (4, 0.3, 1.6), (k + 1) * FRAME), view).rows
+    assert (row['x'], row['y'], row['z']) == pytest.approx((4, 0.3, 1.6), abs=0.03)
+    assert told == []
