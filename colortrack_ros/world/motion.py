@@ -30,8 +30,8 @@ FLIGHTS = 60.0
 """How long it takes until what falls is thrown or kicked again, on the mean [s]. Assumed."""
 
 THROWN = 3.0
-"""Standard deviation of what a throw or a kick changes the velocity by, on each axis [m/s]: that of
-a fall from 0.5 m. Assumed."""
+"""Standard deviation of what a throw or a kick changes the vertical velocity by [m/s]: that of a
+fall from 0.5 m; the horizontal one changes by as much as it may have at first. Assumed."""
 
 RESTITUTION = 0.15
 """Standard deviation of the share of speed that is left after a bounce; a measured one of 0.7 with
@@ -69,7 +69,8 @@ def _throw(objects: Motions, kinds: Kinds, dt: float) -> None:
     """Let what falls be thrown at any time of the step, by the other hypothesis, in place."""
     if not kinds.falls.any():
         return
-    rows, sigma = kinds.falls, np.maximum(kinds.speed[kinds.falls], THROWN)
+    rows, sigma = kinds.falls, kinds.speed[kinds.falls]
+    sigma[:, 2] = np.maximum(sigma[:, 2], THROWN)
     for a in (objects.mean, objects.slope, objects.cov):
         a[rows, STANDS] = a[rows, MOVES]
     thrown = objects.cov[rows, STANDS]
