@@ -74,7 +74,7 @@ LIMITS = {
     'One object breaks into several boxes': ('false', 10, 0),
     'IDs swap or end when objects touch or break apart': ('false', 10, 0),
     'An object has a new ID when it comes back from behind something': ('switches', 2, 0),
-    'A box stays, or flies on, after its object has left': ('false', 50, 10),
+    'A box stays, or flies on, after its object has left': ('false', 30, 10),
     'A box flies straight on where its object turns or falls': ('idf1', 0.2, 0.9),
     'A box comes late': ('misses', 8, 4),
 }

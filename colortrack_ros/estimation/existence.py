@@ -53,14 +53,17 @@ def update_existence(visible: Floats, hidden: Floats, ratio: Floats) -> tuple[Fl
     return visible, np.minimum(hidden / total, 1 - visible)
 
 
-def weigh_hidden(visible: Floats, hidden: Floats, share: Floats) -> tuple[Floats, Floats]:
-    """Probabilities of objects just lost, once it is known how many of those are hidden.
+def weigh_hidden(
+    visible: Floats, hidden: Floats, share: Floats, last: Floats | float = HIDDEN_SHARE
+) -> tuple[Floats, Floats]:
+    """Probabilities of lost objects, once it is known better how many of those are hidden.
 
-    :param visible: (N,), hidden: (N,) as HIDDEN_SHARE has them.
-    :param share: (N,) of what is lost there that is hidden, in place of HIDDEN_SHARE.
+    :param visible: (N,), hidden: (N,) as the last share has them.
+    :param share: (N,) of what is lost there that is hidden, in place of the last.
+    :param last: (N,) what was taken for it so far; HIDDEN_SHARE for what has just been lost.
     :return: visible and hidden, (N,).
     """
-    gone = np.maximum(1 - visible - hidden, 0.0) * (1 - share) / (1 - HIDDEN_SHARE)
-    hidden = hidden * share / HIDDEN_SHARE
+    gone = np.maximum(1 - visible - hidden, 0.0) * (1 - share) / (1 - last)
+    hidden = hidden * share / last
     total = np.maximum(visible + hidden + gone, 1e-300)
     return visible / total, hidden / total

@@ -3,7 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import COASTING
 from colortrack_ros.estimation.existence import HIDDEN_SHARE
+from colortrack_ros.estimation.existence import weigh_hidden
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -36,21 +38,47 @@ class Disappearances:
         some = np.full(len(place), float(returned))
         self._returned = np.concatenate([self._returned, some])[-REMEMBERED:]
 
-    def share(self, place: Floats, area: float) -> Floats:
-        """Probability, (K,), that what has just been lost is hidden and not gone.
+    def share(self, place: Floats, area: float, lost: Floats | None = None) -> Floats:
+        """Probability, (K,), that each of what is lost is hidden and not gone.
 
         By the densities of both kinds, each a sum of kernels and a few anywhere: a cover hides what
         comes there, again and again; where none is known, many that returned elsewhere say little.
 
         :param place: (K, 2) where each was measured [px].
         :param area: of the picture [px^2].
+        :param lost: (K, 2) probabilities so far that each is hidden, and gone, by which they tell
+            of each other; None if they do not.
         """
-        d2 = ((place[:, None] - self._place) ** 2).sum(axis=2) / BESIDE**2
+        lost = np.zeros((len(place), 2)) if lost is None else lost
+        known = np.concatenate([np.stack([self._returned, 1 - self._returned], axis=1), lost])
+        every = np.concatenate([self._place, place])
+        d2 = ((place[:, None] - every) ** 2).sum(axis=2) / BESIDE**2
         weight = np.exp(-d2 / 2) / (2 * np.pi * BESIDE**2)
-        density = []
-        for share, kind in ((HIDDEN_SHARE, self._returned), (1 - HIDDEN_SHARE, 1 - self._returned)):
-            count = float(kind.sum())
-            anywhere = ANYWHERE_WEIGHT * (count + share) / (count + 1) / area
-            density.append(weight @ kind + anywhere)
-        returned, gone = density
-        return np.asarray(returned / (returned + gone))
+        np.fill_diagonal(weight[:, len(self._place) :], 0.0)
+        count = known.sum(axis=0) - lost
+        share = np.array([HIDDEN_SHARE, 1 - HIDDEN_SHARE])
+        density = weight @ known + ANYWHERE_WEIGHT * (count + share) / (count + 1) / area
+        return np.asarray(density[:, 0] / density.sum(axis=1))
+
+    def existence(self, records: NDArray[np.void], area: float) -> Floats:
+        """Probabilities, (N,), that objects exist, by what seems to have become of all lost ones.
+
+        That none of several has come back yet says more with every frame, long before their time
+        is over (expectation maximization, Dempster, Laird and Rubin 1977, a step in each frame).
+
+        :param records: (N,) of all tracks, see records.FIELDS.
+        :param area: of the picture [px^2].
+        """
+        visible, hidden = records['visible'], records['hidden']
+        existence = visible + hidden
+        lost = (records['state'] == COASTING).nonzero()[0]
+        if len(lost):
+            lost = lost[(records['hidden_share'][lost] > 0) & ~records['outside'][lost]]
+            lost = lost[records['updated'][lost].argsort(kind='stable')[-REMEMBERED:]]
+            visible, hidden, at_loss = visible[lost], hidden[lost], records['hidden_share'][lost]
+            seen, unseen = weigh_hidden(visible, hidden, records['believed_share'][lost], at_loss)
+            kinds = np.stack([unseen, np.maximum(1 - seen - unseen, 0.0)], axis=1)
+            share = self.share(records['seen'][lost], area, kinds)
+            records['believed_share'][lost] = share
+            existence[lost] = sum(weigh_hidden(visible, hidden, share, at_loss))
+        return existence

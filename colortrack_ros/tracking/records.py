@@ -35,6 +35,8 @@ FIELDS = [
     ('outside', '?'),
     ('visible', 'f8'),
     ('hidden', 'f8'),
+    ('hidden_share', 'f8'),
+    ('believed_share', 'f8'),
     ('shared', 'i8'),
     ('rival', 'u4'),
     ('met', 'i8'),
@@ -60,9 +62,10 @@ detection; area, box_w, box_h: of the last detection [px]; extent: reach of the 
 and high side, by axis [px], see extents;
 growth: of that [1/s]; partial: it has never been in sight wholly, by axis;
 outside: predicted outside the picture; visible, hidden: probability that the object exists and can,
-or cannot, be seen; shared: stamp of the last frame in which its detection was that of others as
-well, see unresolved, 0 for none [ns]; rival: ID of the track that it may have exchanged detections
-with, 0 for none;
+or cannot, be seen; hidden_share, believed_share: of what is lost there that is hidden, as it was
+believed when it was lost, and as it is now; shared: stamp of the last frame in which its detection
+was that of others as well, see unresolved, 0 for none [ns]; rival: ID of the track that it may have
+exchanged detections with, 0 for none;
 met, apart: stamp of the first frame and of the last in which they were near each other [ns];
 before, before_cov, before_size: its state as predicted for the first, the covariance, and its size
 [px]; sums: of the weighted line through its scans measurements since the last, see crossings;
@@ -82,6 +85,7 @@ def published(
     config: TrackerConfig,
     population: Population,
     speed: Floats,
+    existence: Floats,
 ) -> NDArray[np.void]:
     """The tracks as they are published.
 
@@ -90,10 +94,10 @@ def published(
 
     :param stamp: now [ns].
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s]; 0 for none.
+    :param existence: (N,) probabilities.
     :return: of dtype TRACK.
     """
     records, bias = tracks.records, config.centroid_bias
-    existence = records['visible'] + records['hidden']
     absent = (existence < config.min_score) | records['outside']
     if np.count_nonzero(absent):
         absent &= (records['state'] != TENTATIVE) | records['outside']

@@ -131,9 +131,11 @@ class Tracker:
 
     def _published(self, detections: Detections, speed: NDArray[np.float64]) -> Tracks:
         """The tracks, with the header of the detections."""
+        tracks, learned = self._tracks, self._adaptation
+        existence = learned.disappearances.existence(tracks.records, learned.area)
         now, population = self._clock.now, self._population
-        rows = published(self._tracks, now, self.config, population, speed)
-        self._adaptation.camera.publish(rows, self._tracks)
+        rows = published(tracks, now, self.config, population, speed, existence)
+        learned.camera.publish(rows, tracks)
         why = self._clock.tell_restart()
         return Tracks(rows, detections.stamp, detections.frame_id, why)
 

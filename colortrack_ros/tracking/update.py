@@ -204,6 +204,7 @@ def _learn_disappearances(
     if len(lost):
         share = learned.disappearances.share(records['seen'][lost], learned.area)
         share[records['splinter'][lost]] = 0.0
+        records['hidden_share'][lost] = records['believed_share'][lost] = share
         records['visible'][lost], records['hidden'][lost] = weigh_hidden(
             records['visible'][lost], records['hidden'][lost], share
         )

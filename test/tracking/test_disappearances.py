@@ -91,3 +91,21 @@ def least_score(seen):
 
 def test_to_be_missed_with_all_others_says_less_than_to_be_missed_alone():
     assert least_score(slice(0)) > 0.9 > least_score(slice(7))
+
+
+def test_that_several_do_not_come_back_is_seen_long_before_their_time_is_over():
+    """Eight of twelve are taken away, one every second frame; ten frames later nobody waits."""
+    tracker, z = Tracker(), [(100 * i + 50, 200) for i in range(12)]
+    for k in range(55):
+        left = z[min(max(k - 28, 0) // 2, 8) :]
+        states = tracker.update(points(left, k * FRAME)).rows['state']
+    assert len(states) == 4
+    assert not (states == COASTING).any()
+
+
+def test_that_one_does_not_come_back_does_not_tell_of_itself():
+    learned, place = Disappearances(), np.array([[300.0, 200.0]])
+    alone = learned.share(place, 9e5, np.array([[0.1, 0.9]]))
+    assert alone == pytest.approx([HIDDEN_SHARE])
+    beside = learned.share(np.repeat(place, 2, axis=0), 9e5, np.array([[0.1, 0.9]] * 2))
+    assert (beside < 0.5).all()
