@@ -228,8 +228,10 @@ def test_ten_thousand_mutated_messages_on_each_subscription_do_no_harm(crowd):
         crowd.publish({topic: some[start : start + DEPTH] for topic, some in wrong.items()})
         held.append(list(crowd.memory().values()))
     growth = np.diff(held, axis=0)
-    # A leak grows with every message; the largest picture of all that pass for one leaves a step.
-    leaks = dict(zip(crowd.processes, np.median(growth, axis=0) * len(growth), strict=True))
+    # A leak grows with every message, also with the later ones; what Python and C keep to use it
+    # again is there by then. The largest picture of all that pass for one leaves a step.
+    late = np.median(growth[len(growth) // 2 : -1], axis=0)
+    leaks = dict(zip(crowd.processes, late * len(growth), strict=True))
     assert {name: leak for name, leak in leaks.items() if leak > 2 * 2**20} == {}
     steps = dict(zip(crowd.processes, growth.sum(axis=0), strict=True))
     assert {name: step for name, step in steps.items() if step > 32 * 2**20} == {}
