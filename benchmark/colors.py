@@ -12,6 +12,7 @@ import csv
 from pathlib import Path
 
 import numpy as np
+from real_windows import overlap
 from rich.console import Console
 from rich.table import Table
 from scipy.optimize import linear_sum_assignment
@@ -92,22 +93,19 @@ def judge(folder: Path, clip: str, color: ReferenceColor) -> tuple[float, float,
         needed = [row['visible'] >= 0.3 for row in now]
         hits += sum(needed[i] for i, _ in pairs)
         due, false = due + sum(needed), false + len(rows) - len(pairs)
-        overlaps += [overlap(rows[j], now[i]) for i, j in pairs if now[i]['visible'] == 1]
+        overlaps += [
+            overlap(*boxes_of(rows[j], now[i])) for i, j in pairs if now[i]['visible'] == 1
+        ]
     source.close()
     return hits / max(due, 1), false / len(judged), float(np.median(overlaps or [np.nan]))
 
 
-def overlap(row: np.void, label: dict[str, float]) -> float:
-    """Intersection over union of the boxes of a detection and of a label."""
-    size = np.array([row['box_w'], row['box_h']]), np.array([label['w'], label['h']])
-    # A pixel reaches half a pixel beyond its center.
-    low = (
-        np.array([row['box_u'], row['box_v']]) - 0.5,
-        np.array([label['u'], label['v']]) - size[1] / 2,
-    )
-    common = np.minimum(low[0] + size[0], low[1] + size[1]) - np.maximum(*low)
-    shared = np.maximum(common, 0).prod()
-    return float(shared / (size[0].prod() + size[1].prod() - shared))
+def boxes_of(row: np.void, label: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Left, top, width, height of a detection and of a label, from one origin."""
+    size = np.array([label['w'], label['h']])
+    found = np.array(row[['box_u', 'box_v', 'box_w', 'box_h']].tolist())
+    found[:2] -= 0.5  # a pixel reaches half a pixel beyond its center
+    return found, np.concatenate([np.array([label['u'], label['v']]) - size / 2, size])
 
 
 def sensitivity(folder: Path) -> Iterator[list[str]]:

@@ -117,9 +117,9 @@ class TrackerNode(ManagedNode[TrackerSetup]):
 
     def _track(self, detections: Detections) -> Tracks:
         self.health.took_in()
-        with self.lock:  # in a pipeline, detections come from the detector's thread
-            with whole_updates(self._tracker):
-                tracks = self._tracker.update(detections)
+        # in a pipeline, detections come from the detector's thread
+        with self.lock, whole_updates(self._tracker):
+            tracks = self._tracker.update(detections)
             screening = self._tracker.screening
             dropped, crowded = screening.dropped, screening.crowded_out
         if crowded > self._crowded:

@@ -94,10 +94,9 @@ def off_size(
     of, order = objects.track_id[:, camera], np.argsort(found)
     told = np.isin(of, found) & (objects.kinds.diameter > 0)
     seen = seen[order][np.searchsorted(found[order], of[told])]
-    told[told] = disc = round_blobs(seen, config)
-    kinds, belief, sizes = (
-        objects.kinds.take(told), objects.belief.take(told), seen_sizes(seen[disc], config)
-    )  # fmt: skip
+    sizes = seen_sizes(seen, config)
+    told[told] = disc = round_blobs(seen, sizes)
+    kinds, belief, sizes = objects.kinds.take(told), objects.belief.take(told), sizes[disc]
     elsewhere, line = np.zeros(len(objects), bool), ''
     blob, variance = expected_blobs(belief, view, kinds, camera, config)
     spread = OUT_OF_PLACE * np.sqrt(variance + config.size_noise**2)

@@ -121,7 +121,7 @@ def _jointly(
     twice = measured.used[:, PLANE] & measured.used[:, [BLOB, DEPTH]].any(axis=1)
     right = np.asarray(step.nis <= limit)
     for last in range(LINEARIZATIONS):
-        cov, further = _corrected(errors.cov, change, step, robot, right)
+        cov, further, told = _corrected(errors.cov, change, step, robot, right)
         change = change + further
         bent = (part.slope @ further[robot][:, None, :, None])[..., POSITION, 0]
         if last == LINEARIZATIONS - 1 or not (np.abs(bent[twice]) > LINEAR_WITHIN).any():
@@ -129,8 +129,8 @@ def _jointly(
         there = replace(errors, mean=prior + change)
         moved = _shifted(part, change[robot])
         step = conditional(moved, there, robot, measured, view, kinds, ground, camera)
-    told = errors.cov, change, further, step, robot, right, limit
-    likely = _likelihood(*told) if weigh else np.zeros(len(change))
+    of = errors.cov, change, further, told, step, robot, right, limit
+    likely = _likelihood(*of) if weigh else np.zeros(len(change))
     errors.mean, errors.cov = prior + change, cov
     return _shifted(step.states, further[robot]), right, change, likely
 
@@ -190,25 +190,30 @@ def started(
 
 def _corrected(
     P: Floats, change: Floats, step: Updated, robot: Indices, right: Bools
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     """The errors of the cameras after an update that has been linearized where they have changed.
 
     :param P: (G, 8 C, 8 C) covariance before it.
     :param change: (G, 8 C) of their mean, at which the step is linearized.
-    :return: their covariance, and by how much more they change.
+    :return: their covariance, by how much more they change, and what right measurements have told
+        of them: the information, (G, 8 C, 8 C), and the vector, (G, 8 C), of Updated.
     """
-    information, vector = _told_of(step, robot, right, P)
+    information, vector = np.zeros_like(P), np.zeros_like(change)
+    np.add.at(information, robot[right], step.information[right])
+    np.add.at(vector, robot[right], step.vector[right])
     # (P^-1 + L)^-1 = (I + P L)^-1 P, for P that may be singular
     A = np.eye(vector.shape[1]) + P @ information
     further = np.linalg.solve(A, P @ vector[..., None] - change[..., None])[..., 0]
     after = np.linalg.solve(A, P)
-    return np.asarray((after + after.swapaxes(-1, -2)) / 2), np.asarray(further, float)
+    cov = np.asarray((after + after.swapaxes(-1, -2)) / 2)
+    return cov, np.asarray(further, float), (information, vector)
 
 
 def _likelihood(
     P: Floats,
     change: Floats,
     further: Floats,
+    told: tuple[Floats, Floats],
     step: Updated,
     robot: Indices,
     right: Bools,
@@ -217,9 +222,10 @@ def _likelihood(
     """The log of how likely measurements were, (G,); as :func:`_corrected`.
 
     :param change: (G, 8 C) of the errors, with what they change by further.
+    :param told: information and vector, as :func:`_corrected` gives them.
     """
-    information, vector = _told_of(step, robot, right, P)
-    at, (each, volume) = change - further, step.likelihoods()
+    (information, vector), (each, volume) = told, step.likelihoods()
+    at = change - further
     log = np.zeros(len(P))
     np.add.at(log, robot[right], each[right])
     # of a Gaussian in the errors, which is linearized away from its mean
@@ -230,14 +236,6 @@ def _likelihood(
     # what is refused is as likely as what is just refused no longer
     np.add.at(log, robot[~right], (volume - limit / 2)[~right])
     return log
-
-
-def _told_of(step: Updated, robot: Indices, right: Bools, P: Floats) -> tuple[Floats, Floats]:
-    """What right measurements tell of the errors of each robot's cameras: information, vector."""
-    information, vector = np.zeros_like(P), np.zeros_like(P[:, 0])
-    np.add.at(information, robot[right], step.information[right])
-    np.add.at(vector, robot[right], step.vector[right])
-    return information, vector
 
 
 def _shifted(objects: Motions, change: Floats) -> Motions:

@@ -85,7 +85,7 @@ def measured_of(
     z[:, BLOB] = seen_sizes(rows, config)
     R[:, BLOB, BLOB] = config.size_noise**2
     by_size = (config.method in ('size', 'fused')) | ((config.method == 'ground') & ~kinds.bound)
-    used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & round_blobs(rows, config)
+    used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & round_blobs(rows, z[:, BLOB])
     if depth is not None and config.method in ('depth', 'fused'):
         measured = depths_of(rows, z[:, BLOB], camera, depth)
         used[:, DEPTH] = whole & np.isfinite(measured)
@@ -106,17 +106,19 @@ def seen_sizes(rows: NDArray[np.void], config: LocatorConfig) -> Floats:
     return np.sqrt(4 * rows['area'].astype(float) / np.pi) + config.eroded
 
 
-def round_blobs(rows: NDArray[np.void], config: LocatorConfig) -> NDArray[np.bool_]:
+def round_blobs(rows: NDArray[np.void], size: Floats) -> NDArray[np.bool_]:
     """Which detections have the shape of a disc, (N,); small ones are too coarse to tell.
 
     Their boxes are those of the eroded blobs, or, where the detector has found the tolerance of a
     color, of what is seen.
+
+    :param size: (N,) of :func:`seen_sizes`.
     """
     width, height = rows['box_w'].astype(float), rows['box_h'].astype(float)
     pixel = 2 / np.maximum(np.minimum(width, height), 1.0)
     even = np.abs(np.log(width / height)) < HIDDEN + pixel
     full = np.abs(rows['area'] / (width * height) / DISC - 1) < HIDDEN + pixel
-    full |= np.abs(np.square(seen_sizes(rows, config)) / (width * height) - 1) < pixel
+    full |= np.abs(np.square(size) / (width * height) - 1) < pixel
     return np.asarray(even & full)
 
 

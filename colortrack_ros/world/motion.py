@@ -100,9 +100,10 @@ def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> Non
     mean, slope, cov, p = objects.mean, objects.slope, objects.cov, objects.probability
     change = 1 - np.exp(-dt / np.where(kinds.falls, FLIGHTS, SOJOURN))[:, None]
     after = (1 - change) * p + change * p[:, ::-1]
-    after[kinds.falls] = np.concatenate([change, 1 - change], axis=1)[kinds.falls]
+    from_moving = np.concatenate([change, 1 - change], axis=1)
+    after[kinds.falls] = from_moving[kinds.falls]
     # of what stands then, and of what moves then, the share that has moved until now
-    moved = np.concatenate([change, 1 - change], axis=1) * p[:, MOVES, None]
+    moved = from_moving * p[:, MOVES, None]
     moved /= np.maximum(after, TINY)
     moved[kinds.falls] = p[kinds.falls, MOVES, None]
     between, bent = mean[:, MOVES] - mean[:, STANDS], slope[:, MOVES] - slope[:, STANDS]

@@ -10,6 +10,7 @@ from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.world import LocatorConfig
 from colortrack_ros.world.matching import round_blobs
+from colortrack_ros.world.matching import seen_sizes
 
 FINER = 8
 
@@ -33,7 +34,8 @@ def blobs(diameter, tolerance, covered=0.0):
 @pytest.mark.parametrize('tolerance', [0.0, 25.0], ids=['found', 'given'])
 def test_balls_are_round_whether_their_boxes_are_eroded_or_not_and_corners_are_not(tolerance):
     for diameter in (9, 10, 12, 16, 24, 40):
-        assert round_blobs(blobs(diameter, tolerance), LocatorConfig()).all()
+        rows = blobs(diameter, tolerance)
+        assert round_blobs(rows, seen_sizes(rows, LocatorConfig())).all()
     for diameter in (24, 40, 60):
         rows = blobs(diameter, tolerance, covered=0.55)
-        assert not round_blobs(rows, LocatorConfig()).any()
+        assert not round_blobs(rows, seen_sizes(rows, LocatorConfig())).any()
