@@ -25,6 +25,13 @@ KNOWN_SECONDS = 0.3
 """What stood still for so long is background until something else did so for longer [s]; with 0.2
 the same two are -0.26 and 0.65."""
 
+THING_EDGES = 4.0
+"""Edges around what differs in the picture, over those in the background, from which on it is a
+thing. With 1 or 2 the scene `silhouette` is the same; MOTA of KITTI-17 and of `pets` is -0.83 and
+0.62 with 1, -0.76 and 0.53 with 2, -0.77 and 0.58 with 4 as without."""
+
+CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+
 LAST_LOOK = 10.0
 """What has not stood still for learn_seconds after so long does not [s], as in CLUTTER_SECONDS."""
 
@@ -63,7 +70,7 @@ class StillBackground(BackgroundModel):
             self._least, self._most = min(KNOWN_SECONDS, learn_seconds), learn_seconds
             return
         if self._stillness is not None:
-            new = self._stillness.look(picture, stamp, learn_seconds)
+            new = self._stillness.look(picture, stamp, learn_seconds, self._models[0])
             for model in self._models:
                 cv2.copyTo(self._stillness.value, new, model)
             if self._stillness.is_over:
@@ -93,10 +100,11 @@ class Stillness:
         self._stamp, self.seconds, self._last = stamp, 0.0, 0.0
         self.is_over = False
 
-    def look(self, picture: Picture, stamp: int, most: float) -> Mask:
+    def look(self, picture: Picture, stamp: int, most: float, background: Picture) -> Mask:
         """Take the next picture.
 
         :param most: what has stood still for so long stays, whatever does so for longer [s].
+        :param background: (H, W, channels) what is taken for it so far.
         :return: (H, W) 1 where the value is now one that has stood still for longer than any other,
             and was not before.
         """
@@ -114,6 +122,8 @@ class Stillness:
         still = self.seconds - self._since
         longer = (still > self.longest) & ~moved
         new = longer & ~self._is_longest & (self.longest < most)
+        if new.any():
+            new &= ~(_of_things(soft, _softened(background)) & (self.longest >= most / 2))
         self._is_longest |= new
         longer &= self._is_longest
         self.longest[longer] = still[longer]
@@ -125,6 +135,26 @@ def _apart(one: Picture, other: Picture) -> Bools:
     """(H, W) where pictures differ by more than what stands still."""
     mean = np.full((1, one.shape[2]), 1 / one.shape[2])
     return np.asarray(cv2.transform(cv2.absdiff(one, other), mean) > STILL_LEVELS)
+
+
+def _of_things(soft: Picture, background: Picture) -> Bools:
+    """(H, W) where what differs from a background is a thing, and not where one was before.
+
+    Around a thing there are edges in the picture; around where it was, in the background.
+    """
+    differs = _apart(soft, background).astype(np.uint8)
+    outline = cv2.erode(differs, CROSS) < differs
+    count, label = cv2.connectedComponents(differs, connectivity=4)
+    now, before = (
+        np.bincount(label[outline], _edges(each)[outline], count) for each in (soft, background)
+    )
+    return np.asarray((now > THING_EDGES * before)[label])
+
+
+def _edges(picture: Picture) -> NDArray[np.float64]:
+    """(H, W) by how much the neighbors of each pixel differ, sum of the channels [levels]."""
+    steps = cv2.morphologyEx(picture, cv2.MORPH_GRADIENT, CROSS)
+    return steps.reshape(*picture.shape[:2], -1).sum(axis=2, dtype=np.float64)
 
 
 def _softened(picture: Picture) -> NDArray[np.uint8]:

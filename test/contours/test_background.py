@@ -43,9 +43,33 @@ def test_what_stood_still_longest_is_background_though_most_pictures_show_someth
 def test_the_edges_of_what_leaves_and_comes_are_not_in_it():
     stillness, picture = Stillness(shown(80), 0), shown(80)
     for k, level in enumerate([80, 80, 193, *[200] * 9, 193, 80], 1):
-        new = stillness.look(shown(level), 3 * k * PERIOD, 1.5)
+        new = stillness.look(shown(level), 3 * k * PERIOD, 1.5, picture)
         cv2.copyTo(stillness.value, new, picture)
     assert abs(np.median(picture) - 200) <= 1
+
+
+def wall_and_thing(left):
+    """A gray wall, before it a plain thing of 20 by 24 pixels from a column on, None for none."""
+    image = np.random.default_rng(0).integers(96, 105, (40, 80, 3)).astype(np.uint8)
+    if left is not None:
+        image[8:32, left : left + 20] = 200
+    return image
+
+
+@pytest.mark.parametrize(
+    'ways',
+    [
+        [None] * 20 + [10 + k // 4 for k in range(75)],  # comes, and goes on slowly
+        [10] * 20 + [None] * 60,  # there from the start, and gone at once
+    ],
+)
+def test_the_middle_of_what_comes_slowly_is_not_background_and_what_is_uncovered_is(ways):
+    background = wall_and_thing(ways[0])
+    stillness = Stillness(background.copy(), 0)
+    for k, left in enumerate(ways[1:], 1):
+        shown = wall_and_thing(left)
+        cv2.copyTo(stillness.value, stillness.look(shown, k * PERIOD, 1.0, background), background)
+    assert (background < 150).all()
 
 
 def test_a_place_is_known_when_something_has_stood_still_there():
@@ -66,7 +90,7 @@ def test_what_flickers_for_ever_is_given_up_and_the_first_picture_is_all_without
 def test_stamps_that_go_back_do_no_harm():
     stillness = Stillness(shown(200), 10 * PERIOD)
     for k in (20, 5, 8, 11, 14):
-        stillness.look(shown(200), k * PERIOD, 1.5)
+        stillness.look(shown(200), k * PERIOD, 1.5, shown(200))
     assert (stillness.longest > 0).all()
 
 
