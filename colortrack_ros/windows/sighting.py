@@ -27,7 +27,10 @@ def sight(
     frame: Frame, records: NDArray[np.void], matches: Matches, valid: NDArray[np.bool_],
     predicted: Floats,
 ) -> dict[int, Sighting]:  # fmt: skip
-    """Look for all targets by their appearance.
+    """Look for all targets by their appearance, save those that the next look can wait for.
+
+    A target that was just seen for sure, and whose template is found, is looked at in every other
+    frame: in those between, its size is looked for (see learn).
 
     Where the template is not found, or is found at another place than the target is clearly seen
     at, what is seen takes the place of the match. (A template that has taken on a part of what is
@@ -41,6 +44,8 @@ def sight(
     sightings = {}
     for i, record in enumerate(records):
         appearance: Appearance = record['appearance']
+        if valid[i] and record['looks'] == 0 and _is_sized(record['hits'] + 1):
+            continue
         seen = appearance.look(frame, matches.z[i] if valid[i] else predicted[i])
         if appearance.likeness(seen) < NEARBY:
             if valid[i]:
@@ -89,12 +94,20 @@ def learn(
     for i in np.flatnonzero(accepted).tolist():
         appearance: Appearance = records['appearance'][i]
         seen = sightings.get(i)
-        if records['hits'][i] % 2:  # by turns: each is half of the time
+        if _is_sized(records['hits'][i]):
             appearance.resize(frame, matches.z[i])
         elif found[i] or seen is None or appearance.is_sure(seen):
             appearance.learn(frame, matches.z[i], seen)
         records['box_w'][i], records['box_h'][i] = appearance.size
         records['area'][i] = appearance.size.prod()
+
+
+def _is_sized(hits: int) -> bool:
+    """Whether the size of a target is looked for when it has been seen so many times.
+
+    By turns with what it looks like: each is half of the time.
+    """
+    return hits % 2 == 1
 
 
 def _elsewhere(frame: Frame, record: np.void) -> Floats:

@@ -14,6 +14,7 @@ from colortrack_ros.windows import WindowTracker
 from colortrack_ros.windows.appearance import Appearance
 from colortrack_ros.windows.appearance import LEARNED
 from colortrack_ros.windows.appearance import NEARBY
+from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.scale import ScaleFilter
 
 WALL = 0.4 * texture(30, 240, 320) + 70
@@ -175,3 +176,19 @@ def test_what_is_as_like_at_another_place_is_not_said_to_be_the_target_at_once(m
     for k in range(30, 40):
         rows = tracker.update(frame(beside, k)).rows
         assert rows['state'].tolist() == [COASTING]
+
+
+@pytest.mark.parametrize(('found', 'share'), [(True, 0.5), (False, 1.0)])
+def test_while_its_template_is_found_a_target_is_looked_at_in_every_other_frame(
+    monkeypatch, found, share
+):
+    tracker, looks, look = WindowTracker(targets=around((100, 100))), [], Appearance.look
+    picture = shown(texture(35, 31, 31), (100, 100))
+    for k in range(10):
+        tracker.update(frame(picture, k))
+    monkeypatch.setattr(Appearance, 'look', lambda *given: looks.append(1) or look(*given))
+    monkeypatch.setattr(Matches, 'are_valid', lambda own, *_: np.full(len(own.z), found))
+    for k in range(10, 30):
+        (row,) = tracker.update(frame(picture, k)).rows
+        assert row['state'] == CONFIRMED
+    assert len(looks) == 20 * share
