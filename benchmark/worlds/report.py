@@ -13,9 +13,10 @@ from worlds import identities
 from worlds import noise
 from worlds import speed
 from worlds import strange
+from worlds import strangers
 from worlds import variants
 
-ROOMS = (noise, coasting, ghosts, identities, camera, hard, speed, variants, strange)
+ROOMS = (noise, coasting, ghosts, identities, camera, hard, speed, variants, strange, strangers)
 WORLDS = dict(
     sorted(
         ((name, world) for room in ROOMS for name, world in room.WORLDS.items()),

@@ -55,16 +55,17 @@ class Bank(Columns):
         F P F^T is linear in the entries of P: with F the same for all, one matrix product.
 
         :param dt: [s].
-        :param variance: sigma_s^2 [px^2/s^4], of all tracks or (N, 2) of each on each axis.
+        :param variance: sigma_s^2 [px^2/s^4], of all tracks, or of each, (N, 1), or (N, 2) by axis.
         :param acceleration: (N, 2) known of each track [px/s^2]; None for the model's own.
         """
         if self.model.modes > 1 and not self.model.selected:
             self._interact(self.model.switching(dt))
         F, FF, Q = self._matrices(dt)
         if isinstance(variance, np.ndarray):
-            Q = Q * np.concatenate([variance] * (self.model.size // 2), axis=1)[..., None]
-        else:
-            Q = Q * variance
+            if variance.shape[1] == 2:
+                variance = np.concatenate([variance] * (self.model.size // 2), axis=1)
+            variance = variance[..., None]
+        Q = Q * variance
         modes, n = len(F), self.model.size
         self.mean = self.mean @ F + self.model.drift(dt, acceleration)
         self.cov = (self.cov.reshape(modes, -1, n * n) @ FF).reshape(self.cov.shape) + Q

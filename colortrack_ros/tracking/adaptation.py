@@ -138,7 +138,8 @@ class Adaptation:
                 return
             self._low = np.minimum(self._low, z.min(axis=0))
             self._high = np.maximum(self._high, z.max(axis=0))
-            self.area = max(float(np.prod(self._high - self._low)), FIRST_AREA)
+            width, height = self._high - self._low
+            self.area = max(float(width * height), FIRST_AREA)
 
     def meet(self, before: Floats, after: Floats, dt: float) -> None:
         """Learn the speed from the first objects, (N, 2), and the next detections, (M, 2) [px].
@@ -153,6 +154,10 @@ class Adaptation:
             way = float(np.quantile(cKDTree(after).query(before)[0], QUANTILE))
             sigma = way / math.sqrt(-2 * math.log(1 - QUANTILE))
             self._speed2 = np.minimum(self._speed2, (sigma / dt) ** 2)
+
+    def meet_fast(self, velocity: Floats) -> None:
+        """Take the velocities of objects faster than was thought, (K, 2) [px/s]: there are such."""
+        self._speed2 = np.maximum(self._speed2, (velocity**2).max(axis=0))
 
     def learn_new(self, false: int, origin: Floats) -> None:
         """Take the tracks that in a frame ended unconfirmed, and those that were confirmed.

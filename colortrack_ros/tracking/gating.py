@@ -12,6 +12,8 @@ from colortrack_ros.tracking.rectangles import points_inside
 
 Indices = NDArray[np.intp]
 
+LOG_PI = math.log(math.pi)
+
 UNBOUNDED = 1e9
 """Half width of the gate when there is none: far beyond any picture [px]."""
 
@@ -40,7 +42,7 @@ def gate(
     way = prediction.velocity * T
     turned = prediction.variance + (way**2 + (2 * prediction.speed * T) ** 2) / 3
     S = prediction.variance + narrowest
-    bound = 2 * (prediction.log_odds - (prediction.log_density + math.log(math.pi)))
+    bound = 2 * (prediction.log_odds - (prediction.log_density + LOG_PI))
     bound -= np.log(S[:, 0] * S[:, 1])
     if prediction.sized:
         bound += 2 * prediction.best_fit

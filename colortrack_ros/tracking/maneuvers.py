@@ -173,7 +173,7 @@ class Maneuvers:
         """What follows for each track, if anything is new.
 
         :param records: (N,) of all tracks, with MANEUVER_FIELDS.
-        :param filtered: (N, 2) sigma_s^2 of their filters [px^2/s^4].
+        :param filtered: (N, 1) sigma_s^2 of their filters [px^2/s^4].
         """
         if self._concluded and np.count_nonzero(records['rate']) == len(records):
             return

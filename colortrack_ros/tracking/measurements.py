@@ -20,6 +20,9 @@ DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
 """Where a row of DETECTION, seen as doubles, holds u, v, cov_uu, cov_uv, cov_vv, and, seen as
 singles, area, box_u, box_v, box_w, box_h, score."""
 
+ROW_DOUBLES = DETECTION.itemsize // 8
+"""How many doubles a row is."""
+
 COVARIANCE = np.array([2, 3, 3, 4])
 """Where the doubles hold the four entries of the covariance."""
 
@@ -27,7 +30,8 @@ USED_BYTES = 68
 """Of a row of DETECTION; what follows is padding, which may hold anything."""
 
 FARTHEST = 1e6
-LIMITS = np.array([FARTHEST, FARTHEST, FARTHEST**2, FARTHEST**2, FARTHEST**2])
+LARGEST_SQUARE = FARTHEST**2
+LIMITS = np.array([FARTHEST, FARTHEST, LARGEST_SQUARE, LARGEST_SQUARE, LARGEST_SQUARE])
 """Bounds of a valid row: no picture is that wide [px]; the square bounds covariances and areas."""
 
 TOUCHING = 1.0
@@ -190,9 +194,9 @@ def accept(
     :return: the rows left, M <= N.
     """
     rows = np.ascontiguousarray(rows, DETECTION)
-    doubles = np.ndarray((len(rows), DETECTION.itemsize // 8), np.float64, rows)[:, DOUBLES]
-    singles = np.ndarray((len(rows), DETECTION.itemsize // 4), np.float32, rows)[:, SINGLES]
-    near = np.abs(doubles) <= LIMITS, np.abs(singles) <= FARTHEST**2  # not what is NaN
+    doubles = np.ndarray((len(rows), ROW_DOUBLES), np.float64, rows)[:, DOUBLES]
+    singles = np.ndarray((len(rows), 2 * ROW_DOUBLES), np.float32, rows)[:, SINGLES]
+    near = np.abs(doubles) <= LIMITS, np.abs(singles) <= LARGEST_SQUARE  # not what is NaN
     if sum(map(np.count_nonzero, near)) < doubles.size + singles.size:
         good = near[0].all(axis=1) & near[1].all(axis=1)
         rows, doubles, singles = rows[good], doubles[good], singles[good]
@@ -206,13 +210,14 @@ def accept(
     z, R = doubles[:, :2].copy(), doubles.take(COVARIANCE, axis=1).reshape(-1, 2, 2)
     if not (known and config.detection_covariance):
         R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
-    box, cut = _boxes(singles, z, config), np.zeros((len(rows), 2), bool)
+    box, usual = _boxes(singles, z, config), np.zeros_like(z)
     if config.use_boxes:
-        given = doubles[:, 2::2] if config.detection_covariance else np.zeros((len(rows), 2))
+        given = doubles[:, 2::2] if config.detection_covariance else usual
         cut = _cut(box, singles[:, 3:5], given, image_size)
+    else:
+        cut = np.zeros(z.shape, bool)
     size, mixed = box[:, 1] - box[:, 0], np.zeros(len(rows), bool)
-    usual, factor = np.zeros((len(rows), 2)), np.ones((len(rows), 2))
-    return Measurements(rows, z, R, box, size, mixed, cut, usual, factor)
+    return Measurements(rows, z, R, box, size, mixed, cut, usual, np.ones_like(z))
 
 
 def _boxes(singles: NDArray[np.float32], z: Floats, config: TrackerConfig) -> Floats:

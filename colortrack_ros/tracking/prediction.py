@@ -119,7 +119,7 @@ def predict(
     learned.maneuvers.conclude(records, variance)
     if config.process_noise:
         records['astray'] = 0.0  # what is given holds, unseen as well
-    bank.predict(dt, variance, records['acceleration'] if config.acceleration_span else None)
+    bank.predict(dt, variance, known_acceleration(records, config))
     if config.ego_motion == 'detections' and dt > 0:
         _follow_camera(tracks, measurements, learned, step)
     if dt > 0:
@@ -168,14 +168,18 @@ def _expect(
     )
 
 
+def known_acceleration(records: NDArray[np.void], config: TrackerConfig) -> Floats | None:
+    """By second differences, (N, 2) [px/s^2]; None where the model has its own."""
+    return np.asarray(records['acceleration']) if config.acceleration_span else None
+
+
 def process_variance(
     records: NDArray[np.void], learned: Adaptation, config: TrackerConfig
 ) -> Floats:
-    """sigma_s^2 of tracks, by axis, (N, 2) [px^2/s^4]."""
+    """sigma_s^2 of tracks, alike on both axes, (N, 1) [px^2/s^4]."""
     if config.process_noise:
-        return np.full((len(records), 2), config.process_noise**2)
-    own = learned.noise**2 * np.exp(2 * records['log_noise'])
-    return own[:, None].repeat(2, axis=1)
+        return np.full((len(records), 1), config.process_noise**2)
+    return np.asarray(learned.noise**2 * np.exp(2 * records['log_noise'])[:, None])
 
 
 def assumed_speed(learned: Adaptation, config: TrackerConfig) -> Floats:

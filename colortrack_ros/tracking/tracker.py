@@ -20,6 +20,11 @@ from colortrack_ros.tracking.crossings import tell_apart
 from colortrack_ros.tracking.deletion import confirm
 from colortrack_ros.tracking.deletion import go_on
 from colortrack_ros.tracking.deletion import is_present
+from colortrack_ros.tracking.doubts import doubt
+from colortrack_ros.tracking.doubts import DoubtedTurns
+from colortrack_ros.tracking.doubts import join
+from colortrack_ros.tracking.doubts import reconsider
+from colortrack_ros.tracking.fast_starts import start_fast
 from colortrack_ros.tracking.gating import gate
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
@@ -74,6 +79,7 @@ class Tracker:
         self._tracks = TrackTable(Bank(model), FIELDS, first_id)
         self._memory = Memory(self._tracks.take(np.zeros(0, np.intp)), self._population)
         self._adaptation = Adaptation()
+        self._doubts: DoubtedTurns | None = None
         self._period = FIRST_PERIOD
 
     def reset(self, why: str = '') -> None:
@@ -108,6 +114,7 @@ class Tracker:
         step = self._advance(detections)
         config, tracks, learned = self.config, self._tracks, self._adaptation
         blobs = self.screening.measure(detections, learned, config, again=step.again)
+        doubts = reconsider(tracks, self._doubts, blobs, learned, config, step)
         prediction = predict(tracks, blobs, learned, config, step)
         self._follow_camera(step)
         track, blob = gate(prediction, blobs, config)
@@ -119,11 +126,12 @@ class Tracker:
         associated, shared = share_centroids(prediction, blobs, associated, learned.resolution)
         members = shared.member if shared is not None else np.zeros(0, np.intp)
         associated = take_strays(prediction, blobs, associated, members, config)
+        self._doubts = join(doubts, doubt(prediction, associated))
         update(tracks, prediction, blobs, associated, learned, config)
         if shared is not None:
             follow_shared(tracks, shared, prediction, blobs)
         tell_apart(tracks, associated.pairs, prediction, config)
-        new = associated.free.nonzero()[0]
+        new = start_fast(tracks, prediction, blobs, associated.free.nonzero()[0], learned)
         self._learn_sizes(prediction, blobs, new[:MOST_NEW])
         initiate(tracks, prediction, blobs, new)
         self._manage(again=step.again)

@@ -125,25 +125,28 @@ def _unsettle(records: NDArray[np.void], prediction: Prediction, taken: Hypothes
         records['unsettled'] = 0.0
     variance = (prediction.speed**2)[:, None]
     s = SINCE[:, None, None] * prediction.unmeasured[rows]
-    v, e = prediction.velocity[rows].T.copy(), (taken.z - prediction.center[rows]).T.copy()
-    S = (prediction.variance[rows] + by_axis(taken.R)).T.copy()
+    v = prediction.velocity[rows].T.copy()
+    e = np.subtract(taken.z.T, prediction.center[rows].T, order='C')
+    S = np.add(prediction.variance[rows].T, by_axis(taken.R).T, order='C')
     with_position = variance * s
     wide = with_position * s + S
     aside = v * s + e
-    gain = with_position / wide
-    log_ratio = (e * e / S - aside * aside / wide).sum(axis=1) / 2
+    d2 = e * e / S - aside * aside / wide
+    weight = SHARE[:, None] * np.exp(np.minimum((d2[:, 0] + d2[:, 1]) / 2, MOST_LOG_RATIO))
     narrower = S / wide
-    weight = SHARE[:, None] * np.exp(np.minimum(log_ratio, MOST_LOG_RATIO))
     weight *= np.sqrt(narrower[:, 0] * narrower[:, 1])
+    gain = with_position / wide
     change = gain * aside - v
-    weighted = weight[:, None] * change
-    squares = (weighted * change + weight[:, None] * (variance - gain * with_position)).sum(axis=0)
+    weight = weight[:, None]
+    weighted = weight * change
+    squares = np.add.reduce(weighted * change + weight * (variance - gain * with_position))
+    across = np.add.reduce(weighted[:, 0] * change[:, 1])
     chance = prediction.maneuvered[rows] * (taken.innovations.maneuvered <= UNLIKELY)
-    chance /= 1 - chance + chance * weight.sum(axis=0)
-    added = np.empty((len(taken), 2, 2))
-    by_axis(added)[:] = (chance * squares).T
-    added[:, 0, 1] = added[:, 1, 0] = chance * (weighted[:, 0] * change[:, 1]).sum(axis=0)
-    records['unsettled'][rows] = added
+    chance /= 1 - chance + chance * np.add.reduce(weight[:, 0])
+    added = np.empty((len(taken), 4))
+    added[:, ::3] = (chance * squares).T
+    added[:, 1:3] = (chance * across)[:, None]
+    records['unsettled'][rows] = added.reshape(-1, 2, 2)
 
 
 def _maneuver(bank: Bank, prediction: Prediction, taken: Hypotheses) -> None:
@@ -181,8 +184,8 @@ def _missed(visible: Floats, measured: Bools, p: float) -> float:
     :param p: probability that one is, where there is no outage.
     """
     sure = visible > SURE
-    hits = int(np.count_nonzero(sure & measured))
-    misses = max(int(np.count_nonzero(sure)) - 1 - hits, 0)
+    hits = np.count_nonzero(sure & measured)
+    misses = max(np.count_nonzero(sure) - 1 - hits, 0)
     log_odds = hits * math.log(DIM / p) + misses * math.log((1 - DIM) / (1 - p))
     outage = 1 / (1 + math.exp(min(-log_odds, 700.0)) * (1 - OUTAGE) / OUTAGE)
     return outage * (1 - DIM) + (1 - outage) * (1 - p)
