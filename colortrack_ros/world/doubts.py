@@ -48,6 +48,8 @@ class Doubts:
         """Which objects, (N,) by their IDs, nothing contradicts."""
         if self.reason:
             return np.zeros(len(ids), bool)
+        if not self._contradicted:
+            return np.ones(len(ids), bool)
         return ~np.isin(ids, list(self._contradicted))
 
     def see(
@@ -83,8 +85,12 @@ class Doubts:
         measured = np.isin(objects.track_id[:, camera], found)
         height, below = off_height(objects, view, self._config)
         size, sized, elsewhere = off_size(objects, found, seen, view, camera, self._config)
-        lies = objects.kinds.bound & (self._config.method in ('size', 'depth'))
-        told, wrong = (sized | lies) & measured, (below | elsewhere) & measured
+        bound, method = objects.kinds.bound, self._config.method
+        lies = bound & (method in ('size', 'depth'))
+        # what is located by its size always has it there
+        sized &= (bound & (method == 'ground')) | (method in ('depth', 'fused'))
+        told = (sized | lies) & measured
+        wrong = (below | elsewhere) & told
         ids = objects.object_id
         self._contradicted -= set(ids[told & ~wrong].tolist())
         self._contradicted = (self._contradicted | set(ids[wrong].tolist())) & set(ids.tolist())

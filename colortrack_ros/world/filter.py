@@ -198,9 +198,9 @@ def _corrected(
     :return: their covariance, by how much more they change, and what right measurements have told
         of them: the information, (G, 8 C, 8 C), and the vector, (G, 8 C), of Updated.
     """
-    information, vector = np.zeros_like(P), np.zeros_like(change)
-    np.add.at(information, robot[right], step.information[right])
-    np.add.at(vector, robot[right], step.vector[right])
+    robot, count = robot[right], len(P)
+    information = _summed(step.information[right], robot, count)
+    vector = _summed(step.vector[right], robot, count)
     # (P^-1 + L)^-1 = (I + P L)^-1 P, for P that may be singular
     A = np.eye(vector.shape[1]) + P @ information
     further = np.linalg.solve(A, P @ vector[..., None] - change[..., None])[..., 0]
@@ -226,16 +226,23 @@ def _likelihood(
     """
     (information, vector), (each, volume) = told, step.likelihoods()
     at = change - further
-    log = np.zeros(len(P))
-    np.add.at(log, robot[right], each[right])
+    log = _summed(each[right], robot[right], len(P))
     # of a Gaussian in the errors, which is linearized away from its mean
     bent = (information @ at[..., None])[..., 0]
     A = np.eye(vector.shape[1]) + P @ information
     log -= (at * (vector + bent / 2)).sum(axis=1) + np.linalg.slogdet(A)[1] / 2
     log += ((vector + bent) * change).sum(axis=1) / 2
     # what is refused is as likely as what is just refused no longer
-    np.add.at(log, robot[~right], (volume - limit / 2)[~right])
-    return log
+    return log + _summed((volume - limit / 2)[~right], robot[~right], len(P))
+
+
+def _summed(each: Floats, robot: Indices, count: int) -> Floats:
+    """The sums of values, (N, ...), over the objects of each of so many robots."""
+    if count == 1:
+        return np.asarray(each.sum(axis=0, keepdims=True))
+    total = np.zeros((count, *each.shape[1:]))
+    np.add.at(total, robot, each)
+    return total
 
 
 def _shifted(objects: Motions, change: Floats) -> Motions:

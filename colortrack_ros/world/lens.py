@@ -73,6 +73,7 @@ class BrownConrady(Lens):
         self._above = np.array([1.0, c[0], c[1], c[4]])
         self._below = np.array([1.0, c[5], c[6], c[7]])
         self._prism = c[8:].reshape(2, 2)
+        self._divides, self._has_prism = c[5:8].any(), c[8:].any()
         r = np.linspace(0, WIDEST, SAMPLES)
         g, slope = self._radial(r * r)
         folded = g + 2 * r * r * slope <= 0
@@ -115,7 +116,10 @@ class BrownConrady(Lens):
 
     def _radial(self, r2: Floats) -> tuple[Floats, Floats]:
         """The value of g, and its derivative by r^2."""
-        above, below = (_polynomial(c, r2) for c in (self._above, self._below))
+        above = _polynomial(self._above, r2)
+        if not self._divides:
+            return above
+        below = _polynomial(self._below, r2)
         g = above[0] / below[0]
         return g, (above[1] - g * below[1]) / below[0]
 
@@ -126,10 +130,12 @@ class BrownConrady(Lens):
         cross = flat[:, 0] * flat[:, 1]
         p = self._p[::-1]  # x' takes p2, y' takes p1, with their own squares
         seen = flat * g[:, None] + 2 * self._p * cross[:, None]
-        seen += p * (r2[:, None] + 2 * flat * flat) + r2[:, None] * self._prism[:, 0]
-        seen += (r2 * r2)[:, None] * self._prism[:, 1]
+        seen += p * (r2[:, None] + 2 * flat * flat)
         # d r^2 = 2 x dx + 2 y dy
-        by_r2 = flat * slope[:, None] + p + self._prism[:, 0] + 2 * r2[:, None] * self._prism[:, 1]
+        by_r2 = flat * slope[:, None] + p
+        if self._has_prism:
+            seen += r2[:, None] * self._prism[:, 0] + (r2 * r2)[:, None] * self._prism[:, 1]
+            by_r2 += self._prism[:, 0] + 2 * r2[:, None] * self._prism[:, 1]
         J = 2 * by_r2[:, :, None] * flat[:, None, :]
         J += 2 * self._p[:, None] * flat[:, None, ::-1]
         for axis in range(2):

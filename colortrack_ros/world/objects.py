@@ -67,13 +67,17 @@ class Objects(Columns):
 
         :param tracks: all of the camera, of dtype TRACK, ascending.
         """
-        own = self.track_id[:, camera]
-        self.unlink((~np.isin(own, tracks['track_id'])).nonzero()[0], camera)
-        (rows,) = own.nonzero()
-        at = np.searchsorted(tracks['track_id'], own[rows])
-        self.states[rows, camera] = tracks['state'][at]
-        self.scores[rows, camera] = tracks['score'][at]
-        self.keep(np.flatnonzero(self.track_id.any(axis=1)))
+        own, ids = self.track_id[:, camera], tracks['track_id'].astype(np.int64)
+        at = np.searchsorted(ids, own)
+        there = np.append(ids, -1)[at] == own
+        if not there.all():
+            self.unlink(np.flatnonzero(~there), camera)
+        at = at[there]
+        self.states[there, camera] = tracks['state'][at]
+        self.scores[there, camera] = tracks['score'][at]
+        left = self.track_id.any(axis=1)
+        if not left.all():
+            self.keep(np.flatnonzero(left))
 
     def link(
         self, rows: NDArray[np.intp], tracks: NDArray[np.void], camera: int, stamp: int

@@ -125,18 +125,25 @@ class View:
         :return: (N, 3), and the Jacobian by point, shift and tilt, (N, 3, 9).
         """
         d = points - self.optical.t - shift @ self.base.R.T
-        # as matrices of cross products, q = R^T (1 - W + W^2 / 2) d
-        axes = self._turns
-        W = np.tensordot(tilt, axes, 1).swapaxes(1, 2)
-        Wd = (W @ d[:, :, None])[:, :, 0]
-        turned, again = (a @ axes for a in (d[:, None, None], Wd[:, None, None]))
-        by_tilt = (again + turned @ W.swapaxes(1, 2)[:, None]) / 2 - turned
-        back = self.optical.R.T @ (np.eye(3) - W + W @ W / 2)
+        if len(tilt) > 1 and (tilt == tilt[0]).all():
+            tilt = tilt[:1]
+        # as matrices of cross products, q = R^T (1 - W + W^2 / 2) d, and that by each axis of tilt
+        across = self._turns.swapaxes(1, 2)
+        W = np.tensordot(tilt, across, 1)
+        both = across @ W[:, None]
+        both += W[:, None] @ across
+        parts = np.empty((len(tilt), 4, 3, 3))
+        parts[:, 0] = np.eye(3) - W + W @ W / 2
+        parts[:, 1:] = both / 2 - across
+        parts = self.optical.R.T @ parts
+        by = parts.reshape(len(tilt), 12, 3).swapaxes(1, 2)
+        each = d.reshape(len(tilt), len(d) // max(len(tilt), 1), 3)
+        turned = (each @ by).reshape(-1, 4, 3)
         J = np.empty((len(points), 3, 9))
-        J[:, :, :3] = back
-        J[:, :, 3:6] = -back @ self.base.R
-        J[:, :, 6:] = self.optical.R.T @ by_tilt[:, :, 0].swapaxes(1, 2)
-        return (back @ d[:, :, None])[:, :, 0], J
+        J[:, :, :3] = parts[:, 0]
+        J[:, :, 3:6] = -parts[:, 0] @ self.base.R
+        J[:, :, 6:] = turned[:, 1:].swapaxes(1, 2)
+        return turned[:, 0].copy(), J
 
 
 def jumped(moved: float, angle: float, dt: float) -> str:

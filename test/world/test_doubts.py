@@ -56,19 +56,26 @@ WRONG = {
 class Robot:
     """A robot that looks at balls, stands for a second, and then drives and swings."""
 
-    def __init__(self, told_diameter=0.0, method='ground'):
-        kind = Kind('red', KindConfig(diameter=told_diameter, height=RADIUS))
+    def __init__(self, told_diameter=0.0, method='ground', thrown=False):
+        kinds = [Kind('red', KindConfig(diameter=told_diameter, height=RADIUS))]
+        if thrown:
+            kinds += [Kind('green', KindConfig(diameter=told_diameter, motion='free'))]
         self.told, self.rng = [], np.random.default_rng(0)
-        config = LocatorConfig(method=method, colors=(kind,))
+        config = LocatorConfig(method=method, colors=tuple(kinds))
         self.locator = Locator(config, self.told.append)
-        self.k = 0
+        self.k, self.thrown = 0, thrown
 
-    def see(self, balls=BALLS, camera=CAMERA, mount=MOUNT, odometry=lambda *way: way, really=MOUNT):
+    def see(
+        self, balls=BALLS, camera=CAMERA, mount=MOUNT, odometry=lambda *way: way, really=MOUNT,
+        ids=None,
+    ):  # fmt: skip
         """The objects after one more picture, by a camera that is really somewhere else."""
         t = max(self.k - STANDING, 0) * FRAME / 1e9
         x, yaw = 0.3 * t, 0.3 * np.sin(2 * t)
         self.k += 1
-        tracks, detections = seen(view(x, yaw, mount=really), balls, self.k * FRAME)
+        tracks, detections = seen(view(x, yaw, mount=really), balls, self.k * FRAME, ids)
+        for rows, of in ((tracks.rows, balls), (detections.rows, balls[::-1])):
+            rows['color'] = of[:, 2] > RADIUS if self.thrown else 0
         noise = 0.3 * self.rng.normal(size=(2, len(balls)))
         detections.rows['u'] += noise[0]
         detections.rows['v'] += noise[1]
@@ -106,6 +113,14 @@ def test_where_the_size_is_known_nothing_is_published_from_the_first_picture_on(
     robot = Robot(told_diameter=2 * RADIUS)
     assert sum(robot.drive(STANDING, **wrong)) == 0
     assert robot.told
+    assert robot.locator.doubt
+
+
+def test_what_is_located_by_its_size_does_not_speak_for_a_camera_that_is_upside_down():
+    robot = Robot(told_diameter=2 * RADIUS, thrown=True)
+    balls, wrong = np.append(BALLS, [(3.0, 0.3, 0.5)], axis=0), {'mount': turned(roll=np.pi)}
+    robot.drive(5, balls=balls, **wrong)
+    assert sum(robot.drive(STANDING, balls=balls[3:], ids=[4], **wrong)) == 0
     assert robot.locator.doubt
 
 
