@@ -32,6 +32,14 @@ COLCON_NODES = ('test_simulator.py', 'test_start_and_end.py', 'test_tracker.py')
 MISSING = [name for name in NEEDS if importlib.util.find_spec(name) is None]
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """Under `colcon test` as many tests at once as there are processors, where xdist is there."""
+    alone = config.getoption('numprocesses', '') is None and not hasattr(config, 'workerinput')
+    if config.getoption('junitprefix') and alone:
+        config.option.numprocesses = 'auto'
+
+
 def pytest_configure() -> None:
     """Let what tests start be ended by SIGHUP, also where the tests themselves run under nohup."""
     if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:

@@ -14,9 +14,9 @@ from rcl_interfaces.msg import FloatingPointRange
 from rcl_interfaces.msg import IntegerRange
 from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from colortrack_ros.node_kit.guarded import GuardedNode
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.parameters import build
 from colortrack_ros.parameters import Config
@@ -66,7 +66,7 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
     return descriptor
 
 
-class ParameterNode(Node, Generic[Setup]):
+class ParameterNode(GuardedNode, Generic[Setup]):
     """A node whose parameters are the fields of a configuration.
 
     A bad value is refused with its reason in the log (on start) or in the answer (at run time), and

@@ -18,7 +18,6 @@ from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
-from colortrack_ros.flow.faults import fault_of
 from colortrack_ros.messages import MessageError
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
@@ -102,8 +101,8 @@ def subscribe_to(
 
     It is best effort for pictures and CameraInfo: a late picture is not worth sending again.
 
-    :param take: takes a message; what it raises ends nothing.
-    :param refuse: takes the reason of a MessageError as it is, of all else with its place.
+    :param take: takes a message.
+    :param refuse: takes the reason of a MessageError.
     """
 
     def receive(cdr: bytes) -> None:
@@ -111,8 +110,6 @@ def subscribe_to(
             take(cdr)
         except MessageError as error:
             refuse(str(error))
-        except Exception as error:  # of a message that nobody has thought of
-            refuse(fault_of(error))
 
     best_effort = kind in (*PICTURES, CameraInfo)
     reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE

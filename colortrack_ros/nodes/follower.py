@@ -42,6 +42,10 @@ from colortrack_ros.world.following import Target
 from colortrack_ros.world.selection import rule_of
 from colortrack_ros.world.selection import Selector
 
+TOLD_APART = 1.0
+"""Least time [s] from telling that the target is lost to telling that it is followed again: what
+comes and goes as on a machine that is too slow is told once. A person reads a line a second."""
+
 LAST_COMMAND = 0.5
 """How long the command to stand may take to arrive [s], of the 1.5 s that a node has to end."""
 
@@ -89,6 +93,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         setup = self.setup
         self._following = Following(setup.config)
         self._selector = Selector(setup.select, list(setup.colors))
+        self._told_following, self._lost = False, -TOLD_APART
         self.health = Health(self, state=lambda: self._following.state)
         kind = TwistStamped if setup.stamped else Twist
         self._commands = publish_on(self, kind, setup.cmd_vel_topic)
@@ -158,15 +163,27 @@ class FollowerNode(ManagedNode[FollowerSetup]):
             return
         now = self.get_clock().now().nanoseconds
         at, base = self._poses.latest()
-        was_following = self._following.follows
         with self.lock:
-            speeds = self._following.step(now, base, at)
-        if self._following.follows != was_following:
-            self.get_logger().info(self._following.state)
+            try:
+                speeds = self._following.step(now, base, at)
+            except Exception:  # whatever fails, the robot stands
+                self._publish(now, 0.0, 0.0)
+                raise
+        self._tell()
         self._publish(now, *speeds)
         self.health.gave_out(at)
         # a robot that stands is left to others until there is something to follow
         self._timer.reset() if self._following.follows else self._timer.cancel()
+
+    def _tell(self) -> None:
+        """Tell that the target is lost, and, a while after that, that it is followed."""
+        follows, now = self._following.follows, STEADY.now().nanoseconds * 1e-9
+        lately = now - self._lost < TOLD_APART
+        if follows == self._told_following or (follows and lately):
+            return
+        self._told_following = follows
+        self._lost = self._lost if follows else now
+        self.get_logger().info(self._following.state)
 
     def _publish(self, now: int, speed: float, turn: float) -> None:
         command = twist_of(speed, turn)

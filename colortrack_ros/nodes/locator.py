@@ -10,7 +10,6 @@ from std_msgs.msg import String
 
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Tracks
-from colortrack_ros.flow.faults import fault_of
 from colortrack_ros.flow.interleaving import Interleaving
 from colortrack_ros.flow.order import IDLE
 from colortrack_ros.node_kit.camera_feed import CameraFeed
@@ -110,7 +109,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
             self._publish(seen)
         except Exception as error:
             self._locator.reset()
-            self.health.refuse(fault_of(error))
+            self.tell_fault(error)
 
     def _publish(self, seen: Seen) -> None:
         tracks = seen.tracks

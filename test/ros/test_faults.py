@@ -15,6 +15,7 @@ from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import GetParameters
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import Trigger
 from support.mjpeg import free_port
 from support.mjpeg import serve
 from support.waiting import PATIENCE
@@ -209,6 +210,41 @@ def test_what_fails_on_a_message_is_refused_and_told_and_the_next_is_worked_on(
         ros.spin(lambda: False, 0.05)
     assert process.output.count('please report it: ZeroDivisionError') == 1
     assert ('started afresh: ZeroDivisionError in an update' in process.output) == restarts
+    assert process.stop() == 0
+
+
+FAULTS_BESIDE_MESSAGES = """
+import sys
+from colortrack_ros.node_kit import diagnostics
+from colortrack_ros.nodes import tracker
+
+def fail(*given):
+    return {}['beside']
+
+judge, calls = diagnostics.Health._judge, []
+
+def fail_once(*given):
+    calls.append(given)
+    return judge(*given) if len(calls) > 1 else fail()
+
+tracker.Tracker.reset = fail
+diagnostics.Health._judge = fail_once
+sys.exit(tracker.main())
+"""
+
+
+def test_what_fails_in_a_timer_or_a_service_ends_no_node(ros):
+    process = ros.start_code(FAULTS_BESIDE_MESSAGES)
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    assert ros.spin(lambda: diagnostics), ros.outputs()  # those of the next second
+    assert not ros.call(Trigger, 'tracker/reset', Trigger.Request()).success
+
+    def refused() -> set[str]:
+        values = diagnostics[-1].status[0].values
+        return {v.value for v in values if v.key == 'refused'}
+
+    assert ros.spin(lambda: refused() == {'2'}), (refused(), ros.outputs())
+    assert "please report it: KeyError: 'beside'" in process.output
     assert process.stop() == 0
 
 

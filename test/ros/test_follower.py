@@ -20,9 +20,10 @@ PATIENT = 2.0
 class Robot:
     """A robot that stands, with a follower that it listens to."""
 
-    def __init__(self, ros, kind=Twist, **parameters):
+    def __init__(self, ros, kind=Twist, code=None, **parameters):
         self.ros = ros
-        self.node = ros.start('follower', **({'stop_within': PATIENT} | parameters))
+        given = {'stop_within': PATIENT} | parameters
+        self.node = ros.start_code(code) if code else ros.start('follower', **given)
         make = ros.node.create_publisher
         self.odometry, self.locations = (
             make(Odometry, 'odom', 10),
@@ -99,3 +100,46 @@ def test_objects_of_another_frame_or_another_time_are_told_and_not_followed(ros)
     for text in ("locations: they are in 'map': expected fixed_frame 'odom'", 'they are 60.'):
         assert ros.spin(lambda text=text: told(text)), ros.outputs()
     assert robot.commands == []
+
+
+FAILS_LATER = """
+import sys
+from colortrack_ros.nodes import follower
+
+step, fast = follower.Following.step, []
+
+def fail_at_speed(*given):
+    speeds = step(*given)
+    fast.extend(speed for speed in speeds if speed > 0.15)
+    return speeds if len(fast) < 10 else 1 // 0
+
+follower.Following.step = fail_at_speed
+sys.exit(follower.main())
+"""
+
+
+def test_a_robot_whose_follower_fails_stands(ros):
+    robot = Robot(ros, code=FAILS_LATER)
+    assert robot.drives(True), ros.outputs()
+
+    def has_failed():
+        robot.tell()
+        return 'please report it: ZeroDivisionError' in robot.node.output
+
+    assert ros.spin(has_failed), ros.outputs()
+    assert robot.drives(False), ros.outputs()
+    assert ros.call(Trigger, 'follower/stop', Trigger.Request()).success
+    assert robot.node.stop() == 0
+
+
+def test_a_target_that_comes_and_goes_is_told_once_a_second_at_most(ros):
+    robot = Robot(ros, stop_within=0.3)
+    assert robot.drives(True), ros.outputs()
+    start = robot.now
+    for _ in range(8):
+        assert robot.drives(False, tell=False)
+        assert robot.drives(True)
+    robot.node.wait_for('was last measured')
+    lines = sum(robot.node.output.count(text) for text in ('was last measured', ']: following'))
+    assert lines <= 3 + 2 * (robot.now - start) * 1e-9
+    assert ros.spin(lambda: robot.drives(True) and robot.node.output.endswith('following\n'))

@@ -1,0 +1,59 @@
+"""A node that no fault in one of its callbacks ends."""
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
+
+from rclpy.node import Node
+
+from colortrack_ros.flow.faults import fault_of
+
+
+class GuardedNode(Node):
+    """Tells what a callback raises with its place, counts it in its health, and goes on.
+
+    It holds for timers, subscriptions and services, those of rclpy for parameters included; whoever
+    called a service gets the response as it was, which is one of failure.
+    """
+
+    def create_timer(self, timer_period_sec: float, callback: Any, *args: Any, **kw: Any) -> Any:
+        """Create a timer as rclpy does."""
+        return super().create_timer(timer_period_sec, self._guarded(callback), *args, **kw)
+
+    def create_subscription(
+        self, msg_type: Any, topic: str, callback: Any, *args: Any, **kw: Any
+    ) -> Any:
+        """Create a subscription as rclpy does, but for callbacks that take a MessageInfo."""
+        guarded = self._guarded(callback)
+        # rclpy counts the callback's parameters
+        return super().create_subscription(
+            msg_type, topic, lambda message: guarded(message), *args, **kw
+        )
+
+    def create_service(
+        self, srv_type: Any, srv_name: str, callback: Any, *args: Any, **kw: Any
+    ) -> Any:
+        """Create a service as rclpy does."""
+        guarded = self._guarded(callback)
+
+        def answer(request: Any, response: Any) -> Any:
+            return guarded(request, response) or response
+
+        return super().create_service(srv_type, srv_name, answer, *args, **kw)
+
+    def _guarded(self, callback: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(callback)
+        def call(*args: Any) -> Any:
+            try:
+                return callback(*args)
+            except Exception as error:  # that nobody has thought of
+                self.tell_fault(error)
+
+        return call
+
+    def tell_fault(self, error: Exception) -> None:
+        """Count and report what a callback has raised."""
+        health = getattr(self, 'health', None)
+        # before a node is configured nothing counts for it
+        refuse = health.refuse if health else self.get_logger().error
+        refuse(fault_of(error))
