@@ -22,6 +22,7 @@ from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import extent
 from colortrack_ros.detection import finder
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection import shades
 from colortrack_ros.detection import teach
 from colortrack_ros.sources import open_source
 
@@ -39,7 +40,7 @@ WAYS = {'tolerance 50': 50.0, 'tolerance 25': 25.0, 'found': 0.0}
 CONSTANTS = (
     'LOOK_SECONDS', 'POOL_SECONDS', 'MOST_GROWTH', 'LARGEST_SECONDS', 'LEAST_SHARE', 'PIECE_SHARE',
     'PIECE_REACH', 'FEWEST_LEFT', 'NEAR', 'FEWEST_PIXELS', 'LARGEST_SHARE', 'LEAST_SPREAD',
-    'DEEPER', 'SHAPE_ROUNDS', 'OUTLINE_WIDTH', 'HALF_WAY',
+    'DEEPER', 'SHAPE_ROUNDS', 'OUTLINE_WIDTH', 'HALF_WAY', 'ELSEWHERE_SHARE',
 )  # fmt: skip
 TAUGHT = ('SHADES_OF_BOX', 'SHOWN_PERCENT')
 """Constants of what is taught by a box."""
@@ -111,7 +112,7 @@ def boxes_of(row: np.void, label: dict[str, float]) -> tuple[np.ndarray, np.ndar
 def sensitivity(folder: Path) -> Iterator[list[str]]:
     """A row for half and for twice of each constant."""
     for name in (*CONSTANTS, *TAUGHT):
-        modules = [module for module in (finder, extent, teach) if hasattr(module, name)]
+        modules = [module for module in (finder, extent, shades, teach) if hasattr(module, name)]
         value = getattr(modules[0], name)
         for factor in (0.5, 1, 2) if name in TAUGHT else (0.5, 2):
             changed = type(value)(factor * value)

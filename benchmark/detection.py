@@ -3,7 +3,9 @@
 python benchmark/detection.py prints the tables and writes out/benchmark_detection.json.
 """
 
+from dataclasses import replace
 import gc
+import itertools
 import json
 from pathlib import Path
 import platform
@@ -15,6 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
@@ -99,8 +102,8 @@ def skimage_textbook(image, color, min_area=20):
 
 def detector_time(image, count=1, last=(), **options):
     detector = Detector(DetectorConfig(colors=colors(count, last), **options))
-    frame = Frame(image)
-    return milliseconds(lambda: detector.detect(frame))
+    frames = (Frame(image, stamp=k * NANOSECONDS // 30) for k in itertools.count())
+    return milliseconds(lambda: detector.detect(next(frames)))
 
 
 def measure_sizes():
@@ -168,8 +171,9 @@ def measure_encodings(rounds=40):
         frames = encoded(picture(SIZES[name]))
         detectors = {e: Detector(DetectorConfig(colors=colors(1))) for e in frames}
         times = {encoding: [] for encoding in frames}
-        for _ in range(rounds):
+        for number in range(rounds):
             for encoding, frame in frames.items():
+                frame = replace(frame, stamp=number * NANOSECONDS // 30)
                 start = time.perf_counter()
                 detectors[encoding].detect(frame)
                 times[encoding].append(time.perf_counter() - start)

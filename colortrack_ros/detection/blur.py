@@ -1,8 +1,11 @@
 """How blurred the outlines of blobs are, in the picture."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Columns
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.pixels import pixels_at
@@ -35,7 +38,29 @@ ENDS = 2
 """Samples whose mean is the color inside, or outside: fewer have more noise, more less reach."""
 
 
-def outline_blur(frame: Frame, blobs: BlobTable) -> NDArray[np.float64]:
+@dataclass(frozen=True)
+class Profiles(Columns):
+    """Where profiles across the outlines of N blobs are: rows and columns of their middle half.
+
+    :param row, left, right: (N, PROFILES) rows, the blob's first column in them, and the one after
+        its last.
+    :param column, top, bottom: (N, PROFILES) columns, and the same of rows in them.
+    """
+
+    row: NDArray[np.intp]
+    left: NDArray[np.intp]
+    right: NDArray[np.intp]
+    column: NDArray[np.intp]
+    top: NDArray[np.intp]
+    bottom: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, blobs: BlobTable) -> 'Profiles':
+        """Those of blobs."""
+        return cls(*_middle_rows(blobs), *_middle_columns(blobs))
+
+
+def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[np.float64]:
     """Width of the transition from a blob to what is around it, along u and along v.
 
     A profile across the outline falls from the color inside to the one outside, as the share f of
@@ -53,13 +78,11 @@ def outline_blur(frame: Frame, blobs: BlobTable) -> NDArray[np.float64]:
     beyond = np.rint(gap.cumsum(axis=1)).astype(np.intp)
     # 0 is the last pixel of the blob.
     out, weight = np.hstack([1 - beyond[:, ::-1], beyond]), np.hstack([gap[:, ::-1], gap])
-    row, left, right = _middle_rows(blobs)
-    column, top, bottom = _middle_columns(blobs)
-    u = _across(left, right, out, width)
-    u += (row * width)[..., None, None]
-    v = _across(top, bottom, out, height)
+    u = _across(profiles.left, profiles.right, out, width)
+    u += (profiles.row * width)[..., None, None]
+    v = _across(profiles.top, profiles.bottom, out, height)
     v *= width
-    v += column[..., None, None]
+    v += profiles.column[..., None, None]
     f = _shares(pixels_at(frame, np.concatenate([u, v], axis=1)))
     # Two ends of each of PROFILES rows, and of as many columns.
     blur = 6 * np.einsum('nkes,ns->nke', f * (1 - f), weight).reshape(-1, 2, 2 * PROFILES)
@@ -68,7 +91,7 @@ def outline_blur(frame: Frame, blobs: BlobTable) -> NDArray[np.float64]:
 
 
 def outline_sides(
-    frame: Frame, blobs: BlobTable, blur: NDArray[np.float64]
+    frame: Frame, profiles: Profiles, blur: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Pixels just within and just beyond the blurred outline of each blob.
 
@@ -78,15 +101,14 @@ def outline_sides(
     """
     height, width = size_of(frame)
     half = np.ceil(blur / 2).astype(np.intp)
-    row, left, right = _middle_rows(blobs)
-    column, top, bottom = _middle_columns(blobs)
+    ends = (profiles.left, profiles.right, width), (profiles.top, profiles.bottom, height)
     sides = np.empty((2, len(half), 2, PROFILES, 2), np.intp)
-    for axis, (low, high, size) in enumerate([(left, right, width), (top, bottom, height)]):
+    for axis, (low, high, size) in enumerate(ends):
         out = np.stack([-half[:, axis], half[:, axis] + BEYOND], axis=1)
         sides[:, :, axis] = _across(low, high, out, size).transpose(3, 0, 1, 2)
-    sides[:, :, 0] += (row * width)[..., None]
+    sides[:, :, 0] += (profiles.row * width)[..., None]
     sides[:, :, 1] *= width
-    sides[:, :, 1] += column[..., None]
+    sides[:, :, 1] += profiles.column[..., None]
     return sides[0], sides[1]
 
 

@@ -1,5 +1,7 @@
 """From a frame to its detections."""
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,7 @@ from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.detection.blur import outline_blur
 from colortrack_ros.detection.blur import outline_sides
+from colortrack_ros.detection.blur import Profiles
 from colortrack_ros.detection.blur import SHARP
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.covariance import centroid_covariance
@@ -166,7 +169,9 @@ class Detector:
 
         An eroded mask, dilated again, is within what it was.
         """
-        is_found = np.broadcast_to(self._method.is_found, self._method.labels + 1)[blobs.label]
+        is_found = _of_label(self._method.is_found, blobs.label)
+        if not is_found.any():
+            return blobs.box
         low, high = blobs.box[:, :2], blobs.box[:, :2] + blobs.box[:, 2:]
         margin = is_found[:, None] * (self._config.erosion_size // 2)
         low, high = np.maximum(low - margin, 0), np.minimum(high + margin, [width, height])
@@ -182,29 +187,34 @@ class Detector:
         """(N, 2, 2) of the centroids, by what is seen of each blob."""
         height, width = size_of(frame)
         skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
-        doubt = np.broadcast_to(self._method.doubt, self._method.labels + 1)[blobs.label]
-        blur = outline_blur(frame, blobs)
-        uneven = self._unevenness(frame, blobs, blur)
+        doubt = _of_label(self._method.doubt, blobs.label)
+        profiles = Profiles.of(blobs)
+        blur = outline_blur(frame, blobs, profiles)
+        uneven = self._unevenness(frame, blobs.label, profiles, blur)
         return centroid_covariance(
             blobs, (height, width), score, blur, uneven, part, skewness, doubt
         )
 
     def _unevenness(
-        self, frame: Frame, blobs: BlobTable, blur: NDArray[np.float64]
+        self,
+        frame: Frame,
+        label: NDArray[np.uint8],
+        profiles: Profiles,
+        blur: NDArray[np.float64],
     ) -> NDArray[np.float64]:
         """(N, 2) see centroid_covariance()."""
         uneven = np.zeros_like(blur)
         is_blurred = blur.max(axis=1) > SHARP
         if not is_blurred.any():
             return uneven
-        blobs, blur = blobs.take(is_blurred), blur[is_blurred]
+        profiles, blur = profiles.take(is_blurred), blur[is_blurred]
         width = size_of(frame)[1]
-        inside, outside = outline_sides(frame, blobs, blur)
+        inside, outside = outline_sides(frame, profiles, blur)
         end = self._method.end_share(
             frame,
             np.divmod(inside.reshape(-1), width),
             np.divmod(outside.reshape(-1), width),
-            blobs.label.repeat(inside[0].size),
+            label[is_blurred].repeat(inside[0].size),
         ).reshape(inside.shape)
         one_sided = (end[..., 1] - end[..., 0]) / 2
         uneven[is_blurred] = np.sqrt(one_sided.var(axis=2, ddof=1) / one_sided.shape[2])
@@ -217,3 +227,8 @@ class Detector:
         closeness = self._method.closeness(frame, pixel, blobs.label[blob])
         count = len(blobs.area)
         return np.bincount(blob, closeness, count) / np.bincount(blob, minlength=count)
+
+
+def _of_label(value: NDArray[Any] | float, label: NDArray[np.uint8]) -> NDArray[Any]:
+    """(N,) what a method says of each label, or of all of them."""
+    return value[label] if isinstance(value, np.ndarray) else np.full(len(label), value)

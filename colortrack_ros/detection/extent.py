@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.cells import CELLS
 from colortrack_ros.detection.cells import cells_of
+from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.reference import Triple
 
 # On four real clips, `python benchmark/colors.py --constants` halves and doubles those below that
@@ -69,6 +70,10 @@ color for every 2 by 2 pixels."""
 HALF_WAY = 2.0
 """Ratio of the distance of what is around to that of the outline, where a pixel is half of it."""
 
+MOST_GROWTH = 1.0
+"""Growth at the surface of an ellipsoid that is still a gap: a third of that of colors that fill
+CIELAB evenly."""
+
 SHAPE_ROUNDS, DEEPER = 4, 0.02
 """How often center and shape follow what is inside, as long as the valley gets deeper by this."""
 
@@ -90,18 +95,38 @@ class Extent:
     pixels: float
 
 
+def sample_cells(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.uint16]:
+    """(H, W) the cells of at most COUNTED_PIXELS of the picture, every so many rows and columns."""
+    step = int(np.ceil(np.sqrt(picture.shape[0] * picture.shape[1] / COUNTED_PIXELS)))
+    return cells_of(np.ascontiguousarray(picture[::step, ::step]), encoding)
+
+
 def count_colors(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.float64]:
     """(65536,) pixels of the picture in each cell of the color table."""
-    step = int(np.ceil(np.sqrt(picture.shape[0] * picture.shape[1] / COUNTED_PIXELS)))
-    part = np.ascontiguousarray(picture[::step, ::step])
-    counts = np.bincount(cells_of(part, encoding).reshape(-1), minlength=CELLS)
-    return counts.astype(np.float64) * (step * step)
+    return count_cells(sample_cells(picture, encoding), picture.shape[0] * picture.shape[1])
+
+
+def count_cells(cells: NDArray[np.uint16], pixels: int) -> NDArray[np.float64]:
+    """(65536,) pixels of a picture of so many in each cell of the color table.
+
+    :param cells: (H, W) of :func:`sample_cells`.
+    """
+    counts = np.bincount(cells.reshape(-1), minlength=CELLS).astype(np.float64)
+    return counts * round(pixels / cells.size)
 
 
 def pixels_near(counts: NDArray[np.float64], lab: Triple) -> float:
     """How many pixels there are of a color itself."""
     distance = (cell_bounds()[0].T - lab) / SHAPE
     return float(counts[(distance**2).sum(axis=1) < NEAR**2].sum())
+
+
+def nearest_color(counts: NDArray[np.float64], lab: Triple) -> tuple[int, int, int]:
+    """The color r, g, b that is nearest to one, of those that many pixels have."""
+    (many,) = (counts >= min(FEWEST_PIXELS, counts.max())).nonzero()
+    color = cell_bounds()[0].T[many]
+    red, green, blue = rgb_from_lab(color[nearest_sample(color, (lab,), SHAPE).argmin()]).tolist()
+    return red, green, blue
 
 
 def middle_of(counts: NDArray[np.float64], extent: Extent) -> Triple | None:

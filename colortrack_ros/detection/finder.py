@@ -8,19 +8,24 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
-from colortrack_ros.detection.extent import count_colors
+from colortrack_ros.detection.extent import count_cells
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import FEWEST_PIXELS
 from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import middle_of
+from colortrack_ros.detection.extent import MOST_GROWTH
 from colortrack_ros.detection.extent import NEAR
+from colortrack_ros.detection.extent import nearest_color
 from colortrack_ros.detection.extent import pixels_near
+from colortrack_ros.detection.extent import sample_cells
 from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.extent import VALLEY_SHIFT
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.shades import reach_of
+from colortrack_ros.detection.shades import with_shades
 from colortrack_ros.encodings import plain
 
 # Where nothing else is said, the constants below were chosen. On four real clips, `python
@@ -33,10 +38,6 @@ LOOK_SECONDS = 0.25
 POOL_SECONDS = 1.0
 """Time constant of the pixels that are looked at [s], and how long a color that has come into the
 picture may still change in any way; that of a color that follows the light, too."""
-
-MOST_GROWTH = 1.0
-"""Growth at the surface of an ellipsoid that is still a gap: a third of that of colors that fill
-CIELAB evenly."""
 
 LARGEST_SECONDS = 3.0
 """Time after which the area of the largest blob is forgotten [s], at most, and half of it at least:
@@ -77,10 +78,12 @@ class ColorFinder:
         self._sought = [k for k, color in enumerate(colors) if color.is_sought]
         self._found: dict[int, Extent] = {}
         self._since: dict[int, int] = {}
+        self._reach: dict[int, float] = {}
         self._pool: NDArray[np.float64] | None = None
         self._looked = self._measured = 0
         self._first: int | None = None
         self._fills: set[int] = set()
+        self._nearest: dict[int, tuple[int, int, int]] = {}
         self._specks = 0
         self._largest = np.zeros((2, len(colors)))
 
@@ -95,10 +98,12 @@ class ColorFinder:
         if complete and 0 <= elapsed < LOOK_SECONDS:
             return False
         frame = plain(frame)
-        now = count_colors(frame.image, frame.encoding)
+        cells = sample_cells(frame.image, frame.encoding)
+        now = count_cells(cells, frame.image.shape[0] * frame.image.shape[1])
         if self._pool is None or elapsed < 0:
             self._pool = now
-        self._pool += (now - self._pool) * -np.expm1(-max(elapsed, 0) / POOL_SECONDS)
+        share = -np.expm1(-max(elapsed, 0) / POOL_SECONDS)
+        self._pool += (now - self._pool) * share
         self._looked = stamp
         self._first = stamp if self._first is None else self._first
         before = dict(self._found)
@@ -109,7 +114,23 @@ class ColorFinder:
                 self._found[k], self._since[k] = extent, stamp
             elif pixels_near(now, self._colors[k].lab) >= FEWEST_PIXELS:
                 self._fills.add(k)
+        self._follow_shades(cells, now, share)
         return before != self._found
+
+    def _follow_shades(
+        self, cells: NDArray[np.uint16], counts: NDArray[np.float64], share: float
+    ) -> None:
+        """Let colors reach as far as the shades of their things do, farther by a share at a time.
+
+        Not farther at once: what is taken in for one look was beside the thing by chance.
+        """
+        for k, extent in self._found.items():
+            if self._colors[k].is_sampled or self._colors[k].inverted:
+                continue
+            reach = reach_of(cells, counts, extent)
+            if reach is not None:
+                known = self._reach.get(k, reach)
+                self._reach[k] = min(reach, float(known + share * (reach - known)))
 
     def _find(self, k: int, counts: NDArray[np.float64]) -> Extent | None:
         color = self._colors[k]
@@ -148,6 +169,7 @@ class ColorFinder:
                     colors[k], lab=NOWHERE, tolerance=NOTHING, samples=(), inverted=False
                 )
                 continue
+            extent = with_shades(extent, self._reach.get(k, 1.0))
             dL, da, db = (min(axis, MAX_TOLERANCE) for axis in extent.axes)
             found[k] = replace(
                 colors[k], lab=extent.lab, tolerance=max(da, db), tolerance_lab=(dL, da, db)
@@ -174,8 +196,13 @@ class ColorFinder:
                     f'{name} fills more than {_most_of(self._colors[k]):.0%} of the picture: set '
                     f'{name}.tolerance, or {name}.others to colors that are not it'
                 )
-            if waited:
-                return f'{name} is not in the picture: pick its color there, with pick_color'
+            if waited and self._pool is not None:
+                if k not in self._nearest:  # once: it is told in every picture
+                    self._nearest[k] = nearest_color(self._pool, self._colors[k].lab)
+                return (
+                    f'{name} is not in the picture, where {",".join(map(str, self._nearest[k]))} '
+                    'is nearest (r,g,b): pick its color there, with pick_color'
+                )
         for k, extent in self._found.items():
             if extent.growth > MOST_GROWTH:
                 name = self._colors[k].name
@@ -212,9 +239,29 @@ def _most_of(color: ReferenceColor) -> float:
 
 
 def _is_piece(blobs: BlobTable) -> NDArray[np.bool_]:
-    """(N,) whether a blob lies beside a much larger one of its color."""
+    """(N,) whether a blob lies beside a much larger one of its color, or inside of a larger one."""
     low = blobs.box[:, None, :2] - PIECE_REACH * blobs.box[:, None, 2:]
     high = blobs.box[:, None, :2] + (1 + PIECE_REACH) * blobs.box[:, None, 2:]
     beside = ((blobs.mean >= low) & (blobs.mean <= high)).all(axis=2)
-    smaller = blobs.area < PIECE_SHARE * blobs.area[:, None]
-    return (beside & smaller & (blobs.label == blobs.label[:, None])).any(axis=0)
+    beside &= blobs.label == blobs.label[:, None]
+    pieces = (beside & (blobs.area < PIECE_SHARE * blobs.area[:, None])).any(axis=0)
+    low, high = blobs.box[:, :2], blobs.box[:, :2] + blobs.box[:, 2:]
+    within = (low[:, None] < low).all(axis=2) & (high[:, None] > high).all(axis=2)
+    candidates = np.argwhere(beside & within & ~pieces).tolist()
+    ends = blobs.runs.ends() if candidates else ()
+    for outer, inner in candidates:
+        pieces[inner] |= _surrounds(blobs, ends, outer, inner)
+    return pieces
+
+
+def _surrounds(
+    blobs: BlobTable, ends: tuple[NDArray[np.intp], ...], outer: int, inner: int
+) -> bool:
+    """Whether one blob has pixels on all sides of the center of another: a frame of its print."""
+    u, v = np.rint(blobs.mean[inner])
+    first = blobs.first_run[outer]
+    mine = slice(first, first + blobs.run_count[outer])
+    row, left, right = (column[mine] for column in ends)
+    here, along = row == v, (left <= u) & (u < right)
+    sides = here & (right <= u), here & (left > u), along & (row < v), along & (row > v)
+    return all(side.any() for side in sides)

@@ -160,8 +160,9 @@ def main(args: Sequence[str] | None = None) -> int:
 
 def _start(nodes: NodeGroup, recorder: Recorder, arguments: argparse.Namespace) -> None:
     """Start the nodes, the camera when all others are there."""
-    color = [f'red.rgb:={arguments.color}'] if arguments.color else []
-    tolerance = [f'red.tolerance:={arguments.tolerance}'] if arguments.tolerance else []
+    name = 'object' if arguments.color else 'red'
+    color = [f'colors:=[{name}]', f'{name}.rgb:={arguments.color}'] if arguments.color else []
+    tolerance = [f'{name}.tolerance:={arguments.tolerance}'] if arguments.tolerance else []
     nodes.start('tracker')
     nodes.start('detector', *color, *tolerance)
     nodes.start('overlay')

@@ -10,12 +10,15 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.cells import cell_bounds
-from colortrack_ros.detection.extent import count_colors
+from colortrack_ros.detection.extent import count_cells
 from colortrack_ros.detection.extent import find_extent
+from colortrack_ros.detection.extent import sample_cells
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
+from colortrack_ros.detection.shades import reach_of
+from colortrack_ros.detection.shades import with_shades
 from colortrack_ros.detection.shape import MEASURES
 from colortrack_ros.encodings import plain
 
@@ -57,7 +60,8 @@ def plane_of(frame: Frame, config: DetectorConfig) -> dict[str, Any]:
         the detector would find where none are given, None where it would not, and its reach.
     """
     frame = plain(frame)
-    counts = count_colors(frame.image, frame.encoding)
+    sample = sample_cells(frame.image, frame.encoding)
+    counts = count_cells(sample, frame.image.shape[0] * frame.image.shape[1])
     (filled,) = counts.nonzero()
     lab_of_cells, number = cell_bounds()[0].T[filled], counts[filled]
     squares, square = np.unique(np.floor(lab_of_cells[:, 1:] / BIN), axis=0, return_inverse=True)
@@ -66,24 +70,28 @@ def plane_of(frame: Frame, config: DetectorConfig) -> dict[str, Any]:
     mean = [np.bincount(square, number * lab_of_cells[:, axis]) / pixels for axis in range(3)]
     rgb = rgb_from_lab(np.stack(mean, axis=1))
     middle = (squares + 0.5) * BIN
-    colors = [_place_of(color, counts, lab_of_cells, number) for color in config.colors]
+    colors = [_place_of(color, sample, counts, lab_of_cells, number) for color in config.colors]
     return {'cells': np.column_stack([middle, pixels, rgb]).round(1).tolist(), 'colors': colors}
 
 
 def _place_of(
     color: ReferenceColor,
+    sample: NDArray[np.uint16],
     counts: NDArray[np.float64],
     cells: NDArray[np.float64],
     number: NDArray[np.float64],
 ) -> dict[str, Any]:
     """A reference color, in a picture with so many pixels in each cell of the color table.
 
+    :param sample: of the picture, see sample_cells().
     :param cells: (N, 3) CIELAB of those with pixels.
     :param number: (N,) of their pixels.
     """
     lab, axes = color.lab, color.axes if not color.is_sought else None
     if axes is None:
         extent = find_extent(counts, color.lab, color.samples, color.others)
+        if extent and not color.is_sampled:
+            extent = with_shades(extent, reach_of(sample, counts, extent) or 1.0)
         lab, axes = (extent.lab, extent.axes) if extent else (lab, None)
     samples = [lab, *color.samples]
     return {

@@ -1,5 +1,7 @@
 """A color without a tolerance: how far it reaches is found in the pictures."""
 
+import re
+
 import cv2
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.sources import open_source
 
 RED, BROWN, WALL, GREEN = (200, 20, 60), (150, 100, 40), (190, 190, 180), (90, 140, 80)
+ORANGE = (230, 120, 30)
 NOISE = 3.0
 
 
@@ -102,6 +105,44 @@ def test_a_far_ball_is_found_to_its_outline_though_that_is_much_of_it(rgb, radiu
         assert row['area'] > 0.6 * np.pi * (radius - 1) ** 2, 'the erosion takes a pixel'
 
 
+def lit_ball(rgb):
+    """A matt ball of radius 25 at (120, 100), lit from the upper left."""
+    image = np.full((240, 320, 3), WALL[::-1], float)
+    y, x = np.mgrid[:240, :320]
+    normal = np.stack([(x - 120) / 25, (y - 100) / 25], axis=-1)
+    depth = np.sqrt(np.maximum(1 - (normal**2).sum(axis=-1), 0))
+    toward = normal @ [-0.7, -0.5] + 0.5 * depth
+    shade = 0.35 + 0.65 * np.clip(toward, 0, 1)
+    inside = np.hypot(x - 120, y - 100) < 25
+    image[inside] = (shade[..., None] * np.array(rgb[::-1]))[inside]
+    return cv2.GaussianBlur(image, (0, 0), 0.8)
+
+
+def test_the_shaded_side_of_a_thing_is_found_where_its_light_side_is():
+    image = lit_ball(ORANGE)
+    image[20:220, 240:300] = 0.75 * np.array(ORANGE[::-1])
+    detector, noise = sought(ORANGE), np.random.default_rng(0)
+    for k in range(12):
+        noisy = image + noise.normal(0, NOISE, image.shape)
+        frame = Frame(np.clip(noisy, 0, 255).astype(np.uint8), stamp=k * NANOSECONDS // 4)
+        _, row = detector.detect(frame).rows
+    assert [row['u'], row['v']] == pytest.approx([120, 100], abs=1)
+    assert row['area'] > 1700, 'more than its light side'
+
+
+def test_what_is_printed_in_a_frame_is_a_piece_of_it_and_what_is_beside_one_is_not():
+    image = picture()
+    cv2.rectangle(image, (60, 40), (120, 100), RED[::-1], 5)
+    cv2.rectangle(image, (75, 55), (105, 85), RED[::-1], cv2.FILLED)
+    cv2.ellipse(image, (230, 80), (50, 50), 0, 0, 90, RED[::-1], 9)
+    cv2.rectangle(image, (235, 85), (252, 102), RED[::-1], cv2.FILLED)
+    rows = sought(RED).detect(Frame(image)).rows
+    places = sorted(zip(rows['u'].round(), rows['v'].round(), strict=True))
+    assert len(places) == 3
+    assert places[0] == pytest.approx((90, 70), abs=2)
+    assert places[1] == pytest.approx((243, 93), abs=2)
+
+
 def test_a_smaller_thing_elsewhere_is_a_thing():
     image = picture((80, 80, 30, RED), (250, 60, 9, RED, 1.0))
     assert len(sought(RED).detect(Frame(image)).rows) == 2
@@ -148,10 +189,20 @@ def test_what_keeps_a_color_from_being_found_is_told():
     for k in range(4):
         for detector in (nothing, full):
             detector.detect(Frame(picture(seed=k), stamp=k * NANOSECONDS))
-    assert 'c0 is not in the picture: pick its color there' in nothing.trouble
+    assert nothing.trouble.startswith('c0 is not in the picture')
     assert 'c0 fills more than 25% of the picture: set c0.tolerance' in full.trouble
     nothing.detect(Frame(picture((80, 80, 25, RED)), stamp=4 * NANOSECONDS))
     assert nothing.trouble == ''
+
+
+def test_the_color_that_is_nearest_to_one_that_is_not_there_is_told_and_finds_the_thing():
+    image = picture((80, 80, 25, RED))
+    guessed = sought((255, 60, 120))
+    for k in range(4):
+        assert len(guessed.detect(Frame(image, stamp=k * NANOSECONDS)).rows) == 0
+    told = re.search(r'where (\d+),(\d+),(\d+) is nearest', guessed.trouble)
+    (found,) = sought(tuple(map(int, told.groups()))).detect(Frame(image)).rows
+    assert (found['u'], found['v']) == pytest.approx((80, 80), abs=1.5)
 
 
 def test_a_color_that_runs_into_others_is_told():

@@ -13,6 +13,7 @@ from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection import Region
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.blur import outline_blur
+from colortrack_ros.detection.blur import Profiles
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.scenes import open_scene
 from colortrack_ros.scenes.shapes import draw_ball
@@ -99,7 +100,8 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
         image = blurred(smear, angle)
         runs = LabelImage.empty(*image.shape[:2])
         runs.pixels[...] = image[..., 2] > 140
-        ((u, v),) = outline_blur(Frame(image), find_blobs(runs, 20))
+        blobs = find_blobs(runs, 20)
+        ((u, v),) = outline_blur(Frame(image), blobs, Profiles.of(blobs))
         seen.append((u, v) if angle == 0 else (v, u))
     assert seen[0][0] == pytest.approx(smear, abs=2.5)
     assert seen[1][0] == pytest.approx(smear, abs=2.5)

@@ -108,3 +108,11 @@ def test_a_node_that_dies_ends_the_demo_with_its_name(demo, tmp_path, count):
     assert process.wait(PATIENCE) == 1
     assert 'the node detector has ended with status -9' in (tmp_path / 'errors').read_text()
     assert not any(Path(f'/proc/{node}').exists() for node in nodes)
+
+
+def test_a_color_that_is_not_there_is_told_with_the_nearest_that_is(demo, tmp_path):
+    process = demo('', '--color', '20,40,250')
+    text = 'object is not in the picture, where '
+    wait_until(lambda: text in (tmp_path / 'errors').read_text())
+    process.send_signal(signal.SIGTERM)
+    process.wait(PATIENCE)

@@ -2,6 +2,7 @@
 
 import array
 
+from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import pytest
 from sensor_msgs.msg import Image
@@ -92,6 +93,63 @@ def test_real_nodes_take_every_encoding_and_draw_on_it(ros):
         bgr = frame_of_image(picture).image.astype(int)
         expected = writable_bgr(frame_of_image(message))
         assert np.median(np.abs(bgr - expected)) == 0, message.encoding
+
+
+BAD = {
+    'yuyv of an odd width': {'encoding': 'yuyv', 'width': 319},
+    'old name, odd width': {'encoding': 'yuv422', 'width': 319},
+    'nv12 of an odd height': {'encoding': 'nv12', 'height': 239},
+    'nv21 of an odd width': {'encoding': 'nv21', 'width': 319},
+    'a step too small': {'step': 959},
+    'a step too large': {'step': 961},
+    'data too short': {'data': array.array('B', bytes(960 * 240 - 1))},
+    'data too long': {'data': array.array('B', bytes(960 * 240 + 1))},
+    'no data': {'data': array.array('B')},
+    'data of no picture': {'width': 0, 'step': 0},
+    'no encoding': {'encoding': ''},
+    'an encoding that is not taken': {'encoding': 'nv24'},
+    'depth': {'encoding': '16UC1'},
+}
+EMPTY = [
+    Image(encoding=name, height=height, width=width, step=width)
+    for name, height, width in (('bgr8', 0, 0), ('nv12', 0, 320), ('yuyv', 240, 0))
+]
+
+
+def test_what_no_camera_should_send_is_refused_counted_and_told_and_what_may_come_is_taken(ros):
+    topic = '/camera/image_raw'
+    reliable = {f'qos_overrides.{topic}.subscription.reliability': 'reliable', 'max_lag': 60.0}
+    ros.start('detector', **reliable)
+    detections = ros.listen(PointCloud2, 'detections')
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    publisher = ros.node.create_publisher(Image, 'camera/image_raw', 100)
+    assert ros.spin(lambda: publisher.get_subscription_count() == 1), ros.outputs()
+    ros.settle()
+    odd = message_of(SCENE.render(250)[1:, 1:], 'bayer_rggb8', START, padding=3)
+    good = [*EMPTY, odd]
+    for k, changes in enumerate(BAD.values()):
+        bad, next_one = message_of(SCENE.render(250), 'bgr8', START), good[k % len(good)]
+        for field, value in changes.items():
+            setattr(bad, field, value)
+        next_one.header = header_of(START + k * STEP, 'cam')
+        publisher.publish(bad)
+        publisher.publish(next_one)
+        assert ros.spin(lambda k=k: len(detections) == k + 1, 5.0), (k, ros.outputs())
+        assert stamp_of(detections[-1].header) == START + k * STEP
+        assert detections[-1].width == (len(EXPECTED) if next_one is odd else 0)
+
+    def told():
+        """Counts and words of the detector's last diagnostics."""
+        statuses = [s for array in diagnostics for s in array.status if 'detector' in s.name]
+        return statuses[-1] if statuses else None
+
+    def refused():
+        values = {pair.key: pair.value for pair in told().values} if told() else {}
+        return int(values.get('refused', 0))
+
+    assert ros.spin(lambda: refused() == len(BAD)), (refused(), ros.outputs())
+    assert f'{len(BAD)} refused: ' in told().message
+    assert 'Refused: image of 319x240 yuyv: expected a width' in ros.outputs()
 
 
 @pytest.mark.parametrize('tracker', ['tracker', 'window_tracker', 'contour_tracker'])
