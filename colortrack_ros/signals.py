@@ -15,3 +15,9 @@ def on_ending_signals(call: Callable[[], object]) -> None:
     """Have them call a function, in the main thread."""
     for number in ending_signals():
         signal.signal(number, lambda *_: call())
+
+
+def ignore_ending_signals() -> None:
+    """From now on, for a program that is ending anyway."""
+    for number in ending_signals():
+        signal.signal(number, signal.SIG_IGN)
