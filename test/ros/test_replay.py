@@ -71,8 +71,8 @@ def test_it_is_what_the_live_nodes_publish_to_the_byte(ros, replay, together):
         f'    source: {SCENE}\n    rate: -1.0\n    frame_id: front\n'
         f'    wait_for_subscribers: {1 if together else 2}\n'
         '/**/detector:\n  ros__parameters:\n    max_lag: 60.0\n    red:\n      tolerance: 40\n'
-        '/**/tracker:\n  ros__parameters:\n    process_noise: 300.0\n    marker_scale: 0.02\n'
-        '    image_size: [320, 240]\n'
+        '/**/tracker:\n  ros__parameters:\n    max_lag: 60.0\n    process_noise: 300.0\n'
+        '    marker_scale: 0.02\n    image_size: [320, 240]\n'
     )
     options = ['--params-file', str(Path('robot.yaml').resolve())]
     live = {topic: listen(ros, kind, topic) for topic, kind in TOPICS.items()}
