@@ -9,6 +9,7 @@ import sys
 import threading
 
 import pytest
+from support.waiting import PATIENCE
 
 from colortrack_ros.batch import FilesParser
 from colortrack_ros.files import in_time
@@ -18,8 +19,6 @@ from colortrack_ros.tools.pick_color import main as pick_color
 from colortrack_ros.tools.tune import main as tune
 
 SCENE = 'scene:single?width=64&height=48&duration=1'
-TO_END = 30.0
-"""How long a command may take [s]: each needs less than two on a quiet machine."""
 
 COMMANDS = {
     'replay': lambda words: replay(words, threading.Event()),
@@ -82,7 +81,7 @@ def test_no_command_waits_for_what_is_no_file_or_writes_to_it(odd, capsys):
     kinds = {path: path.stat().st_mode for path in odd.rglob('*ODD*')}
     for line in (*READ, *WRITTEN):
         name, *words = line.split()
-        status = in_time(lambda n=name, w=words: COMMANDS[n](w), TO_END)
+        status = in_time(lambda n=name, w=words: COMMANDS[n](w), PATIENCE)
         printed = capsys.readouterr()
         assert status == 1, line
         assert 'expected ' in printed.err, line
@@ -116,7 +115,9 @@ def test_no_params_file_is_waited_for_at_the_start(tmp_path, code):
             *(['/eye', '--port', '0'] if 'tuner' in code else []),
             *ros,
         ]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=PATIENCE, check=False
+        )
         assert done.returncode == 1
         assert 'expected a file' in done.stderr
         assert len(done.stderr.splitlines()) == 1

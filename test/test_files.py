@@ -1,6 +1,5 @@
 import os
 import threading
-import time
 
 import pytest
 
@@ -24,10 +23,9 @@ def test_what_is_no_regular_file_is_refused_at_once(tmp_path):
     (tmp_path / 'dangling').symlink_to('nowhere')
     there = [str(tmp_path / name) for name in ('pipe', 'loop', 'dangling', 'missing', '')]
     for path in (*there, '/dev/zero', '/dev/null', '/dev/tty', 'x\0y', 'x' * 5000):
-        began = time.monotonic()
-        with pytest.raises(ValueError, match=r'.'):
+        with pytest.raises(ValueError, match=r'.') as refused:
             read_file(path, 100)
-        assert time.monotonic() - began < 1.0, path
+        assert 'could not be read within' not in str(refused.value)  # after a wait
 
 
 def test_a_file_that_never_comes_is_not_waited_for(tmp_path, monkeypatch):

@@ -11,6 +11,7 @@ from sensor_msgs.msg import Image
 from sensor_msgs.srv import SetCameraInfo
 from std_srvs.srv import SetBool
 from support.damaged import damaged_video
+from support.waiting import slowness
 import yaml
 
 from colortrack_ros.messages import frame_of_image
@@ -19,6 +20,8 @@ from colortrack_ros.messages import stamp_of
 from colortrack_ros.scenes import open_scene
 
 SMALL = 'scene:single?width=160&height=120&duration=1'
+DEEP = {'image_queue_depth': 1000, 'queue_depth': 1000}
+"""So that nothing is lost where this process comes late to what it is sent."""
 
 
 def stamps(messages) -> np.ndarray:
@@ -26,17 +29,16 @@ def stamps(messages) -> np.ndarray:
 
 
 def test_a_scene_is_published_in_time_with_its_own_stamps_and_a_camera_info_each(ros):
-    images, infos = (
-        ros.listen(Image, 'camera/image_raw'),
-        ros.listen(CameraInfo, 'camera/camera_info'),
-    )
-    camera = ros.start('camera', source=SMALL, wait_for_subscribers=1, frame_id='left')
+    # The camera waits for whoever listens to pictures: it knows of the other one before.
+    infos = ros.listen(CameraInfo, 'camera/camera_info')
+    images = ros.listen(Image, 'camera/image_raw')
+    camera = ros.start('camera', source=SMALL, wait_for_subscribers=1, frame_id='left', **DEEP)
     start = time.time_ns()
     assert ros.spin(lambda: len(images) == len(infos) == 24), ros.outputs()
     assert [m.header for m in images] == [m.header for m in infos]
     assert {m.header.frame_id for m in images} == {'left'}
     np.testing.assert_allclose(np.diff(stamps(images)), 1e9 / 24, atol=1)
-    assert 0 < stamps(images)[0] - start < 20e9
+    assert start < stamps(images)[0] < stamps(images)[-1] < time.time_ns()
     scene = open_scene(SMALL.removeprefix('scene:'))
     for k in (0, 23):
         np.testing.assert_array_equal(frame_of_image(images[k]).image, scene.render(k))
@@ -56,7 +58,7 @@ def test_exit_at_end_ends_the_node_with_status_0(ros):
 
 def test_a_loop_goes_on_with_growing_stamps(ros):
     images = ros.listen(Image, 'camera/image_raw')
-    ros.start('camera', source=SMALL, wait_for_subscribers=1, loop='true', rate=240.0)
+    ros.start('camera', source=SMALL, wait_for_subscribers=1, loop='true', rate=240.0, **DEEP)
     assert ros.spin(lambda: len(images) >= 60), ros.outputs()
     np.testing.assert_allclose(np.diff(stamps(images)), 1e9 / 24, atol=1)
 
@@ -181,7 +183,7 @@ def test_a_device_that_is_not_there_is_waited_for_by_number_or_name(ros, source,
 
 
 def test_after_a_pause_the_stamps_of_a_recording_go_on_with_the_clock(ros):
-    ros.start('camera', source='scene:single?width=64&height=48', loop=True)
+    ros.start('camera', source='scene:single?width=64&height=48', loop=True, **DEEP)
     infos = ros.listen(CameraInfo, 'camera/camera_info')
     assert ros.spin(lambda: len(infos) > 5), ros.outputs()
     asked = time.monotonic()
@@ -193,9 +195,10 @@ def test_after_a_pause_the_stamps_of_a_recording_go_on_with_the_clock(ros):
     most = time.monotonic() - asked
     seen = len(infos)
     assert ros.spin(lambda: len(infos) > seen + 10), ros.outputs()
-    assert abs(time.time_ns() - stamp_of(infos[-1].header)) < 1.5e9
+    slow = slowness()
+    assert abs(time.time_ns() - stamp_of(infos[-1].header)) < 1.5e9 * slow
     steps = np.diff([stamp_of(info.header) for info in infos])
-    assert 1e9 * least - 0.5e9 < steps.max() < 1e9 * most + 0.5e9
+    assert 1e9 * least - 0.5e9 * slow < steps.max() < 1e9 * most + 0.5e9 * slow
     assert np.sort(steps)[-2] < 0.1e9
 
 

@@ -13,6 +13,8 @@ from colortrack_ros.messages import stamp_of
 from colortrack_ros.node_kit.clocks import Elapsed
 
 RATE = 25.0
+PATIENT = {'warn_latency': 3600.0, 'error_latency': 3600.0}
+"""To be late is no illness: a busy machine makes all nodes so."""
 
 
 def set_sim_time(ros, nodes, value):
@@ -73,9 +75,9 @@ def test_what_has_passed_is_without_the_jumps_of_the_clock(ros):
 
 def test_tracks_flow_and_health_is_told_whatever_the_clock_does(ros):
     source = 'scene:single?width=160&height=120'
-    ros.start('camera', source=source, loop='true', rate=RATE)
+    ros.start('camera', source=source, loop='true', rate=RATE, **PATIENT)
     names = ('camera', 'detector', 'tracker')
-    nodes = [ros.start(name) for name in names[1:]]
+    nodes = [ros.start(name, max_lag=60.0, **PATIENT) for name in names[1:]]
     tracks = ros.listen(PointCloud2, 'tracks')
     said = ros.listen(DiagnosticArray, '/diagnostics')
     assert ros.spin(lambda: len(tracks) > 10), ros.outputs()
@@ -117,5 +119,5 @@ def test_tracks_flow_and_health_is_told_whatever_the_clock_does(ros):
         told = {s.name: s.message for m in said for s in m.status if s.level != DiagnosticStatus.OK}
         return 'nothing has come in' in told.get('detector: messages', '')
 
-    assert ros.spin(silence_is_told, 20.0), said[-3:]
+    assert ros.spin(silence_is_told), said[-3:]
     assert all('Traceback' not in node.output for node in nodes)

@@ -119,7 +119,7 @@ def test_compressed_images_and_late_ones_are_taken(ros):
         f'qos_overrides./{topic}.subscription.reliability': 'reliable',
         'image_queue_depth': 100,
         'max_lag': 60.0,
-        'reorder_window': 0.5,  # also how long the next picture may take to come
+        'reorder_window': 2.0,  # also how long the next picture may take to come
     }
     node = ros.start('contour_tracker', **parameters, **FAST)
     publisher, tracks, _ = ready(ros, CompressedImage, topic)

@@ -107,20 +107,13 @@ def handles_signals(process) -> bool:
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SOURCE = 'scene:single?width=320&height=240'
-PATIENT = """
-from colortrack_ros.node_kit import runtime
-runtime.TIME_TO_END = 100.0
-from colortrack_ros.nodes.{} import main
-raise SystemExit(main())
-"""
-"""A node that is given the time that it takes on a busy machine: how much it has, others test."""
 
 
 @pytest.mark.parametrize('name', ['camera', 'detector', 'tracker', 'overlay'])
 def test_a_signal_during_the_start_ends_the_node_in_order(ros, name):
     chance = random.Random(name)
     for k, number in enumerate(chance.sample(SIGNALS, len(SIGNALS))):
-        process = ros.start_code(PATIENT.format(name), '-p', f'camera:source:={SOURCE}')
+        process = ros.start(name, '-p', f'camera:source:={SOURCE}')
         if k:
             wait_until(lambda p=process: handles_signals(p), what=ros.outputs)
         time.sleep(0.5 * chance.random())

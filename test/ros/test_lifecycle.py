@@ -74,10 +74,7 @@ def test_the_chain_is_brought_up_rests_and_is_taken_down(ros, kind):
         diagnostics.clear()
         for node in CHAIN:
             assert change(ros, node, DEACTIVATE)
-        ros.spin(lambda: False, 0.5)
-        tracks.clear()
-        ros.spin(lambda: False, 0.5)
-        assert not tracks
+        assert ros.spin(lambda: ros.is_silent(tracks)), ros.outputs()
         for node in CHAIN:
             assert change(ros, node, CLEAN_UP), ros.outputs()
         assert ros.spin(lambda: ros.node.count_publishers('tracks') == 0), ros.outputs()
@@ -96,10 +93,7 @@ def test_what_is_paused_stays_paused_when_it_is_activated_again(ros):
     assert ros.call(SetBool, 'detector/pause', SetBool.Request(data=True)).success
     assert change(ros, 'detector', DEACTIVATE)
     assert change(ros, 'detector', ACTIVATE)
-    ros.spin(lambda: False, 0.5)
-    tracks.clear()
-    ros.spin(lambda: False, 0.5)
-    assert not tracks
+    assert ros.spin(lambda: ros.is_silent(tracks)), ros.outputs()
     assert ros.call(SetBool, 'detector/pause', SetBool.Request(data=False)).success
     assert ros.spin(lambda: len(tracks) > 5), ros.outputs()
 

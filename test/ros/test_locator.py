@@ -78,7 +78,7 @@ def test_two_cameras_that_stand_in_the_room_see_one_ball(ros):
 
 
 def test_late_odometry_is_waited_for(ros):
-    robot = Robot(ros)
+    robot = Robot(ros, patient=True)
     robot.drive(0)
     robot.see(1)
     ros.spin(lambda: False, 0.3)

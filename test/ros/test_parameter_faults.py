@@ -242,7 +242,7 @@ def test_colors_set_at_run_time_count_from_the_next_frame_on_and_half_a_set_chan
 
 def test_with_strict_a_node_ends_when_a_value_is_refused_on_start(ros):
     process = ros.start('tracker', strict='true', confirm_hits=-1)
-    assert process.popen.wait(timeout=20.0) == 1
+    assert process.end() == 1
     assert 'Parameter refused: confirm_hits: expected' in process.output
     assert 'strict: 1 refused on start, as said above; correct that' in process.output
     assert 'Traceback' not in process.output

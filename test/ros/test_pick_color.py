@@ -1,6 +1,7 @@
 import cv2
 import numpy as np
 import pytest
+from support.waiting import PATIENCE
 import yaml
 
 from colortrack_ros.scenes import open_scene
@@ -107,10 +108,18 @@ def test_what_cannot_be_done_is_said_in_one_line(tmp_path, capsys, arguments, sa
     assert '\n' not in told
 
 
+PATIENT = f"""
+import sys
+from colortrack_ros.tools import pick_color
+pick_color.IMAGE_TIMEOUT = {PATIENCE}
+sys.exit(pick_color.main())
+"""
+
+
 def test_a_topic_is_read(ros, tmp_path):
     ros.start('camera', source=SCENE, loop='true')
     assert ros.spin(lambda: ros.node.count_publishers('camera/image_raw') == 1), ros.outputs()
     output = str(tmp_path / 'picked.png')
-    process = ros.start('pick_color', '--', '/camera/image_raw', *center(), '--output', output)
+    process = ros.start_code(PATIENT, '--', '/camera/image_raw', *center(), '--output', output)
     assert ros.spin(lambda: process.popen.poll() is not None), ros.outputs()
     assert 'lab: [' in process.output

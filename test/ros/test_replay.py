@@ -66,11 +66,12 @@ def listen(ros, kind, topic):
 def test_it_is_what_the_live_nodes_publish_to_the_byte(ros, replay, together):
     # A CameraInfo may come later than the first picture: the tracker is told how large they are.
     Path('robot.yaml').write_text(
-        '/**:\n  ros__parameters:\n    queue_depth: 200\n'
+        '/**:\n  ros__parameters:\n    queue_depth: 200\n    image_queue_depth: 200\n'
         '/**/camera:\n  ros__parameters:\n'
         f'    source: {SCENE}\n    rate: -1.0\n    frame_id: front\n'
         f'    wait_for_subscribers: {1 if together else 2}\n'
         '/**/detector:\n  ros__parameters:\n    max_lag: 60.0\n    red:\n      tolerance: 40\n'
+        '    qos_overrides./camera/image_raw.subscription.reliability: reliable\n'
         '/**/tracker:\n  ros__parameters:\n    max_lag: 60.0\n    process_noise: 300.0\n'
         '    marker_scale: 0.02\n    image_size: [320, 240]\n'
     )

@@ -10,7 +10,8 @@ from support.ros_domain import executable
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SOURCE = 'scene:single?width=320&height=240'
-APART = ('camera', 'detector', 'tracker', 'overlay', 'window_tracker', 'contour_tracker', 'locator')
+APART = ('camera', 'detector', 'tracker', 'overlay', 'window_tracker', 'contour_tracker', 'locator',
+         'follower', 'simulator')  # fmt: skip
 
 
 def test_a_signal_ends_a_node_in_order_with_status_0_and_no_traceback(ros):
@@ -84,7 +85,7 @@ raise SystemExit(run(lambda _: [Hanging('hanging', namespace='robot1')]))
 
 
 def test_a_node_that_does_not_end_is_named_and_tells_by_its_status(ros):
-    process = ros.start_code(HANGING)
+    process = ros.start_code(HANGING, patient=False)
     assert ros.spin(lambda: 'hanging' in ros.node.get_node_names()), ros.outputs()
     start_of_end = time.monotonic()
     assert process.stop(signal.SIGTERM) == 124, process.output
@@ -128,7 +129,7 @@ time.sleep(60.0)
 def test_a_process_whose_python_does_not_end_has_left_ros_and_is_ended_by_the_system(
     ros, by_itself
 ):
-    process = ros.start_code(LINGERING.format(by_itself=by_itself))
+    process = ros.start_code(LINGERING.format(by_itself=by_itself), patient=False)
     process.wait_for('gives ')
     start_of_end = time.monotonic()
     if not by_itself:

@@ -15,6 +15,7 @@ import threading
 import time
 
 import pytest
+from support.forks import program_of
 from support.waiting import PATIENCE
 
 TUN = Path('/dev/net/tun')
@@ -99,21 +100,20 @@ def link() -> Iterator[Link]:
     one.close()
 
 
-def start(host: str, name: str, *arguments: str) -> subprocess.Popen:
-    executable = str(Path(sys.executable).parent / name)
+def start(host: str, *words: str) -> subprocess.Popen:
     env = dict(os.environ, ROS_AUTOMATIC_DISCOVERY_RANGE='SUBNET', ROS_DOMAIN_ID='31')
-    return subprocess.Popen(['ip', 'netns', 'exec', host, executable, *arguments], env=env)
+    return subprocess.Popen(['ip', 'netns', 'exec', host, sys.executable, '-c', *words], env=env)
 
 
 def test_tracks_arrive_over_a_link_that_loses_one_packet_in_a_hundred(link):
     parameters = ('source:=scene:five?width=640&height=480', 'loop:=true')
     options = [word for parameter in parameters for word in ('-p', parameter)]
     nodes = [
-        start('cta', 'camera', '--ros-args', *options),
-        start('ctb', 'detector', '--ros-args', '-p', 'image_transport:=compressed'),
-        start('ctb', 'tracker'),
+        start('cta', program_of('camera'), '--ros-args', *options),
+        start('ctb', program_of('detector'), '--ros-args', '-p', 'image_transport:=compressed'),
+        start('ctb', program_of('tracker')),
     ]
-    listener = start('ctb', 'python', '-c', LISTENER)
+    listener = start('ctb', LISTENER)
     try:
         assert listener.wait(timeout=PATIENCE) == 0
         assert link.lost > 0

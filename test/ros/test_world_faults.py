@@ -41,7 +41,7 @@ def last(robot):
 
 
 def test_odometry_that_jumps_is_told_and_objects_are_where_they_are_in_it(ros):
-    robot = Robot(ros)
+    robot = Robot(ros, patient=True)
     drive(robot, range(10))
     drive(robot, range(10, 20), x=lambda k: 0.02 * k + 1.5)
     robot.node.wait_for('the robot has jumped by 1.52 m and 0 degrees in 0.040 s')
@@ -74,7 +74,7 @@ UPSIDE_DOWN = str([*map(float, PLACE[:3]), float(np.pi), 0.25, 0.0])
 
 
 def test_a_camera_that_is_upside_down_is_told_and_nothing_is_published(ros):
-    robot = Robot(ros, camera_pose=UPSIDE_DOWN)
+    robot = Robot(ros, patient=True, camera_pose=UPSIDE_DOWN)
     drive(robot, range(10))
     robot.node.wait_for('where it is located: camera_pose (upside down?)')
     assert [len(locations_of_cloud(cloud).rows) for cloud in robot.locations] == [0] * 10
@@ -82,7 +82,9 @@ def test_a_camera_that_is_upside_down_is_told_and_nothing_is_published(ros):
 
 def test_an_upside_down_camera_before_things_of_unknown_size_is_found_by_driving(ros):
     """By 0.5 m/s towards a ball; and told until camera_pose is mended, in diagnostics as well."""
-    robot = Robot(ros, camera_pose=UPSIDE_DOWN, **{'red.diameter': 0.0, 'red.height': 0.1})
+    robot = Robot(
+        ros, patient=True, camera_pose=UPSIDE_DOWN, **{'red.diameter': 0.0, 'red.height': 0.1}
+    )
     diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
     drive(robot, range(100))
     robot.node.wait_for('roll 0 for a camera that is upside down')
@@ -115,7 +117,7 @@ def test_the_calibration_of_another_size_is_told(ros):
 
 def test_the_focal_length_of_another_lens_is_told(ros):
     """By half: the ball is twice as large as it would be where its ray meets the ground."""
-    robot = Robot(ros)
+    robot = Robot(ros, patient=True)
     half = (260.0, 0.0, 320.0, 0.0, 260.0, 240.0, 0.0, 0.0, 1.0)
     drive(robot, range(10), k=lambda _: half)
     robot.node.wait_for('where it is located: camera_pose (upside down?), calibration')

@@ -36,9 +36,14 @@ def entries() -> dict[str, str]:
     return {entry.name: entry.module for entry in distribution('colortrack_ros').entry_points}
 
 
+PATIENT = 'from colortrack_ros.node_kit import runtime; runtime.TIME_TO_END = 100.0\n'
+"""Gives a node the time to end that it takes on a busy machine: how much it has in earnest,
+test_start_and_end tests."""
+
+
 def program_of(name: str) -> str:
-    """What an executable does, as Python code."""
-    return f'import sys; from {entries()[name]} import main; sys.exit(main())'
+    """What an executable does, as Python code, but for the time that it has to end."""
+    return f'{PATIENT}import sys; from {entries()[name]} import main; sys.exit(main())'
 
 
 class Fork:

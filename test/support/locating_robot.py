@@ -10,6 +10,7 @@ from support.ball_before_camera import picture
 from support.ball_before_camera import PLACE
 from support.ball_before_camera import seen_by
 from support.ball_before_camera import START
+from support.forks import program_of
 
 FRAME = 40_000_000
 RED = {
@@ -18,13 +19,20 @@ RED = {
     'camera_pose': str([float(number) for number in PLACE]),
 }
 
+PATIENT = """
+from colortrack_ros.world import waiting
+waiting.LONGEST_WAIT = 100.0
+"""
+
 
 class Robot:
     """A robot that drives at 0.5 m/s towards a ball: what it publishes, what it hears."""
 
-    def __init__(self, ros, **parameters):
+    def __init__(self, ros, *, patient=False, **parameters):
+        """patient: the locator waits for odometry for as long as a busy machine may need."""
         self.ros = ros
-        self.node = ros.start('locator', **(RED | parameters))
+        code = PATIENT * patient + program_of('locator')
+        self.node = ros.start_code(code, **(RED | parameters))
         make = ros.node.create_publisher
         self.info = make(CameraInfo, 'camera/camera_info', 10)
         self.odometry = make(Odometry, 'odom', 10)

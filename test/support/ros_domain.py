@@ -23,6 +23,7 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from support.forks import Fork
 from support.forks import nursery
+from support.forks import PATIENT
 from support.forks import program_of
 from support.waiting import PATIENCE
 from support.waiting import wait_until
@@ -119,6 +120,11 @@ class Process:
         return self.popen.wait(timeout=PATIENCE)
 
 
+def _options(parameters: dict[str, object]) -> list[str]:
+    """ROS arguments that set parameters (YAML values)."""
+    return [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
+
+
 class Ros:
     """One ROS domain: starts processes, and listens and talks in this process."""
 
@@ -135,12 +141,17 @@ class Ros:
 
     def start(self, name: str, *arguments: str, **parameters: object) -> Process:
         """Start what an executable does with parameters (YAML values) and further ROS arguments."""
-        options = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
-        return self._fork(name, program_of(name), *options, *arguments)
+        return self._fork(name, program_of(name), *_options(parameters), *arguments)
 
-    def start_code(self, code: str, *arguments: str) -> Process:
-        """Start a Python program with ROS arguments."""
-        return self._fork('code', code, *arguments)
+    def start_code(
+        self, code: str, *arguments: str, patient: bool = True, **parameters: object
+    ) -> Process:
+        """Start a Python program with parameters and further ROS arguments.
+
+        :param patient: let a node have the time to end that it takes on a busy machine.
+        """
+        program = PATIENT + code if patient else code
+        return self._fork('code', program, *_options(parameters), *arguments)
 
     def start_command(self, name: str, command: list[str]) -> Process:
         """Start any program in this domain, as a user does.
@@ -185,6 +196,11 @@ class Ros:
                 return False
             self.executor.spin_once(timeout_sec=0.05)
         return True
+
+    def is_silent(self, messages: list) -> bool:
+        """Whether nothing comes into a list for a second, after what is still on its way."""
+        messages.clear()
+        return not self.spin(lambda: len(messages) > 0, 1.0)
 
     def settle(self) -> None:
         """Wait until the nodes know what there is: what they send before that is lost.
