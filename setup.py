@@ -70,6 +70,7 @@ setup(
             'motmetrics',
             'playwright',
             'pytest',
+            'pytest-rerunfailures',
             'pytest-xdist',
         ],
     },

@@ -29,6 +29,9 @@ NEEDS = {
 COLCON_NODES = ('test_simulator.py', 'test_start_and_end.py', 'test_tracker.py')
 """What `colcon test`, which gives reports a prefix, runs of the nodes: three minutes in all."""
 
+MOST_RERUNS = 3
+"""Tests of real processes that get a second run: where more fail, no busy machine is to blame."""
+
 MISSING = [name for name in NEEDS if importlib.util.find_spec(name) is None]
 
 
@@ -40,10 +43,13 @@ def pytest_cmdline_main(config: pytest.Config) -> None:
         config.option.numprocesses = 'auto'
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Let what tests start be ended by SIGHUP, also where the tests themselves run under nohup."""
     if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    if config.pluginmanager.hasplugin('rerunfailures'):
+        config.option.max_suite_reruns = MOST_RERUNS
+        config.option.rerun_show_tracebacks = True
 
 
 def needs_of(path: Path) -> list[str]:
@@ -70,10 +76,17 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Nodes first, which mostly wait, and of those and of the others what takes long."""
+    """Nodes first, which mostly wait, and of those and of the others what takes long.
+
+    Tests of nodes that fail are run once more, where pytest-rerunfailures is there, and told.
+    """
     items.sort(
         key=lambda item: (item.path.parent.name != 'ros', not item.get_closest_marker('slow'))
     )
+    if config.pluginmanager.hasplugin('rerunfailures'):
+        for item in items:
+            if item.path.parent.name == 'ros':
+                item.add_marker(pytest.mark.flaky(reruns=1))
     if config.getoption('junitprefix'):
         for item in items:
             if item.get_closest_marker('slow') or item.get_closest_marker('alone'):
