@@ -10,6 +10,8 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 
 FRAME = NANOSECONDS // 24
+RATE = 30
+"""Of frames that have a number [Hz]."""
 
 
 def points(z, stamp=0, variance=0.0, color=0):
@@ -21,6 +23,11 @@ def points(z, stamp=0, variance=0.0, color=0):
     rows['color'] = color
     rows['score'] = 1.0
     return Detections(rows, stamp, 'camera')
+
+
+def message(z, k, color=0):
+    """Points at z, (N, 2), known to a pixel, in the frame of number k."""
+    return points(z, round(k * NANOSECONDS / RATE), 1.0, color)
 
 
 def discs(centers, radius, shape, bar=None, stamp=0):

@@ -2,20 +2,9 @@
 
 import numpy as np
 import pytest
+from support.silhouettes import message
 
-from colortrack_ros.data import DETECTION
-from colortrack_ros.data import Detections
-from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.tracking import Tracker
-
-RATE = 30
-
-
-def message(z, k):
-    rows = np.zeros(len(z), DETECTION)
-    rows['u'], rows['v'] = np.transpose(z)
-    rows['cov_uu'] = rows['cov_vv'] = 1.0
-    return Detections(rows, round(k * NANOSECONDS / RATE))
 
 
 def played(path, strays, rng):
@@ -50,7 +39,7 @@ def test_a_stray_before_a_gap_is_told_after_it():
     tracker, rng = Tracker(), np.random.default_rng(0)
     for k, x in enumerate(path):
         z = [] if k in (61, 62) else [x + rng.normal(0, 1, 2) + (0.0, 21.0 * (k == 60))]
-        rows = tracker.update(message(np.reshape(z, (-1, 2)), k)).rows
+        rows = tracker.update(message(z, k)).rows
         assert k <= 62 or is_right(rows)
     assert rows['track_id'].tolist() == [1]
 

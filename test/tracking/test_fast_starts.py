@@ -2,22 +2,10 @@
 
 import numpy as np
 import pytest
+from support.silhouettes import message
+from support.silhouettes import RATE
 
-from colortrack_ros.data import DETECTION
-from colortrack_ros.data import Detections
-from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.tracking import Tracker
-
-RATE = 30
-
-
-def message(z, k, color=0):
-    z = np.reshape(z, (-1, 2))
-    rows = np.zeros(len(z), DETECTION)
-    rows['u'], rows['v'] = z.T
-    rows['cov_uu'] = rows['cov_vv'] = 1.0
-    rows['color'] = color
-    return Detections(rows, round(k * NANOSECONDS / RATE))
 
 
 def standing(tracker, frames, rng):
