@@ -100,6 +100,7 @@ def test_a_list_of_arguments_that_is_no_file_is_an_error_of_the_command_line(odd
         assert f'@{path}: ' in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('code', ['nodes.tracker', 'tuner.main'])
 def test_no_params_file_is_waited_for_at_the_start(tmp_path, code):
     os.mkfifo(tmp_path / 'pipe')

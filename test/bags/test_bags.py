@@ -196,7 +196,12 @@ def recorded(folder, storage, compressed=False):
 
 
 @pytest.mark.parametrize(
-    ('storage', 'compressed'), [('mcap', False), ('mcap', True), ('sqlite3', False)]
+    ('storage', 'compressed'),
+    [
+        ('mcap', False),
+        pytest.param('mcap', True, marks=pytest.mark.slow),
+        pytest.param('sqlite3', False, marks=pytest.mark.slow),
+    ],
 )
 def test_a_bag_cut_anywhere_gives_what_is_there_and_tells_what_is_lost(
     tmp_path, storage, compressed

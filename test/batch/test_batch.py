@@ -148,6 +148,7 @@ def test_nothing_outlives_a_run_that_is_killed(tmp_path):
     assert [o.result for o in again] == [{'n': 1}, {'n': 2}, {'n': 3}]
 
 
+@pytest.mark.slow
 def test_a_cluster_of_two_workers_of_which_one_is_killed_does_all(tmp_path):
     distributed = pytest.importorskip('distributed', reason='needs Dask: the extra `cluster`')
     options = {'threads_per_worker': 1, 'dashboard_address': None, 'host': '127.0.0.1'}

@@ -100,6 +100,7 @@ def test_a_second_contour_of_one_thing_is_not_seen_and_ends():
     assert not any(2 in own for own in states[40 + round(1.7 * RATE) :])
 
 
+@pytest.mark.slow
 def test_what_walks_while_the_background_is_learned_leaves_no_ghost_with_the_defaults():
     tracker = ContourTracker(ContourConfig())
     for k in range(100):

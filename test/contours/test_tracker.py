@@ -25,7 +25,7 @@ from colortrack_ros.data import TRACK
 
 @pytest.mark.parametrize('shape', SHAPES)
 @pytest.mark.parametrize('width', [30, 80])
-@pytest.mark.parametrize('level', [120, 45])
+@pytest.mark.parametrize('level', [120, pytest.param(45, marks=pytest.mark.slow)])
 def test_a_target_behind_a_cover_comes_back_with_its_shape(shape, width, level):
     cover = (slice(None), slice(150, 150 + width)), level
     results = follow(pictures(shape, 110, cover=cover), QUICK)

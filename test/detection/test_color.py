@@ -94,6 +94,7 @@ def test_balls_are_found_while_the_light_falls_to_a_third_and_turns_yellow(param
     assert rmse < 1
 
 
+@pytest.mark.slow
 def test_a_color_does_not_follow_farther_than_its_bound():
     scene = open_scene('light')
     config = DetectorConfig(colors=colors_of(scene, 25.0), follow_light=5.0)
@@ -141,6 +142,7 @@ def test_clutter_that_stands_still_is_dropped_in_every_encoding(encoding):
             assert rows['u'].tolist() == [2 * k + 5.5]
 
 
+@pytest.mark.slow
 def test_a_ball_that_is_smeared_is_one_blob_with_its_centroid_in_the_middle_of_the_smear():
     scene = open_scene('fast')
     recall, false, rmse = compare(scene, DetectorConfig(), step=2, visible=1.0)

@@ -52,6 +52,7 @@ def test_at_equal_distance_the_first_color_wins():
     assert (ColorTable(colors).label(image, 'bgr8').pixels == 1).all()
 
 
+@pytest.mark.slow
 def test_the_largest_number_of_colors():
     random = np.random.default_rng(0)
     colors = tuple(

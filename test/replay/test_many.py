@@ -78,6 +78,7 @@ def test_other_parameters_are_another_result_and_overwrite_nothing_unless_asked_
     assert files('new') != before
 
 
+@pytest.mark.slow
 def test_a_replay_that_is_killed_goes_on_and_leaves_nothing_half_written():
     Path('new').mkdir()
     command = [sys.executable, '-c', 'from colortrack_ros.replay.main import main; main()']

@@ -202,7 +202,11 @@ def test_a_device_that_is_not_there_or_no_camera_is_refused(spec, capfd):
 
 @pytest.mark.parametrize(
     ('name', 'count', 'period'),
-    [('ball.mp4', 60, 33555555), ('ball2.mp4', 1004, 41708333), ('ball4.mp4', 492, 33444444)],
+    [
+        ('ball.mp4', 60, 33555555),
+        pytest.param('ball2.mp4', 1004, 41708333, marks=pytest.mark.slow),
+        pytest.param('ball4.mp4', 492, 33444444, marks=pytest.mark.slow),
+    ],
 )
 def test_real_videos_are_read_to_their_end(name, count, period):
     path = DATA / 'ball_toss' / name

@@ -23,6 +23,7 @@ ROWS = st.lists(st.lists(VALUES, min_size=11, max_size=11), max_size=6)
 STAMPS = st.lists(st.one_of(st.integers(0, 10**9), st.integers(-(2**61), 2**61)), min_size=12)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.lists(ROWS, min_size=12, max_size=12), STAMPS, st.sampled_from(sorted(MOTION_MODELS)))
 def test_any_numbers_give_finite_tracks(frames, stamps, model):

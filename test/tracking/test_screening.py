@@ -60,6 +60,7 @@ def test_a_repeated_message_is_refused_and_counted():
     assert twice.screening.repeated == 12
 
 
+@pytest.mark.slow
 def test_five_thousand_detections_in_one_frame_and_none_before_or_after():
     rng = np.random.default_rng(0)
     tracker = Tracker()
