@@ -73,28 +73,35 @@ def measured_of(
     z, R = np.zeros((count, 5)), np.tile(np.eye(5), (count, 1, 1))
     used = np.zeros((count, 5), bool)
     high = np.stack([rows['box_u'] + rows['box_w'], rows['box_v'] + rows['box_h']], axis=1)
-    size = [camera.width, camera.height]
-    whole = (rows['box_u'] > 0) & (rows['box_v'] > 0) & (high < np.array(size) - 1).all(axis=1)
+    inside = (high < [camera.width - 1, camera.height - 1]).all(axis=1)
+    whole = (rows['box_u'] > 0) & (rows['box_v'] > 0) & inside
     z[:, U], z[:, V] = rows['u'], rows['v']
     R[:, U, U] = rows['cov_uu'] + config.pixel_noise**2
     R[:, V, V] = rows['cov_vv'] + config.pixel_noise**2
     R[:, U, V] = R[:, V, U] = rows['cov_uv']
+    z[:, BLOB] = seen_sizes(rows, config)
+    disc = round_blobs(rows, z[:, BLOB])
+    R[:, [U, V], [U, V]] += hidden_halves(rows, (kinds.diameter > 0) & ~disc) ** 2
     used[:, [U, V]] = whole[:, None]
     used[:, PLANE] = whole & kinds.bound & (config.method in ('ground', 'fused'))
     R[:, PLANE, PLANE] = PLANE_SIGMA**2
-    z[:, BLOB] = seen_sizes(rows, config)
     R[:, BLOB, BLOB] = config.size_noise**2
     by_size = (config.method in ('size', 'fused')) | ((config.method == 'ground') & ~kinds.bound)
-    used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & round_blobs(rows, z[:, BLOB])
+    used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & disc
     if depth is not None and config.method in ('depth', 'fused'):
         measured = depths_of(rows, z[:, BLOB], camera, depth)
         used[:, DEPTH] = whole & np.isfinite(measured)
         z[:, DEPTH] = np.where(used[:, DEPTH], measured, 0.0)
         R[:, DEPTH, DEPTH] = np.square(config.depth_noise * z[:, DEPTH])
+    return Measured(z, _only(R, used), used)
+
+
+def _only(R: Floats, used: NDArray[np.bool_]) -> Floats:
+    """The covariances, (N, 5, 5) in place, with 1 for what is not measured."""
     R[~used[:, U]] = np.eye(5)
     for row in (PLANE, BLOB, DEPTH):
         R[~used[:, row], row, row] = 1.0
-    return Measured(z, R, used)
+    return R
 
 
 def seen_sizes(rows: NDArray[np.void], config: LocatorConfig) -> Floats:
@@ -120,6 +127,17 @@ def round_blobs(rows: NDArray[np.void], size: Floats) -> NDArray[np.bool_]:
     full = np.abs(rows['area'] / (width * height) / DISC - 1) < HIDDEN + pixel
     full |= np.abs(np.square(size) / (width * height) - 1) < pixel
     return np.asarray(even & full)
+
+
+def hidden_halves(rows: NDArray[np.void], partly: NDArray[np.bool_]) -> Floats:
+    """How far the centers of blobs may be from those of discs that are hidden in part, (N, 2) [px].
+
+    By half of what the box lacks, as something may cover it on one side.
+
+    :param partly: (N,) of which.
+    """
+    box = np.stack([rows['box_w'], rows['box_h']], axis=1).astype(float)
+    return np.asarray((box.max(axis=1, keepdims=True) - box) / 2 * partly[:, None])
 
 
 def depths_of(
