@@ -53,11 +53,15 @@ WRONG = {
 }
 
 
+ROLLS = np.array([(3.0, 0.6, RADIUS), (3.5, -0.6, RADIUS)])
+
+
 class Robot:
     """A robot that looks at balls, stands for a second, and then drives and swings."""
 
-    def __init__(self, told_diameter=0.0, method='ground', thrown=False):
-        kinds = [Kind('red', KindConfig(diameter=told_diameter, height=RADIUS))]
+    def __init__(self, told_diameter=0.0, method='ground', thrown=False, motion='plane'):
+        ball = KindConfig(diameter=told_diameter, height=RADIUS, motion=motion)
+        kinds = [Kind('red', ball)]
         if thrown:
             kinds += [Kind('green', KindConfig(diameter=told_diameter, motion='free'))]
         self.told, self.rng = [], np.random.default_rng(0)
@@ -97,6 +101,30 @@ def test_a_robot_that_drives_finds_the_mistake_names_it_and_publishes_nothing(li
     assert published[-60:] == [0] * 60
     assert any(line in told for told in robot.told)
     assert line in robot.locator.doubt
+
+
+@pytest.mark.parametrize('angle', [-40, 30])
+def test_a_yaw_that_is_off_by_any_angle_is_found_and_by_how_much(angle):
+    robot = Robot()
+    published = robot.drive(240, mount=turned(yaw=np.radians(angle)))
+    assert published[-60:] == [0] * 60
+    line = next(told for told in robot.told if 'the yaw of camera_pose is off by about' in told)
+    assert float(line.split()[-2]) == pytest.approx(angle, abs=5)
+
+
+@pytest.mark.parametrize('motion', ['still', 'plane'])
+def test_what_is_said_to_stand_tells_of_the_camera_whatever_rolls_beside_it(motion):
+    """One ball of three stands: enough if it is said to, not if it might move as the others."""
+    robot, wrong = Robot(), {'mount': turned(yaw=np.pi / 2)}
+    kinds = [Kind(name, KindConfig(height=RADIUS, motion=m))
+             for name, m in (('red', 'plane'), ('green', motion))]  # fmt: skip
+    robot.locator.configure(LocatorConfig(colors=tuple(kinds)))
+    robot.thrown, stands = True, np.array([(2.5, -0.4, 1.5 * RADIUS)])
+    for k in range(120):
+        away = np.array([0.02, 0.01, 0]) * k
+        rolled = ROLLS + np.stack([away, away * [1, -0.5, 0]])
+        robot.see(np.concatenate([rolled, stands]), **wrong)
+    assert bool(robot.locator.doubt) == (motion == 'still')
 
 
 @pytest.mark.parametrize('roll', [0, np.pi])
