@@ -23,7 +23,7 @@ from colortrack_ros.contours.placing import equally_spaced
 from colortrack_ros.contours.publishing import published
 from colortrack_ros.contours.records import begin
 from colortrack_ros.contours.records import CONTOUR_FIELDS
-from colortrack_ros.contours.records import hold_unmoved
+from colortrack_ros.contours.records import hold_unproven
 from colortrack_ros.contours.records import outgrown
 from colortrack_ros.contours.regions import is_double
 from colortrack_ros.contours.regions import is_hidden
@@ -250,11 +250,13 @@ class ContourTracker:
         tracks, nodes, now = self._tracks, self._tracks.filters.nodes, self._clock.now
         tentative = tracks.update_states(now, CONFIRM_HITS)
         speed = self.config.rate * np.hypot(*tracks.filters.motion[:, :2].T)
-        tentative |= hold_unmoved(tracks.records, nodes, speed, self.config.min_motion, now)
+        area = self._spline.area(nodes)
+        shape = frame.image.shape
+        tentative |= hold_unproven(tracks.records, nodes, area, speed, self.config, shape, now)
         lost = tracks.is_overdue(now, self.config.max_time_since_update)
         lost |= tentative & tracks.is_overdue(now, 0.0)
         keep = is_inside(nodes.mean(axis=1), *frame.image.shape[:2]) & ~lost
-        keep &= self._spline.area(nodes) >= LEAST_AREA
+        keep &= area >= LEAST_AREA
         leaves = is_at_border(boxes(self._spline.outline(nodes)), *frame.image.shape[:2])
         keep &= ~leaves | (tracks.records['updated'] == now)
         if not keep.all():

@@ -91,7 +91,7 @@ def test_a_second_contour_of_one_thing_is_not_seen_and_ends():
         second.nodes += 2.0
         record = begin(tracks, second, tracker._spline, tracker._clock.now)
         record['state'], record['hits'] = CONFIRMED, 9
-        record['moved'] = record['single'] = True
+        record['moved'] = record['proven'] = record['single'] = True
 
     results = followed(90, spoil, 40)
     states = [dict(zip(t.rows['track_id'], t.rows['state'], strict=True)) for t in results]

@@ -44,6 +44,27 @@ def test_without_min_motion_a_third_measurement_confirms():
     assert states[:4] == [TENTATIVE, TENTATIVE, CONFIRMED, CONFIRMED]
 
 
+@pytest.mark.parametrize('radius', [9.0, 18.0])
+def test_what_is_small_has_to_be_there_for_longer(radius):
+    def place(k):
+        return straight(k, speed=(3.0, 0.0), radius=radius)
+
+    results = follow(pictures('quadrilateral', 40, place), QUICK)
+    live = [tracks for tracks in results if len(tracks.rows)]
+    first = [known(tracks).any() for tracks in live].index(True)
+    (row,) = live[first].rows
+    assert row['age'] == pytest.approx(np.sqrt(QUICK.min_area / row['area']), abs=0.06)
+
+
+def test_what_moved_before_it_was_there_for_long_is_confirmed_though_it_stands():
+    def place(k):
+        return (100.0 + 3 * min(k - EMPTY, 6), 120.0), 9.0
+
+    results = follow(pictures('quadrilateral', 60, place), QUICK)
+    (row,) = results[-1].rows
+    assert row['state'] == CONFIRMED
+
+
 def test_what_was_put_somewhere_is_never_confirmed():
     results = follow(pictures('quadrilateral', 120, lambda k: ((160.0, 120.0), 20.0)), QUICK)
     assert not any(known(tracks).any() for tracks in results)
