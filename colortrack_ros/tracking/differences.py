@@ -18,11 +18,11 @@ from colortrack_ros.tracking.recent import Z
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-DIFFERENCES, LOG, RISE, GIVEN_LOG, LEAN, LOOKS, TWO_APART, THREE_APART, STAIRS, RISERS = range(10)
+DIFFERENCES, LOG, RISE, GIVEN_LOG, LEAN, LOOKS, TWO_APART, FIVE_APART, STAIRS, RISERS = range(10)
 SUMS = 10
 """What evidence sums up: differences; over these the logarithms of their squares, the differences
 of their cosines, the logarithms of the variances given, and half of those of the ratio of the
-squares by axis; looks; over these by how much squares of differences two and three frames apart
+squares by axis; looks; over these by how much squares of differences two and five frames apart
 have larger logarithms; single changes of a coordinate that else stays, and their squares."""
 
 COMPARED = 6
@@ -31,13 +31,16 @@ COMPARED = 6
 TOGETHER = EVERY + COMPARED - 1
 """Measurements that are looked at together: what is new since the last look, and what it takes."""
 
+FIVES = 5 * np.arange(4)
+"""Measurements five frames apart; those between may be missing."""
+
 ALL_FOURS = np.array(
-    [i + apart * np.arange(4) for apart in (1, 2, 3) for i in range(TOGETHER - 3 * apart)]
+    [i + apart * np.arange(4) for apart in (1, 2) for i in range(TOGETHER - 3 * apart)] + [FIVES]
 )
-"""The fours of them whose third differences are taken."""
+"""The fours of measurements whose third differences are taken."""
 
 ONE_APART, OTHERS_APART = slice(0, TOGETHER - 3), (slice(TOGETHER - 3, -1), slice(-1, None))
-"""Which of these are in a row, and which two and three apart."""
+"""Which of these are in a row, and which two and five apart."""
 
 CORRELATIONS = np.linspace(-1, 1, 401)
 COSINES = mean_cosine(CORRELATIONS)
@@ -47,9 +50,10 @@ LEAST_SQUARE = 1e-4
 """Of a normalized difference: of what stands still to the bit."""
 
 
-SURE_TURN = 0.99
-"""Probability of a maneuver from which a look tells nothing of lasting errors. Assumed: errors that
-last pass for a turn now and then, and are seldom so sure; with 0.5 they are found later."""
+SURE_TURN = 0.6
+"""Probability of a maneuver from which a look tells nothing of lasting errors. Assumed: with 0.9 a
+crowd that bounces is taken to have errors that last in one of ten runs, with 0.3 those with rho 0.3
+are found later, as they pass for turns."""
 
 
 def tell(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Floats) -> Floats:
@@ -60,7 +64,7 @@ def tell(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Floats) -> F
     :param in_a_row: (K,) how many measurements there were.
     :param lean: (K,) what is known of it.
     """
-    told = _tell_in_a_row(measured[:, :TOGETHER], stamps[:TOGETHER], in_a_row, lean)
+    told = _tell_in_a_row(measured, stamps, in_a_row, lean)
     fewer = (in_a_row < TOGETHER).nonzero()[0]
     if len(fewer):
         count = np.count_nonzero(measured[fewer, :, WHOLE], axis=1)
@@ -79,14 +83,15 @@ def _tell_in_a_row(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Fl
     variance = given * np.exp(lean[:, None] * [1, -1])[:, None]
     W = third_differences(stamps, ALL_FOURS)
     one = _normalized(z, variance, W[ONE_APART])
-    two, three = (_normalized(z, variance, W[rows]) for rows in OTHERS_APART)
-    length, long, longest = (_log_half_square(D) for D in (one, two, three))
-    each = _of_each(one, length, given, lean)
+    two, five = (_normalized(z, variance, W[rows]) for rows in OTHERS_APART)
+    length, long, longest = (_log_half_square(D) for D in (one, two, five))
+    each = _of_each(one, length, given[:, :TOGETHER], lean)
     counted = in_a_row[:, None] >= np.arange(COMPARED, COMPARED + EVERY)
     each = (each * counted).sum(axis=2)
     # A turn in a window is told from errors that last by nothing else, and is in more of the long.
     steady = measured[..., MANEUVERED].max(axis=1) < SURE_TURN
     level, full = length[:, :EVERY].mean(axis=1), (in_a_row >= TOGETHER) & steady
+    full &= measured[:, FIVES, WHOLE].all(axis=1)
     looks = np.array([np.ones_like(level), long.mean(axis=1) - level, longest.mean(axis=1) - level])
     step = (z[:, : EVERY + 2] - z[:, 1 : EVERY + 3]) ** 2
     step[:, 1:-1] *= (step[:, :-2] == 0) & (step[:, 2:] == 0)

@@ -23,7 +23,7 @@ from colortrack_ros.tracking.differences import STAIRS
 from colortrack_ros.tracking.differences import SUMS
 from colortrack_ros.tracking.differences import tell
 from colortrack_ros.tracking.differences import TWO_APART
-from colortrack_ros.tracking.lasting_errors import in_means
+from colortrack_ros.tracking.lasting_errors import passed_on
 from colortrack_ros.tracking.lasting_errors import RHO
 from colortrack_ros.tracking.lasting_errors import RISES
 from colortrack_ros.tracking.lasting_errors import SHOWN_BY_NEIGHBORS
@@ -151,12 +151,13 @@ class MeasurementNoise:
         measured = records['measured'][track[:, None], newest_first]
         new = tell(measured, stamps, records['in_a_row'][track], self._lean[row])
         latest = measured[:, 0, GIVEN].mean(axis=1)
-        before, _ = self.factors(colors, latest)
+        before, own = self.factors(colors, latest)[0], records['own_factor'][track]
         self._sum(records, track, row, new, math.exp((stamps[EVERY] - stamps[0]) / NOISE_MEMORY))
         if self._lasts:
-            averaged = 1 + measured[:, 0, VARIANCE] / np.maximum(predicted, 1e-12)
+            used = measured[:, 0, VARIANCE] * (1 + own)
+            gain = predicted / np.maximum(predicted + used, 1e-12)
             share = self._hidden[row] / self._hidden[row].sum(axis=1, keepdims=True)
-            mean = (share * in_means(averaged)).sum(axis=1)
+            mean = (share * passed_on(gain)).sum(axis=1)
             records['own_factor'][track] = (1 + records['own_factor'][track]) * mean - 1
         grown = self.factors(colors, latest)[0] / before
         return np.maximum(grown.max(axis=1), 1.0)
