@@ -5,6 +5,11 @@ import pytest
 from support.silhouettes import message
 
 from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+RATE = 30
+FALL = 3000.0
+"""Acceleration of what falls [px/s^2]."""
 
 
 def played(path, strays, rng):
@@ -42,6 +47,21 @@ def test_a_stray_before_a_gap_is_told_after_it():
         rows = tracker.update(message(z, k)).rows
         assert k <= 62 or is_right(rows)
     assert rows['track_id'].tolist() == [1]
+
+
+def test_what_falls_is_doubted_falling():
+    """After a gap of two frames, in which falling makes 300 px/s, it has the velocity of a fall."""
+    t, errors = np.arange(44)[:, None] / RATE, []
+    path = (100.0, 4000.0) + t * (240.0, -4000.0) + t**2 / 2 * (0.0, FALL)
+    for seed in range(5):
+        config = TrackerConfig(motion_model='known_acceleration', acceleration_span=0.1)
+        tracker, rng = Tracker(config), np.random.default_rng(seed)
+        for k, x in enumerate(path):
+            z = [] if k in (41, 42) else [x + rng.normal(0, 1, 2) + (30.0 * (k == 40), 0.0)]
+            rows = tracker.update(message(np.reshape(z, (-1, 2)), k)).rows
+        assert rows['track_id'].tolist() == [1]
+        errors.append(rows['dv'][0] - (FALL * k / RATE - 4000.0))
+    assert abs(np.mean(errors)) < 30
 
 
 def test_a_turn_is_followed_at_once():
