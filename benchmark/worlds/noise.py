@@ -9,6 +9,7 @@ from worlds.following import known
 from worlds.motions import straight
 from worlds.textbook import matched
 from worlds.world import Figure
+from worlds.world import lasting
 from worlds.world import message
 from worlds.world import observe
 from worlds.world import play
@@ -101,10 +102,6 @@ def missed(seed, rivals, share=0.5):
 def _errors(rng, x):
     """By name: the share inside before, errors, (K, N, 2), and sizes of boxes or None."""
     white = rng.normal(0, 1, (6, *x.shape))
-    lasting = {0.5: 2 * white[3], 0.9: 2 * white[3]}
-    for rho, e in lasting.items():
-        for k in range(1, len(x)):
-            e[k] = rho * e[k - 1] + np.sqrt(1 - rho**2) * e[k]
     sizes = [np.full(x.shape, size) for size in (40.0, 60.0)]
     change = np.where(np.arange(len(x)) < len(x) // 2, 1.0, 5.0)[:, None, None]
     return {
@@ -113,8 +110,8 @@ def _errors(rng, x):
         '0.5 px across, 5 px down': (81.4, white[2] * [0.5, 5], None),
         'rounded to 4 px': (73.0, np.round((x + white[4]) / 4) * 4 - x, None),
         'rounded to 1 px': (50.2, np.round(x) - x, None),
-        'half lasts a frame, 2 px': (44.9, lasting[0.5], None),
-        'nine tenths last a frame, 2 px': (53.0, lasting[0.9], None),
+        'half lasts a frame, 2 px': (44.9, lasting(2 * white[3], 0.5), None),
+        'nine tenths last a frame, 2 px': (53.0, lasting(2 * white[3], 0.9), None),
         '1 px, then 5 px': (49.5, change * white[5], None),
     }
 

@@ -9,17 +9,10 @@ from worlds.motions import in_a_box
 from worlds.motions import lanes
 from worlds.motions import stepped
 from worlds.strange import figures
+from worlds.world import lasting
 from worlds.world import message
 from worlds.world import RATE
 from worlds.world import World
-
-
-def lasting(rng, shape, rho, sigma=1.0):
-    """Errors of which that share stays from frame to frame."""
-    e = rng.normal(0, sigma, shape)
-    for k in range(1, len(e)):
-        e[k] = rho * e[k - 1] + np.sqrt(1 - rho * rho) * e[k]
-    return e
 
 
 def detected(rng, path, z, seen, size=None, sigma=0.0):
@@ -102,12 +95,14 @@ def unsure(seed, rivals):
     """What is less sure than a threshold is left out: gaps for all, for one, false ones in runs."""
     rng = np.random.default_rng(seed)
     path = in_a_box(rng, 15, 400, (60.0, 250.0))
-    sure = lasting(rng, (400, 1), 0.95, 0.6) + lasting(rng, (400, 15), 0.92)
+    sure = lasting(rng.normal(0, 0.6, (400, 1)), 0.95)
+    sure = sure + lasting(rng.normal(0, 1, (400, 15)), 0.92)
     noise = 1.5 * (1 + np.exp(-sure)).clip(1, 3)[..., None]
     z = path[0] + noise * rng.normal(0, 1, path[0].shape)
     size = rng.uniform(25, 50, (15, 2)) * (1 + 0.06 * rng.normal(0, 1, z.shape))
     world = detected(rng, path, z, sure > -0.7, size)
-    places, on = rng.uniform((100, 100), (1180, 620), (4, 2)), lasting(rng, (400, 4), 0.9) > 1
+    places = rng.uniform((100, 100), (1180, 620), (4, 2))
+    on = lasting(rng.normal(0, 1, (400, 4)), 0.9) > 1
     detections = []
     for k, one in enumerate(world.detections):
         false = places[on[k]] + rng.normal(0, 2, (on[k].sum(), 2))

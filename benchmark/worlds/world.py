@@ -106,6 +106,14 @@ def observe(path, rng, noise=1.0, given=None, seen=None, size=None, exists=None)
     return World(position, velocity, exists, z, detections)
 
 
+def lasting(white, rho):
+    """Errors of which that share stays from frame to frame, of white ones, (K, ...)."""
+    e = white.copy()
+    for k in range(1, len(e)):
+        e[k] = rho * e[k - 1] + np.sqrt(1 - rho**2) * e[k]
+    return e
+
+
 def tracker(**options):
     """Ours; options that this checkout does not have (yet) are left out."""
     known = {field.name for field in fields(TrackerConfig)}

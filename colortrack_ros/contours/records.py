@@ -77,7 +77,7 @@ def hold_unproven(
     area: Floats,
     speed: Floats,
     config: ContourConfig,
-    shape: tuple[int, ...],
+    size: tuple[int, int],
     stamp: int,
 ) -> Bools:
     """Keep those tentative that have not moved yet, or were not there for long for their size.
@@ -88,7 +88,7 @@ def hold_unproven(
     :param nodes: (N, n, 2) [px].
     :param area: (N,) [px^2].
     :param speed: (N,) as the filters have it [px/s].
-    :param shape: height and width of the picture, and more [px].
+    :param size: height and width of the picture [px].
     :param stamp: now [ns].
     :return: which those are, (N,).
     """
@@ -97,7 +97,7 @@ def hold_unproven(
     least = config.min_motion * np.hypot(*np.ptp(nodes, axis=1).T) / np.sqrt(2)
     records['moved'] |= (way >= least) & (speed * MOTION_SECONDS >= least)
     seconds = PROOF_SECONDS * np.sqrt(config.min_area / np.maximum(area, 1.0))
-    seconds = np.minimum(seconds, CROSSING_SHARE * max(shape[:2]) / np.maximum(speed, 1e-9))
+    seconds = np.minimum(seconds, CROSSING_SHARE * max(size) / np.maximum(speed, 1e-9))
     hits = np.maximum(records['hits'], 2)
     seen = (stamp - records['born']) / NANOSECONDS * hits / (hits - 1)
     lasts = (seen >= seconds) | records['told']

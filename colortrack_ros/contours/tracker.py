@@ -251,13 +251,13 @@ class ContourTracker:
         tentative = tracks.update_states(now, CONFIRM_HITS)
         speed = self.config.rate * np.hypot(*tracks.filters.motion[:, :2].T)
         area = self._spline.area(nodes)
-        shape = frame.image.shape
-        tentative |= hold_unproven(tracks.records, nodes, area, speed, self.config, shape, now)
+        size = frame.image.shape[:2]
+        tentative |= hold_unproven(tracks.records, nodes, area, speed, self.config, size, now)
         lost = tracks.is_overdue(now, self.config.max_time_since_update)
         lost |= tentative & tracks.is_overdue(now, 0.0)
-        keep = is_inside(nodes.mean(axis=1), *frame.image.shape[:2]) & ~lost
+        keep = is_inside(nodes.mean(axis=1), *size) & ~lost
         keep &= area >= LEAST_AREA
-        leaves = is_at_border(boxes(self._spline.outline(nodes)), *frame.image.shape[:2])
+        leaves = is_at_border(boxes(self._spline.outline(nodes)), *size)
         keep &= ~leaves | (tracks.records['updated'] == now)
         if not keep.all():
             tracks.keep(keep)

@@ -95,24 +95,24 @@ class Extent:
     pixels: float
 
 
-def sample_cells(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.uint16]:
-    """(H, W) the cells of at most COUNTED_PIXELS of the picture, every so many rows and columns."""
-    step = int(np.ceil(np.sqrt(picture.shape[0] * picture.shape[1] / COUNTED_PIXELS)))
-    return cells_of(np.ascontiguousarray(picture[::step, ::step]), encoding)
+def sample_colors(
+    picture: NDArray[np.uint8], encoding: str
+) -> tuple[NDArray[np.uint16], NDArray[np.float64]]:
+    """Where the colors of a picture are in the color table, and how often.
+
+    :return: (H, W) the cells of at most COUNTED_PIXELS of it, every so many rows and columns, and
+        (65536,) pixels of the picture in each cell.
+    """
+    pixels = picture.shape[0] * picture.shape[1]
+    step = int(np.ceil(np.sqrt(pixels / COUNTED_PIXELS)))
+    cells = cells_of(np.ascontiguousarray(picture[::step, ::step]), encoding)
+    counts = np.bincount(cells.reshape(-1), minlength=CELLS).astype(np.float64)
+    return cells, counts * round(pixels / cells.size)
 
 
 def count_colors(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.float64]:
     """(65536,) pixels of the picture in each cell of the color table."""
-    return count_cells(sample_cells(picture, encoding), picture.shape[0] * picture.shape[1])
-
-
-def count_cells(cells: NDArray[np.uint16], pixels: int) -> NDArray[np.float64]:
-    """(65536,) pixels of a picture of so many in each cell of the color table.
-
-    :param cells: (H, W) of :func:`sample_cells`.
-    """
-    counts = np.bincount(cells.reshape(-1), minlength=CELLS).astype(np.float64)
-    return counts * round(pixels / cells.size)
+    return sample_colors(picture, encoding)[1]
 
 
 def pixels_near(counts: NDArray[np.float64], lab: Triple) -> float:

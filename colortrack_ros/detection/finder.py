@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
-from colortrack_ros.detection.extent import count_cells
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import FEWEST_PIXELS
 from colortrack_ros.detection.extent import find_extent
@@ -19,7 +18,7 @@ from colortrack_ros.detection.extent import MOST_GROWTH
 from colortrack_ros.detection.extent import NEAR
 from colortrack_ros.detection.extent import nearest_color
 from colortrack_ros.detection.extent import pixels_near
-from colortrack_ros.detection.extent import sample_cells
+from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.extent import VALLEY_SHIFT
 from colortrack_ros.detection.reference import MAX_TOLERANCE
@@ -98,8 +97,7 @@ class ColorFinder:
         if complete and 0 <= elapsed < LOOK_SECONDS:
             return False
         frame = plain(frame)
-        cells = sample_cells(frame.image, frame.encoding)
-        now = count_cells(cells, frame.image.shape[0] * frame.image.shape[1])
+        cells, now = sample_colors(frame.image, frame.encoding)
         if self._pool is None or elapsed < 0:
             self._pool = now
         share = -np.expm1(-max(elapsed, 0) / POOL_SECONDS)

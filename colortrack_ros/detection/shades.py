@@ -40,8 +40,7 @@ def reach_of(
     They may as long as the count grows no more than in a gap, and what is added is at most as far
     from the things as those are thick, but for ELSEWHERE_SHARE.
 
-    :param cells: (H, W) of :func:`sample_cells`.
-    :param counts: (65536,) of :func:`count_cells`.
+    :param cells, counts: (H, W) and (65536,) of :func:`sample_colors`.
     """
     (filled,) = counts.nonzero()
     away = (cell_bounds()[0].T[filled] - extent.lab) / extent.axes

@@ -10,9 +10,8 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.cells import cell_bounds
-from colortrack_ros.detection.extent import count_cells
 from colortrack_ros.detection.extent import find_extent
-from colortrack_ros.detection.extent import sample_cells
+from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.reference import ReferenceColor
@@ -60,8 +59,7 @@ def plane_of(frame: Frame, config: DetectorConfig) -> dict[str, Any]:
         the detector would find where none are given, None where it would not, and its reach.
     """
     frame = plain(frame)
-    sample = sample_cells(frame.image, frame.encoding)
-    counts = count_cells(sample, frame.image.shape[0] * frame.image.shape[1])
+    sample, counts = sample_colors(frame.image, frame.encoding)
     (filled,) = counts.nonzero()
     lab_of_cells, number = cell_bounds()[0].T[filled], counts[filled]
     squares, square = np.unique(np.floor(lab_of_cells[:, 1:] / BIN), axis=0, return_inverse=True)
@@ -83,7 +81,7 @@ def _place_of(
 ) -> dict[str, Any]:
     """A reference color, in a picture with so many pixels in each cell of the color table.
 
-    :param sample: of the picture, see sample_cells().
+    :param sample: of the picture, see sample_colors().
     :param cells: (N, 3) CIELAB of those with pixels.
     :param number: (N,) of their pixels.
     """

@@ -201,7 +201,7 @@ class Mistakes:
         elif given.min() > AT_REST and spread > needed.least:
             self._suspect(sights, needed, ground)
 
-    def _suspect(self, sights: _Sights, needed: '_Needed', ground: float) -> None:
+    def _suspect(self, sights: _Sights, needed: _Needed, ground: float) -> None:
         """Look which mistake makes things stand, and note it once that has been so for a while."""
         given = self._spreads(sights, self._expected, ground).min(axis=0)
         line, mistake, spreads = self._likeliest(sights, needed, ground)
@@ -213,7 +213,7 @@ class Mistakes:
             self.made, self._mistake = line, mistake
 
     def _likeliest(
-        self, sights: _Sights, needed: '_Needed', ground: float
+        self, sights: _Sights, needed: _Needed, ground: float
     ) -> tuple[str, Mistake, Floats]:
         """The mistake by which things spread least, what is told of it, and the spreads, (K,)."""
         found = list(MISTAKES.items())

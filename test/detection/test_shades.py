@@ -4,10 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from colortrack_ros.detection.extent import count_cells
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import HALF_WAY
-from colortrack_ros.detection.extent import sample_cells
+from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.shades import reach_of
 
@@ -18,8 +17,7 @@ def picture(*discs):
     image = np.full((240, 320, 3), WALL, np.uint8)
     for center, radius, rgb in discs:
         cv2.circle(image, center, radius, rgb, cv2.FILLED)
-    cells = sample_cells(image, 'rgb8')
-    return cells, count_cells(cells, 240 * 320)
+    return sample_colors(image, 'rgb8')
 
 
 def red():

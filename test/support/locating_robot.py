@@ -19,7 +19,7 @@ RED = {
     'camera_pose': str([float(number) for number in PLACE]),
 }
 
-PATIENT = """
+WAITING_LONG = """
 from colortrack_ros.world import waiting
 waiting.LONGEST_WAIT = 100.0
 """
@@ -31,7 +31,7 @@ class Robot:
     def __init__(self, ros, *, patient=False, **parameters):
         """patient: the locator waits for odometry for as long as a busy machine may need."""
         self.ros = ros
-        code = PATIENT * patient + program_of('locator')
+        code = WAITING_LONG * patient + program_of('locator')
         self.node = ros.start_code(code, **(RED | parameters))
         make = ros.node.create_publisher
         self.info = make(CameraInfo, 'camera/camera_info', 10)

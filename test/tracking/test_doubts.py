@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from support.silhouettes import message
+from support.silhouettes import RATE
 
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
-RATE = 30
 FALL = 3000.0
 """Acceleration of what falls [px/s^2]."""
 
