@@ -114,7 +114,7 @@ def nursery() -> Nursery:
     return Nursery()
 
 
-def _serve(requests: socket.socket) -> Callable[[], None] | None:
+def _serve(requests: socket.socket) -> Callable[[dict[str, str]], None] | None:
     """Fork for each request; in the child return what it has to do, at the end nothing."""
     children: dict[int, tuple[int, int]] = {}
     while True:
@@ -137,15 +137,20 @@ def _serve(requests: socket.socket) -> Callable[[], None] | None:
             requests.send(str(pid).encode())
 
 
-def _run(code: str, argv: list[str], env: dict[str, str], folder: str, log: str) -> None:
-    """Be what a process that is started so is."""
+def _run(
+    code: str, argv: list[str], env: dict[str, str], folder: str, log: str, own: dict[str, str]
+) -> None:
+    """Be what a process that is started so is.
+
+    :param own: variables that modules set as they are imported, and libraries read later.
+    """
     os.closerange(3, 1024)
     for number, path in enumerate((os.devnull, log, log)):
         file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         os.dup2(file, number)
         os.close(file)
     os.environ.clear()
-    os.environ.update(env)
+    os.environ.update(own | env)
     os.chdir(folder)
     sys.argv[:] = argv
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -154,13 +159,14 @@ def _run(code: str, argv: list[str], env: dict[str, str], folder: str, log: str)
 
 def _main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = dict(os.environ)
     for name in (*(f'colortrack_ros.{room}' for room in ROOMS), *AS_WELL):
         importlib.import_module(name)
     assert len(os.listdir('/proc/self/task')) == 1
     gc.freeze()  # a child that looks for garbage would copy all of it
     do = _serve(socket.socket(fileno=int(sys.argv[1])))
     if do:
-        do()
+        do({name: value for name, value in os.environ.items() if name not in before})
 
 
 if __name__ == '__main__':
