@@ -4,6 +4,7 @@ Markov chain two of Musicki, Evans and Stankovic 1994 (integrated PDA): an objec
 or gone, so that a hidden object does not stop existing by not being seen.
 """
 
+from functools import lru_cache
 import math
 
 import numpy as np
@@ -19,6 +20,9 @@ Assumed; disappearances replaces their ratio by what it has seen."""
 HIDDEN_SHARE = GONE_EVERY / (GONE_EVERY + COVERED_EVERY)
 """Of what disappears, as far as these say."""
 
+MOST_CHAINS = 8
+"""Lengths of a step of which the chain is kept: see bank.MOST_STEPS."""
+
 
 def predict_existence(
     visible: Floats, hidden: Floats, dt: float, longest: float
@@ -32,12 +36,16 @@ def predict_existence(
         average.
     :return: visible and hidden, (N,).
     """
+    going_on, covered, returning, hiding = _transition(dt, longest)
+    return visible * going_on + hidden * returning, hidden * hiding + visible * covered
+
+
+@lru_cache(maxsize=MOST_CHAINS)
+def _transition(dt: float, longest: float) -> tuple[float, float, float, float]:
+    """From visible to visible and to hidden, from hidden to visible and to hidden."""
     returning = -math.expm1(-3 * dt / max(longest, 1e-3))
     covered, gone = -math.expm1(-dt / COVERED_EVERY), -math.expm1(-dt / GONE_EVERY)
-    return (
-        visible * (1 - covered - gone) + hidden * returning,
-        hidden * (1 - returning) + visible * covered,
-    )
+    return 1 - covered - gone, covered, returning, 1 - returning
 
 
 def update_existence(visible: Floats, hidden: Floats, ratio: Floats) -> tuple[Floats, Floats]:
