@@ -11,12 +11,15 @@ from worlds import ghosts
 from worlds import hard
 from worlds import identities
 from worlds import noise
+from worlds import own
 from worlds import speed
 from worlds import strange
 from worlds import strangers
 from worlds import variants
 
-ROOMS = (noise, coasting, ghosts, identities, camera, hard, speed, variants, strange, strangers)
+ROOMS = (
+    noise, coasting, ghosts, identities, camera, hard, speed, variants, strange, strangers, own
+)  # fmt: skip
 WORLDS = dict(
     sorted(
         ((name, world) for room in ROOMS for name, world in room.WORLDS.items()),

@@ -30,6 +30,7 @@ FIELDS = [
     ('box_w', 'f4'),
     ('box_h', 'f4'),
     ('extent', 'f8', (2, 2)),
+    ('systematic', 'f8', 2),
     ('growth', 'f8', 2),
     ('partial', '?', 2),
     ('outside', '?'),
@@ -60,6 +61,7 @@ FIELDS = [
 origin, seen: where it began and where it was last measured [px]; misses: frames without a
 detection; area, box_w, box_h: of the last detection [px]; extent: reach of the object to the low
 and high side, by axis [px], see extents;
+systematic: variance by axis of what its centroids are off by in every frame alike [px^2];
 growth: of that [1/s]; partial: it has never been in sight wholly, by axis;
 outside: predicted outside the picture; visible, hidden: probability that the object exists and can,
 or cannot, be seen; hidden_share, believed_share: of what is lost there that is hidden, as it was
@@ -110,7 +112,7 @@ def published(
         coasting = ((since > 0) & ~absent).nonzero()[0]
         covariance[coasting] = _unseen(records.take(coasting), rows.take(coasting), speed)
     covariance[:, 2:, 2:] += records['unsettled']
-    covariance.reshape(-1, 16)[:, :6:5] += bias**2
+    covariance.reshape(-1, 16)[:, :6:5] += records['systematic'] + bias**2
     rows['score'] = existence
     if not np.count_nonzero(absent):
         return rows

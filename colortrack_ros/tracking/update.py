@@ -106,6 +106,7 @@ def _record_hits(
         records['misses'][track] -= 1
     tracks.record_hits(track, prediction.step.now)
     records['seen'][track] = taken.z
+    records['systematic'][track] = blobs.systematic.take(taken.blob, axis=0)
     record_size(records, track, blobs.rows.take(taken.blob))
 
 
@@ -237,7 +238,7 @@ def _learn(
     steady = whole & (unseen <= period)
     known = records['hits'][track] > FORMED_VELOCITY
     learned.learn_speed(known & steady, prediction.velocity.take(track, axis=0), period)
-    given = (blobs.variance / blobs.factor).take(blob, axis=0)
+    given = blobs.given.take(blob, axis=0)
     variance = mean_of_axes(blobs.variance.take(blob, axis=0))
     due = learned.recent.take(
         records, track, blobs.z.take(blob, axis=0), given, variance, unseen, maneuvered, whole,

@@ -115,6 +115,31 @@ def errors_squared(rows, truth):
     return list((e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=1))
 
 
+def boxed(shift, noise, given, seed=0):
+    """Share in the 95 % ellipse of eight with boxes of 40 px, shifted and measured with noise."""
+    rng, tracker, inside = np.random.default_rng(seed), Tracker(), []
+    x, v = np.arange(8)[:, None] * [0.0, 150.0], rng.uniform(-80, 80, (8, 2)) * [1, 0.1]
+    for k in range(120):
+        z = x + v * k / 24 + shift + rng.normal(0, noise, x.shape)
+        seen = points(z, k * FRAME, given**2)
+        seen.rows['box_w'] = seen.rows['box_h'] = 40.0
+        seen.rows['box_u'], seen.rows['box_v'] = (z - 19.5).T
+        rows = tracker.update(seen).rows
+        if k >= LEARNED:
+            inside += errors_squared(rows, x + v * k / 24)
+    return np.mean(np.array(inside) < 5.991)
+
+
+def test_what_is_given_and_does_not_show_is_alike_in_every_frame():
+    """Shading shifts centroids for good, and a detector that knows it says so."""
+    assert boxed(shift=0.25, noise=0.05, given=0.3) > 0.9
+
+
+def test_what_is_given_is_believed_no_further_than_shading_shifts():
+    """Ten times the true variance, and three times that of the largest shift of 40 px."""
+    assert 0.9 < boxed(shift=0.0, noise=1.0, given=10**0.5) < 0.997
+
+
 def test_what_is_said_to_be_known_is_not_learned():
     """Without detection_covariance the variance of a track is that of measurement_noise."""
     rng, sigmas = np.random.default_rng(0), []
