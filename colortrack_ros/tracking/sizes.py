@@ -132,6 +132,8 @@ class Sizes:
         :param last, size: (K, 2) then and now [px].
         :param period: since such were taken last [s].
         """
+        if not len(last):
+            return
         change = np.maximum(np.abs(size - last) / tolerance(last), LEAST_CHANGE)
         left = math.exp(-period / JITTER_MEMORY)
         self._changes = left * self._changes + change.size

@@ -49,6 +49,15 @@ def test_an_object_that_was_whole_does_not_take_the_size_of_what_it_merges_with(
     assert size == pytest.approx([70, 110], abs=6)
 
 
+def test_objects_that_are_found_again_after_a_gap_tell_nothing_of_jitter():
+    """In the frame in which it is time to look, none was measured in the one before: it failed."""
+    tracker, rows = Tracker(), blobs((100, 100, 20, 20))
+    for k in range(12):
+        seen = rows if k in (0, 1, 3, 4, 6, 8, 10) else rows[:0]
+        tracks = tracker.update(Detections(seen, k * 33_000_000, 'camera')).rows
+    assert len(tracks) == 1
+
+
 def test_an_object_that_comes_into_view_has_the_size_that_is_in_view():
     frames = [blobs((4 * k / 2, 200, 4 * k, 60)) for k in range(1, 20)]
     tracker, _ = play(frames)
