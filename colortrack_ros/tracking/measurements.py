@@ -107,8 +107,8 @@ class Measurements(Columns):
     @cached_property
     def systematic(self) -> Floats:
         """(M, 2) the part of what was given that is alike in every frame, see SYSTEMATIC_SHARE."""
-        hidden = self.given - self.variance
-        return hidden.clip(0.0, np.square(SYSTEMATIC_SHARE * self.size))
+        hidden = np.maximum(self.given - self.variance, 0.0)
+        return np.minimum(hidden, np.square(SYSTEMATIC_SHARE * self.size))
 
 
 def by_axis(R: Floats) -> Floats:
