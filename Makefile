@@ -14,6 +14,9 @@ TESTS ?=
 RUN = env -u PYTHONPATH -u LD_LIBRARY_PATH -u AMENT_PREFIX_PATH -u _ROS_WHEELS_BOOTSTRAP_COMPLETE
 PYTHON_IN = $(RUN) $(VENV)/bin/python
 
+# pip 23, as of Python 3.10, would run setup.py, which puts executables where only `ros2 run` looks.
+export PIP_USE_PEP517 = 1
+
 UBUNTU = opencv-python-headless==4.6.0.66 numpy==1.26.4 scipy==1.11.4
 
 # What there are wheels of rclpy for: elsewhere pip would end in pages about versions it cannot find.
