@@ -11,13 +11,17 @@ from colortrack_ros.contours.areas import find_areas
 from colortrack_ros.contours.areas import Mask
 from colortrack_ros.contours.background import StillBackground
 from colortrack_ros.contours.boxes import Floats
+from colortrack_ros.contours.boxes import intersections
 from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.contours.displaced import is_displaced
+from colortrack_ros.contours.filters import Bools
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.methods import BackgroundSubtraction
 from colortrack_ros.detection.morphology import open_
+from colortrack_ros.detection.pixels import channels_of
 
 MAX_FOREGROUND = 0.3
 """Where more of the picture differs it is the background that moves: most of a picture is
@@ -94,7 +98,17 @@ class Foreground:
             return None
         still = self._clutter > CLUTTER_SHARE
         mask = np.where(still, np.uint8(0), self._mask)
-        return find_areas(mask, self._config.min_area, known)
+        areas = find_areas(mask, self._config.min_area, known)
+        return areas.take(~self._is_background(areas, frame, known))
+
+    def _is_background(self, areas: Areas, frame: Frame, known: Floats) -> Bools:
+        """Which areas, (K,), are background that has moved by a little, and nothing known."""
+        picture = channels_of(frame)
+        if self._config.start != 'background' or not self._background.knows(picture):
+            return np.zeros(len(areas), bool)
+        threshold = self._config.difference_threshold
+        displaced = is_displaced(areas, picture, self._background.recent, threshold)
+        return displaced & ~(intersections(known, areas.box) > 0).any(axis=0)
 
     def learn_clutter(self, moving: Floats, seconds: float) -> None:
         """Learn where something differs, but nothing moves on: what flickers, or was put there.
