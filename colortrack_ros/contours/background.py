@@ -122,8 +122,9 @@ class Stillness:
         still = self.seconds - self._since
         longer = (still > self.longest) & ~moved
         new = longer & ~self._is_longest & (self.longest < most)
-        if new.any():
-            new &= ~(_of_things(soft, _softened(background)) & (self.longest >= most / 2))
+        doubtful = new & (self.longest >= most / 2)
+        if doubtful.any():
+            new &= ~(_of_things(soft, _softened(background)) & doubtful)
         self._is_longest |= new
         longer &= self._is_longest
         self.longest[longer] = still[longer]
@@ -142,19 +143,23 @@ def _of_things(soft: Picture, background: Picture) -> Bools:
 
     Around a thing there are edges in the picture; around where it was, in the background.
     """
-    differs = _apart(soft, background).astype(np.uint8)
-    outline = cv2.erode(differs, CROSS) < differs
-    count, label = cv2.connectedComponents(differs, connectivity=4)
+    differs, things = _apart(soft, background).astype(np.uint8), np.zeros(soft.shape[:2], bool)
+    left, top, width, height = cv2.boundingRect(differs)
+    part = np.s_[max(top - 1, 0) : top + height + 1, max(left - 1, 0) : left + width + 1]
+    outline = cv2.erode(differs[part], CROSS) < differs[part]
+    count, label = cv2.connectedComponents(differs[part], connectivity=4)
     now, before = (
-        np.bincount(label[outline], _edges(each)[outline], count) for each in (soft, background)
+        np.bincount(label[outline], _edges(each[part], outline), count)
+        for each in (soft, background)
     )
-    return np.asarray((now > THING_EDGES * before)[label])
+    things[part] = (now > THING_EDGES * before)[label]
+    return things
 
 
-def _edges(picture: Picture) -> NDArray[np.float64]:
-    """(H, W) by how much the neighbors of each pixel differ, sum of the channels [levels]."""
+def _edges(picture: Picture, where: Bools) -> NDArray[np.int64]:
+    """By how much the neighbors of each pixel there differ, (n,), sum of the channels [levels]."""
     steps = cv2.morphologyEx(picture, cv2.MORPH_GRADIENT, CROSS)
-    return steps.reshape(*picture.shape[:2], -1).sum(axis=2, dtype=np.float64)
+    return np.asarray(steps[where].reshape(np.count_nonzero(where), -1).sum(axis=1, dtype=np.int64))
 
 
 def _softened(picture: Picture) -> NDArray[np.uint8]:
