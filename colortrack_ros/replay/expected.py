@@ -40,7 +40,10 @@ class ExpectedOutput(Output):
         self._expected: dict[int, dict[int, Line]] = defaultdict(dict)
         try:
             with open_file(path) as file:
-                for texts in csv.DictReader(io.TextIOWrapper(file, newline='')):
+                table = csv.DictReader(io.TextIOWrapper(file, newline=''))
+                if missing := [name for name in COLUMNS if name not in (table.fieldnames or ())]:
+                    raise ValueError(f'no column {", ".join(missing)}')
+                for texts in table:
                     line = {name: float(texts[name]) for name in COLUMNS}
                     self._expected[int(texts['stamp'])][int(line['track_id'])] = line
         except (ValueError, KeyError, TypeError, csv.Error) as error:

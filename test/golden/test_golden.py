@@ -8,6 +8,8 @@ import cv2
 from golden.make import CONTOURS
 import pytest
 
+from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.replay.expected import ExpectedOutput
 from colortrack_ros.replay.main import main
 from colortrack_ros.signals import ending_signals
 
@@ -86,3 +88,5 @@ def test_what_is_no_table_is_an_error(tmp_path, replay, text):
     path = tmp_path / 'other.csv'
     path.write_text(text)
     assert replay('--expect', str(path))[0] == 1
+    with pytest.raises(StartError, match='expected a table that --csv wrote'):
+        ExpectedOutput(path)
