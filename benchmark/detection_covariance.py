@@ -37,7 +37,7 @@ RUNS = [
 """Scene, tolerance (0: found) and parameters, with which the balls are found as they are."""
 
 VISIBLE, COVERED, LEAVING = 'visible', 'covered', 'leaving'
-FITTED = ('OUTLINE_VARIANCE', 'SHADING_SHIFT', 'BLURRED_DISTANCE', 'CUT_SHIFT')
+FITTED = ('OUTLINE_VARIANCE', 'SHADING_SHIFT', 'SEEN_SHARE', 'BLURRED_DISTANCE', 'CUT_SHIFT')
 FIT_BALLS = 40
 """Balls of each group that constants are fitted to, about."""
 STEP = 3

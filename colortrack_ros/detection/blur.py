@@ -26,9 +26,11 @@ seen up to twice that; what is blurred over half of itself has no inside to comp
 UNSURE = 0.05
 """Shares this near to 0 and 1 are noise and shading, not blur: a ramp is 0.9 times as wide."""
 
-SHARP = 2.0
+SHARP = 4.0
 """Width that the transition of a sharp outline seems to have at most [px]: pixels mix what is on
-its sides, noise and shading add to it; of balls that hardly move it is 1.1 to 1.6."""
+its sides, noise and shading add to it; of slow balls of 15 px it is 1.1 to 1.6, of 48 px
+2.7 on the mean, and 2 to 3 where pixels share their chroma. `python
+benchmark/detection_covariance.py` is as near to 1 with 3, and less near with 2."""
 
 BEYOND = 2
 """From the last pixel of a blob to what is beyond its outline, but for half of the blur [px]: the

@@ -21,6 +21,10 @@ PIXELATION = 1 / 12
 SHADING_SHIFT = 0.195
 """Shift of a centroid over the width of the blur, for a mean D / tolerance of 1."""
 
+SEEN_SHARE = 0.8
+"""Shift of a centroid over what is seen of it at the ends of some rows and columns: 0.4 to 1.6 by
+scene (least squares); half and twice of it change the NSE of a scene by 0.45 at most."""
+
 BLURRED_DISTANCE = 0.25
 """Mean D / tolerance of what is blurred, more than that of the rest of a blob: 1/2 where it goes
 evenly from 0 at the inner end of the blur to 1 at the outline, less where blur has no inner end."""
@@ -59,7 +63,7 @@ def centroid_covariance(
     size: tuple[int, int],
     score: NDArray[np.float64],
     blur: NDArray[np.float64],
-    uneven: NDArray[np.float64],
+    sided: NDArray[np.float64],
     part: NDArray[np.float64] | float,
     skewness: NDArray[np.float64],
     doubt: NDArray[np.float64],
@@ -68,28 +72,28 @@ def centroid_covariance(
 
     - each outline pixel is in or out by chance: :func:`chance`;
     - the grid: PIXELATION / N;
-    - where a color ends, if that was found: doubt, of the radius of the disc with the area N;
-    - :func:`blur_shift` and blur times uneven along each axis, :func:`border_shift` across the
-      border, and where there is none :func:`cut_shift` in any direction;
+    - shading, what is behind, and where a color ends: :func:`blur_shift`, :func:`seen_shift`;
+    - :func:`border_shift` across the border, or :func:`cut_shift` in any direction;
     - pixels of the color dropped beside the blob, along a part s of the outline: they cut off
       little if it is small, and seldom more than half of an extent e: s^4 (e / 2)^2 / 12.
 
     :param size: height and width of the picture [px].
     :param score: (N,) mean closeness to the reference color, 0..1.
     :param blur: (N, 2) width of the outline along u and v [px], see outline_blur().
-    :param uneven: (N, 2) share of blur that outlines are shifted by for what is behind, 0..1.
+    :param sided: (N, 2, 2) by how much blobs are seen to end farther out on one side of each axis,
+        and the standard error of that [shares of blur].
     :param part: (N,) of the outline beyond which the color was dropped, 0..1, see open_part().
     :param skewness: (N,) three-fold skewness beyond the usual, see UsualSkewness.
-    :param doubt: (N,) shift by not knowing where a blob ends [radii], see Method.
+    :param doubt: (N,) shift by not knowing where a blob ends [shares of blur], see Method.
     :returns: (N, 2, 2) [px^2], positive definite.
     """
     outline = np.asarray(np.pi / 2 * blobs.box[:, 2:].sum(axis=1), np.float64)
     covariance = chance(blobs, outline)
-    shift = np.hypot(blur_shift(blobs, blur, score, outline), blur * uneven)
+    shift = seen_shift(blur_shift(blobs, blur, score, outline), blur, sided, doubt)
     beyond = border_shift(blobs, *size[::-1])
     cut = np.where(beyond.any(axis=1), 0, cut_shift(blobs, skewness))
     dropped = part**4 * blobs.box[:, 2:].max(axis=1) ** 2 / 48
-    even = (PIXELATION + doubt**2 * blobs.area**2 / np.pi) / blobs.area + cut**2 / 2 + dropped
+    even = PIXELATION / blobs.area + cut**2 / 2 + dropped
     for axis in range(2):
         covariance[:, axis, axis] += even + shift[:, axis] ** 2 + beyond[:, axis] ** 2
     return covariance
@@ -129,6 +133,25 @@ def blur_shift(
     distance = np.maximum(1 - score - BLURRED_DISTANCE * blurred, LEAST_DISTANCE)
     along, aside = blur, blur[:, ::-1] / 2
     return np.asarray(SHADING_SHIFT * distance[:, None] * np.hypot(along, aside))
+
+
+def seen_shift(
+    expected: NDArray[np.float64],
+    blur: NDArray[np.float64],
+    sided: NDArray[np.float64],
+    doubt: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Shift of each centroid by the ends of its outline, along u and v (standard deviation).
+
+    What is expected and what is seen are the same shift, so the greater of them counts. That the
+    things behind are not the same all along the outline, and doubt, are errors beside it.
+
+    :param expected: (N, 2) of :func:`blur_shift` [px].
+    :returns: (N, 2) [px].
+    """
+    shift = np.hypot(expected, blur * sided[..., 1])
+    shift = np.maximum(shift, SEEN_SHARE * blur * sided[..., 0])
+    return np.asarray(np.hypot(shift, blur * doubt[:, None]))
 
 
 def cut_shift(blobs: BlobTable, skewness: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -190,23 +190,23 @@ class Detector:
         doubt = _of_label(self._method.doubt, blobs.label)
         profiles = Profiles.of(blobs)
         blur = outline_blur(frame, blobs, profiles)
-        uneven = self._unevenness(frame, blobs.label, profiles, blur)
+        sided = self._one_sidedness(frame, blobs.label, profiles, blur)
         return centroid_covariance(
-            blobs, (height, width), score, blur, uneven, part, skewness, doubt
+            blobs, (height, width), score, blur, sided, part, skewness, doubt
         )
 
-    def _unevenness(
+    def _one_sidedness(
         self,
         frame: Frame,
         label: NDArray[np.uint8],
         profiles: Profiles,
         blur: NDArray[np.float64],
     ) -> NDArray[np.float64]:
-        """(N, 2) see centroid_covariance()."""
-        uneven = np.zeros_like(blur)
+        """(N, 2, 2) see centroid_covariance(); 0 where the outline is sharp."""
+        sided = np.zeros((*blur.shape, 2))
         is_blurred = blur.max(axis=1) > SHARP
         if not is_blurred.any():
-            return uneven
+            return sided
         profiles, blur = profiles.take(is_blurred), blur[is_blurred]
         width = size_of(frame)[1]
         inside, outside = outline_sides(frame, profiles, blur)
@@ -216,9 +216,10 @@ class Detector:
             np.divmod(outside.reshape(-1), width),
             label[is_blurred].repeat(inside[0].size),
         ).reshape(inside.shape)
-        one_sided = (end[..., 1] - end[..., 0]) / 2
-        uneven[is_blurred] = np.sqrt(one_sided.var(axis=2, ddof=1) / one_sided.shape[2])
-        return uneven
+        shift = (end[..., 1] - end[..., 0]) / 2
+        error = np.sqrt(shift.var(axis=2, ddof=1) / shift.shape[2])
+        sided[is_blurred] = np.stack([np.abs(shift.mean(axis=2)), error], axis=2)
+        return sided
 
     def _score(self, frame: Frame, blobs: BlobTable) -> NDArray[np.float64]:
         """(N,) mean closeness to the color over the blob, over SCORE_PIXELS of it at most."""

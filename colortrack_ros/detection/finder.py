@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.extent import END_SHIFT
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import FEWEST_PIXELS
 from colortrack_ros.detection.extent import find_extent
@@ -20,7 +21,6 @@ from colortrack_ros.detection.extent import nearest_color
 from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.extent import SHAPE
-from colortrack_ros.detection.extent import VALLEY_SHIFT
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.shades import reach_of
@@ -176,11 +176,13 @@ class ColorFinder:
 
     @property
     def doubt(self) -> NDArray[np.float64]:
-        """(colors + 1,) by label, shift of centroids by not knowing where a color ends [radii]."""
-        growth = np.zeros(len(self._colors) + 1)
-        for k, extent in self._found.items():
-            growth[k + 1] = 0 if self._colors[k].inverted else extent.growth
-        return VALLEY_SHIFT * growth
+        """(colors + 1,) by label, shift of centroids by not knowing where a color ends.
+
+        It is one in shares of the width of the blur.
+        """
+        doubt = np.zeros(len(self._colors) + 1)
+        doubt[[k + 1 for k in self._found if not self._colors[k].inverted]] = END_SHIFT
+        return doubt
 
     @property
     def trouble(self) -> str:

@@ -41,7 +41,8 @@ class Method(Protocol):
     def doubt(self) -> NDArray[np.float64] | float:
         """(labels + 1,) by label, how far centroids are off as nobody knows where objects end.
 
-        That is a standard deviation along one axis [radii]; one number for all labels will do.
+        That is a standard deviation along one axis [shares of the width of the blur]; one number
+        for all labels will do.
         """
 
     @property
