@@ -30,6 +30,12 @@ PNM_SIZE = re.compile(rb'P[1-6](?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)')
 TIFF_WIDTH, TIFF_HEIGHT, TIFF_SHORT = 256, 257, 3
 """Tags of ImageWidth and ImageLength, and the type of 16 bits; the other is of 32 (TIFF 6.0)."""
 
+TIFF_KIND, TIFF_REDUCED = 254, 1
+"""Tag of NewSubfileType, and its bit of a smaller version of another picture (TIFF 6.0)."""
+
+TIFF_ENTRY = 12
+"""Bytes of an entry of a directory (TIFF 6.0)."""
+
 FLAGS, ANIMATED = 20, 0x02
 """Place of the flags of an extended WebP, and the one of an animation (RFC 9649, 2.7)."""
 
@@ -50,8 +56,8 @@ def read_picture(path: str | Path, flags: int) -> NDArray[np.uint8]:
     size = claimed_size(content)
     if size is None:
         raise ValueError('expected a whole PNG, JPEG, BMP, TIFF, WebP, PGM or PPM')
-    if is_animated(content):
-        raise ValueError('expected one picture, this WebP has several: make a video of it')
+    if kind := moving_kind(content):
+        raise ValueError(f'expected one picture, this {kind} has several: make a video of it')
     width, height = size
     if width * height > MAX_PIXELS:
         raise ValueError(f'expected at most {MAX_PIXELS} pixels, got {width}x{height}')
@@ -105,23 +111,50 @@ def read_jpeg_header(data: bytes) -> tuple[tuple[int, int] | None, int]:
 
 def _tiff_size(data: bytes) -> tuple[int, int] | None:
     """The size in the first directory of a TIFF."""
+    tags, _ = _tiff_directory(data, _tiff_start(data))
+    has_size = {TIFF_WIDTH, TIFF_HEIGHT} <= tags.keys()
+    return (tags[TIFF_WIDTH], tags[TIFF_HEIGHT]) if has_size else None
+
+
+def _tiff_start(data: bytes) -> int:
+    """Where the first directory of a TIFF is."""
+    return int.from_bytes(data[4:8], 'little' if data.startswith(b'II') else 'big')
+
+
+def _tiff_directory(data: bytes, start: int) -> tuple[dict[int, int], int]:
+    """First values of a directory of a TIFF by their tags, and where the next is, 0 if none is."""
     order = '<' if data.startswith(b'II') else '>'
-    (start,) = struct.unpack_from(f'{order}I', data, 4)
     (count,) = struct.unpack_from(f'{order}H', data, start)
-    found = {}
-    for k in range(count):
-        at = start + 2 + 12 * k
+    tags, at = {}, start + 2
+    for _ in range(count):
         tag, kind = struct.unpack_from(f'{order}HH', data, at)
-        if tag in (TIFF_WIDTH, TIFF_HEIGHT):
-            form = 'H' if kind == TIFF_SHORT else 'I'
-            (found[tag],) = struct.unpack_from(f'{order}{form}', data, at + 8)
-    return (found[TIFF_WIDTH], found[TIFF_HEIGHT]) if len(found) == 2 else None
+        form = 'H' if kind == TIFF_SHORT else 'I'
+        (tags[tag],) = struct.unpack_from(f'{order}{form}', data, at + 8)
+        at += TIFF_ENTRY
+    return tags, int.from_bytes(data[at : at + 4], 'little' if order == '<' else 'big')
 
 
-def is_animated(data: bytes) -> bool:
-    """Whether a picture is a WebP of several (RFC 9649, 2.7): OpenCV gives one of them, or none."""
+def _has_pages(data: bytes) -> bool:
+    """Whether a TIFF has a second picture that is not a smaller version of the first."""
+    try:
+        _, second = _tiff_directory(data, _tiff_start(data))
+        return second > 0 and not _tiff_directory(data, second)[0].get(TIFF_KIND, 0) & TIFF_REDUCED
+    except struct.error:
+        return False
+
+
+def moving_kind(data: bytes) -> str:
+    """The format of a file that holds several pictures, of which OpenCV gives one; else empty.
+
+    Of PNG that is the chunk acTL before the first of data (PNG, 3rd edition, 11.3.6.1), of TIFF a
+    second directory (TIFF 6.0, section 2), of WebP a flag (RFC 9649, 2.7).
+    """
+    if data.startswith(PNG_START):
+        return 'PNG' if b'acTL' in data[: data.find(b'IDAT')] else ''
+    if data[:4] in (b'II*\0', b'MM\0*'):
+        return 'TIFF' if _has_pages(data) else ''
     is_extended = data.startswith(b'RIFF') and data[8:16] == b'WEBPVP8X'
-    return is_extended and len(data) > FLAGS and bool(data[FLAGS] & ANIMATED)
+    return 'WebP' if is_extended and len(data) > FLAGS and data[FLAGS] & ANIMATED else ''
 
 
 def _webp_size(data: bytes) -> tuple[int, int] | None:

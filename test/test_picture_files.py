@@ -1,5 +1,6 @@
 import struct
 import threading
+import zlib
 
 import cv2
 from hypothesis import given
@@ -52,11 +53,44 @@ def test_a_picture_that_claims_too_much_is_refused_before_it_is_decoded(
         read_picture(path, cv2.IMREAD_COLOR)
 
 
-def test_pictures_that_move_are_not_taken_for_one(tmp_path):
-    path = tmp_path / 'moves.webp'
-    path.write_bytes(EXTENDED_WEBP[:20] + b'\x02' + EXTENDED_WEBP[21:])
-    with pytest.raises(ValueError, match='this WebP has several: make a video of it'):
+def tiff_with_second(kind):
+    """A TIFF with a second picture, without pixels, of this NewSubfileType."""
+    whole = encoded('.tiff')
+    start = int.from_bytes(whole[4:8], 'little')
+    end = start + 2 + 12 * int.from_bytes(whole[start : start + 2], 'little')
+    assert whole[:2] == b'II'
+    assert whole[end : end + 4] == bytes(4)
+    second = struct.pack('<HHHIII', 1, 254, 4, 1, kind, 0)
+    return whole[:end] + struct.pack('<I', len(whole)) + whole[end + 4 :] + second
+
+
+def moving_png():
+    whole = encoded('.png')
+    control = b'acTL' + struct.pack('>II', 2, 0)
+    at = whole.index(b'IDAT') - 4
+    checked = struct.pack('>I', 8) + control + struct.pack('>I', zlib.crc32(control))
+    return whole[:at] + checked + whole[at:]
+
+
+@pytest.mark.parametrize(
+    ('name', 'data'),
+    [
+        ('WebP', EXTENDED_WEBP[:20] + b'\x02' + EXTENDED_WEBP[21:]),
+        ('PNG', moving_png()),
+        ('TIFF', tiff_with_second(0)),
+    ],
+)
+def test_pictures_that_move_are_not_taken_for_one(tmp_path, name, data):
+    path = tmp_path / f'moves.{name.lower()}'
+    path.write_bytes(data)
+    with pytest.raises(ValueError, match=f'this {name} has several: make a video of it'):
         read_picture(path, cv2.IMREAD_COLOR)
+
+
+def test_a_picture_with_a_thumbnail_is_one(tmp_path):
+    path = tmp_path / 'with_thumbnail.tiff'
+    path.write_bytes(tiff_with_second(1))
+    assert read_picture(path, cv2.IMREAD_COLOR).shape == (HEIGHT, WIDTH, 3)
 
 
 @settings(deadline=None, max_examples=200)
