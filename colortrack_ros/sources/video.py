@@ -41,6 +41,7 @@ class VideoSource(RecordedSource):
     _given: int
     _missing: int
     _ended: bool
+    _longest: float
 
     def __init__(self, spec: str, rate: float, clock: Now) -> None:
         if not Path(spec).is_file():
@@ -61,7 +62,7 @@ class VideoSource(RecordedSource):
                 'mov or another format of FFmpeg'
             )
         super().__init__(own_rate if own_rate > 0 else rate or DEFAULT_RATE)
-        self._last = -1.0
+        self._last, self._longest = -1.0, 1.0
         self.rewind()
 
     @staticmethod
@@ -105,8 +106,12 @@ class VideoSource(RecordedSource):
         if abs(frames - round(frames)) <= ROUNDING * self._rate:
             frames = round(frames)
         frames += self._first
-        possible = self._last < frames < self._first + max(self.total, self._given) + 1
-        self._last = frames if possible else float(self._count)
+        # At a varying rate the last picture is shown for as long as others, beyond the mean rate's.
+        end = self._first + max(self.total, self._given) + self._longest
+        possible = self._last < frames < end
+        frames = frames if possible else float(self._count)
+        self._longest = max(self._longest, frames - self._last)
+        self._last = frames
         return self._last
 
     def _tell_missing(self) -> None:
@@ -115,7 +120,8 @@ class VideoSource(RecordedSource):
         if missing > ESTIMATE:
             self.lost += missing
             raise SourceError(
-                f'{self._path}: should have {self.total} pictures, {missing} more are missing'
+                f'{self._path}: should have {self.total} pictures, {missing} more are missing, '
+                'or its rate varies'
             )
 
     def rewind(self) -> None:

@@ -248,6 +248,36 @@ def test_a_damaged_video_is_read_on_and_what_is_lost_is_told(tmp_path, name, cod
     assert source.read().stamp - frames[-1].stamp == 2 * NANOSECONDS // 25
 
 
+def test_the_last_picture_of_a_varying_rate_keeps_its_time(tmp_path, monkeypatch):
+    times, place = [0.0, 100.0, 250.0, 400.0], [-1]
+
+    class Capture:
+        def __init__(self, path, interface):
+            place[0] = -1
+
+        def get(self, which):
+            if which == cv2.CAP_PROP_POS_MSEC:
+                return times[place[0]]
+            return {cv2.CAP_PROP_FPS: 4 / 0.3, cv2.CAP_PROP_FRAME_COUNT: 4}[which]
+
+        def read(self):
+            place[0] += 1
+            return place[0] < len(times), np.zeros((4, 4, 3), np.uint8)
+
+        def grab(self):
+            return self.read()[0]
+
+        def release(self):
+            pass
+
+    monkeypatch.setattr(cv2, 'VideoCapture', Capture)
+    (tmp_path / 'a.mp4').touch()
+    source = open_source(str(tmp_path / 'a.mp4'))
+    assert [frame.stamp / 1e6 for frame in source] == pytest.approx(times)
+    source.rewind()
+    assert source.read().stamp / 1e6 > times[-1]
+
+
 def test_a_video_without_damage_loses_nothing(recordings):
     source = open_source(recordings['video'][0])
     read_all(source)
