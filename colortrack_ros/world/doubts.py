@@ -26,7 +26,7 @@ class Doubts:
 
     def __init__(self, config: LocatorConfig, cameras: int) -> None:
         self._config = config
-        self._mistakes = [Mistakes(np.degrees(config.camera_pose_sigma[4])) for _ in range(cameras)]
+        self._mistakes = [Mistakes(config.camera_pose_sigma) for _ in range(cameras)]
         self._pictures = 0
         self._newest = 0
         self._wrong = np.zeros(cameras, bool)

@@ -32,11 +32,13 @@ class Mistake:
     :ivar mount, base: of the poses of the camera on the robot and of the robot, of V pictures at
         once: t (V, 3), R (V, 3, 3).
     :ivar camera: of the lens.
+    :ivar later: the pose of the robot is the one that was given so much later [s].
     """
 
     mount: Callable[[Pose], Pose] = as_given
     base: Callable[[Pose], Pose] = as_given
     camera: Callable[[CameraModel], CameraModel] = as_given
+    later: float = 0.0
 
 
 def _scaled(share: float) -> Mistake:
@@ -102,54 +104,100 @@ AS_GIVEN = Mistake()
 OF_ABOUT = ' is off by about '
 """Between what is off and by how much."""
 
-FINE = 9
-"""Angles that are looked at between those of a coarse look beside its best: 2 to 7 degrees apart.
-Chosen."""
+FINE = 16
+"""Amounts that are looked at between those of a coarse look beside its best: 1 to 4 degrees apart,
+2 % of a focal length, 13 to 20 ms. Chosen."""
 
 
 @dataclass(frozen=True)
-class WrongAngle:
-    """A camera that is turned otherwise than camera_pose says.
+class WrongAmount:
+    """One number of how a robot is set up that is not as it is given.
 
-    :ivar about: the name of the angle; of: what would mend it, by degrees.
-    :ivar angles: (V,) ascending, by which it is off [degrees], at which it is looked at first.
-    :ivar angle: this one.
+    :ivar about: its name; unit: of the amounts.
+    :ivar of: what would mend it, by the amount that is to be added.
+    :ivar amounts: (V,) ascending, by which it is off, at which it is looked at first.
+    :ivar amount: this one.
     """
 
     about: str
+    unit: str
     of: Callable[[float], Mistake]
-    angles: tuple[float, ...]
-    angle: float = 0.0
+    amounts: tuple[float, ...]
+    amount: float = 0.0
 
     @property
     def line(self) -> str:
         """What is told."""
-        return f'the {self.about} of camera_pose{OF_ABOUT}{self.angle:.0f} degrees'
+        return f'{self.about}{OF_ABOUT}{self.amount:+.3g} {self.unit}'
 
     @property
     def mistake(self) -> Mistake:
         """What would mend it."""
-        return self.of(-self.angle)
+        return self.of(-self.amount)
 
-    def coarse(self) -> list['WrongAngle']:
-        """By all of the angles."""
-        return [replace(self, angle=angle) for angle in self.angles]
+    def coarse(self) -> list['WrongAmount']:
+        """By all of the amounts."""
+        return [replace(self, amount=amount) for amount in self.amounts]
 
-    def around(self) -> list['WrongAngle']:
-        """By angles near this one, that are not so small that they are no mistake."""
-        at, least = self.angles.index(self.angle), min(map(abs, self.angles))
-        low, high = self.angles[max(at - 1, 0)], self.angles[min(at + 1, len(self.angles) - 1)]
-        fine = np.linspace(low, high, FINE)
-        return [replace(self, angle=float(angle)) for angle in fine[np.abs(fine) >= least]]
-
-
-def _both_ways(*angles: float) -> tuple[float, ...]:
-    return *(-angle for angle in angles[::-1]), *angles
+    def around(self) -> list['WrongAmount']:
+        """By amounts near this one, that are not so small that they are no mistake."""
+        at, least = self.amounts.index(self.amount), min(map(abs, self.amounts))
+        low, high = self.amounts[max(at - 1, 0)], self.amounts[min(at + 1, len(self.amounts) - 1)]
+        fine = np.append(np.linspace(low, high, FINE), self.amount)
+        return [replace(self, amount=float(amount)) for amount in fine[np.abs(fine) >= least]]
 
 
-WRONG_ANGLES = (
-    WrongAngle('yaw', _yawed, _both_ways(10, 20, 30, 45, 60, 75, 105, 120, 135, 150, 165)),
-    WrongAngle('roll', _rolled, _both_ways(10, 20, 30, 45, 60, 75)),
-    WrongAngle('pitch', pitched, _both_ways(6, 12, 20, 30, 45)),
-)
+def _both_ways(*amounts: float) -> tuple[float, ...]:
+    return *(-amount for amount in amounts[::-1]), *amounts
+
+
+def _without(percent: float) -> float:
+    """By what a number is multiplied that has so many percent less added to it than it should."""
+    return 1 / (1 - percent / 100)
+
+
+def _moved(axis: int) -> Callable[[float], Mistake]:
+    """With a camera that is elsewhere on the robot by meters."""
+    return lambda meters: Mistake(lambda m: Pose(m.t + meters * np.eye(3)[axis], m.R))
+
+
+def _raised(percent: float) -> Mistake:
+    share = np.array([1.0, 1.0, _without(percent)])
+    return Mistake(lambda mount: Pose(mount.t * share, mount.R))
+
+
+def _zoomed(percent: float) -> Mistake:
+    share = np.array([[_without(percent), 1, 1], [1, _without(percent), 1], [1, 1, 1]])
+    return Mistake(camera=lambda camera: replace(camera, K=camera.K * share))
+
+
+def _farther(percent: float) -> Mistake:
+    return Mistake(base=lambda base: Pose(base.t * _without(percent), base.R))
+
+
+WRONG_AMOUNTS = (
+    WrongAmount(
+        'the yaw of camera_pose', 'degrees', _yawed,
+        _both_ways(10, 20, 30, 45, 60, 75, 105, 120, 135, 150, 165),
+    ),
+    WrongAmount(
+        'the roll of camera_pose', 'degrees', _rolled, _both_ways(10, 20, 30, 45, 60, 75)
+    ),
+    WrongAmount('the pitch of camera_pose', 'degrees', pitched, _both_ways(6, 12, 20, 30, 45)),
+    WrongAmount('the x of camera_pose', 'm', _moved(0), _both_ways(0.1, 0.2, 0.3, 0.5)),
+    WrongAmount('the y of camera_pose', 'm', _moved(1), _both_ways(0.1, 0.2, 0.3, 0.5)),
+    WrongAmount('the height of the camera', '%', _raised, (-60, -45, -30, 30, 60, 100)),
+    WrongAmount(
+        'the focal length of the calibration', '%', _zoomed,
+        (-40, -30, -20, -10, 10, 20, 35, 60),
+    ),
+    WrongAmount(
+        'the time of odometry (positive: it is old)', 's', lambda s: Mistake(later=-s),
+        _both_ways(0.05, 0.1, 0.15, 0.2, 0.3, 0.4),
+    ),
+    WrongAmount('the way that odometry tells', '%', _farther, (-90, -75, -50, -30, 50, 100)),
+)  # fmt: skip
 """Smaller ones are hardly told from errors that are expected. Chosen."""
+
+LATEST = 0.4
+"""How much later than a picture poses are kept for it [s]: the last of the above."""

@@ -1,5 +1,6 @@
 """What contradicts the camera's pose is found by what is seen, and nothing is published then."""
 
+from dataclasses import replace
 import sys
 
 import numpy as np
@@ -110,6 +111,49 @@ def test_a_yaw_that_is_off_by_any_angle_is_found_and_by_how_much(angle):
     assert published[-60:] == [0] * 60
     line = next(told for told in robot.told if 'the yaw of camera_pose is off by about' in told)
     assert float(line.split()[-2]) == pytest.approx(angle, abs=5)
+
+
+def old(seconds):
+    """Odometry that is so old."""
+    ways = []
+
+    def told(*way):
+        ways.append(way)
+        return ways[max(len(ways) - 1 - round(seconds * 1e9 / FRAME), 0)]
+
+    return told
+
+
+def longer(share):
+    """A calibration with another focal length, and the same center."""
+    return replace(CAMERA, K=CAMERA.K * [[share, 1, 1], [1, share, 1], [1, 1, 1]])
+
+
+AMOUNTS = {
+    'the time of odometry (positive: it is old)': (0.2, lambda: {'odometry': old(0.2)}),
+    'the focal length of the calibration': (20, lambda: {'camera': longer(1.2)}),
+    'the x of camera_pose': (0.3, lambda: {'mount': Pose(MOUNT.t + 0.3 * np.eye(3)[0], MOUNT.R)}),
+    'the roll of camera_pose': (10, lambda: {'mount': turned(roll=np.radians(10))}),
+}
+
+
+@pytest.mark.parametrize('about', AMOUNTS)
+def test_one_number_of_the_setup_that_is_off_is_found_and_by_how_much(about):
+    """Nothing else tells of it: the three balls seem to roll whenever the robot turns."""
+    robot, (amount, wrong) = Robot(), AMOUNTS[about]
+    published = robot.drive(210, **wrong())
+    assert published[-30:] == [0] * 30
+    line = robot.locator.doubt
+    assert f'{about} is off by about' in line
+    assert float(line.split()[-2]) == pytest.approx(amount, rel=0.15)
+
+
+def test_what_is_said_to_stand_and_does_not_tells_that_something_is_wrong():
+    """Odometry that stands while the robot drives: no number that is off explains it."""
+    robot = Robot(motion='still')
+    published = robot.drive(150, odometry=lambda *_: (0, 0))
+    assert published[-30:] == [0] * 30
+    assert 'what is said to stand moves whenever the robot does' in robot.locator.doubt
 
 
 @pytest.mark.parametrize('motion', ['still', 'plane'])
