@@ -22,7 +22,7 @@ SHADING_SHIFT = 0.195
 """Shift of a centroid over the width of the blur, for a mean D / tolerance of 1."""
 
 SEEN_SHARE = 0.8
-"""Shift of a centroid over what is seen of it at the ends of some rows and columns: 0.4 to 1.6 by
+"""Shift of a centroid over what is seen of it at the ends of some rows and columns: 0.4 to 1.5 by
 scene (least squares); half and twice of it change the NSE of a scene by 0.45 at most."""
 
 BLURRED_DISTANCE = 0.25
