@@ -68,11 +68,6 @@ def test_the_covariance_is_neither_bold_nor_shy(size, tolerances, step):
         assert 0.8 < np.concatenate(found)[:, 2].mean() < 1.25
 
 
-def test_covariances_of_large_things_whose_color_was_found_are_not_shy():
-    (found,) = errors('five?width=1920&height=1080', (0.0,), 30)
-    assert 0.4 < found[:, 2].mean() < 1.4
-
-
 def test_a_blob_that_may_go_on_behind_what_was_dropped_is_known_badly():
     v, u = np.indices((120, 160))
     image = np.full((120, 160, 3), 110, np.uint8)
@@ -112,7 +107,7 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
     assert seen[1][0] == pytest.approx(smear, abs=2.5)
     assert max(seen[0][1], seen[1][1]) < 4
     (row,) = Detector(DetectorConfig()).detect(frame).rows
-    assert row['cov_uu'] > 1.4 * row['cov_vv']
+    assert row['cov_uu'] > 2 * row['cov_vv']
 
 
 def test_a_blurred_ball_before_things_like_it_is_known_worse():
