@@ -76,23 +76,40 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Nodes first, which mostly wait, and of those and of the others what takes long.
+    """Put tests of nodes, which mostly wait, between those that calculate; first what takes long.
 
     Tests of nodes that fail are run once more, where pytest-rerunfailures is there, and told.
     """
-    items.sort(
-        key=lambda item: (item.path.parent.name != 'ros', not item.get_closest_marker('slow'))
-    )
-    if config.pluginmanager.hasplugin('rerunfailures'):
-        for item in items:
-            if item.path.parent.name == 'ros':
-                item.add_marker(pytest.mark.flaky(reruns=1))
-    if config.getoption('junitprefix'):
-        for item in items:
-            if item.get_closest_marker('slow') or item.get_closest_marker('alone'):
-                item.add_marker(pytest.mark.skip('takes long: `make test` runs it'))
-            elif item.path.parent.name == 'ros' and item.path.name not in COLCON_NODES:
-                item.add_marker(pytest.mark.skip('more nodes: `make test` runs it'))
+    items[:] = mixed(items)
+    for item in items:
+        of_nodes = item.path.parent.name == 'ros'
+        if of_nodes and config.pluginmanager.hasplugin('rerunfailures'):
+            item.add_marker(pytest.mark.flaky(reruns=1))
+        if not config.getoption('junitprefix'):
+            continue
+        if item.get_closest_marker('slow') or item.get_closest_marker('alone'):
+            item.add_marker(pytest.mark.skip('takes long: `make test` runs it'))
+        elif of_nodes and item.path.name not in COLCON_NODES:
+            item.add_marker(pytest.mark.skip('more nodes: `make test` runs it'))
+
+
+def scope_of(nodeid: str) -> str:
+    """What one process has to run together: files share what they have rendered, nodes do not."""
+    file = nodeid.partition('::')[0]
+    return nodeid if '/ros/' in file and 'message_faults' not in file else file
+
+
+def mixed(items: list[pytest.Item]) -> list[pytest.Item]:
+    """The same, scope by scope: at each moment as much is over of the nodes as of the rest."""
+    scopes: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        scopes.setdefault(scope_of(item.nodeid), []).append(item)
+    place = {}
+    for of_nodes in (False, True):
+        kind = [key for key in scopes if ('/ros/' in key) == of_nodes]
+        kind.sort(key=lambda key: -sum(bool(i.get_closest_marker('slow')) for i in scopes[key]))
+        place |= {key: k / len(kind) for k, key in enumerate(kind)}
+    return [item for key in sorted(scopes, key=place.__getitem__) for item in scopes[key]]
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -100,13 +117,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     """Hand out tests of nodes one by one, others by file: they share what the file has rendered."""
     from xdist.scheduler import LoadScopeScheduling
 
-    class ByFile(LoadScopeScheduling):
+    class ByScope(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            file = nodeid.partition('::')[0]
-            return nodeid if '/ros/' in file and 'message_faults' not in file else file
+            return scope_of(nodeid)
 
     config.option.loadscopereorder = False
-    return ByFile(config, log)
+    return ByScope(config, log)
 
 
 def pytest_pycollect_makemodule(module_path: Path, parent):
