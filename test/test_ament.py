@@ -73,6 +73,7 @@ OPTIONAL = {'rosbags', 'apsw', 'distributed', 'vision_msgs', 'colortrack_ros'}
 """What is used where it is there: a robot has none of it but, perhaps, vision_msgs."""
 
 
+@pytest.mark.slow
 def test_package_xml_has_a_key_for_whatever_is_imported():
     trees = [ast.parse(file.read_text()) for file in sorted((ROOT / PACKAGE).rglob('*.py'))]
     trees += [ast.parse(file.read_text()) for file in (ROOT / 'launch').glob('*.py')]

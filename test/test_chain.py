@@ -3,6 +3,7 @@
 import doctest
 
 import numpy as np
+import pytest
 
 from colortrack_ros import chain
 from colortrack_ros.chain import ColorChain
@@ -54,6 +55,7 @@ def test_a_recording_that_starts_again_starts_the_tracker_again():
     assert [k for k, again in enumerate(restarted) if again] == [10]
 
 
+@pytest.mark.slow
 def test_detections_made_elsewhere_give_the_same_tracks():
     done = []
     for detects in (True, False):

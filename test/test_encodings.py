@@ -73,6 +73,7 @@ def test_a_color_is_picked_in_every_encoding(encoding):
     assert side_by_side(frame, detector).shape == (240, 960, 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('encoding', list(LAYOUTS))
 def test_windows_and_contours_follow_in_every_encoding(encoding):
     windows, contours = WindowTracker(), ContourTracker(ContourConfig())

@@ -77,6 +77,7 @@ def odd(request, tmp_path, monkeypatch):
         one.close()
 
 
+@pytest.mark.slow
 def test_no_command_waits_for_what_is_no_file_or_writes_to_it(odd, capsys):
     kinds = {path: path.stat().st_mode for path in odd.rglob('*ODD*')}
     for line in (*READ, *WRITTEN):
@@ -124,6 +125,7 @@ def test_no_params_file_is_waited_for_at_the_start(tmp_path, code):
         assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_the_commands_work_with_files(tmp_path, monkeypatch):
     """What the tests above refuse for the file's sake, and for that alone."""
     monkeypatch.chdir(tmp_path)

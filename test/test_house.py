@@ -103,6 +103,7 @@ def room_of(file):
     return file.relative_to(PACKAGE).parts[0].removesuffix('.py')
 
 
+@pytest.mark.slow
 def test_no_files_import_each_other_in_a_circle():
     graph = {file: set(imported_by(file)) for file in FILES}
     try:
@@ -112,6 +113,7 @@ def test_no_files_import_each_other_in_a_circle():
         pytest.fail(f'imports in a circle: {circle}')
 
 
+@pytest.mark.slow
 def test_imports_point_to_lower_floors():
     floor = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
     upwards = [
@@ -136,6 +138,7 @@ def constants_of(file):
             yield from (name.id for name in names if getattr(name, 'id', '').isupper())
 
 
+@pytest.mark.slow
 def test_files_and_functions_fit_on_the_screen():
     long = []
     for file in FILES:
@@ -151,6 +154,7 @@ def test_files_and_functions_fit_on_the_screen():
     assert long == []
 
 
+@pytest.mark.slow
 def test_no_two_classes_have_one_name():
     names = Counter(
         node.name
@@ -161,11 +165,13 @@ def test_no_two_classes_have_one_name():
     assert [name for name, count in names.items() if count > 1] == []
 
 
+@pytest.mark.slow
 def test_no_two_constants_have_one_name():
     names = Counter(name for file in FILES for name in constants_of(file))
     assert [name for name, count in names.items() if count > 1] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('room', ROOMS_WITHOUT_ROS)
 def test_a_room_imports_without_ros(room):
     code = (
@@ -176,6 +182,7 @@ def test_a_room_imports_without_ros(room):
     subprocess.run([sys.executable, '-c', code], check=True, cwd=PACKAGE.parent)
 
 
+@pytest.mark.slow
 def test_nodes_that_need_no_scipy_start_without_it():
     """It takes longer to import than all the rest."""
     code = "import sys; sys.modules['scipy'] = None; from colortrack_ros.nodes import "

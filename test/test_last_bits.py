@@ -39,6 +39,7 @@ def only_whole_arrays(monkeypatch) -> Iterator[dict[str, int]]:
     return calls
 
 
+@pytest.mark.slow
 def test_of_markers_and_all_that_leads_to_them(only_whole_arrays):
     markers = MarkerWriter()
     for step in run('scene:clutter?width=320&height=240&duration=3'):

@@ -93,6 +93,7 @@ def test_a_picture_with_a_thumbnail_is_one(tmp_path):
     assert read_picture(path, cv2.IMREAD_COLOR).shape == (HEIGHT, WIDTH, 3)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=200)
 @given(data=st.data(), suffix=st.sampled_from(PICTURE_SUFFIXES))
 def test_a_broken_header_is_no_picture_or_one_of_some_size(data, suffix):

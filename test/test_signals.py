@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 
+import pytest
 from support.waiting import PATIENCE
 from support.waiting import wait_until
 
@@ -34,6 +35,7 @@ def descendants(pid: int) -> list[int]:
     return own + [one for child in own for one in descendants(child)]
 
 
+@pytest.mark.slow
 def test_a_command_that_is_killed_leaves_no_process_behind(tmp_path):
     started = {}
     for name, (module, *words) in COMMANDS.items():

@@ -170,6 +170,7 @@ def test_a_cluster_of_two_workers_of_which_one_is_killed_does_all(tmp_path):
     assert {o.error for o in outcomes} == {''}
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_does_not_answer_is_told(tmp_path, monkeypatch):
     dask = pytest.importorskip('dask', reason='needs Dask: the extra `cluster`')
     workers = partial(run_on_cluster, scheduler='tcp://127.0.0.1:1')

@@ -67,6 +67,7 @@ def followed(count, spoil, at):
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('growth', [0.0, 0.05])
 def test_a_contour_that_is_too_large_for_what_is_in_plain_sight_becomes_as_large(growth):
     def spoil(tracker):
@@ -84,6 +85,7 @@ def test_a_contour_that_is_too_large_for_what_is_in_plain_sight_becomes_as_large
     assert overlap(outline, corners_of('person', *walking(69))) > 0.8
 
 
+@pytest.mark.slow
 def test_a_second_contour_of_one_thing_is_not_seen_and_ends():
     def spoil(tracker):
         tracks = tracker._tracks

@@ -94,6 +94,7 @@ def test_stamps_that_go_back_do_no_harm():
     assert (stillness.longest > 0).all()
 
 
+@pytest.mark.slow
 def test_of_what_is_seen_in_parts_at_first_one_target_is_left():
     def seen(k):
         belt = (np.s_[118:134], 215) if k < 18 else None

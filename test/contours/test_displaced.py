@@ -47,6 +47,7 @@ def test_the_corners_of_the_picture_and_no_areas_do_no_harm():
     assert is_displaced(Areas.none(), LEAVES, LEAVES, 20.0).tolist() == []
 
 
+@pytest.mark.slow
 def test_leaves_in_the_wind_are_no_targets_and_who_walks_before_them_is_one():
     tracker, ids = ContourTracker(ContourConfig(learn_seconds=0.5)), set()
     for k in range(90):

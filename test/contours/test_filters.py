@@ -117,6 +117,7 @@ def test_two_filters_are_7_and_then_8():
         np.testing.assert_allclose(contours.node_design[k], after, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('config', 'frames'), [(JOINT, 1), (JOINT, 30), (TWO, 5), (TWO, 30)])
 def test_the_covariance_is_that_of_the_errors_whatever_the_gain(config, frames):
     """Simulated as modeled; the gains of two filters in turn are not the best, but the covariance

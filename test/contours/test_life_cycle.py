@@ -30,6 +30,7 @@ def test_a_target_is_tentative_until_it_has_moved(speed, within):
     assert first * speed == pytest.approx(0.3 * 52, abs=2 * speed + 4)
 
 
+@pytest.mark.slow
 def test_what_trembles_in_its_place_is_never_confirmed():
     def place(k):
         return (160.0 + 3 * (-1) ** k, 120 + 3 * (-1) ** (k // 2)), 20 + 2 * (k % 2)
@@ -65,6 +66,7 @@ def test_what_moved_before_it_was_there_for_long_is_confirmed_though_it_stands()
     assert row['state'] == CONFIRMED
 
 
+@pytest.mark.slow
 def test_what_was_put_somewhere_is_never_confirmed():
     results = follow(pictures('quadrilateral', 120, lambda k: ((160.0, 120.0), 20.0)), QUICK)
     assert not any(known(tracks).any() for tracks in results)
@@ -90,6 +92,7 @@ def test_frame_differencing_starts_targets_as_well():
     assert np.hypot(row['u'] - place(59)[0][0], row['v'] - place(59)[0][1]) < 0.5
 
 
+@pytest.mark.slow
 def test_what_was_there_from_the_beginning_leaves_no_ghost():
     def place(k):
         return (60 + 3.0 * k, 120.0), 26.0
@@ -101,6 +104,7 @@ def test_what_was_there_from_the_beginning_leaves_no_ghost():
     assert abs(rows['u'][0] - place(69)[0][0]) < 0.5
 
 
+@pytest.mark.slow
 def test_a_target_that_is_gone_coasts_and_is_given_up_in_time():
     shown = pictures('quadrilateral', 30) + pictures('quadrilateral', EMPTY)[:1] * 30
     config = replace(QUICK, max_time_since_update=0.5)
@@ -110,6 +114,7 @@ def test_a_target_that_is_gone_coasts_and_is_given_up_in_time():
         assert states == [[COASTING]] * count + [[]] * (30 - count)
 
 
+@pytest.mark.slow
 def test_what_is_gone_where_the_background_has_edges_is_given_up_all_the_same():
     wall = np.full((240, 320), 215.0)
     wall[90:150, 100:160] = 120
@@ -120,6 +125,7 @@ def test_what_is_gone_where_the_background_has_edges_is_given_up_all_the_same():
     assert not len(results[-1].rows)
 
 
+@pytest.mark.slow
 def test_a_target_ends_when_it_leaves_the_picture_and_ids_go_on():
     def place(k):
         return (300 - 5.0 * ((k * 1.0 - EMPTY) % 64), 120.0), 20.0
@@ -131,6 +137,7 @@ def test_a_target_ends_when_it_leaves_the_picture_and_ids_go_on():
     assert (len(set(seen)), seen) == (3, sorted(seen))
 
 
+@pytest.mark.slow
 def test_a_target_starts_while_it_comes_in_and_is_followed_to_the_border():
     def place(k):
         return (-30 + 4.0 * (k - EMPTY), 120.0), 26.0

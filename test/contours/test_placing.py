@@ -45,6 +45,7 @@ def test_more_nodes_follow_better_than_equally_spaced_ones():
     assert better > overlap(Spline(12).outline(equal), outline) + 0.01
 
 
+@pytest.mark.slow
 @given(st.integers(0, 1000), st.integers(6, 20))
 @settings(max_examples=20, deadline=None)
 def test_nodes_lie_on_the_outline_whatever_it_is(seed, n):

@@ -1,6 +1,7 @@
 """Targets that come out from behind a cover beside where they are expected."""
 
 import numpy as np
+import pytest
 from support.contour_pictures import follow
 from support.contour_pictures import picture
 from support.contour_pictures import pictures
@@ -35,6 +36,7 @@ def every_id(results):
     return {i for tracks in results for i in tracks.rows['track_id'].tolist()}
 
 
+@pytest.mark.slow
 def test_what_comes_out_beside_its_way_goes_on_with_its_id():
     place, results = reappears(50.0)
     assert results[GONE - 1].rows['track_id'].tolist() == [1]
@@ -44,6 +46,7 @@ def test_what_comes_out_beside_its_way_goes_on_with_its_id():
     assert every_id(results) == {1}
 
 
+@pytest.mark.slow
 def test_what_comes_out_elsewhere_is_something_else():
     _, results = reappears(90.0)
     assert every_id(results) == {1, 2}

@@ -70,6 +70,7 @@ def test_normals_of_positive_areas_point_outward():
     assert spline.area(nodes[::-1]) < 0
 
 
+@pytest.mark.slow
 @given(st.integers(0, 1000), st.integers(6, 20), st.booleans())
 @settings(max_examples=20, deadline=None)
 def test_area_and_centroid_are_those_of_a_polygon_of_very_many_corners(seed, n, interpolating):

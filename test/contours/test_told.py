@@ -27,6 +27,7 @@ def place(k, speed):
     return np.array([80.0, 110.0]) + k * np.asarray(speed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('start', ['targets', 'background', 'difference'])
 @pytest.mark.parametrize('speed', [(0.0, 0.0), (2.0, 0.5)], ids=['still', 'moving'])
 @pytest.mark.parametrize('shape', ['person', 'quadrilateral'])

@@ -39,6 +39,7 @@ def test_a_target_behind_a_cover_comes_back_with_its_shape(shape, width, level):
     assert seen[-8:, 2].min() > 0.92
 
 
+@pytest.mark.slow
 def test_a_target_that_was_growing_keeps_its_size_while_it_is_hidden():
     def place(k):
         return (40 + 2.5 * max(k - EMPTY, 0), 120.0), 20 + 0.3 * max(k - EMPTY, 0)
@@ -52,6 +53,7 @@ def test_a_target_that_was_growing_keeps_its_size_while_it_is_hidden():
     assert rows['area'][hidden[0]] > 1.5 * rows['area'][0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('shape', SHAPES)
 @pytest.mark.parametrize('speed', [1, 4])
 def test_once_a_target_is_known_the_background_may_move(shape, speed):
@@ -71,6 +73,7 @@ def turning(k):
     return (100.0 + 0.5 * max(k - EMPTY, 0), 120.0), 30.0, np.tan(0.45 * (1 - np.cos(0.04 * k)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('shape', SHAPES)
 def test_what_turns_is_followed_with_rotation(shape):
     shown = pictures(shape, 100, turning)
@@ -83,6 +86,7 @@ def test_what_turns_is_followed_with_rotation(shape):
     assert min(still) < 0.8
 
 
+@pytest.mark.slow
 def test_targets_of_a_robot_that_slows_down_and_turns_round_are_kept():
     def place(k):
         return (160 + 90 * np.sin(0.06 * k), 120.0), 26.0

@@ -30,6 +30,7 @@ def test_a_jump_of_the_stamps_starts_afresh(k):
     assert tracks.rows['track_id'].tolist() == [2]
 
 
+@pytest.mark.slow
 def test_after_a_reset_targets_start_again_before_the_background_that_is_known():
     tracker, shown, counts = ContourTracker(QUICK), pictures('quadrilateral', 60), []
     for i, image in enumerate(shown):
@@ -57,6 +58,7 @@ def test_pictures_of_other_sizes_and_encodings_do_no_harm(config):
         tracker.update(Frame(image, encoding, frame(image, 31 + i).stamp))
 
 
+@pytest.mark.slow
 def test_the_encoding_changes_nothing_but_the_channels():
     gray = follow(pictures('person', 40), QUICK)
     tracker = ContourTracker(QUICK)
@@ -66,6 +68,7 @@ def test_the_encoding_changes_nothing_but_the_channels():
     np.testing.assert_allclose(tracks.rows['u'], gray[-1].rows['u'], atol=0.1)
 
 
+@pytest.mark.slow
 def test_the_same_stamp_twice_does_no_harm():
     tracker = ContourTracker(QUICK)
     for k, image in enumerate(pictures('quadrilateral', 40)):
@@ -74,6 +77,7 @@ def test_the_same_stamp_twice_does_no_harm():
     assert abs(rows['u'][0] - straight(39)[0][0]) < 0.3
 
 
+@pytest.mark.slow
 def test_the_same_frames_give_the_same_tracks_to_the_bit():
     def run():
         return b''.join(t.rows.tobytes() for t in follow(pictures('person', 40), QUICK))
@@ -81,6 +85,7 @@ def test_the_same_frames_give_the_same_tracks_to_the_bit():
     assert run() == run()
 
 
+@pytest.mark.slow
 def test_targets_live_through_another_configuration_and_start_again_with_other_nodes():
     tracker = ContourTracker(QUICK)
     for k, image in enumerate(pictures('person', 70)):

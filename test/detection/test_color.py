@@ -54,6 +54,7 @@ def compare(scene, config, step=1, visible=0.5):
     return hits / sought, false / frames, np.sqrt(np.mean(np.square(errors)))
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=60)
 @given(frame=pictures.frames(), colors=pictures.colors(1), grow=st.floats(1.05, 3))
 def test_a_tight_tolerance_starts_a_blob_and_a_looser_one_grows_it(frame, colors, grow):

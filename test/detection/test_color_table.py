@@ -17,6 +17,7 @@ from colortrack_ros.detection.column_filter import ColumnFilter
 LUTS = sorted({False, color_table.HAS_16_BIT_LUT})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('has_lut', LUTS)
 @settings(deadline=None, max_examples=60)
 @given(frame=pictures.frames(), colors=pictures.colors())

@@ -28,6 +28,7 @@ def scene(discs, shape=(120, 160), background=(110, 120, 115), color=(30, 40, 22
     return Frame(image, stamp=7, frame_id='camera')
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=80)
 @given(
     frame=pictures.frames(),

@@ -58,6 +58,7 @@ def test_a_color_that_is_not_yet_in_the_picture_finds_nothing_until_it_comes():
     assert len(detector.detect(frame).rows) == 1
 
 
+@pytest.mark.slow
 def test_a_color_is_kept_while_the_light_falls_to_half():
     detector = sought(RED)
     for k in range(90):
@@ -232,6 +233,7 @@ REAL = {
 """The color of a pixel of each thing, and how many things there are in each frame."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not DATA.is_dir(), reason=f'no videos at {DATA}; set COLORTRACK_DATA')
 @pytest.mark.parametrize('name', REAL)
 def test_in_the_first_second_of_a_real_video_the_things_are_found_and_nothing_else(name):
@@ -242,6 +244,7 @@ def test_in_the_first_second_of_a_real_video_the_things_are_found_and_nothing_el
     assert np.mean(np.array(found) == numbers) >= 0.9, found
 
 
+@pytest.mark.slow
 def test_a_small_thing_is_found_again_soon_after_a_large_one_of_its_color_has_left():
     detector, found = sought(RED), []
     for k in range(150):

@@ -130,6 +130,7 @@ def test_background_finds_what_moves_in_every_encoding(model, encoding):
         assert np.hypot(rows['u'][0] - u, rows['v'][0] - v) < 2
 
 
+@pytest.mark.slow
 def test_background_keeps_an_object_that_rests_and_forgets_where_it_was_at_first():
     path = [(40, 60)] * 2 + [(40 + 2 * k, 60) for k in range(40)] + [(118, 60)] * 150
     config = DetectorConfig(method='background', opening_size=3)
@@ -156,6 +157,7 @@ def test_background_is_learned_again_on_request_and_after_a_change_of_size():
     assert sum(len(detector.detect(frame).rows) for frame in smaller) == 0
 
 
+@pytest.mark.slow
 def test_what_moves_of_a_color_may_rest_and_a_light_may_be_switched():
     path = [None] * 30 + [(20 + 2 * k, 60) for k in range(40)] + [(98, 60)] * 130
     color = ReferenceColor('white', (75.0, 0.0, 0.0), 30.0)
@@ -167,6 +169,7 @@ def test_what_moves_of_a_color_may_rest_and_a_light_may_be_switched():
         assert np.hypot(rows['u'][0] - u, rows['v'][0] - v) < 1
 
 
+@pytest.mark.slow
 def test_what_is_found_is_no_background_even_if_it_is_too_large_to_be_detected():
     path = [None] * 30 + [(60, 60)] * 150
     config = DetectorConfig(method='background', opening_size=3, max_area=100)
@@ -176,6 +179,7 @@ def test_what_is_found_is_no_background_even_if_it_is_too_large_to_be_detected()
     assert np.count_nonzero(detector.mask) > 150
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('present', [8, 40])
 def test_what_something_that_was_there_from_the_beginning_has_hidden_is_not_found(present):
     """A red ball leaves its place on a red rug: the rug is not new."""

@@ -48,6 +48,7 @@ def _errors(rows, truth):
         yield *error, error @ np.linalg.solve(covariance, error) / 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('spec', 'limit'), [('single?noise=0', 0.15), ('single', 0.3)])
 def test_centroids_are_better_than_a_pixel(spec, limit):
     error = errors(spec)[0][:, :2]

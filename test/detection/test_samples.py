@@ -54,6 +54,7 @@ def test_what_is_nearer_to_an_example_of_something_else_is_not_it():
     assert columns(frame, taught([ORANGE], [YELLOW, WALL], tolerance=90.0)) == [0]
 
 
+@pytest.mark.slow
 def test_the_table_says_what_the_distances_to_the_samples_say():
     color = taught([ORANGE, SHADE], [YELLOW, (200, 90, 60)], tolerance=40.0)
     rgb = np.random.default_rng(1).integers(0, 256, (400, 500, 3), np.uint8)
@@ -78,6 +79,7 @@ def test_half_a_color_is_refused(key):
         reference_color_of('ball', config)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('has_lut', sorted({False, color_table.HAS_16_BIT_LUT}))
 def test_the_table_of_everything_else_says_what_the_distances_say(has_lut, monkeypatch):
     monkeypatch.setattr(color_table, 'HAS_16_BIT_LUT', has_lut)

@@ -24,6 +24,7 @@ def wobbly(seed):
     return truth, tracks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', range(5))
 def test_the_numbers_are_those_of_motmetrics(seed):
     motmetrics = pytest.importorskip('motmetrics')

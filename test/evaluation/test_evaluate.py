@@ -96,6 +96,7 @@ def test_what_is_hidden_need_not_be_found_and_a_track_on_it_is_not_false():
     assert compare(record(truth), record(one), radius=10.0).measures['misses'] == 0
 
 
+@pytest.mark.slow
 def test_covariances_that_are_right_cover_95_percent():
     rng = np.random.default_rng(0)
     truth = lines([1, 2], 2000)

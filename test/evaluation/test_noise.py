@@ -64,6 +64,7 @@ def moving(sigma, claimed, count=2000):
         yield Tracks(track, stamp), Detections(detection, stamp)
 
 
+@pytest.mark.slow
 def test_innovations_tell_whether_the_covariances_are_right():
     right = innovations_of(moving(2.0, 2.0))
     assert right['nis'] == pytest.approx(1.0, abs=0.1)

@@ -1,5 +1,6 @@
 from hypothesis import given
 from hypothesis import strategies as st
+import pytest
 
 from colortrack_ros.flow.order import Order
 
@@ -60,6 +61,7 @@ def test_a_wide_window_sorts_everything(stamps):
     assert refused == []
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, 1000), unique=True), st.randoms(use_true_random=False))
 def test_what_comes_within_the_window_is_put_in_its_place(stamps, random):
     stamps.sort()

@@ -29,11 +29,13 @@ def replay(tmp_path, capsys):
         signal.signal(number, handler)
 
 
+@pytest.mark.slow
 def test_the_tracks_of_the_recording_are_the_expected_ones(replay):
     status, printed = replay('--expect', str(HERE / 'tracks.csv'))
     assert status == 0, printed
 
 
+@pytest.mark.slow
 def test_contours_are_the_expected_ones_with_any_version_of_the_libraries(replay):
     status, printed = replay('--expect', str(HERE / 'contours.csv'), source=CONTOURS)
     assert status == 0, printed
@@ -48,6 +50,7 @@ def test_the_recording_is_small_and_shows_five_balls_behind_a_bar(replay):
     assert any(line['state'] == '2' for line in lines)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('change', 'difference'),
     [
@@ -76,6 +79,7 @@ def test_a_difference_names_the_frame_the_track_and_the_amount(
     assert f'OpenCV {cv2.__version__}' in printed
 
 
+@pytest.mark.slow
 def test_other_settings_of_the_tracker_are_noticed(replay):
     status, printed = replay('--expect', str(HERE / 'tracks.csv'), '-p', 'process_noise:=100.0')
     assert status == 1

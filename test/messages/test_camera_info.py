@@ -84,6 +84,7 @@ def test_what_is_no_file_is_refused(url: str):
         load_camera_info(url)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'content',
     [
@@ -158,6 +159,7 @@ def test_a_calibration_is_stored_in_a_file_alone(tmp_path: Path, kind: str):
         save_camera_info(str(path), CameraInfo())
 
 
+@pytest.mark.slow
 def test_a_calibration_larger_than_is_read_is_not_stored(tmp_path: Path):
     with pytest.raises(ValueError, match='at most 65536 bytes'):
         save_camera_info(str(tmp_path / 'new.yaml'), CameraInfo(d=[0.1] * 100_000))

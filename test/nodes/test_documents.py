@@ -83,6 +83,7 @@ def test_the_page_of_messages_has_every_field_with_its_type_and_offset(path):
         assert f'{layout.itemsize} bytes' in section
 
 
+@pytest.mark.slow
 @by_page(*PAGES)
 def test_every_name_in_a_page_is_one_of_the_package(path):
     """snake_case words in backticks, and what is set by `name: value`."""

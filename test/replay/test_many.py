@@ -50,6 +50,7 @@ def one_by_one(folder, *scenes):
 MANY = ('--output', 'new/{}', '--csv', 'new/{}.csv', '--report', 'report.jsonl')
 
 
+@pytest.mark.slow
 def test_many_give_the_bytes_of_one_by_one_and_a_failure_is_in_the_same_report(capsys):
     wanted = one_by_one('single', *SCENES)
     Path('new').mkdir()

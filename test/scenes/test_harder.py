@@ -77,6 +77,7 @@ def test_swarm_has_fifty_objects_that_never_leave():
     assert meetings > 50
 
 
+@pytest.mark.slow
 def test_blackout_moves_four_to_twelve_pixels_a_frame():
     pace = speed(paths(open_scene('blackout')))
     assert pace.shape == (499, 20)

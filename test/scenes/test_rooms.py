@@ -14,6 +14,7 @@ def difference(image, color):
     return np.linalg.norm(lab(image) - lab([[color[::-1]]]), axis=2)
 
 
+@pytest.mark.slow
 def test_the_room_of_clutter_holds_the_colors_of_the_balls():
     scene = open_scene('clutter')
     assert list(scene.colors) == ['red', 'yellow', 'blue']
@@ -23,6 +24,7 @@ def test_the_room_of_clutter_holds_the_colors_of_the_balls():
         assert np.sum(difference(image, color) < 20) > 5000
 
 
+@pytest.mark.slow
 def test_balls_of_clutter_have_the_color_that_the_truth_says():
     scene = open_scene('clutter')
     colors = list(scene.colors.values())

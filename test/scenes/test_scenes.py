@@ -142,6 +142,7 @@ def test_a_frame_outside_the_scene_is_refused(k):
         scene.truth(k)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['single', 'enter_exit', 'crossing'])
 def test_truth_is_where_the_picture_shows_the_ball(name):
     scene = open_scene(f'{name}?noise=0')

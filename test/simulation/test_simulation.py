@@ -41,6 +41,7 @@ def pixels_of(image, color=RED):
     return np.stack([u, v], axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('place', [(1.5, 0.0), (2.5, 1.2), (3.0, -1.4)])
 def test_a_ball_is_seen_where_the_lens_shows_it_and_as_far_away_as_it_is(place):
     simulation = room(ThingConfig(path=place))
@@ -57,6 +58,7 @@ def test_a_ball_is_seen_where_the_lens_shows_it_and_as_far_away_as_it_is(place):
     assert sight.visible == pytest.approx([1.0], abs=0.15)
 
 
+@pytest.mark.slow
 def test_depths_of_the_floor_lead_to_the_floor():
     simulation = room()
     depth = simulation.look().depth
@@ -65,6 +67,7 @@ def test_depths_of_the_floor_lead_to_the_floor():
     assert simulation.view.optical.apply(points)[:, 2] == pytest.approx(0.0, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_what_is_behind_a_post_or_the_camera_is_not_seen_and_truth_says_so():
     post = ThingConfig(shape='cylinder', rgb=(90, 90, 90), diameter=0.5, height=1.5, path=(1.5, 0))
     simulation = room(post, ThingConfig(path=(2.5, 0)), ThingConfig(path=(-1.0, 0)))
@@ -77,6 +80,7 @@ def test_what_is_behind_a_post_or_the_camera_is_not_seen_and_truth_says_so():
     assert rows['time_since_update'].tolist() == [0.0, 1.0, 1.0]
 
 
+@pytest.mark.slow
 def test_the_lid_of_a_post_below_the_camera_is_seen():
     simulation = room(ThingConfig(shape='cylinder', diameter=0.6, height=0.2, path=(1.5, 0)))
     depth = simulation.look().depth
@@ -86,6 +90,7 @@ def test_the_lid_of_a_post_below_the_camera_is_seen():
     assert simulation.view.optical.apply(point)[0, 2] == pytest.approx(0.2, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_things_beside_and_around_the_camera_leave_no_trace_where_they_are_not():
     empty = room().look().image
     beside = room(ThingConfig(shape='cylinder', diameter=0.3, height=1.5, path=(0.1, 1.5)))
@@ -119,6 +124,7 @@ def drive(simulation, speed, turn, seconds, ticks=50):
         simulation.advance(SECOND // ticks)
 
 
+@pytest.mark.slow
 def test_a_robot_drives_the_circle_that_it_is_told():
     simulation = room()
     drive(simulation, 0.5, 0.5, 2 * np.pi / 0.5)
@@ -131,6 +137,7 @@ def test_a_robot_drives_the_circle_that_it_is_told():
     assert half.robot.place.y == pytest.approx(2.0, abs=0.06)
 
 
+@pytest.mark.slow
 def test_a_robot_stops_at_walls_and_things():
     simulation = room(ThingConfig(path=(2.0, 0.0)))
     drive(simulation, 1.0, 0.0, 5.0)
@@ -140,6 +147,7 @@ def test_a_robot_stops_at_walls_and_things():
     assert simulation.robot.place.x == pytest.approx(5.8, abs=0.05)
 
 
+@pytest.mark.slow
 def test_odometry_drifts_by_as_much_as_was_asked_for():
     ends = []
     for seed in range(200):
@@ -150,6 +158,7 @@ def test_odometry_drifts_by_as_much_as_was_asked_for():
     assert np.mean(ends) == pytest.approx(0.0, abs=0.02)
 
 
+@pytest.mark.slow
 def test_truth_is_in_the_frame_of_the_odometry_that_drifts():
     simulation = room(ThingConfig(path=(3, 1)), odometry_drift=(0.2, 0.2))
     drive(simulation, 0.5, 0.5, 3.0)

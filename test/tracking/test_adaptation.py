@@ -52,6 +52,7 @@ def test_turns_cost_no_track_and_little_precision():
     assert learned < 1.3
 
 
+@pytest.mark.slow
 def test_without_maneuvers_turns_cost_tracks():
     config = TrackerConfig(maneuvers=False, process_noise=20.0)
     _, tracker = errors(config, wandering(20.0, 0.7))

@@ -24,6 +24,7 @@ def table_of(seed, shape, density, levels):
     return np.ceil(table * levels / 20) if levels else table
 
 
+@pytest.mark.slow
 @random_tables
 @settings(max_examples=300, deadline=None)
 def test_gnn_has_the_total_of_the_dense_assignment(seed, shape, density, levels):

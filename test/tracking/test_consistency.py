@@ -94,6 +94,7 @@ def test_nees_after_coasting(name, coasting):
     assert within(simulation.nees(), 4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', MOTION_MODELS)
 def test_covariances_stay_symmetric_and_positive(name):
     """A hundred thousand steps of a filter; steps of 1 ms to 10 s, every third unmeasured."""

@@ -61,6 +61,7 @@ def shown(config, come_back):
     return count
 
 
+@pytest.mark.slow
 def test_what_is_lost_where_others_came_back_is_shown_and_where_they_were_gone_is_not():
     assert shown(TrackerConfig(), come_back=True) >= 15
     assert shown(TrackerConfig(), come_back=False) <= 5

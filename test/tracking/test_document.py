@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
+import pytest
 from support.silhouettes import FRAME
 from support.silhouettes import points
 
@@ -47,6 +48,7 @@ def textbook(z, dt, sigma_s=1.0, sigma_w=1.0, speed=1.0):
     return x, P
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1), period=st.integers(1_000_000, 400_000_000))
 @example(seed=109179, period=301595299)  # far from its track at last
 @settings(max_examples=30, deadline=None)

@@ -47,6 +47,7 @@ def rmse(place, frames, **options):
     return np.sqrt(np.mean(squares[FIRST:]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('growth', 'first_size'),
     [

@@ -49,6 +49,7 @@ TO_AND_FRO = np.radians(45) * np.cumsum(np.sign(np.sin(0.1 + np.arange(240) / 19
 """At 45 degrees/s for 2.5 s, and back."""
 
 
+@pytest.mark.slow
 def test_what_leaves_the_picture_by_a_known_turn_comes_back_with_its_id():
     known = ids_of_things(of_a_robot_that_turns(TO_AND_FRO, 'odometry', AROUND))
     assert sorted(known.values()) == [{1}, {2}, {3}, {4}]
@@ -56,6 +57,7 @@ def test_what_leaves_the_picture_by_a_known_turn_comes_back_with_its_id():
     assert max(len(ids) for ids in unknown.values()) > 1
 
 
+@pytest.mark.slow
 def test_after_a_whole_turn_everything_has_its_id_again():
     whole = np.radians(75) * np.arange(160) * FRAME / 1e9
     ids = ids_of_things(of_a_robot_that_turns(whole, 'odometry', AROUND))
@@ -155,6 +157,7 @@ def test_odometry_that_turns_and_drives_too_little_costs_no_id():
     assert [len(names) for names in ids.values()] == [1] * 4
 
 
+@pytest.mark.slow
 def test_a_ball_that_was_put_elsewhere_while_nobody_looked_is_another():
     """By a meter and a half, where nothing was."""
     moved = BALLS.copy()
@@ -167,6 +170,7 @@ def test_a_ball_that_was_put_elsewhere_while_nobody_looked_is_another():
     assert len(ids_of_things(frames)[0]) == 2
 
 
+@pytest.mark.slow
 def test_what_stands_is_published_with_the_velocity_that_driving_gives_it_in_the_picture():
     last, inside = None, []
     for k, (rows, z) in enumerate(

@@ -161,6 +161,7 @@ def test_noise_that_changes_at_once_is_learned_anew(motion, change):
     assert names == 1
 
 
+@pytest.mark.slow
 def test_detections_that_stray_break_no_track():
     """One in 20 is 10 px off: too far for its noise, yet nobody else's."""
     for seed in range(3):
@@ -184,6 +185,7 @@ def test_what_strays_is_taken_by_the_track_alone_that_has_nothing():
     assert (tracks['time_since_update'] == 0).all()
 
 
+@pytest.mark.slow
 def test_things_whose_noise_differs_by_twenty_have_their_own():
     inside = []
     for seed in range(3):
@@ -203,6 +205,7 @@ def falls(rng):
     return np.stack([u, 680 - speed * s + 750 * s**2], axis=2)
 
 
+@pytest.mark.slow
 def test_bounces_are_not_taken_for_errors_that_last():
     """A bounce is in more of the differences that span more frames, as what lasts is."""
     for seed in range(6):

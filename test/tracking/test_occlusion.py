@@ -35,6 +35,7 @@ def procession(number):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('bar', [None, (230, 280), (230, 310), (230, 250)])
 def test_each_object_keeps_its_track_through_the_picture_and_behind_a_bar(bar):
     truth, detections = scene(procession(4), 220, bar)
@@ -44,6 +45,7 @@ def test_each_object_keeps_its_track_through_the_picture_and_behind_a_bar(bar):
     assert result.rmse < 3.0  # a tenth of the diameter, hidden stretches included
 
 
+@pytest.mark.slow
 def test_without_boxes_the_cut_blobs_mislead():
     truth, detections = scene(procession(4), 220, (230, 310))
     blind = Tracker(replace(TrackerConfig(), use_boxes=False))

@@ -51,6 +51,7 @@ def test_one_too_many_has_no_id_and_takes_none_away():
     assert rows['u'] == pytest.approx([100, 300], abs=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('max_hidden', [0.0, 6.0])
 def test_the_only_one_comes_back_anywhere_after_any_time_as_itself(max_hidden):
     tracker = tracker_of(1, max_hidden=max_hidden)

@@ -51,6 +51,7 @@ def test_an_absurd_row_is_dropped_and_counted(name, value):
     assert tracker.screening.dropped == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('model', sorted(MOTION_MODELS))
 def test_tracks_torn_between_detections_a_million_pixels_apart_are_stitched_without_an_error(model):
     config = TrackerConfig(

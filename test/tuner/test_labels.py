@@ -83,6 +83,7 @@ def test_without_marks_or_frames_there_are_no_labels():
     assert propose({0: Mark(None)}, frames_of({1: [(0, 0)]})).state.tolist() == [NONE]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('suffix', ['csv', 'txt'])
 def test_five_clicks_on_five_balls_are_the_truth_of_the_scene(tmp_path, suffix):
     spec = 'five?width=320&height=180&duration=8'

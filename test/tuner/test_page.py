@@ -67,6 +67,7 @@ def save(page, path='my.yaml'):
     page.wait_for_selector('body[data-saved]')
 
 
+@pytest.mark.slow
 def test_balls_picked_in_a_room_of_their_colors_are_tracked_with_what_is_saved(chromium, tmp_path):
     scene = open_scene(ROOM.removeprefix('scene:'))
     size = scene.width, scene.height
@@ -107,6 +108,7 @@ def test_balls_picked_in_a_room_of_their_colors_are_tracked_with_what_is_saved(c
     assert evaluate([*judge, '--min', 'idf1=0.95']) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (DATA / 'ball_toss').exists(), reason='no ../shared/data')
 def test_the_mask_covers_a_ball_that_is_clicked_in_a_video_and_no_wall(chromium, tmp_path):
     video = DATA / 'ball_toss' / 'ball.mp4'
@@ -126,6 +128,7 @@ def test_the_mask_covers_a_ball_that_is_clicked_in_a_video_and_no_wall(chromium,
         assert page.errors == []
 
 
+@pytest.mark.slow
 def test_a_region_that_is_drawn_is_not_looked_in_and_all_goes_by_keys(chromium, tmp_path):
     scene = open_scene('single?width=320&height=240&duration=2')
     (ball,) = scene.truth(10)
@@ -164,6 +167,7 @@ def test_a_region_that_is_drawn_is_not_looked_in_and_all_goes_by_keys(chromium, 
         assert page.errors == []
 
 
+@pytest.mark.slow
 def test_two_balls_are_labeled_by_a_click_each_and_saved(chromium, tmp_path):
     spec = 'five?width=320&height=180&duration=8'
     scene = open_scene(spec)
@@ -199,6 +203,7 @@ def test_two_balls_are_labeled_by_a_click_each_and_saved(chromium, tmp_path):
 MOVING = 'scene:clutter?width=320&height=180&duration=4&noise=0'
 
 
+@pytest.mark.slow
 def test_the_background_is_shown_and_a_snapshot_tells_all_that_a_report_needs(chromium, tmp_path):
     scene = open_scene(MOVING.removeprefix('scene:'))
     frame = next(k for k in range(50, len(scene)) if (scene.truth(k)['visible'] == 1).any())

@@ -80,6 +80,7 @@ def test_nothing_but_the_page_is_served(served, path):
         assert int(wire.recv(1000).split()[1]) in (403, 404)
 
 
+@pytest.mark.slow
 def test_elsewhere_than_on_this_machine_the_token_is_needed(tmp_path):
     with tuner(SCENE, '--folder', tmp_path, '--address', '0.0.0.0') as url:
         port = url.split(':')[2].partition('/')[0]
@@ -211,6 +212,7 @@ def mutated(chance):
     )
 
 
+@pytest.mark.slow
 def test_ten_thousand_mutated_messages_are_answered_and_nothing_is_written(served, tmp_path):
     url, folder = served
     before = {p: p.read_bytes() for p in folder.rglob('*') if p.is_file()}
@@ -282,6 +284,7 @@ def test_a_page_that_is_opened_a_hundred_times_leaves_nothing_behind(served):
     wait_until(is_served)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('arguments', 'reason'),
     [

@@ -39,6 +39,7 @@ def test_a_frame_is_the_same_whichever_way_one_comes_to_it(monkeypatch):
     assert footage.total == 144
 
 
+@pytest.mark.slow
 def test_the_tracks_of_a_frame_are_those_of_the_chain_however_one_comes_to_it():
     track = ColorTracker()
     expected = [track(frame).rows for frame in open_source(SCENE)]

@@ -45,6 +45,7 @@ def test_a_target_that_turns_into_another_look_is_kept_with_its_id():
     assert np.hypot(row['u'] - center[0], row['v'] - center[1]) < 3
 
 
+@pytest.mark.slow
 def test_the_box_grows_and_shrinks_with_the_target():
     look = texture(33, 31, 31)
     for last in (47, 21):

@@ -14,6 +14,7 @@ CENTERS = {15: (149, 168), 45: (151, 82), 75: (179, 103), 120: (77, 131), 150: (
 """Of the carton, read from the pictures [px]."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not FRAMES, reason=f'no pictures at {DATA}; set COLORTRACK_DATA')
 def test_the_carton_is_kept_from_the_first_frame_to_the_last():
     assert len(FRAMES) > max(CENTERS)

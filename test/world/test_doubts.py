@@ -94,6 +94,7 @@ def view(x, yaw, camera=CAMERA, mount=MOUNT):
     return View(camera, Pose.of_rpy((x, 0, 0), (0, 0, yaw)), mount)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('line', WRONG)
 def test_a_robot_that_drives_finds_the_mistake_names_it_and_publishes_nothing(line):
     """No size is known: nothing but the motion of the robot tells."""
@@ -104,6 +105,7 @@ def test_a_robot_that_drives_finds_the_mistake_names_it_and_publishes_nothing(li
     assert line in robot.locator.doubt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('angle', [-40, 30])
 def test_a_yaw_that_is_off_by_any_angle_is_found_and_by_how_much(angle):
     robot = Robot()
@@ -137,6 +139,7 @@ AMOUNTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('about', AMOUNTS)
 def test_one_number_of_the_setup_that_is_off_is_found_and_by_how_much(about):
     """Nothing else tells of it: the three balls seem to roll whenever the robot turns."""
@@ -148,6 +151,7 @@ def test_one_number_of_the_setup_that_is_off_is_found_and_by_how_much(about):
     assert float(line.split()[-2]) == pytest.approx(amount, rel=0.15)
 
 
+@pytest.mark.slow
 def test_what_is_said_to_stand_and_does_not_tells_that_something_is_wrong():
     """Odometry that stands while the robot drives: no number that is off explains it."""
     robot = Robot(motion='still')
@@ -156,6 +160,7 @@ def test_what_is_said_to_stand_and_does_not_tells_that_something_is_wrong():
     assert 'what is said to stand moves whenever the robot does' in robot.locator.doubt
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('motion', ['still', 'plane'])
 def test_what_is_said_to_stand_tells_of_the_camera_whatever_rolls_beside_it(motion):
     """One ball of three stands: enough if it is said to, not if it might move as the others."""
@@ -171,6 +176,7 @@ def test_what_is_said_to_stand_tells_of_the_camera_whatever_rolls_beside_it(moti
     assert bool(robot.locator.doubt) == (motion == 'still')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('roll', [0, np.pi])
 def test_a_wrong_sign_of_the_pitch_is_found_also_of_a_camera_that_is_upside_down(roll):
     really, told = (Pose.of_rpy((0.1, 0, 0.5), (roll, pitch, 0)) for pitch in (0.15, -0.15))
@@ -196,6 +202,7 @@ def test_what_is_located_by_its_size_does_not_speak_for_a_camera_that_is_upside_
     assert robot.locator.doubt
 
 
+@pytest.mark.slow
 def test_a_mistake_that_is_mended_is_forgotten_while_the_robot_drives():
     robot = Robot()
     robot.drive(120, mount=turned(roll=np.pi))
@@ -205,6 +212,7 @@ def test_a_mistake_that_is_mended_is_forgotten_while_the_robot_drives():
     assert robot.drive(1) == [3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('count', [1, 3])
 def test_what_really_rolls_contradicts_nothing(count):
     robot, balls = Robot(told_diameter=2 * RADIUS), BALLS[:count].copy()
@@ -228,6 +236,7 @@ def test_one_object_of_another_size_is_not_published_and_the_others_are():
     assert not robot.locator.doubt
 
 
+@pytest.mark.slow
 def test_what_goes_behind_something_is_not_told_to_be_too_small():
     """A pillar covers the left sixth of a ball, which still has nearly the shape of a disc."""
     robot = Robot(told_diameter=2 * RADIUS)
@@ -259,6 +268,7 @@ def test_what_is_located_below_the_ground_is_not_published():
     assert 'm off the height' in robot.told[0]
 
 
+@pytest.mark.slow
 def test_pictures_without_objects_and_clocks_that_go_back_are_no_evidence():
     robot = Robot()
     robot.drive(60)

@@ -19,6 +19,7 @@ from colortrack_ros.world.measurement import expected
 RGB = (205.0, 58.0, 34.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('erosion', [1, 3, 5])
 @pytest.mark.parametrize(('away', 'diameter'), [(1.7, 0.12), (2.3, 0.3), (3.6, 0.2), (4.4, 0.16)])
 def test_a_ball_is_seen_as_large_as_it_is_whatever_the_detector_takes_off(away, diameter, erosion):

@@ -63,6 +63,7 @@ def test_a_robot_knows_where_things_stand_nearly_as_well_as_anybody_could(method
     assert 0.7 < error / np.sqrt(np.mean(variance[counted > 0])) < 1.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('method', 'most'), [('ground', 0.02), ('size', 0.04), ('depth', 0.011)])
 def test_driving_for_2_seconds_shows_the_pitch_and_what_rests(method, most):
     outcome = world.run(method, 'rests', drives=True, runs=30, seed=7)
@@ -70,6 +71,7 @@ def test_driving_for_2_seconds_shows_the_pitch_and_what_rests(method, most):
     assert outcome.slow(since=1.0) > 0.95
 
 
+@pytest.mark.slow
 def test_an_error_of_the_pitch_is_not_averaged_away_by_looking_longer():
     config, rng = world_scene.config_of('ground', 'stands'), np.random.default_rng(0)
     kinds, errors = Kinds.of(config).take(np.zeros(1, int)), CameraErrors.of(config)

@@ -48,6 +48,7 @@ def depth_of(view, point):
 BALL = (3.0, 0.4, RADIUS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('method', ['ground', 'size', 'depth', 'fused'])
 def test_a_ball_is_located_by_each_method(method):
     one, told = locator(method)

@@ -147,6 +147,7 @@ def test_a_drone_that_climbs_and_leans_sees_on_the_ground_what_stands_there(meth
     assert told == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('method', ['ground', 'size', 'fused'])
 def test_to_stand_still_for_a_long_time_makes_nothing_more_certain(method):
     """For 2 minutes, at 2 Hz; the pitch stays what it was said to be."""

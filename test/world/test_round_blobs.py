@@ -37,6 +37,7 @@ def blobs(diameter, tolerance, covered=0.0):
     return np.concatenate(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('tolerance', [0.0, 25.0], ids=['found', 'given'])
 def test_balls_are_round_whether_their_boxes_are_eroded_or_not_and_corners_are_not(tolerance):
     for diameter in (9, 10, 12, 16, 24, 40):
