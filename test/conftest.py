@@ -82,21 +82,25 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """
     items[:] = mixed(items)
     for item in items:
-        of_nodes = item.path.parent.name == 'ros'
-        if of_nodes and config.pluginmanager.hasplugin('rerunfailures'):
+        if is_of_nodes(item.nodeid) and config.pluginmanager.hasplugin('rerunfailures'):
             item.add_marker(pytest.mark.flaky(reruns=1))
         if not config.getoption('junitprefix'):
             continue
         if item.get_closest_marker('slow') or item.get_closest_marker('alone'):
             item.add_marker(pytest.mark.skip('takes long: `make test` runs it'))
-        elif of_nodes and item.path.name not in COLCON_NODES:
+        elif is_of_nodes(item.nodeid) and item.path.name not in COLCON_NODES:
             item.add_marker(pytest.mark.skip('more nodes: `make test` runs it'))
+
+
+def is_of_nodes(nodeid: str) -> bool:
+    """Whether a test starts nodes."""
+    return '/ros/' in nodeid.partition('::')[0]
 
 
 def scope_of(nodeid: str) -> str:
     """What one process has to run together: files share what they have rendered, nodes do not."""
     file = nodeid.partition('::')[0]
-    return nodeid if '/ros/' in file and 'message_faults' not in file else file
+    return nodeid if is_of_nodes(nodeid) and 'message_faults' not in file else file
 
 
 def mixed(items: list[pytest.Item]) -> list[pytest.Item]:
@@ -106,7 +110,7 @@ def mixed(items: list[pytest.Item]) -> list[pytest.Item]:
         scopes.setdefault(scope_of(item.nodeid), []).append(item)
     place = {}
     for of_nodes in (False, True):
-        kind = [key for key in scopes if ('/ros/' in key) == of_nodes]
+        kind = [key for key in scopes if is_of_nodes(key) == of_nodes]
         kind.sort(key=lambda key: -sum(bool(i.get_closest_marker('slow')) for i in scopes[key]))
         place |= {key: k / len(kind) for k, key in enumerate(kind)}
     return [item for key in sorted(scopes, key=place.__getitem__) for item in scopes[key]]

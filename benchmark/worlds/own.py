@@ -38,7 +38,7 @@ def squared_errors(rows, truth):
         if away.min(initial=np.inf) < ball['radius'] and (gaps[1:] > APART * ball['radius']).all():
             row = rows[away.argmin()]
             e = np.array([row['u'] - ball['u'], row['v'] - ball['v']])
-            yield e @ np.linalg.solve(row['covariance'].reshape(4, 4)[:2, :2], e)
+            yield e @ np.linalg.solve(row['covariance'][:2, :2], e)
 
 
 def tracked(seed, rivals, name, options='width=960&height=540&rate=30'):

@@ -9,6 +9,7 @@ what falls never is.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -71,7 +72,11 @@ MOVED = (
 )
 """What is told where no mistake of the list explains it."""
 
-PARKED = Mistake(base=lambda base: Pose(base.t[-1:] + 0 * base.t, base.R[-1:] + 0 * base.R))
+PARKED = Mistake(
+    base=lambda base: Pose(
+        np.broadcast_to(base.t[-1], base.t.shape), np.broadcast_to(base.R[-1], base.R.shape)
+    )
+)
 """The robot has stood: where that fits worse, what stands tells whether it is seen rightly."""
 
 
@@ -218,14 +223,10 @@ class Mistakes:
             Pose(*(np.stack([getattr(getattr(v, of), name) for v in views]) for name in 'tR'))
             for of in ('base', 'mount')
         )
-        picture = np.searchsorted(stamps, sights.stamp)
+        picture, way = np.searchsorted(stamps, sights.stamp), _Way(stamps, base)
         bases, bodies, known, rays, far = [], [], [], [], []
         for mistake in mistakes:
-            there, told = (
-                (base, stamps == stamps)
-                if not mistake.later
-                else _at(stamps, base, stamps + round(mistake.later * NANOSECONDS))
-            )
+            there, told = way.at(mistake.later)
             bases.append(mistake.base(there))
             bodies.append(bases[-1] @ mistake.mount(mount))
             known.append(told[picture])
@@ -243,16 +244,29 @@ class Mistakes:
         return misfits(looks, sights, ground, self._sigma)
 
 
-def _at(
-    stamps: NDArray[np.int64], poses: Pose, wanted: NDArray[np.int64]
-) -> tuple[Pose, NDArray[np.bool_]]:
-    """The poses at other times, and which of them are between those that are known, (V,)."""
-    if len(stamps) < 2:
-        return poses, np.zeros(len(stamps), bool)
-    inside = np.clip(wanted, stamps[0], stamps[-1])
-    seconds, at = (1e-9 * (times - stamps[0]) for times in (stamps, inside))
-    t = np.stack([np.interp(at, seconds, axis) for axis in poses.t.T], axis=1)
-    return Pose(t, Slerp(seconds, Rotation.from_matrix(poses.R))(at).as_matrix()), inside == wanted
+class _Way:
+    """Where the robot was, of V pictures.
+
+    :param stamps: (V,) ascending [ns], two at least; poses: of the robot, t (V, 3), R (V, 3, 3).
+    """
+
+    def __init__(self, stamps: NDArray[np.int64], poses: Pose) -> None:
+        self._seconds, self._poses = 1e-9 * (stamps - stamps[0]), poses
+        self._stamps = stamps
+
+    @cached_property
+    def _turns(self) -> Slerp:
+        return Slerp(self._seconds, Rotation.from_matrix(self._poses.R))
+
+    def at(self, later: float) -> tuple[Pose, NDArray[np.bool_]]:
+        """The poses so much later [s], and which of them are between known ones, (V,)."""
+        if not later:
+            return self._poses, np.ones(len(self._stamps), bool)
+        wanted = self._stamps + round(later * NANOSECONDS)
+        inside = np.clip(wanted, self._stamps[0], self._stamps[-1])
+        at = 1e-9 * (inside - self._stamps[0])
+        t = np.stack([np.interp(at, self._seconds, axis) for axis in self._poses.t.T], axis=1)
+        return Pose(t, self._turns(at).as_matrix()), inside == wanted
 
 
 def _telling(sights: Sights) -> Sights:

@@ -126,8 +126,8 @@ def misfits(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> Float
     height, by_plane = ground + sights.kinds.height, np.isnan(looks.far)
     with np.errstate(divide='ignore', invalid='ignore'):
         far = np.where(by_plane, (height - looks.eyes[..., 2]) / looks.ways[..., 2], looks.far)
-        there = ((far > 0) & (far < AT_HORIZON)) | ~looks.known
-        far = np.where((far > 0) & (far < AT_HORIZON), far, AT_HORIZON)
+        near = (far > 0) & (far < AT_HORIZON)
+    there, far = near | ~looks.known, np.where(near, far, AT_HORIZON)
     known = looks.known[..., None]
     count = np.maximum(np.add.reduceat(known, first, axis=1, dtype=float), 1.0)
     places = np.add.reduceat(known * (looks.eyes + far[..., None] * looks.ways), first, axis=1)

@@ -109,6 +109,10 @@ FINE = 16
 2 % of a focal length, 13 to 20 ms. Chosen."""
 
 
+LATEST = 0.4
+"""How late odometry is looked at [s]: as much older than pictures poses are kept. Chosen."""
+
+
 @dataclass(frozen=True)
 class WrongAmount:
     """One number of how a robot is set up that is not as it is given.
@@ -193,11 +197,8 @@ WRONG_AMOUNTS = (
     ),
     WrongAmount(
         'the time of odometry (positive: it is old)', 's', lambda s: Mistake(later=-s),
-        _both_ways(0.05, 0.1, 0.15, 0.2, 0.3, 0.4),
+        _both_ways(0.05, 0.1, 0.15, 0.2, 0.3, LATEST),
     ),
     WrongAmount('the way that odometry tells', '%', _farther, (-90, -75, -50, -30, 50, 100)),
 )  # fmt: skip
 """Smaller ones are hardly told from errors that are expected. Chosen."""
-
-LATEST = 0.4
-"""How much later than a picture poses are kept for it [s]: the last of the above."""
