@@ -1,3 +1,4 @@
+from functools import cache
 from functools import partial
 import re
 
@@ -84,24 +85,33 @@ def test_the_page_of_messages_has_every_field_with_its_type_and_offset(path):
 
 
 @pytest.mark.slow
+@cache
+def known() -> set[str]:
+    """The parameters of all nodes."""
+    return {name for table in NODES.values() for name in (*table.specs, *table.each)}
+
+
+@cache
+def words() -> set[str]:
+    """All words of the code, of tests and benchmarks too, but for those of this file."""
+    folders = ('colortrack_ros', 'test', 'benchmark', 'params', 'launch')
+    files = [file for folder in folders for file in (ROOT / folder).rglob('*.*')]
+    code = '\n'.join(
+        file.read_text()
+        for file in (*files, ROOT / 'setup.py', ROOT / 'package.xml')
+        if file.suffix in ('.py', '.yaml', '.xml', '.xsd') and file.name != 'test_documents.py'
+    )
+    return set(re.findall(r'\w+', code)) | known() | set(COLUMNS)
+
+
 @by_page(*PAGES)
 def test_every_name_in_a_page_is_one_of_the_package(path):
     """snake_case words in backticks, and what is set by `name: value`."""
-    known = {name for table in NODES.values() for name in (*table.specs, *table.each)}
-    code = '\n'.join(
-        file.read_text()
-        for file in ROOT.rglob('*.*')
-        if file.suffix in ('.py', '.yaml', '.xml', '.xsd')
-        and file.relative_to(ROOT).parts[0]
-        in ('colortrack_ros', 'test', 'benchmark', 'params', 'launch', 'setup.py', 'package.xml')
-        and file.name != 'test_documents.py'
-    )
-    words = set(re.findall(r'\w+', code)) | known | set(COLUMNS)
     for text in re.findall(r'`([^`\n]+)`', prose(path)):
         if setting := re.fullmatch(r'(\w+): \S+', text):
-            assert setting[1] in known | {'use_sim_time', 'ns'}, text
+            assert setting[1] in known() | {'use_sim_time', 'ns'}, text
         if re.fullmatch(r'(?!my_)[a-z]+(_[a-z0-9]+)+', text):
-            assert text in words, text
+            assert text in words(), text
 
 
 @by_page(*PAGES)
