@@ -10,6 +10,7 @@ from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import positions
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
 Mask = NDArray[np.float32]
 
 MOST_PIXELS = 4000
@@ -115,7 +116,12 @@ class Look:
 
 
 def fit_templates(
-    blobs: BlobTable, k: int, templates: list[BlobTemplate], expected: Floats, sigma: Floats
+    blobs: BlobTable,
+    k: int,
+    templates: list[BlobTemplate],
+    expected: Floats,
+    sigma: Floats,
+    smear: Floats,
 ) -> Fit:
     """Place templates so that together they are a blob, in turns.
 
@@ -126,9 +132,12 @@ def fit_templates(
     :param templates: of K things.
     :param expected: (K, 2) their centers [px].
     :param sigma: (K,) standard deviation of those, on an axis [px].
+    :param smear: (K, 2) way of each during the exposure [px]: what is in the blob along it is the
+        thing's, and draws no other.
     """
     step = int(np.ceil(np.sqrt(blobs.area[k] / MOST_PIXELS)))
-    board = _Board(blobs, k, templates, expected, np.ceil(SEARCH_SIGMAS * sigma / step), step)
+    radius = np.ceil(SEARCH_SIGMAS * sigma / step)
+    board = _Board(blobs, k, templates, expected, radius, smear, step)
     weight = [
         PRIOR_COST / 2 * template.side / step * (step / s) ** 2
         for template, s in zip(templates, sigma, strict=True)
@@ -158,13 +167,17 @@ class _Board:
         templates: list[BlobTemplate],
         expected: Floats,
         radius: Floats,
+        smear: Floats,
         step: int,
     ) -> None:
         self._masks = [_reduced(template.mask, step) for template in templates]
         self._radius = radius.astype(int)
+        self._smeared = [
+            _smeared(mask, way) for mask, way in zip(self._masks, smear / step, strict=True)
+        ]
         corner = expected - [template.reach for template in templates]
         size = np.array([mask.shape[::-1] for mask in self._masks])
-        aside = step * (radius[:, None] + 1)
+        aside = step * (radius[:, None] + 3) + np.abs(smear) / 2
         start, blob = blobs.box[k, :2], mask_of(blobs, k)
         low = np.floor(np.minimum((corner - aside).min(axis=0), start)).astype(int)
         high = np.maximum((corner + step * size + aside).max(axis=0), start + blob.shape[::-1])
@@ -208,13 +221,29 @@ class _Board:
         return slice(v, v + height), slice(u, u + width)
 
     def _others(self, i: int) -> Mask:
-        """What is in any mask but one."""
+        """What is in any mask but one, or passed by it."""
         picture = np.zeros_like(self._blob)
-        for j, mask in enumerate(self._masks):
+        for j, (mask, margin) in enumerate(self._smeared):
             if j != i:
-                part = picture[self._under(j)]
+                u, v = np.round(self.place[j]).astype(int) - margin
+                part = picture[v : v + mask.shape[0], u : u + mask.shape[1]]
                 np.maximum(part, mask, out=part)
         return picture
+
+
+def _smeared(mask: Mask, way: Floats) -> tuple[Mask, Indices]:
+    """A mask and all that it passes on a way [px], half of it before and half behind.
+
+    :return: the mask, and (2,) how much farther it reaches to the left and to the top [px].
+    """
+    margin = np.ceil(np.abs(way) / 2).astype(np.intp)
+    du, dv = margin.tolist()
+    if not du + dv:
+        return mask, margin
+    line = np.zeros((2 * dv + 1, 2 * du + 1), np.uint8)
+    start, end = (np.round(margin + half).astype(int).tolist() for half in (-way / 2, way / 2))
+    cv2.line(line, start, end, 1)
+    return np.asarray(cv2.dilate(np.pad(mask, ((dv, dv), (du, du))), line), np.float32), margin
 
 
 def _reduced(mask: Mask, step: int) -> Mask:

@@ -9,10 +9,13 @@ from colortrack_ros.data import Columns
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.claims import claim_blobs
+from colortrack_ros.detection.claims import IN_NONE
 from colortrack_ros.detection.parts import replaced
 from colortrack_ros.detection.parts import rows_of
 from colortrack_ros.detection.parts import seen_of
 from colortrack_ros.detection.templates import BlobTemplate
+from colortrack_ros.detection.templates import Fit
 from colortrack_ros.detection.templates import fit_templates
 from colortrack_ros.detection.templates import Look
 
@@ -29,6 +32,9 @@ WAIT_SECONDS = 0.05
 """Time between frames that are followed while nothing comes, goes, or touches [s], at 30 Hz every
 other: with 0.1, two of three real cups that speed up were not told apart for 25 frames."""
 
+LONGEST_EXPOSURE = 1 / 30
+"""Time in which a thing is smeared at most [s]: cameras that show motion expose no longer."""
+
 KEPT_LOOKS = 4
 """Frames with places that are kept of which what things look like is kept as well: longer than a
 hand needs to move a thing before another, shorter than a thing takes to look another way."""
@@ -41,17 +47,17 @@ other half, between which a stripe of a third of the radius turns, come by 0.24 
 HIDDEN_SECONDS = 0.5
 """How long a thing is remembered that cannot be told from the others of its blob [s]. Assumed."""
 
-SIGMA, SIGMA_OF_SIDE, SIGMA_OF_WAY = 1.0, 0.04, 0.5
-"""Of where a thing is expected: [px], [side of a square of its area], and [way since the last
-frame]. With half to twice the second, IDF1 of a real clip of three cups is 0.98 with a PRIOR_COST
-of 1 or 2, and 0.87 to 0.98 with 0.5, which lets a thing that is hardly seen drift."""
+SIGMA, SIGMA_OF_SIDE, SIGMA_OF_WAY = 1.0, 1.2, 0.5
+"""Of where a thing is expected: [px], [side of a square of its area in a second], and [way since
+the last frame]. With half to twice the second, IDF1 of a real clip of three cups is 0.98 with a
+PRIOR_COST of 1 or 2, and 0.87 to 0.98 with 0.5, which lets a thing that is hardly seen drift."""
 
 MOST_THINGS, MOST_IN_BLOB, MOST_BLOBS = 100, 4, 8
 """Blobs of a frame that are followed, things in one, and such blobs in a frame that are told apart,
 to bound the time: to follow 300 blobs took as long as to find them."""
 
-IN_NONE, PIECE = -1, -2
-"""In place of the number of a blob: the thing is in none, or was a piece of another."""
+PIECE = -2
+"""In place of the number of a blob: the thing was a piece of another."""
 
 
 @dataclass
@@ -63,6 +69,7 @@ class Things(Columns):
     :param blob: (N,) in which it was, or IN_NONE.
     :param group: (N,) number of the first thing in its blob; -1 for one that was alone.
     :param mean: (N, 2) center [px].
+    :param area: (N,) when it was last alone [px].
     :param velocity: (N, 2) [px/s].
     :param trail: (N, TRAIL, 2) where it was, the last first, NaN before it was seen [px].
     :param seen: (N,) stamp of when it was last told from the others in its blob [ns].
@@ -73,6 +80,7 @@ class Things(Columns):
     blob: Indices
     group: NDArray[np.int64]
     mean: Floats
+    area: Indices
     velocity: Floats
     trail: Floats
     seen: NDArray[np.int64]
@@ -92,7 +100,7 @@ class TouchingThings:
 
     def _restart(self) -> None:
         none = np.zeros(0, np.int64)
-        self._things = self._new(none.astype(np.uint8), np.zeros((0, 2)), none, 0)
+        self._things = self._new(none.astype(np.uint8), np.zeros((0, 2)), none, none, 0)
         self._templates: dict[int, BlobTemplate] = {}
         self._looks: list[Look] = []
         self._rows = np.zeros(0, DETECTION)
@@ -131,10 +139,10 @@ class TouchingThings:
             return rows
         things = self._things
         expected = things.mean + dt * things.velocity
-        claim, single = self._claim(expected, blobs)
+        claim, single = claim_blobs(expected, things.mean, things.label, things.area, blobs)
         told = rows
         if single and len(claim) == len(rows) and not self._templates:
-            things.blob = claim
+            things.blob, things.area = claim, blobs.area[claim]
             self._move(blobs.mean[claim], dt)
         else:
             told = self._sort_out(claim, expected, rows, blobs, stamp, dt)
@@ -148,30 +156,6 @@ class TouchingThings:
             self._looks = [Look(blobs, rows, blob), *self._looks[: KEPT_LOOKS - 1]]
         self._blobs, self._rows, self._stamp = blobs, rows, stamp
         return told
-
-    def _claim(self, expected: Floats, blobs: BlobTable) -> tuple[Indices, bool]:
-        """(N,) the blob that each thing is in, -1 for none; and whether all are in one each."""
-        away = expected[:, None] - (blobs.box[:, :2] - 0.5)
-        inside = ((away >= 0) & (away <= blobs.box[:, 2:])).all(axis=2)
-        inside &= self._things.label[:, None] == blobs.label
-        thing, blob = inside.nonzero()
-        claim = np.full(len(expected), IN_NONE)
-        claim[thing] = blob
-        if len(thing) == len(expected) == len(set(blob.tolist())) == len(set(thing.tolist())):
-            return claim, True
-        if not len(thing):
-            return claim, False
-        away = np.hypot(*(expected[thing] - blobs.mean[blob]).T)
-        order = np.argsort(away, kind='stable')
-        thing, blob = thing[order], blob[order]
-        # Those that get no blob of their own are in the nearest, with others.
-        claim[thing[::-1]] = blob[::-1]
-        left = np.bincount(thing)[thing] * np.bincount(blob)[blob] > 1
-        while left.any():
-            first = left.argmax()
-            claim[thing[first]] = blob[first]
-            left &= (thing != thing[first]) & (blob != blob[first])
-        return claim, False
 
     def _move(self, mean: Floats, dt: float, trust: Floats | float = 1.0) -> None:
         """Take where things are now, and how they have moved.
@@ -200,19 +184,17 @@ class TouchingThings:
         known[[k for _, members in several for k in members]] = True
         alone = ~known & (claim >= 0)
         mean, seen, trust = expected.copy(), things.seen.copy(), np.ones(len(claim))
-        mean[alone], seen[alone] = blobs.mean[claim[alone]], stamp
+        mean[alone], things.area[alone] = blobs.mean[claim[alone]], blobs.area[claim[alone]]
+        seen[alone] = stamp
         group = np.where(alone, -1, things.group)
-        self._templates = {
-            int(things.number[k]): self._template(k) for k in known.nonzero()[0].tolist()
-        }
+        self._templates = {int(things.number[k]): self._template(k) for k in known.nonzero()[0]}
         parts: dict[int, NDArray[np.void]] = {}
         for place, (blob, members) in enumerate(several):
             group[members] = things.number[members].min()
             if place >= MOST_BLOBS or len(members) > MOST_IN_BLOB:
                 continue
             templates = [self._template(k) for k in members.tolist()]
-            sigma = self._sigma(members, templates, dt)
-            fit = fit_templates(blobs, blob, templates, expected[members], sigma)
+            fit = self._fit(blobs, blob, members, templates, expected[members], dt)
             trust[members], visible = seen_of(fit, templates, int(blobs.area[blob]))
             mean[members[visible]], seen[members[visible]] = fit.center[visible], stamp
             if visible.any():
@@ -221,15 +203,18 @@ class TouchingThings:
         things.blob, things.group, things.seen = claim, group, seen
         things.keep((known | alone) & (stamp - seen <= HIDDEN_SECONDS * NANOSECONDS))
         fresh = np.setdiff1d(np.arange(len(rows)), things.blob)
-        things.extend(self._new(blobs.label[fresh], blobs.mean[fresh], fresh, stamp))
+        label, mean, area = blobs.label[fresh], blobs.mean[fresh], blobs.area[fresh]
+        things.extend(self._new(label, mean, area, fresh, stamp))
         return replaced(rows, parts) if parts else rows
 
-    def _new(self, label: NDArray[np.uint8], mean: Floats, blob: Indices, stamp: int) -> Things:
+    def _new(
+        self, label: NDArray[np.uint8], mean: Floats, area: Indices, blob: Indices, stamp: int
+    ) -> Things:
         count = len(label)
         number = self._next + np.arange(count)
         self._next += count
         return Things(
-            number, label, blob, np.full(count, -1), mean, np.zeros((count, 2)),
+            number, label, blob, np.full(count, -1), mean, area, np.zeros((count, 2)),
             np.full((count, TRAIL, 2), np.nan), np.full(count, stamp),
         )  # fmt: skip
 
@@ -267,7 +252,18 @@ class TouchingThings:
             self._templates[number] = best.template(number)
         return self._templates[number]
 
-    def _sigma(self, members: Indices, templates: list[BlobTemplate], dt: float) -> Floats:
-        way = dt * np.hypot(*self._things.velocity[members].T)
+    def _fit(
+        self,
+        blobs: BlobTable,
+        blob: int,
+        members: Indices,
+        templates: list[BlobTemplate],
+        expected: Floats,
+        dt: float,
+    ) -> Fit:
+        """Where the things of a blob are in it; expected: (K, 2) centers of these [px]."""
+        velocity = self._things.velocity[members]
         side = np.array([template.side for template in templates])
-        return np.asarray(SIGMA + SIGMA_OF_SIDE * side + SIGMA_OF_WAY * way)
+        sigma = SIGMA + SIGMA_OF_SIDE * dt * side + SIGMA_OF_WAY * dt * np.hypot(*velocity.T)
+        smear = velocity * min(dt, LONGEST_EXPOSURE)
+        return fit_templates(blobs, blob, templates, expected, np.asarray(sigma), smear)

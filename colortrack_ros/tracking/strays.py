@@ -1,9 +1,10 @@
-"""Strays: detections that lie too far from a track for the noise that is known, and yet are its.
+"""Strays: detections that lie too far from a track for what is known of it, and yet are its.
 
-Noise is not normal, and changes: a light goes out, a detector meets another background. A settled
-track that nothing fits, and a detection that fits nobody, are then one object more likely than one
-that went as another came (a second association among what is left, as of Zhang et al. 2022, by
-the likelihood of a noise mixture, Tukey 1960).
+Noise is not normal, and changes: a light goes out, a detector meets another background. Nor are
+velocities: where things mostly stand, one is pushed all at once. A settled track that nothing fits,
+and a detection that fits nobody, are then one object more likely than one that went as another came
+(a second association among what is left, as of Zhang et al. 2022, by the likelihood of a mixture
+of narrow and wide, Tukey 1960).
 """
 
 from dataclasses import replace
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.tracking.adaptation import FIRST_SPEED
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.gating import gate
@@ -20,6 +22,8 @@ from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.hypotheses import hypothesize
 from colortrack_ros.tracking.hypotheses import score
+from colortrack_ros.tracking.maneuvers import FIRST_RATE
+from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import LAST_FRAME
 from colortrack_ros.tracking.prediction import Prediction
@@ -32,6 +36,11 @@ STRAYING = 0.01
 STRAY_SPREAD = 5.0**2
 """Variance of what strays over that of what does not. Assumed: with 10 single errors of 20 standard
 deviations break no track either, but turns are taken for strays."""
+
+SUDDEN = 0.1
+"""Share of maneuvers that come as often, and are as fast, as is assumed before any are seen
+(maneuvers.FIRST_RATE, adaptation.FIRST_SPEED), whatever was learned since. Assumed: with 1 the
+tracks of real cups are the same."""
 
 SETTLED_HITS = 12
 """Hits after which the noise of a track is known, see maneuvers.FORMED_RATE."""
@@ -61,7 +70,10 @@ def take_strays(
     missed &= prediction.unmeasured < LAST_FRAME * prediction.step.period
     if not np.count_nonzero(missed):
         return associated
-    found, probability = _find(prediction, blobs.take(free), missed, config)
+    rest = blobs.take(free)
+    found, probability = _find_noisy(prediction, rest, missed, config)
+    if not len(found):
+        found, probability = _find_sudden(prediction, rest, missed, config)
     if not len(found):
         return associated
     found = replace(found, blob=free[found.blob])
@@ -74,22 +86,52 @@ def take_strays(
     return Association(found.take(order), probability[order], left, hard)
 
 
-def _find(
+def _find_noisy(
     prediction: Prediction, blobs: Measurements, missed: NDArray[np.bool_], config: TrackerConfig
 ) -> tuple[Hypotheses, NDArray[np.float64]]:
-    """Which blobs may be strays of which tracks, and the probabilities of that.
-
-    :param blobs: those that no track has taken; missed: (N,) which tracks have none.
-    """
+    """Which blobs of the size of a track are its, measured badly; see _choose()."""
     wide = replace(blobs, R=STRAY_SPREAD * blobs.R)
     track, blob = gate(prediction, wide, config)
     mine = missed[track]
     if prediction.sized:
         off = prediction.sizes.difference(prediction.size[track], wide.size[blob])
         mine &= ~off.any(axis=1)
-    found = hypothesize(prediction, wide, track[mine], blob[mine])
-    found.innovations.log_likelihood[:] += math.log(STRAYING)
-    gain = score(found, prediction, wide, config)
+    return _choose(prediction, wide, track[mine], blob[mine], math.log(STRAYING), config)
+
+
+def _find_sudden(
+    prediction: Prediction, blobs: Measurements, missed: NDArray[np.bool_], config: TrackerConfig
+) -> tuple[Hypotheses, NDArray[np.float64]]:
+    """Which tracks have gone off fast, and to which blobs; these are predicted anew. See _choose().
+
+    What is that fast is smeared, so it need not have its size.
+    """
+    chance = SUDDEN * maneuver_chance(np.array(FIRST_RATE), prediction.unmeasured)
+    speed = np.maximum(prediction.speed, FIRST_SPEED)
+    sudden = replace(prediction, maneuvered=chance, speed=speed)
+    track, blob = gate(sudden, blobs, config)
+    mine = missed[track]
+    found, probability = _choose(sudden, blobs, track[mine], blob[mine], 0.0, config)
+    T, maneuvered = prediction.unmeasured[found.track], found.innovations.maneuvered
+    prediction.bank.maneuver(found.track, maneuvered, T, speed)
+    return found, probability
+
+
+def _choose(
+    prediction: Prediction,
+    blobs: Measurements,
+    track: Indices,
+    blob: Indices,
+    log_prior: float,
+    config: TrackerConfig,
+) -> tuple[Hypotheses, NDArray[np.float64]]:
+    """Associate tracks, (K,), with blobs, (K,), and tell how probable each pair is.
+
+    :param log_prior: log of the probability of what makes them one.
+    """
+    found = hypothesize(prediction, blobs, track, blob)
+    found.innovations.log_likelihood[:] += log_prior
+    gain = score(found, prediction, blobs, config)
     chosen, probability = ASSOCIATORS[config.associator](found.track, found.blob, gain)
     found = found.take(chosen)
     alone = _is_alone(prediction, found).nonzero()[0]

@@ -1,0 +1,55 @@
+"""What stands still for long and is pushed all at once keeps its ID, and clutter pulls nobody."""
+
+import numpy as np
+import pytest
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+SIZE = (640, 360)
+AT_REST = np.array([[80.0, 200.0], [420.0, 80.0], [560.0, 195.0]])
+
+
+def tracks_of(frames, rate, noise=1.0, seed=0):
+    """The rows of each frame of centers, (N, 2), of boxes 84x130 seen with some noise."""
+    rng = np.random.default_rng(seed)
+    tracker, found = Tracker(TrackerConfig(image_size=SIZE)), []
+    for k, centers in enumerate(frames):
+        rows = np.zeros(len(centers), DETECTION)
+        rows['u'], rows['v'] = (centers + rng.normal(0, noise, centers.shape)).T
+        rows['box_w'], rows['box_h'], rows['area'] = 84, 130, 7500
+        rows['box_u'], rows['box_v'] = rows['u'] - 42, rows['v'] - 65
+        rows['cov_uu'] = rows['cov_vv'] = noise**2
+        live = tracker.update(Detections(rows, round(k / rate * 1e9))).rows
+        found.append(live[live['state'] != TENTATIVE])
+    return found
+
+
+@pytest.mark.parametrize(('rate', 'speed'), [(30, 900), (15, 900), (15, 600), (10, 600)])
+def test_what_is_pushed_keeps_its_id(rate, speed):
+    way = speed / rate * np.arange(round(0.1 * rate) + 3)
+    pushed = np.array([[[u, 0.0], [0.0, 0.0], [0.0, 0.0]] for u in way])
+    frames = [AT_REST] * 3 * rate + list(AT_REST + pushed)
+    found = tracks_of(frames, rate)
+    assert {tuple(rows['track_id']) for rows in found[-3:]} == {(1, 2, 3)}
+    for rows, centers in zip(found[-3:], frames[-3:], strict=True):
+        assert np.hypot(rows['u'] - centers[:, 0], rows['v'] - centers[:, 1]).max() < 8
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_false_detections_draw_away_nobody_who_is_missed(seed):
+    """As many false ones as true, and a fifth of the true ones missed."""
+    rng = np.random.default_rng(seed)
+    frames = []
+    for _ in range(300):
+        seen = AT_REST[rng.random(3) < 0.8]
+        frames.append(np.concatenate([seen, rng.uniform((0, 0), SIZE, (rng.poisson(3), 2))]))
+    found = tracks_of(frames, 30, seed=seed)
+    off = 0
+    for rows in found[60:]:
+        away = np.hypot(*(np.stack([rows['u'], rows['v']], 1)[:, None] - AT_REST).T)
+        off += int((away.min(axis=1) > 10).sum())
+    assert off <= 0.01 * 3 * len(found[60:])
