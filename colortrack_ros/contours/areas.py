@@ -52,8 +52,10 @@ class Areas(Columns):
         box = np.zeros((0, 4))
         return cls(box, np.zeros((0, 2)), no, no > 0, box > 0, np.zeros(0, object))
 
-    def outline(self, k: int) -> Floats:
-        """The outline of one of them, a closed polygon (P, 2) [px]."""
+    def outline(self, k: int, kind: str = 'area') -> Floats:
+        """The outline of one of them, or as in Figure 2 its box: a closed polygon (P, 2) [px]."""
+        if kind == 'box':
+            return self.box[k][[[0, 1], [2, 1], [2, 3], [0, 3]]]
         found, _ = cv2.findContours(self.mask[k], cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         return np.asarray(max(found, key=len)[:, 0] + self.box[k, :2], float)
 

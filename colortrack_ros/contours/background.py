@@ -50,6 +50,11 @@ class StillBackground(BackgroundModel):
         self._stillness: Stillness | None = None
 
     @property
+    def pictures(self) -> list[Picture]:
+        """The recent and the lasting one, (H, W, channels)."""
+        return self._models
+
+    @property
     def is_learning(self) -> bool:
         """Whether learn_seconds have not passed yet since the first picture."""
         return self._stillness is not None and self._stillness.seconds < self._most
@@ -159,7 +164,7 @@ def _of_things(soft: Picture, background: Picture) -> Bools:
 def _edges(picture: Picture, where: Bools) -> NDArray[np.int64]:
     """By how much the neighbors of each pixel there differ, (n,), sum of the channels [levels]."""
     steps = cv2.morphologyEx(picture, cv2.MORPH_GRADIENT, CROSS)
-    return np.asarray(steps[where].reshape(np.count_nonzero(where), -1).sum(axis=1, dtype=np.int64))
+    return np.asarray(steps.reshape(*where.shape, -1)[where].sum(axis=1, dtype=np.int64))
 
 
 def _softened(picture: Picture) -> NDArray[np.uint8]:

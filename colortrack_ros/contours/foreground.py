@@ -15,10 +15,12 @@ from colortrack_ros.contours.boxes import intersections
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.displaced import is_displaced
 from colortrack_ros.contours.filters import Bools
+from colortrack_ros.contours.scene_change import SceneChange
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection.blobs import find_blobs
+from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.methods import BackgroundSubtraction
 from colortrack_ros.detection.morphology import open_
 from colortrack_ros.detection.pixels import channels_of
@@ -27,6 +29,9 @@ MAX_FOREGROUND = 0.3
 """Where more of the picture differs it is the background that moves: most of a picture is
 background, by definition. Half of it changes nothing on three real clips
 (``benchmark/real_contours.py FOLDER --constants foreground.MAX_FOREGROUND``)."""
+
+SETTLED_SECONDS = 1.5
+"""Another scene that stands still for so long is taken for the background [s]: learn_seconds."""
 
 CLUTTER_SECONDS = 10.0
 CLUTTER_SHARE = 0.3
@@ -42,10 +47,13 @@ class Foreground:
     Subtraction, Gaussian, threshold, area opening and opening are the detector's; the background
     begins with what stood still longest. Differencing is that of three pictures: what differs from
     both earlier ones is where something is now.
+
+    :ivar is_new: whether this frame begins another scene, before the background learned of it.
     """
 
     def __init__(self, config: ContourConfig) -> None:
-        self._background = StillBackground()
+        self._background, self._next = StillBackground(), StillBackground()
+        self._change, self.is_new = SceneChange(), False
         self.configure(config)
         self.restart()
 
@@ -69,6 +77,7 @@ class Foreground:
     def restart(self) -> None:
         """Forget the pictures before, but not the background."""
         self._earlier: list[Frame] = []
+        self._change.restart()
         self._clutter = np.zeros((0, 0), np.float32)
 
     @property
@@ -79,14 +88,17 @@ class Foreground:
     def areas(self, frame: Frame, known: Floats) -> Areas | None:
         """What differs; None where too much does, and it is the camera that moves.
 
-        None as well where nothing is looked for.
+        None as well where nothing is looked for, and while the background is not to be seen.
 
         :param known: see find_areas.
         """
+        self.is_new = False
         if self._config.start == 'targets':
             return None
         if self._config.start == 'difference':
             self._mask = self._difference(frame)
+        elif self._is_covered(frame, known):
+            return None
         else:
             self._mask = self._subtract(frame)
         if self._clutter.shape != self._mask.shape:
@@ -136,6 +148,28 @@ class Foreground:
         blobs = find_blobs(image, self._config.min_area)
         self._subtraction.learn(frame, blobs, blobs)
         return image.pixels * np.uint8(255)
+
+    def _is_covered(self, frame: Frame, known: Floats) -> bool:
+        """Whether the background is not to be seen: another scene, or something before the lens.
+
+        The background of what stands still is learned, and taken in the end.
+        """
+        picture = channels_of(frame)
+        if not self._background.knows(picture):
+            return False
+        is_covered = self._change.look(picture, frame.stamp, self._background.pictures, known)
+        if not self._change.seconds:
+            self._next.restart()
+            return is_covered
+        nothing = LabelImage(np.zeros(picture.shape[:2], np.uint8), picture.shape[1])
+        learn_seconds = self._config.learn_seconds
+        self._next.follow(picture, frame.stamp, find_blobs(nothing, 1), learn_seconds)
+        if self._change.seconds >= SETTLED_SECONDS:
+            self._background, self._next = self._next, self._background
+            self.is_new = True
+            self.configure(self._config)
+            self.restart()
+        return True
 
     def _difference(self, frame: Frame) -> Mask:
         """What differs from the pictures start_interval and twice that before."""

@@ -32,6 +32,7 @@ from colortrack_ros.contours.regions import is_within
 from colortrack_ros.contours.regions import match
 from colortrack_ros.contours.regions import OwnAreas
 from colortrack_ros.contours.reunion import resume
+from colortrack_ros.contours.scene_change import OTHER_SCENE
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.contours.told import begin_in
 from colortrack_ros.contours.told import contours_in
@@ -69,12 +70,13 @@ class ContourTracker:
     :param config: see ContourConfig.
     :param targets: boxes to start with the first frame, and again after each restart; see start.
     :ivar waiting: boxes that wait for the next frame.
+    :ivar scene_changes: times that the background was learned anew of itself.
     """
 
     def __init__(self, config: ContourConfig | None = None, targets: ArrayLike = ()) -> None:
         self.config, self.waiting = config or ContourConfig(), WaitingBoxes(targets)
         self._foreground, self._initiation = Foreground(self.config), Initiation()
-        self._clock = Clock()
+        self._clock, self.scene_changes = Clock(), 0
         self._start(1)
 
     def _start(self, first_id: int) -> None:
@@ -128,7 +130,7 @@ class ContourTracker:
         predicted = expected_boxes(self._tracks.filters, self._spline, unseen)
         areas = self._foreground.areas(frame, predicted[self._is_known()])
         if areas is None:
-            self._tracks.keep(self._is_known())  # what is new may be background that moves
+            self._tracks.keep(self._lives_on())
             self._correct(frame, frames)
             self._delete(frame)
         else:
@@ -147,6 +149,13 @@ class ContourTracker:
         self._begin_told(frame)
         rows, outlines = published(self._tracks, self._spline, self.config, self._clock.now)
         return Tracks(rows, frame.stamp, frame.frame_id, self._clock.tell_restart(), outlines)
+
+    def _lives_on(self) -> Bools:
+        """Which targets go on though the background is not to be seen, (N,)."""
+        if not self._foreground.is_new:
+            return self._is_known()  # what is new may be background that moves
+        self.scene_changes, self._clock.restarted = self.scene_changes + 1, OTHER_SCENE
+        return np.asarray(self._tracks.records['told'])
 
     def _is_known(self) -> Bools:
         return np.asarray(self._tracks.records['state'] != TENTATIVE)
@@ -190,11 +199,12 @@ class ContourTracker:
         Along the outlines, for one of them where the curve follows it best, when the background is
         learned: that takes time.
         """
-        records, contours = self._tracks.records, self._tracks.filters
+        records, contours, kind = self._tracks.records, self._tracks.filters, self.config.outline
         same = is_same(boxes(self._spline.outline(contours.nodes)), regions)
         records['agreed'][same] = self._clock.now
         for i in np.flatnonzero(same & records['by_area']).tolist():
-            contours.nodes[i] = equally_spaced(self._outline(areas, regions.first[i]), self._spline)
+            outline = areas.outline(regions.first[i], kind)
+            contours.nodes[i] = equally_spaced(outline, self._spline)
         wants = same & ~regions.cut.any(axis=1)
         wants &= records['by_area'] | outgrown(records, self._spline.area(contours.nodes))
         if not wants.any() or self._foreground.is_learning:
@@ -202,20 +212,16 @@ class ContourTracker:
         which = np.flatnonzero(wants)
         which = which[[np.argmin(records['placed'][which])]]
         records['placed'][which] = self._clock.now
-        nodes, misfit = along_outline(self._outline(areas, regions.first[which[0]]), self._spline)
+        outline = areas.outline(regions.first[which[0]], kind)
+        nodes, misfit = along_outline(outline, self._spline)
         new = contours.renewed(which, nodes[None], self.config)
-        area, good = self._fitted(frame, new)
-        if good.all():
+        good, _ = self._measure(frame, new, 0.0, self.config.start_found)
+        area = self._spline.area(new.nodes)
+        if (good & (area >= LEAST_AREA)).all():
             contours.put(which, new)
             records['by_area'][which] = False
             records['placed_area'][which] = area = np.maximum(area, 1.0)
             records['misfit'][which] = misfit / area**0.5
-
-    def _outline(self, areas: Areas, k: int) -> Floats:
-        """Where the first nodes lie: on an area's outline, or as in Figure 2 on its box."""
-        if self.config.outline == 'area':
-            return areas.outline(k)
-        return areas.box[k][[[0, 1], [2, 1], [2, 3], [0, 3]]]
 
     def _measure(
         self, frame: Frame, contours: Contours, frames: float, least: float
@@ -255,8 +261,7 @@ class ContourTracker:
         tentative |= hold_unproven(tracks.records, nodes, area, speed, self.config, size, now)
         lost = tracks.is_overdue(now, self.config.max_time_since_update)
         lost |= tentative & tracks.is_overdue(now, 0.0)
-        keep = is_inside(nodes.mean(axis=1), *size) & ~lost
-        keep &= area >= LEAST_AREA
+        keep = is_inside(nodes.mean(axis=1), *size) & ~lost & (area >= LEAST_AREA)
         leaves = is_at_border(boxes(self._spline.outline(nodes)), *size)
         keep &= ~leaves | (tracks.records['updated'] == now)
         if not keep.all():
@@ -273,7 +278,8 @@ class ContourTracker:
         new = new.take(np.arange(len(new)) < self.config.max_targets - len(self._tracks))
         if not len(new):
             return
-        nodes = [equally_spaced(self._outline(new.areas, k), self._spline) for k in range(len(new))]
+        outlines = [new.areas.outline(k, self.config.outline) for k in range(len(new))]
+        nodes = [equally_spaced(each, self._spline) for each in outlines]
         contours = Contours.new(np.array(nodes), new.velocity / self.config.rate, self.config)
         records = begin(self._tracks, contours, self._spline, self._clock.now)
         records['by_area'] = self.config.outline == 'area'
@@ -291,9 +297,3 @@ class ContourTracker:
         tracks.records['told'][same] = True
         tracks.records['moved'] |= tracks.records['told']
         tracks.records['state'][tracks.records['told'] & ~self._is_known()] = CONFIRMED
-
-    def _fitted(self, frame: Frame, contours: Contours) -> tuple[Floats, Bools]:
-        """Measure contours for the first time; return their areas, and which are sound, (K,)."""
-        good, _ = self._measure(frame, contours, 0.0, self.config.start_found)
-        area = self._spline.area(contours.nodes)
-        return area, good & (area >= LEAST_AREA)

@@ -1,5 +1,6 @@
 """The node that follows what has moved by its contour."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,6 +39,10 @@ class ContourTrackerNode(TargetTrackerNode[ContourTrackerSetup]):
         """Make what every such node has, and the service."""
         super().configure()
         offer(self, Trigger, '~/learn_background', self._learn_background)
+
+    def facts(self) -> dict[str, Callable[[], object]]:
+        """Further values for the diagnostics."""
+        return {**super().facts(), 'scene_changes': lambda: self.tracker.scene_changes}
 
     def make(self, setup: ContourTrackerSetup) -> ContourTracker:
         """The tracker of the room."""

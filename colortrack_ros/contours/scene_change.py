@@ -1,0 +1,136 @@
+"""Whether the camera shows another scene than that of the background: cut, bumped, or turned."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.contours.background import STILLNESS_STEP
+from colortrack_ros.contours.boxes import Bools
+from colortrack_ros.contours.boxes import Floats
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.background_model import Picture
+
+OTHER_SCENE = 'another scene stands still: a cut, or the camera was moved; targets have ended'
+"""What is told with the tracks."""
+
+LOOK_PIXELS = 76_800
+"""Pixels of what is looked at: those of 320x240, on which a bump by 5 px of 640 is 2 px."""
+
+TILE_SIDE = 8
+"""Side of a tile [px of these]: correlations of noise in its 64 pixels have a deviation of 1/8."""
+
+TEXTURED = 5.0
+"""Standard deviation from which on a tile has texture [levels]: twice that of a camera's noise."""
+
+ALIKE = 0.5
+"""Correlation of tiles that show the same: four deviations of that of noise."""
+
+QUARTER_TILES = 16
+"""Tiles with texture by which a quarter of the picture is judged: the deviation of a share of one
+half is 1/8."""
+
+
+class Tiles:
+    """Tiles of a picture: their means and texture.
+
+    :param picture: (H, W, channels).
+    :ivar textured: (rows, columns) which have texture.
+    """
+
+    def __init__(self, picture: Picture) -> None:
+        height, width = picture.shape[:2]
+        self._pitch = TILE_SIDE * max(1, int(np.sqrt(height * width / LOOK_PIXELS)))
+        rows, columns = max(height // self._pitch, 1), max(width // self._pitch, 1)
+        self._shape, size = (columns, rows), (columns * TILE_SIDE, rows * TILE_SIDE)
+        whole = picture[: rows * self._pitch, : columns * self._pitch]
+        small = cv2.resize(whole, size, interpolation=cv2.INTER_AREA).reshape(*size[::-1], -1)
+        equal = np.full((1, small.shape[2]), 1 / small.shape[2])
+        gray = np.asarray(cv2.transform(small.astype(np.float32), equal), np.float32)
+        mean = cv2.resize(self._mean(gray), size, interpolation=cv2.INTER_NEAREST)
+        self._off = gray - mean
+        self._sigma = np.sqrt(self._mean(self._off * self._off))
+        self.textured: Bools = np.asarray(self._sigma > TEXTURED)
+
+    def _mean(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Mean of each tile, (rows, columns)."""
+        return np.asarray(cv2.resize(values, self._shape, interpolation=cv2.INTER_AREA))
+
+    def free_of(self, known: Floats) -> Bools:
+        """Which tiles no box, (N, 4) [px], touches."""
+        free = np.ones(self.textured.shape, bool)
+        for left, top, right, bottom in np.maximum(known // self._pitch, 0).astype(int).tolist():
+            free[top : bottom + 1, left : right + 1] = False
+        return free
+
+    def alike(self, other: 'Tiles') -> Bools:
+        """Which tiles show the same in another picture of the same size."""
+        common = self._mean(self._off * other._off)
+        return np.asarray(common > ALIKE * np.maximum(self._sigma * other._sigma, 1.0))
+
+    def mostly_as(self, other: 'Tiles', free: Bools) -> bool:
+        """Whether most texture is as in another picture of the same size."""
+        textured = self.textured & free
+        return bool(2 * np.sum(textured & self.alike(other)) > np.sum(textured))
+
+
+class SceneChange:
+    """Tells another scene from things before the same one, by texture, whatever the light.
+
+    A scene is another one when in each quarter of the picture most of the background's texture has
+    gone, and most of the texture that is there instead stands still. Correlation of small tiles is
+    the same in any light; what moves, the picture of a moving camera included, does not stand
+    still; what covers the picture without texture shows nothing; and targets that are known are
+    left out.
+
+    :ivar seconds: for how long another scene has been standing still [s].
+    """
+
+    def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what was seen."""
+        self._backgrounds: list[Tiles] = []
+        self._renewed = 0
+        self._forget()
+
+    def _forget(self) -> None:
+        self._first: Tiles | None = None
+        self._since, self.seconds = 0, 0.0
+
+    def look(self, picture: Picture, stamp: int, backgrounds: list[Picture], known: Floats) -> bool:
+        """Take the next picture.
+
+        :param picture: (H, W, channels); backgrounds: of its shape.
+        :param stamp: of it [ns].
+        :param known: (N, 4) boxes of targets.
+        :return: whether the background has gone.
+        """
+        age = (stamp - self._renewed) / NANOSECONDS
+        if not self._backgrounds or not 0 <= age < STILLNESS_STEP:
+            self._backgrounds = [Tiles(each) for each in backgrounds]
+            self._renewed = stamp
+        now = Tiles(picture)
+        free = now.free_of(known)
+        if not self._has_gone(now, self._backgrounds, free):
+            self._forget()
+            return False
+        if self._first is None or not now.mostly_as(self._first, free):
+            self._first, self._since = now, stamp
+        self.seconds = (stamp - self._since) / NANOSECONDS
+        return True
+
+    @staticmethod
+    def _has_gone(now: Tiles, before: list[Tiles], free: Bools) -> bool:
+        """Whether most texture of the backgrounds has gone in each quarter that has some."""
+        textured = before[0].textured & free
+        gone = textured & ~np.any([now.alike(each) for each in before], axis=0)
+        middle = np.array(free.shape) // 2
+        quarters = [
+            np.s_[rows, columns]
+            for rows in (np.s_[: middle[0]], np.s_[middle[0] :])
+            for columns in (np.s_[: middle[1]], np.s_[middle[1] :])
+        ]
+        has, lost = (np.array([np.sum(x[q]) for q in quarters]) for x in (textured, gone))
+        judged = has >= QUARTER_TILES
+        return bool(judged.sum() >= 2 and (2 * lost > has)[judged].all())
