@@ -24,6 +24,9 @@ from colortrack_ros.windows.motion import Motion
 from colortrack_ros.windows.sighting import are_doubtful
 from colortrack_ros.windows.sighting import learn
 from colortrack_ros.windows.sighting import sight
+from colortrack_ros.windows.starting import are_followable
+from colortrack_ros.windows.starting import centers
+from colortrack_ros.windows.starting import LEAST_SIDE
 from colortrack_ros.windows.swarm import Swarm
 from colortrack_ros.windows.template import Template
 
@@ -56,9 +59,6 @@ template has moved on the object [px^2]; steps: the last velocities by matching 
 seen: (u, v) of the last match [px]; looks: frames without it since it was last seen for sure;
 followed: when it was last seen, be it in doubt [ns].
 """
-
-LEAST_SIDE = 5
-"""Pixels that a template is wide and high, at least: 25 for the six unknowns of Template.align."""
 
 
 class WindowTracker:
@@ -257,25 +257,23 @@ class WindowTracker:
             return boxes
         records, position = self._tracks.records, self._tracks.filters.bank.estimate()[0][:, :2]
         half = np.stack([records['box_w'], records['box_h']], axis=1) / 2
-        inside = np.all(np.abs(_centers(boxes)[:, None] - position) <= half, axis=2)
+        inside = np.all(np.abs(centers(boxes)[:, None] - position) <= half, axis=2)
         return boxes[~np.any(inside, axis=1)]
 
     def _initiate(self, frame: Frame, boxes: Floats) -> None:
         """Begin targets with the windows in boxes."""
         if not len(boxes):
             return
-        size = np.array(frame.image.shape[1::-1])
-        with np.errstate(invalid='ignore'):
-            inside = (_centers(boxes) >= 0) & (_centers(boxes) <= size - 1) & (boxes[:, 2:] >= 1)
         free = max(self.config.max_targets - len(self._tracks), 0)
-        kept = boxes[inside.all(axis=1)][:free]
+        kept = boxes[are_followable(frame, boxes, self.config)][:free]
         self.waiting.refused += len(boxes) - len(kept)
-        center, box = _centers(kept), kept[:, 2:]
+        center, box = centers(kept), kept[:, 2:]
         new = self._tracks.initiate(Motion.of_new(center, self.config), self._clock.now)
         new['mean_innovation'], new['last'] = np.inf, center[:, None]
         new['box_w'], new['box_h'] = box.T
         new['area'] = new['box_w'] * new['box_h']
         wanted = self.config.window or np.maximum(box, LEAST_SIDE)
+        size = np.array(frame.image.shape[1::-1])
         odd = np.broadcast_to(np.minimum(wanted, size).astype(int) - 1 | 1, box.shape)
         new['seen'], new['steps'], new['followed'] = center, np.nan, self._clock.now
         for i, (w, h) in enumerate(odd.tolist()):
@@ -293,7 +291,3 @@ class WindowTracker:
         fresh = self._tracks.freshness(now, self.config.max_time_since_update)
         rows['score'] = np.clip(similarity, 0, 1) * fresh
         return rows
-
-
-def _centers(boxes: Floats) -> Floats:
-    return boxes[:, :2] + (boxes[:, 2:] - 1) / 2

@@ -197,7 +197,20 @@ def test_boxes_of_any_size_do_no_harm(size):
     for window in (0, 15, 81, 301):
         tracker = WindowTracker(WindowConfig(window=window), [*corner, *size])
         for k in range(2):
-            assert len(tracker.update(frame(moving(k)[0], k)).rows) == 1
+            refused = size[0] > 320 or (not window and size[0] * size[1] < 12)
+            assert len(tracker.update(frame(moving(k)[0], k)).rows) == (not refused)
+        assert tracker.waiting.refused == refused
+
+
+@pytest.mark.parametrize('channels', [1, 3])
+def test_what_nothing_tells_from_its_surroundings_is_refused_and_counted(channels):
+    plain, spotted = np.full((2, 240, 320, channels), 90, np.uint8)
+    spotted[100:120, 150:180] = 200
+    encoding = 'bgr8' if channels == 3 else 'mono8'
+    for image, count in ((plain, 0), (spotted, 1)):
+        tracker = WindowTracker(targets=[[150, 100, 30, 20]])
+        tracks = tracker.update(Frame(image, encoding, 0))
+        assert (len(tracks.rows), tracker.waiting.refused) == (count, 1 - count)
 
 
 def test_a_picture_that_shrinks_or_is_tiny_does_no_harm():
