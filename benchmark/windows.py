@@ -20,7 +20,8 @@ from colortrack_ros.windows import WindowTracker
 from colortrack_ros.windows.config import WINDOW_METHODS
 
 SCENES = ('texture', 'clutter', 'partial', 'hidden', 'jump')
-ROOMS = ('matching', 'motion', 'template', 'tracker')
+APPEARANCE = ('appearance', 'colors', 'correlation', 'features', 'scale', 'sighting')
+ROOMS = (*APPEARANCE, 'matching', 'motion', 'template', 'tracker')
 NEAR = 5.0
 SIZE = 'width=640&height=480'
 PLAIN = {'drift_compensation': False}
@@ -159,7 +160,11 @@ def swarm(seeds):
 
 
 def constants(names, seeds):
-    """What half and twice constants of the room, such as ``template.STEPS``, make of it."""
+    """What half and twice constants of the room, such as ``template.STEPS``, make of it.
+
+    What a target looks like is learned if constants of that are among them.
+    """
+    learns = any(name.split('.')[0] in APPEARANCE for name in names)
     rooms = [importlib.import_module(f'colortrack_ros.windows.{r}') for r in ROOMS]
     owners = [importlib.import_module('colortrack_ros.windows.' + n.split('.')[0]) for n in names]
     names = [name.split('.')[1] for name in names]
@@ -170,7 +175,7 @@ def constants(names, seeds):
             for name, value in (values | changed).items():
                 for room in (room for room in rooms if hasattr(room, name)):
                     setattr(room, name, value)
-            return WindowTracker(WindowConfig(appearance=False), boxes)
+            return WindowTracker(WindowConfig(appearance=learns), boxes)
 
         return start
 

@@ -26,11 +26,12 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 MOTION_SIZE = 4
+"""Components of M."""
+
 NO_EDGE_VARIANCE = 1e12
 """Variance of what has not been measured [px^2]: of 1e6 px, beyond any picture."""
 
-NODE_SIGMA = 2.0
-MOTION_SIGMA = np.array([1.0, 1.0, 1e-2, 1e-2])
+NODE_SIGMA, MOTION_SIGMA = 2.0, np.array([1.0, 1.0, 1e-2, 1e-2])
 """Standard deviations of a new target: of a node [px], what a blur of 1.5 px and an opening by 1 px
 to each side move an outline by, and of M [px/frame, 1/frame]. Mean squared errors of `silhouette`
 and `approach`, 0.064 and 0.023 px^2, become 0.025 to 0.067 and 0.021 to 0.037 with half and twice

@@ -33,8 +33,7 @@ background, by definition. Half of it changes nothing on three real clips
 SETTLED_SECONDS = 1.5
 """Another scene that stands still for so long is taken for the background [s]: learn_seconds."""
 
-CLUTTER_SECONDS = 10.0
-CLUTTER_SHARE = 0.3
+CLUTTER_SECONDS, CLUTTER_SHARE = 10.0, 0.3
 """Where for so much of this time something differed, and nothing moved on, only flickers.
 IDF1 of PETS S3.MF1 is 0.84 (benchmark/README.md), 0.85 and 0.83 with half and twice the first, 0.86
 and 0.83 with half and twice the second (``benchmark/real_contours.py FOLDER --constants

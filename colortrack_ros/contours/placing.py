@@ -15,8 +15,7 @@ MAX_ROUNDS = 40
 """Moves of a node, to bound the time: it is the longest work in a frame. With half of them the
 IDF1 of the real clip `onebyone` falls from 0.98 to 0.89 (``benchmark/real_contours.py``)."""
 
-FIRST_STEP, LAST_STEP = 0.4, 0.02
-LEAST_SPACING = 0.25
+FIRST_STEP, LAST_STEP, LEAST_SPACING = 0.4, 0.02, 0.25
 """Nodes are moved by so much, and come so near to each other [their spacing]. Of these
 numbers half and twice the value change the mean squared error by 0.01 px^2 at most on `silhouette`
 and `approach` (``benchmark/contours.py --constants placing.PHASES placing.MAX_ROUNDS ...``)."""

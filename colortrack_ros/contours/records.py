@@ -39,7 +39,9 @@ instead of 0.025; at half of it, always renewing, 0.042 and 0.033 (``benchmark/c
 --constants records.RENEWAL_SCALE``)."""
 
 MOTION_SECONDS = 3.0
-"""Time within which a new target has to move by min_motion: then its motion is counted anew."""
+"""Time within which a new target has to move by min_motion: then its motion is counted anew.
+Assumed: half and twice the value change nothing on TUD Campus, 0.01 of precision on PETS S3.MF1
+(``benchmark/real_contours.py FOLDER --constants records.MOTION_SECONDS``)."""
 
 PROOF_SECONDS = 1.0
 """For so long a new target as small as min_area is tentative [s], one of twice its width and height

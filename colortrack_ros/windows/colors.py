@@ -10,9 +10,8 @@ from colortrack_ros.windows.features import Features
 from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.features import Pixels
 
-LEVELS = 32
-"""Of each channel in a histogram (Bertinetto et al. 2016, table 1), as is the rate of learning."""
-COLOR_RATE = 0.04
+LEVELS, COLOR_RATE = 32, 0.04
+"""Of each channel in a histogram, and the rate of learning (Bertinetto et al. 2016, table 1)."""
 
 INNER, OUTER = 0.8, 1.1
 """A pixel is the target's inside this share of its box, as in Staple (inner padding of 0.2), and

@@ -9,10 +9,9 @@ from colortrack_ros.windows.features import Floats
 
 Spectrum = NDArray[np.complex64]
 
-PEAK_SIGMA = 0.1
+PEAK_SIGMA, FILTER_RATE = 0.1, 0.02
 """Width of the wanted peak as a share of the target's size, and the rate of learning; of KCF with
 histograms of gradients (Henriques et al. 2015, table 2)."""
-FILTER_RATE = 0.02
 
 FILTER_REGULARIZATION = 1e-3
 """Added to the energy of each frequency (lambda of Staple, Bertinetto et al. 2016, table 1)."""

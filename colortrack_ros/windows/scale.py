@@ -14,8 +14,7 @@ from colortrack_ros.windows.features import sample
 from colortrack_ros.windows.features import to_gray
 from colortrack_ros.windows.peaks import vertex
 
-SCALE_RATE = 0.025
-SCALE_REGULARIZATION = 1e-2
+SCALE_RATE, SCALE_REGULARIZATION = 0.025, 1e-2
 """Rate of learning, and what is added to the energy (Danelljan et al. 2014, 5.1)."""
 
 COUNT, SCALE_STEP = 11, 1.06

@@ -11,7 +11,7 @@ from colortrack_ros.windows.motion import Floats
 LEAST_SIDE = 5
 """Pixels that a template is wide and high, at least: 25 for the six unknowns of Template.align."""
 
-LEAST_CONTRAST = 0.5
+UNIFORM_LEVELS = 0.5
 """Standard deviation of a uniform patch, at most [levels]: what rounding leaves of no texture."""
 
 
@@ -38,5 +38,5 @@ def are_followable(frame: Frame, boxes: Floats, config: WindowConfig) -> Bools:
     reach = np.array([config.search_width, config.search_height])
     for i in np.flatnonzero(good):
         around = np.minimum(side[i] + reach, size)[::-1].astype(int)
-        good[i] = cut_window(frame, center[i], tuple(around.tolist())).std() > LEAST_CONTRAST
+        good[i] = cut_window(frame, center[i], tuple(around.tolist())).std() > UNIFORM_LEVELS
     return good
