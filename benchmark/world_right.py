@@ -31,14 +31,14 @@ KINDS = {
 """How many balls, their speed on each axis (sigma), and by what it changes within 1 s [m/s]."""
 
 
-def swinging(rng):
+def swinging(rng, scene=HERE):
     """Where the robot is in each picture."""
     x = y = yaw = 0.0
     period, turn, speed = rng.uniform(2, 5), rng.uniform(0.3, 1.05), rng.uniform(0.1, 0.6)
-    for k in range(round(SECONDS * HERE.rate)):
+    for k in range(round(SECONDS * scene.rate)):
         yield Pose.of_rpy((x, y, 0), (0, 0, yaw))
-        yaw += HERE.dt * turn * np.sin(2 * np.pi * k * HERE.dt / period)
-        x, y = x + speed * HERE.dt * np.cos(yaw), y + speed * HERE.dt * np.sin(yaw)
+        yaw += scene.dt * turn * np.sin(2 * np.pi * k * scene.dt / period)
+        x, y = x + speed * scene.dt * np.cos(yaw), y + speed * scene.dt * np.sin(yaw)
 
 
 def told(seed):

@@ -117,6 +117,11 @@ class Belief(Columns):
         mean[:, POSITION] = there
         return mean, cov
 
+    def combined_errors(self) -> tuple[Floats, Floats]:
+        """How the cameras of each robot are off, (R, 8 C), and its covariance, over the cases."""
+        mean, cov = (_parted(a, len(self.log_weight)) for a in (self.errors.mean, self.errors.cov))
+        return mixture(np.exp(self.log_weight), mean, cov)
+
     def mixed(self, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:
         """What is (C N, n) and (C N, n, n) in the cases, over all of them: (N, n), (N, n, n)."""
         if len(self.log_weight) == 1:
@@ -220,7 +225,7 @@ class Belief(Columns):
         """Make one of the cases of robots whose pitch is known as well as within one at first."""
         cases, errors = len(self.log_weight), self.errors
         means = errors.mean.reshape(cases, -1, errors.mean.shape[1])
-        mean, cov = mixture(np.exp(self.log_weight), means, _parted(errors.cov, cases))
+        mean, cov = self.combined_errors()
         narrow = cov[:, PITCH, PITCH] <= CASE_WIDTH**2 * self._whole[PITCH, PITCH]
         narrow &= ~self._united
         if not narrow.any():

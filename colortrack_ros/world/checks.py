@@ -1,9 +1,12 @@
 """What does not fit together where objects are located: each check gives one line, or none."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Detections
+from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.matching import HIDDEN
@@ -76,59 +79,109 @@ def off_height(objects: Objects, view: View, config: LocatorConfig) -> tuple[str
     ), below
 
 
-def off_size(
-    objects: Objects,
-    found: NDArray[np.uint32],
-    seen: NDArray[np.void],
-    view: View,
-    camera: int,
-    config: LocatorConfig,
-) -> tuple[str, Bools, Bools]:
+@dataclass(frozen=True)
+class BlobSizes:
+    """How large objects are seen, and would be seen where they are located.
+
+    :ivar of: (N,) which of the objects: K.
+    :ivar seen, expected: (K,) diameters of their blobs [px].
+    :ivar cov: (K, K) of the difference [px^2]; the errors of the camera make them alike.
+    """
+
+    of: Bools
+    seen: Floats
+    expected: Floats
+    cov: Floats
+
+    @classmethod
+    def of_picture(
+        cls,
+        objects: Objects,
+        found: NDArray[np.uint32],
+        rows: NDArray[np.void],
+        view: View,
+        camera: int,
+        config: LocatorConfig,
+    ) -> 'BlobSizes':
+        """Those of objects that are seen as whole discs.
+
+        :param found: (K,) the tracks of this camera that are measured.
+        :param rows: (K,) their detections.
+        """
+        of, order = objects.track_id[:, camera], np.argsort(found)
+        told = np.isin(of, found) & (objects.kinds.diameter > 0)
+        rows = rows[order][np.searchsorted(found[order], of[told])]
+        sizes = seen_sizes(rows, config)
+        told[told] = disc = round_blobs(rows, sizes)
+        sizes, rows = sizes[disc], rows[disc]
+        kinds, belief = objects.kinds.take(told), objects.belief.take(told)
+        blobs, cov = expected_blobs(belief, view, kinds, camera, config)
+        # what is a little longer than wide may be hidden by so much
+        lacks = sizes * np.log(rows['box_w'].astype(float) / rows['box_h'])
+        cov += np.diag(config.size_noise**2 + np.square(lacks))
+        # what is located beside the camera would not be seen at all
+        return cls(told, sizes, blobs, cov).take(_of(told, np.isfinite(blobs)))
+
+    def take(self, of: Bools) -> 'BlobSizes':
+        """Those of some of the objects, (N,)."""
+        kept = of[self.of]
+        return BlobSizes(
+            self.of & of, self.seen[kept], self.expected[kept], self.cov[np.ix_(kept, kept)]
+        )
+
+
+def _of(rows: Bools, chosen: Bools) -> Bools:
+    """Those of some rows, (N,), that are chosen among them."""
+    rows = rows.copy()
+    rows[rows] = chosen
+    return rows
+
+
+def off_size(sizes: BlobSizes, ids: NDArray[np.int64]) -> tuple[str, Bools]:
     """Which object is seen larger or smaller than it would be where it is.
 
-    :param found: (K,) the tracks of this camera that are measured.
-    :param seen: (K,) their detections.
-    :return: a line, or none; (N,) of which objects the size tells something; (N,) which are so much
-        larger or smaller that they are elsewhere.
+    :param ids: (N,) of all objects.
+    :return: a line, or none; (N,) which are so much larger or smaller that they are elsewhere.
     """
-    of, order = objects.track_id[:, camera], np.argsort(found)
-    told = np.isin(of, found) & (objects.kinds.diameter > 0)
-    seen = seen[order][np.searchsorted(found[order], of[told])]
-    sizes = seen_sizes(seen, config)
-    told[told] = disc = round_blobs(seen, sizes)
-    kinds, belief, sizes = objects.kinds.take(told), objects.belief.take(told), sizes[disc]
-    elsewhere, line = np.zeros(len(objects), bool), ''
-    blob, variance = expected_blobs(belief, view, kinds, camera, config)
-    spread = OUT_OF_PLACE * np.sqrt(variance + config.size_noise**2)
+    elsewhere, spread = np.zeros(len(ids), bool), OUT_OF_PLACE * np.sqrt(np.diag(sizes.cov))
     # what has the shape of a disc may still be hidden by so much
-    off = (sizes > blob + spread) | (sizes < (1 - HIDDEN) * (blob - spread))
-    elsewhere[told] = off & (np.abs(np.log(sizes / blob)) > ELSEWHERE)
-    if off.any():
-        one = off.argmax()
-        line = (
-            f'object {objects.object_id[told][one]} is {sizes[one]:.0f} px large, expected '
-            f'{blob[one]:.0f} px where it is located: camera_pose (upside down?), calibration, '
-            'ground_height or diameter is wrong'
-        )
-    return line, told, elsewhere
+    off = (sizes.seen > sizes.expected + spread) | (
+        sizes.seen < (1 - HIDDEN) * (sizes.expected - spread)
+    )
+    elsewhere[sizes.of] = off & (np.abs(np.log(sizes.seen / sizes.expected)) > ELSEWHERE)
+    if not off.any():
+        return '', elsewhere
+    one = off.argmax()
+    return (
+        f'object {ids[sizes.of][one]} is {sizes.seen[one]:.0f} px large, expected '
+        f'{sizes.expected[one]:.0f} px where it is located: camera_pose (upside down?), '
+        'calibration, ground_height or diameter is wrong'
+    ), elsewhere
 
 
 def expected_blobs(
     belief: Belief, view: View, kinds: Kinds, camera: int, config: LocatorConfig
 ) -> tuple[Floats, Floats]:
-    """The diameters of blobs [px] of objects where they are located, and their variances, (N,)."""
-    motion, errors = belief.motion, belief.errors
+    """The diameters of blobs [px] of N objects where they are located, and their covariance.
+
+    Of one robot. What the errors of the camera do to them is alike.
+    """
+    motion, errors, count = belief.motion, belief.errors, len(kinds)
     mean, _ = motion.combined(errors)
-    robot = np.arange(len(mean)) // max(len(kinds), 1)
-    kinds = kinds.take(np.arange(len(mean)) % max(len(kinds), 1))
+    case, each = np.divmod(np.arange(len(mean)), max(count, 1))
+    kinds = kinds.take(each)
     of = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
-    state = np.concatenate([mean, errors.mean[robot][:, of]], axis=1)
+    state = np.concatenate([mean, errors.mean[case][:, of]], axis=1)
     z, H = expected(view, state, kinds.diameter, kinds.height + config.ground_height)
     h, p = H[:, BLOB], motion.probability[:, :, None, None]
     of_object = h[:, None, :OF_OBJECT]
     slope = (of_object @ (p * motion.slope).sum(axis=1))[:, 0]
     slope[:, of] += h[:, OF_OBJECT:]
-    variance = (of_object @ (p * motion.cov).sum(axis=1) @ of_object.swapaxes(1, 2))[:, 0, 0]
-    variance += (slope[:, None] @ errors.cov[robot] @ slope[..., None])[:, 0, 0]
-    size, cov = belief.mixed(z[:, BLOB, None], variance[:, None, None])
-    return size[:, 0], cov[:, 0, 0]
+    own = (of_object @ (p * motion.cov).sum(axis=1) @ of_object.swapaxes(1, 2))[:, 0, 0]
+    slope = slope.reshape(len(errors.mean), count, slope.shape[1])
+    cov = slope @ errors.cov @ slope.swapaxes(1, 2)
+    cov[:, np.arange(count), np.arange(count)] += own.reshape(len(cov), count)
+    size, cov = mixture(
+        np.exp(belief.log_weight), z[:, BLOB].reshape(len(cov), 1, count), cov[:, None]
+    )
+    return size[0], cov[0]

@@ -3,10 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.world.checks import BlobSizes
 from colortrack_ros.world.checks import off_height
 from colortrack_ros.world.checks import off_size
 from colortrack_ros.world.config import LocatorConfig
+from colortrack_ros.world.consistency import inconsistency
 from colortrack_ros.world.measurement import Measured
+from colortrack_ros.world.mistakes import AGREEING
 from colortrack_ros.world.mistakes import Mistakes
 from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.state import Kinds
@@ -26,10 +29,13 @@ class Doubts:
 
     def __init__(self, config: LocatorConfig, cameras: int) -> None:
         self._config = config
-        self._mistakes = [Mistakes(config.camera_pose_sigma) for _ in range(cameras)]
-        self._pictures = 0
+        self._mistakes = [
+            Mistakes(config.camera_pose_sigma, config.odometry_sigma) for _ in range(cameras)
+        ]
+        self._pictures = self._stamp = 0
         self._newest = 0
         self._wrong = np.zeros(cameras, bool)
+        self._unfit, self._looks = [''] * cameras, [0] * cameras
         self._contradicted: set[int] = set()
 
     @property
@@ -40,9 +46,12 @@ class Doubts:
         return self._made()
 
     def _made(self) -> str:
-        """The mistake that has been made."""
+        """The mistake that has been made, or that one has."""
         made = next((mistakes.made for mistakes in self._mistakes if mistakes.made), '')
-        return made and f'nothing is published, since what moves would stand if not: {made}'
+        if made:
+            return f'nothing is published, since what moves would stand if not: {made}'
+        unfit = next((line for line in self._unfit if line), '')
+        return unfit and f'nothing is published: {unfit}'
 
     def believed(self, ids: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Which objects, (N,) by their IDs, nothing contradicts."""
@@ -65,7 +74,7 @@ class Doubts:
 
         :param tracks: (K,) IDs; measured, kinds: of each.
         """
-        ground = self._config.ground_height
+        ground, self._stamp = self._config.ground_height, stamp
         self._mistakes[camera].see(stamp, view, tracks, measured, kinds, ground)
 
     def lines(
@@ -84,17 +93,29 @@ class Doubts:
         self._newest = newest
         measured = np.isin(objects.track_id[:, camera], found)
         height, below = off_height(objects, view, self._config)
-        size, sized, elsewhere = off_size(objects, found, seen, view, camera, self._config)
+        sizes = BlobSizes.of_picture(objects, found, seen, view, camera, self._config)
         bound, method = objects.kinds.bound, self._config.method
-        lies = bound & (method in ('size', 'depth'))
-        # what is located by its size always has it there
-        sized &= (bound & (method == 'ground')) | (method in ('depth', 'fused'))
-        told = (sized | lies) & measured
-        wrong = (below | elsewhere) & told
         ids = objects.object_id
+        # what is located by its size always has it there
+        elsewhere_told = (bound & (method == 'ground')) | (method in ('depth', 'fused'))
+        size, elsewhere = off_size(sizes, ids)
+        told = ((sizes.of & elsewhere_told) | (bound & (method in ('size', 'depth')))) & measured
+        wrong = (below | elsewhere) & told
         self._contradicted -= set(ids[told & ~wrong].tolist())
         self._contradicted = (self._contradicted | set(ids[wrong].tolist())) & set(ids.tolist())
         if told.any():
             self._wrong[camera] = np.count_nonzero(wrong) >= CONTRADICTED * np.count_nonzero(told)
+        # one that was refused may have been moved
+        unused = objects.updates[:, camera] == self._stamp
+        unused &= (bound & (method == 'ground')) | (method == 'depth')
+        self._fit(camera, inconsistency(objects.belief, camera, sizes.take(unused)))
         made = self._made()
         return [made] if made else [line for line in (height, size) if line]
+
+    def _fit(self, camera: int, line: str) -> None:
+        """Note what does not fit together, or nothing, once that has been so for a while."""
+        self._looks[camera] = (
+            self._looks[camera] + 1 if bool(line) != bool(self._unfit[camera]) else 0
+        )
+        if self._looks[camera] >= AGREEING:
+            self._unfit[camera], self._looks[camera] = line, 0

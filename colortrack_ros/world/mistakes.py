@@ -55,6 +55,10 @@ WORSE, LEAST = 20.0, 6.0
 by 10 degrees gives 30 to 50 times as much, and 8. `python benchmark/world_right.py` tells how often
 what rolls by chance seems to stand by a mistake. Chosen."""
 
+USUAL_ODOMETRY = 0.005
+"""Standard deviation of odometry [m] after 1 m, and [rad] after 1 rad, up to which the misfits as
+given must be LEAST; that of worse odometry adds its square. The default of odometry_sigma."""
+
 PAUSE = 1.0
 """After a search that found nothing the next one is so much later [s]: it takes 15 to 30 ms, and
 what rolls would ask for one in every look. Chosen."""
@@ -87,18 +91,20 @@ class _Needed:
     :ivar objects: as many must stand by it.
     :ivar known: whether they are said to stand.
     :ivar alone: whether it is one that may move.
+    :ivar misfit: as given, at least.
     """
 
     objects: int
     known: bool
     alone: bool
+    misfit: float
 
     @classmethod
-    def of(cls, kinds: Kinds, count: int) -> '_Needed':
+    def of(cls, kinds: Kinds, count: int, misfit: float) -> '_Needed':
         """Half of so many objects; one of several is not enough if they may move."""
         known = not kinds.speed.any()
         least = 1 if known or count == 1 else 2
-        return cls(max((count + 1) // 2, least), known, count == 1 and not known)
+        return cls(max((count + 1) // 2, least), known, count == 1 and not known, misfit)
 
     def most(self, off: Floats) -> Floats:
         """The misfit of so many objects at most, (...), of those of all, (..., K)."""
@@ -110,7 +116,7 @@ class _Needed:
         One that cannot be where it is seen, by a mistake, disproves it.
         """
         more = ALONE if self.alone else 1.0
-        stands = (off < AT_REST) & (given > more * LEAST) & (given > more * WORSE * off)
+        stands = (off < AT_REST) & (given > more * self.misfit) & (given > more * WORSE * off)
         return bool(np.isfinite(off).all() and np.count_nonzero(stands) >= self.objects)
 
 
@@ -118,10 +124,14 @@ class Mistakes:
     """Watches the pictures of one camera for a mistake.
 
     :param sigma: (6,) of the place of the camera: by that much it may be off, and is estimated.
+    :param odometry: its standard deviations after 1 m [m] and after 1 rad [rad].
     """
 
-    def __init__(self, sigma: ArrayLike) -> None:
+    def __init__(
+        self, sigma: ArrayLike, odometry: ArrayLike = (USUAL_ODOMETRY, USUAL_ODOMETRY)
+    ) -> None:
         self._sigma = np.asarray(sigma, float)
+        self._least = LEAST * max(float(np.max(odometry)) / USUAL_ODOMETRY, 1.0) ** 2
         self._views: dict[int, View] = {}
         self._sights: Sights | None = None
         self._looked: int | None = None
@@ -170,7 +180,7 @@ class Mistakes:
         if not len(sights):
             return
         (given,) = self._misfits(sights, [AS_GIVEN], ground)
-        needed = _Needed.of(sights.kinds, len(given))
+        needed = _Needed.of(sights.kinds, len(given), self._least)
         if self.made:
             (other,) = self._misfits(sights, [self._mistake], ground)
             if needed.met(other, given):
@@ -178,7 +188,7 @@ class Mistakes:
         elif (
             sights.stamp.max() >= self._searches_from
             and given.min() > AT_REST
-            and needed.most(given) > LEAST
+            and needed.most(given) > self._least
         ):
             self._suspect(sights, needed, given, ground)
 
@@ -186,7 +196,7 @@ class Mistakes:
         """Look which mistake makes things stand, and note it once that has been so for a while."""
         line, mistake, off = self._likeliest(sights, needed, ground)
         fits = needed.met(given, off)
-        if not fits and needed.known and len(given) > 1 and given.min() > LEAST:
+        if not fits and needed.known and len(given) > 1 and given.min() > self._least:
             line, mistake, fits = MOVED, PARKED, True
         which = line.split(OF_ABOUT)[0]
         self._looks = self._looks + 1 if fits and which == self._suspected else int(fits)

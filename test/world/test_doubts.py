@@ -27,6 +27,7 @@ from colortrack_ros.world.view import View
 
 FRAME = 33_333_333
 BALLS = np.array([(2.5, 0.5, RADIUS), (3.5, -0.5, RADIUS), (4.0, 0.2, RADIUS)])
+ASIDE = np.array([(2.0, 0.7, RADIUS), (2.0, -0.7, RADIUS)])
 STANDING = 30
 """Pictures before the robot moves."""
 
@@ -60,13 +61,13 @@ ROLLS = np.array([(3.0, 0.6, RADIUS), (3.5, -0.6, RADIUS)])
 class Robot:
     """A robot that looks at balls, stands for a second, and then drives and swings."""
 
-    def __init__(self, told_diameter=0.0, method='ground', thrown=False, motion='plane'):
+    def __init__(self, told_diameter=0.0, method='ground', thrown=False, motion='plane', **config):
         ball = KindConfig(diameter=told_diameter, height=RADIUS, motion=motion)
         kinds = [Kind('red', ball)]
         if thrown:
             kinds += [Kind('green', KindConfig(diameter=told_diameter, motion='free'))]
         self.told, self.rng = [], np.random.default_rng(0)
-        config = LocatorConfig(method=method, colors=tuple(kinds))
+        config = LocatorConfig(method=method, colors=tuple(kinds), **config)
         self.locator = Locator(config, self.told.append)
         self.k, self.thrown = 0, thrown
 
@@ -278,3 +279,35 @@ def test_pictures_without_objects_and_clocks_that_go_back_are_no_evidence():
         stamp = (200 + k) * FRAME
         robot.locator.update(Tracks(stamp=stamp), Detections(stamp=stamp), view(0.01 * k, 0))
     assert not robot.locator.doubt
+
+
+def test_sizes_of_all_objects_together_tell_what_none_tells_alone():
+    """Rolled by 10 degrees: each ball could be so large by a pitch that is off by itself."""
+    robot = Robot(2 * RADIUS)
+    wrong = robot.drive(STANDING, mount=turned(roll=np.radians(8)), balls=ASIDE)
+    assert wrong[0] == len(ASIDE)
+    assert wrong[-1] == 0
+    assert 'does not fit together' in robot.locator.doubt
+    assert len(set(robot.told)) <= 3
+
+
+def test_a_camera_off_by_as_much_as_is_expected_is_believed():
+    robot = Robot(2 * RADIUS)
+    right = robot.drive(STANDING, mount=turned(roll=0.015, pitch=-0.015), balls=ASIDE)
+    assert right == [len(ASIDE)] * STANDING
+    assert robot.told == []
+
+
+@pytest.mark.slow
+def test_odometry_that_is_said_to_be_poor_is_no_mistake():
+    """Stamps off by 10 ms while the robot turns: what is said to stand seems to move by as much."""
+    rng = np.random.default_rng(1)
+
+    def shaken(x, yaw):
+        return x, yaw + 0.01 * rng.normal()
+
+    said, unsaid = Robot(motion='still', odometry_sigma=(0.02, 0.02)), Robot(motion='still')
+    assert said.drive(150, odometry=shaken)[-1] == len(BALLS)
+    assert not said.locator.doubt
+    unsaid.drive(150, odometry=shaken)
+    assert 'what is said to stand moves' in unsaid.locator.doubt
