@@ -94,6 +94,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self._following = Following(setup.config)
         self._selector = Selector(setup.select, list(setup.colors))
         self._told_following, self._lost = False, -TOLD_APART
+        self._ticked = 0, 0
         self.health = Health(self, state=lambda: self._following.state)
         kind = TwistStamped if setup.stamped else Twist
         self._commands = publish_on(self, kind, setup.cmd_vel_topic)
@@ -112,7 +113,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
 
     def _take_locations(self, cdr: bytes) -> None:
         locations = locations_of_serialized_cloud(cdr)
-        self._check(locations.frame_id, locations.stamp)
+        self._check(self.setup.locations_topic, locations.frame_id, locations.stamp)
         self.health.took_in()
         target = self._chosen(locations)
         if target is not None:
@@ -127,6 +128,8 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         if row is None:
             return None
         found = locations.rows[row]
+        if not np.isfinite(found['time_since_update']):
+            raise MessageError('expected finite numbers, got time_since_update nan or inf')
         variance = np.linalg.eigvalsh(found['covariance'][:2, :2])[-1]
         unseen = round(float(found['time_since_update']) * NANOSECONDS)
         return Target(
@@ -137,7 +140,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
     def _take_pose(self, cdr: bytes) -> None:
         message = message_of_serialized(cdr, PoseStamped)
         stamp, where = stamp_of(message.header), message.pose.position
-        self._check(message.header.frame_id, stamp)
+        self._check(self.setup.target_pose_topic, message.header.frame_id, stamp)
         place = np.array([where.x, where.y])
         if not np.isfinite(place).all():
             raise MessageError(f'expected finite numbers, got x {where.x}, y {where.y}')
@@ -145,8 +148,14 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self._following.see(Target(place, np.zeros(2), stamp, stamp))
         self._step()
 
-    def _check(self, frame_id: str, stamp: int) -> None:
-        """Raise MessageError for what is of another frame or another time."""
+    def _check(self, topic: str, frame_id: str, stamp: int) -> None:
+        """Raise MessageError for what is of another frame or another time, or of two nodes."""
+        for name in (topic, self.setup.odometry.odometry_topic):
+            if self.count_publishers(name) > 1:
+                raise MessageError(
+                    f'several nodes publish {name}, whose targets or poses would take turns: '
+                    'the robot stands until one is left'
+                )
         wanted = self.setup.odometry.fixed_frame
         if frame_id != wanted:
             raise MessageError(f'they are in {frame_id!r}: expected fixed_frame {wanted!r}')
@@ -164,6 +173,8 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         now = self.get_clock().now().nanoseconds
         at, base = self._poses.latest()
         with self.lock:
+            if self._clock_stands(now):
+                self._following.lose('the clock stands: a simulation or bag that is paused?')
             try:
                 speeds = self._following.step(now, base, at)
             except Exception:  # whatever fails, the robot stands
@@ -174,6 +185,13 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self.health.gave_out(at)
         # a robot that stands is left to others until there is something to follow
         self._timer.reset() if self._following.follows else self._timer.cancel()
+
+    def _clock_stands(self, now: int) -> bool:
+        """Whether simulated time has not gone on for stop_within: nothing would ever be late."""
+        steady = STEADY.now().nanoseconds
+        if now != self._ticked[0]:
+            self._ticked = now, steady
+        return steady - self._ticked[1] > self.setup.config.stop_within * NANOSECONDS
 
     def _tell(self) -> None:
         """Tell that the target is lost, and, a while after that, that it is followed."""

@@ -14,6 +14,8 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.view import jumped
+from colortrack_ros.world.view import way_between
 
 Floats = NDArray[np.float64]
 
@@ -132,6 +134,8 @@ class Following:
         self._target: Target | None = None
         self._stopped = False
         self._last: int | None = None
+        self._base: tuple[int, Pose] | None = None
+        self._since = 0
         self._speed = self._turn = 0.0
 
     @property
@@ -144,8 +148,11 @@ class Following:
         self._config = config
 
     def see(self, target: Target) -> None:
-        """Take what is known of the target; what is too uncertain counts as not measured."""
-        if target.sigma <= self._config.max_sigma:
+        """Take what is known of the target; what is too uncertain counts as not measured.
+
+        So does what was measured before the robot jumped: it is of another frame.
+        """
+        if target.sigma <= self._config.max_sigma and target.measured >= self._since:
             self._target = target
 
     def stop(self) -> None:
@@ -155,6 +162,10 @@ class Following:
     def go(self) -> None:
         """Follow again."""
         self._stopped = False
+
+    def lose(self, why: str) -> None:
+        """Forget the target: stand until there is a new one."""
+        self._target, self.state = None, why
 
     def step(self, now: int, base: Pose, at: int) -> tuple[float, float]:
         """Speeds to drive with [m/s], [rad/s].
@@ -166,6 +177,7 @@ class Following:
         dt = 0.0 if self._last is None else (now - self._last) / NANOSECONDS
         dt = dt if 0 <= dt <= LONGEST_STEP else 0.0
         self._last = now
+        self._watch(base, at)
         if self._stopped:
             self.state, self._speed, self._turn = 'stopped', 0.0, 0.0
             return 0.0, 0.0
@@ -175,6 +187,16 @@ class Following:
             wanted = self._towards(self._target, now, base, at)
         self._speed, self._turn = self._limited(wanted, left, dt)
         return self._speed, self._turn
+
+    def _watch(self, base: Pose, at: int) -> None:
+        """Lose the target where the robot has jumped: where it was is elsewhere now."""
+        last, self._base = self._base, (at, base)
+        if last is None or at < last[0]:
+            self._since = 0  # of a clock that has gone back
+            return
+        if jump := jumped(*way_between(last[1], base), (at - last[0]) / NANOSECONDS):
+            self.lose(f'{jump}: odometry was reset, or two nodes publish it')
+            self._since = at
 
     def _time_left(self, now: int, at: int) -> float:
         """Until the robot has to stand [s]; 0 when it has to by now."""

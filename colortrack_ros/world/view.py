@@ -65,9 +65,7 @@ class View:
 
     def way_since(self, last: 'View') -> tuple[float, float]:
         """How far the robot has moved [m] and turned [rad]."""
-        turned = (last.base.inverse() @ self.base).R
-        angle = float(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
-        return float(np.linalg.norm(self.base.t - last.base.t)), angle
+        return way_between(last.base, self.base)
 
     def shows(self, pixels: Floats, reach: Floats) -> Bools:
         """Whether any part of objects would be inside of the picture, (N,).
@@ -144,6 +142,13 @@ class View:
         J[:, :, 3:6] = -parts[:, 0] @ self.base.R
         J[:, :, 6:] = turned[:, 1:].swapaxes(1, 2)
         return turned[:, 0].copy(), J
+
+
+def way_between(one: Pose, other: Pose) -> tuple[float, float]:
+    """How far apart they are [m] and by how much they are turned [rad]."""
+    turned = (one.inverse() @ other).R
+    angle = float(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
+    return float(np.linalg.norm(other.t - one.t)), angle
 
 
 def jumped(moved: float, angle: float, dt: float) -> str:

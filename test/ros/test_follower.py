@@ -3,6 +3,7 @@ from geometry_msgs.msg import Twist
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 import numpy as np
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
@@ -30,6 +31,7 @@ class Robot:
             make(PointCloud2, 'locations', 10),
         )
         self.poses = make(PoseStamped, 'target_pose', 10)
+        self.clock, self.place = None, 0.0
         self.commands = ros.listen(kind, 'cmd_vel')
         assert ros.spin(lambda: self.odometry.get_subscription_count() == 1), ros.outputs()
         assert ros.spin(lambda: ros.node.count_publishers('cmd_vel') == 1)
@@ -39,12 +41,16 @@ class Robot:
     def now(self):
         return self.ros.node.get_clock().now().nanoseconds
 
-    def tell(self, x=3.0, frame='odom', age=0.0):
+    def tell(self, x=3.0, frame='odom', age=0.0, unseen=0.0):
         """Odometry of now, and an object x m ahead."""
         stamp = self.now
-        self.odometry.publish(odometry_on_ground((0, 0, 0), (0, 0), stamp, 'odom', 'base_link'))
+        if self.clock:
+            self.clock.publish(Clock(clock=header_of(stamp, '').stamp))
+        place = self.place, 0, 0
+        self.odometry.publish(odometry_on_ground(place, (0, 0), stamp, 'odom', 'base_link'))
         rows = np.zeros(1, LOCATION)
         rows['x'], rows['track_id'], rows['state'] = x, 1, CONFIRMED
+        rows['time_since_update'] = unseen
         rows['covariance'] = 1e-4 * np.eye(6)
         stamp -= round(age * 1e9)
         self.locations.publish(cloud_of_locations(Locations(rows, stamp, frame)))
@@ -63,6 +69,10 @@ class Robot:
             return bool(fresh) and (speed_of(fresh[0]) > 0.1) == wanted
 
         return self.ros.spin(done)
+
+    def is_told(self, text, **what):
+        """Whether the follower comes to say it, while it is told all the time."""
+        return self.ros.spin(lambda: self.tell(**what) or text in self.node.output)
 
 
 def speed_of(command):
@@ -143,3 +153,42 @@ def test_a_target_that_comes_and_goes_is_told_once_a_second_at_most(ros):
     lines = sum(robot.node.output.count(text) for text in ('was last measured', ']: following'))
     assert lines <= 3 + 2 * (robot.now - start) * 1e-9
     assert ros.spin(lambda: robot.drives(True) and robot.node.output.endswith('following\n'))
+
+
+def test_a_second_locator_or_robot_on_the_same_topics_stops_the_robot_and_is_told(ros):
+    robot = Robot(ros)
+    assert robot.drives(True), ros.outputs()
+    for kind, topic in ((PointCloud2, 'locations'), (Odometry, 'odom')):
+        other = ros.node.create_publisher(kind, topic, 10)
+        assert ros.spin(lambda topic=topic: ros.node.count_publishers(topic) == 2)
+        assert robot.drives(False), ros.outputs()
+        assert robot.is_told(f'several nodes publish {topic}'), ros.outputs()
+        ros.node.destroy_publisher(other)
+        assert robot.drives(True), ros.outputs()
+
+
+def test_odometry_that_is_reset_is_told(ros):
+    robot = Robot(ros)
+    assert robot.drives(True), ros.outputs()
+    robot.place = 5.0
+    assert robot.is_told('the robot has jumped by 5'), ros.outputs()
+    assert robot.drives(True, x=8.0), ros.outputs()
+
+
+def test_a_time_that_is_no_number_is_refused_and_the_robot_stands(ros):
+    robot = Robot(ros, stop_within=0.3)
+    assert robot.drives(True), ros.outputs()
+    assert robot.drives(False, unseen=np.nan), ros.outputs()
+    assert robot.is_told('got time_since_update nan', unseen=np.nan), ros.outputs()
+    assert robot.node.stop() == 0
+
+
+def test_a_clock_that_is_paused_stops_the_robot(ros):
+    """Nothing is ever late by it, and a robot that is not simulated would drive on."""
+    robot = Robot(ros, use_sim_time='true', stop_within=0.5)
+    robot.clock = ros.node.create_publisher(Clock, '/clock', 10)
+    assert robot.drives(True), ros.outputs()
+    robot.clock, stood = None, robot.now
+    assert robot.drives(False, tell=False), ros.outputs()
+    robot.node.wait_for('the clock stands')
+    assert robot.now >= stood

@@ -133,3 +133,35 @@ def test_stop_is_at_once_and_holds_until_told_to_go():
     assert stepped(following, now) == (0.0, 0.0)
     following.go()
     assert stepped(following, now)[0] > 0.1
+
+
+def test_odometry_that_jumps_loses_the_target_until_it_is_measured_in_the_new_frame():
+    """Where it was is elsewhere then: the robot would turn and drive to it."""
+    following, elsewhere = Following(FollowingConfig()), Pose.of_rpy((5, 2, 0), (0, 0, 3))
+    for now in range(0, SECOND, TICK):
+        following.see(ahead(3.0, stamp=now))
+        speed, _ = following.step(now, ORIGIN, now)
+    assert speed > 0.5
+    jump = now + TICK
+    following.see(ahead(3.0, stamp=now))
+    assert following.step(jump, elsewhere, jump) == (0, 0)
+    assert 'the robot has jumped by 5.39 m' in following.state
+    following.see(ahead(3.0, stamp=now))
+    assert following.step(jump + TICK, elsewhere, jump + TICK) == (0, 0)
+    following.see(ahead(2.0, 2.5, stamp=jump + TICK))
+    assert following.step(jump + 2 * TICK, elsewhere, jump + 2 * TICK)[0] > 0
+    assert following.follows
+
+
+@pytest.mark.parametrize('place', [(-3.0, 1.0), (0.5, 0.0), (0.0, 0.0), (1e30, -1e30)])
+def test_a_target_that_jumps_anywhere_is_turned_to_within_all_limits(place):
+    following, last, config = Following(FollowingConfig()), (0.0, 0.0), FollowingConfig()
+    for now in range(0, 2 * SECOND, TICK):
+        following.see(ahead(*(place if now > SECOND else (3.0, 0.0)), stamp=now))
+        speeds = following.step(now, ORIGIN, now)
+        assert np.isfinite(speeds).all()
+        assert 0 <= speeds[0] <= config.max_speed
+        assert abs(speeds[1]) <= config.max_turn
+        assert last[0] - speeds[0] <= config.braking * TICK / SECOND + 1e-9
+        last = speeds
+    assert speeds[0] == 0 or place[0] == 1e30
