@@ -1,0 +1,141 @@
+"""The locator beside what the textbook has, and beside what most people build, on the same input.
+
+python benchmark/world_peers.py [--runs N] [--seed N] prints RMSE, NEES and coverage on the ground,
+in the scenes of world.py. All have the true noise of pixels and the true change of velocity.
+EKF: x, y and their speeds of each object on the plane, the pixel of its center as the measurement
+(Bar-Shalom et al. 2001, 10.3); the camera is where it is said to be. KF: the ray is intersected
+with the plane, and x, y filtered by a linear Kalman filter, with the pixel's covariance carried
+to the plane (right), or with one covariance for all (fixed), that of 3 m away.
+"""
+
+import argparse
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from scipy.stats import chi2
+from world import run
+from world_scene import bases
+from world_scene import config_of
+from world_scene import HERE
+from world_scene import measure
+from world_scene import move
+from world_scene import OBJECTS
+from world_scene import SETTLED
+from world_scene import SPEED
+from world_scene import truths
+from world_scene import WANDER
+
+from colortrack_ros.world.measurement import expected
+from colortrack_ros.world.measurement import guesses
+from colortrack_ros.world.state import CameraErrors
+from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.view import View
+
+NOISE, FIXED, LEAST_RUN = 0.5, 3.0, 1e-4
+FILTERS = 'EKF', 'KF, right', 'KF, fixed'
+
+
+def on_plane(view, xy, kinds):
+    """The pixels of objects on the plane, (N, 2), and their Jacobians by x and y, (N, 2, 2)."""
+    mean = np.zeros((len(xy), 16))
+    mean[:, :2], mean[:, 2] = xy, kinds.height
+    z, H = expected(view, mean, kinds.diameter, kinds.height)
+    return z[:, :2], H[:, :2, :2]
+
+
+def peer(which, motion, drives, runs, seed):
+    """Errors on the plane, (frames, N, 2), covariances, (frames, N, 2, 2), ranges, what counts."""
+    rng, config = np.random.default_rng(seed), config_of('ground', motion)
+    kinds = Kinds.of(config).take(np.zeros(runs * OBJECTS, int))
+    truth = truths(HERE, motion, runs, OBJECTS, kinds, CameraErrors.of(config), rng)
+    count, frames = len(truth), []
+    F, Q = np.eye(4), np.zeros((4, 4))
+    F[:2, 2:] = HERE.dt * np.eye(2)
+    Q[2:, 2:] = WANDER[motion] ** 2 * HERE.dt * np.eye(2)
+    x, P = (
+        np.zeros((count, 4)),
+        np.tile(np.diag([100.0] * 2 + [SPEED[motion][0] ** 2] * 2), (count, 1, 1)),
+    )
+    P[:, [2, 3], [2, 3]] = np.maximum(P[:, [2, 3], [2, 3]], LEAST_RUN**2)
+    begun = np.zeros(count, bool)
+    for k, base in enumerate(bases(HERE, drives)):
+        if k:
+            move(truth, HERE.dt, motion, rng)
+            x, P = x @ F.T, F @ P @ F.T + Q
+        view = View(HERE.camera, base, HERE.mount)
+        measured, seen = measure(view, truth, kinds, 'ground', motion, rng)
+        if k == 0:
+            rng.normal(size=(count, 3))  # as run() does, for the same noise
+        where = guesses(measured, kinds, view, 0.0)[:, :2]
+        far = np.linalg.norm(where - view.optical.t[:2], axis=1)
+        seen &= np.isfinite(far) & (far < 20)
+        x[seen & ~begun, :2] = where[seen & ~begun]
+        begun |= seen
+        at = x[:, :2] if which == 'EKF' else where
+        z, H = on_plane(view, np.where(seen[:, None], at, view.optical.t[:2] + 3), kinds)
+        R = NOISE**2 * np.eye(2)
+        if which == 'EKF':
+            e, H4 = measured.z[:, :2] - z, np.concatenate([H, np.zeros_like(H)], axis=2)
+            R = np.tile(R, (count, 1, 1))
+        else:
+            e, H4 = where - x[:, :2], np.tile(np.eye(2, 4), (count, 1, 1))
+            if which == 'KF, fixed':
+                bearing = np.arctan2(*(view.optical.R[:2, 2])[::-1])
+                place = view.optical.t[:2] + FIXED * np.array([np.cos(bearing), np.sin(bearing)])
+                _, one = on_plane(view, place[None], kinds.take(np.zeros(1, int)))
+                H = np.tile(one, (count, 1, 1))
+            to = np.linalg.inv(H)
+            R = to @ R @ to.swapaxes(1, 2)
+        ok = seen & np.isfinite(e).all(axis=1) & np.isfinite(H4).all(axis=(1, 2))
+        HP = H4[ok] @ P[ok]
+        S = HP @ H4[ok].swapaxes(1, 2) + R[ok]
+        K = np.linalg.solve(S, HP).swapaxes(1, 2)
+        x[ok] += (K @ e[ok, :, None])[..., 0]
+        A = np.eye(4) - K @ H4[ok]
+        P[ok] = A @ P[ok] @ A.swapaxes(1, 2) + K @ R[ok] @ K.swapaxes(1, 2)
+        away = np.linalg.norm(truth[:, :3] - view.optical.t, axis=1)
+        frames.append(
+            (
+                x[:, :2] - truth[:, :2],
+                P[:, :2, :2].copy(),
+                away,
+                begun & seen & (away > 1) & (away < 5),
+            )
+        )
+    return [np.array(part) for part in zip(*frames, strict=True)]
+
+
+def figures(error, cov, away, counted):
+    """RMSE over the range, of all and from 2 s on [%], NEES of 2, and coverage of 95 %."""
+    nees = (error * np.linalg.solve(cov, error[..., None])[..., 0]).sum(axis=-1)
+    share, first = np.linalg.norm(error, axis=-1) / away, round(SETTLED * HERE.rate)
+    rmse = [100 * np.sqrt(np.mean(share[k:][counted[k:]] ** 2)) for k in (0, first)]
+    inside = np.mean(nees[counted] < chi2.ppf(0.95, 2))
+    return *rmse, np.mean(nees[counted]), 100 * inside
+
+
+def main():
+    parser = argparse.ArgumentParser('world_peers', description=__doc__)
+    parser.add_argument('--runs', type=int, default=50)
+    parser.add_argument('--seed', type=int, default=0)
+    a = parser.parse_args()
+    table = Table(title=f'{a.runs} runs each, ground')
+    for column in ('robot, object', 'filter', 'RMSE %', 'from 2 s on', 'NEES', 'of', 'in 95 %'):
+        table.add_column(column)
+    for drives in (False, True):
+        for motion in ('stands', 'rests', 'rolls'):
+            name = f'{"drives" if drives else "stands"}, {motion}'
+            out = run('ground', motion, drives, a.runs, a.seed)
+            inside = np.mean(out.nees[out.counted > 0] < chi2.ppf(0.95, out.dof))
+            row = 100 * out.rmse(), 100 * out.rmse(SETTLED), out.mean_nees, out.dof, 100 * inside
+            table.add_row(name, 'locator', *(f'{value:.3g}' for value in row))
+            for which in FILTERS:
+                *rmse, nees, inside = figures(*peer(which, motion, drives, a.runs, a.seed))
+                row = *rmse, nees, 2, inside
+                table.add_row(name, which, *(f'{value:.3g}' for value in row))
+    Console(width=110).print(table)
+
+
+if __name__ == '__main__':
+    main()
