@@ -8,6 +8,7 @@ teaching, of which the color is that of a box in the middle of its thing.
 
 import argparse
 from collections.abc import Iterator
+from collections.abc import Sequence
 import csv
 from pathlib import Path
 
@@ -41,6 +42,7 @@ CONSTANTS = (
     'LOOK_SECONDS', 'POOL_SECONDS', 'MOST_GROWTH', 'LARGEST_SECONDS', 'LEAST_SHARE', 'PIECE_SHARE',
     'PIECE_REACH', 'FEWEST_LEFT', 'NEAR', 'FEWEST_PIXELS', 'LARGEST_SHARE', 'LEAST_SPREAD',
     'DEEPER', 'SHAPE_ROUNDS', 'OUTLINE_WIDTH', 'HALF_WAY', 'ELSEWHERE_SHARE',
+    'SHADE_STEP', 'MOST_SHADES', 'SHADE_GAP',
 )  # fmt: skip
 TAUGHT = ('SHADES_OF_BOX', 'SHOWN_PERCENT')
 """Constants of what is taught by a box."""
@@ -109,9 +111,9 @@ def boxes_of(row: np.void, label: dict[str, float]) -> tuple[np.ndarray, np.ndar
     return found, np.concatenate([np.array([label['u'], label['v']]) - size / 2, size])
 
 
-def sensitivity(folder: Path) -> Iterator[list[str]]:
+def sensitivity(folder: Path, names: Sequence[str]) -> Iterator[list[str]]:
     """A row for half and for twice of each constant."""
-    for name in (*CONSTANTS, *TAUGHT):
+    for name in names:
         modules = [module for module in (finder, extent, shades, teach) if hasattr(module, name)]
         value = getattr(modules[0], name)
         for factor in (0.5, 1, 2) if name in TAUGHT else (0.5, 2):
@@ -141,17 +143,17 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('folder', type=Path, nargs='?', default=REAL)
-    parser.add_argument('--constants', action='store_true', help='halve and double constants')
+    parser.add_argument('--constants', nargs='*', help='halve and double these, or all')
     arguments = parser.parse_args()
     folder = arguments.folder
     if not folder.is_dir():
         print(f'No clips at {folder}.')
         return
     table = Table(title='recall / false detections in a frame / IoU of boxes')
-    for column in ('constant', *CLIPS) if arguments.constants else ('clip', *WAYS):
+    for column in ('constant', *CLIPS) if arguments.constants is not None else ('clip', *WAYS):
         table.add_column(column)
-    if arguments.constants:
-        for row in sensitivity(folder):
+    if arguments.constants is not None:
+        for row in sensitivity(folder, arguments.constants or (*CONSTANTS, *TAUGHT)):
             table.add_row(*row)
     else:
         for clip in CLIPS:

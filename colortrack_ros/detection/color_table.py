@@ -190,10 +190,12 @@ class ColorTable:
     def _squared(self, k: int, lab: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N,) D^2 to a color; infinite where something that is not it is as near."""
         mine, other = np.full((2, len(lab)), np.inf)
+        columns = np.ascontiguousarray(lab.T)
         for least, samples in ((mine, self._samples[k]), (other, self._others[k])):
             for sample in samples:
-                lightness, a, b = ((lab - sample) * self._stretch[k]).T
-                np.minimum(least, lightness * lightness + a * a + b * b, out=least)
+                way = (columns - sample[:, None]) * self._stretch[k][:, None]
+                way *= way
+                np.minimum(least, way[0] + way[1] + way[2], out=least)
         mine[other <= mine] = np.inf
         return mine
 

@@ -23,7 +23,9 @@ from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shades import reach_of
+from colortrack_ros.detection.shades import shades_beyond
 from colortrack_ros.detection.shades import with_shades
 from colortrack_ros.encodings import plain
 
@@ -78,6 +80,7 @@ class ColorFinder:
         self._found: dict[int, Extent] = {}
         self._since: dict[int, int] = {}
         self._reach: dict[int, float] = {}
+        self._shades: dict[int, tuple[Triple, ...]] = {}
         self._pool: NDArray[np.float64] | None = None
         self._looked = self._measured = 0
         self._first: int | None = None
@@ -104,7 +107,7 @@ class ColorFinder:
         self._pool += (now - self._pool) * share
         self._looked = stamp
         self._first = stamp if self._first is None else self._first
-        before = dict(self._found)
+        before = dict(self._found), dict(self._shades)
         for k in self._sought:
             if k in self._found:
                 self._renew(k, self._pool, stamp)
@@ -113,7 +116,7 @@ class ColorFinder:
             elif pixels_near(now, self._colors[k].lab) >= FEWEST_PIXELS:
                 self._fills.add(k)
         self._follow_shades(cells, now, share)
-        return before != self._found
+        return before != (self._found, self._shades)
 
     def _follow_shades(
         self, cells: NDArray[np.uint16], counts: NDArray[np.float64], share: float
@@ -128,7 +131,8 @@ class ColorFinder:
             reach = reach_of(cells, counts, extent)
             if reach is not None:
                 known = self._reach.get(k, reach)
-                self._reach[k] = min(reach, float(known + share * (reach - known)))
+                reach = self._reach[k] = min(reach, float(known + share * (reach - known)))
+                self._shades[k] = shades_beyond(cells, counts, with_shades(extent, reach))
 
     def _find(self, k: int, counts: NDArray[np.float64]) -> Extent | None:
         color = self._colors[k]
@@ -170,7 +174,11 @@ class ColorFinder:
             extent = with_shades(extent, self._reach.get(k, 1.0))
             dL, da, db = (min(axis, MAX_TOLERANCE) for axis in extent.axes)
             found[k] = replace(
-                colors[k], lab=extent.lab, tolerance=max(da, db), tolerance_lab=(dL, da, db)
+                colors[k],
+                lab=extent.lab,
+                tolerance=max(da, db),
+                tolerance_lab=(dL, da, db),
+                samples=self._shades.get(k, colors[k].samples),
             )
         return tuple(found)
 

@@ -2,6 +2,7 @@
 
 A thing has a light and a dark side, and its light changes. Such colors are outside of the ellipsoid
 that ends in the first gap (extent.py), but in the picture they are right beside what is inside.
+Near the color a larger ellipsoid takes them in, and farther on others, along the line of shades.
 """
 
 from dataclasses import replace
@@ -18,6 +19,7 @@ from colortrack_ros.detection.extent import HALF_WAY
 from colortrack_ros.detection.extent import MOST_GROWTH
 from colortrack_ros.detection.extent import SIZE_STEP
 from colortrack_ros.detection.extent import SLOPE_STEPS
+from colortrack_ros.detection.reference import Triple
 
 ELSEWHERE_SHARE = 0.01
 """Pixels elsewhere that a color may take in with its shades [share of those that it has]: on four
@@ -30,6 +32,22 @@ OUTSIDE = 2
 REACHES = np.exp(SIZE_STEP * np.arange(-SLOPE_STEPS, np.log(HALF_WAY) / SIZE_STEP + SLOPE_STEPS))
 """Half axes that are tried over those of the gap, and what the growth at both ends is taken over.
 The gap is half-way to what is around at most, so that is where the last one ends."""
+
+
+NO_LIGHT = np.array([-16.0, 0.0, 0.0])
+"""Where the shades of all matt colors would meet: less light scales X, Y, Z alike, of which L + 16,
+a, and b have the cube root (CIE 15:2004)."""
+
+SHADE_STEP, MOST_SHADES = 0.5, 24
+"""From one shade to the next [half axes], and how many are tried to either side: every second is
+kept, as ellipsoids one half axis apart are a tube of at least 0.87 times their width. Assumed: by
+`python benchmark/colors.py --constants SHADE_STEP` half of the step, with the same gap, costs a
+third of the cups, and twice brings no shades to any of the four clips."""
+
+SHADE_GAP = 0.15
+"""Pixels that a shade adds where shades end [share of those before it]. Assumed: by `python
+benchmark/colors.py --constants SHADE_GAP` half changes no recall, twice that of cups by -7 points,
+and the IoU of boxes of caps is 0.83 and 0.96, with it 0.87."""
 
 
 def reach_of(
@@ -92,3 +110,67 @@ def with_shades(extent: Extent, reach: float) -> Extent:
     """The extent, its half axes so much longer."""
     dL, da, db = (reach * axis for axis in extent.axes)
     return replace(extent, axes=(dL, da, db))
+
+
+def shades_beyond(
+    cells: NDArray[np.uint16], counts: NDArray[np.float64], extent: Extent
+) -> tuple[Triple, ...]:
+    """Centers of further ellipsoids with the shades of a color, lighter and darker ones.
+
+    Each next one is ahead on the ridge of the color's own pixels. They go as far as the last gap
+    before a step that doubles what the color has, or takes in a thing that is not connected to one
+    of the color, or reaches gray.
+
+    :param cells, counts: (H, W) and (65536,) of :func:`sample_colors`.
+    """
+    (filled,) = counts.nonzero()
+    color, number = cell_bounds()[0].T[filled], counts[filled] * (cells.size / counts.sum())
+    center, axes = np.array(extent.lab), np.array(extent.axes)
+    mine = _within(color, center, axes)
+    found: list[Triple] = []
+    for way in (center - NO_LIGHT, NO_LIGHT - center):
+        shades, last, has = list[Triple](), center, mine
+        ended: tuple[list[Triple], NDArray[np.bool_]] = [], mine
+        for _ in range(MOST_SHADES):
+            way = way * SHADE_STEP / np.linalg.norm(way / axes)
+            shade = last + way
+            is_gray = np.hypot(*(shade / axes)[1:]) < 1
+            if is_gray or not 0 <= shade[0] <= 100:
+                break
+            added = _within(color, shade, axes) & ~has
+            more, before = number[added].sum(), number[has].sum()
+            if more <= SHADE_GAP * before:
+                ended = shades.copy(), has
+            if not 0 < more <= before:
+                break
+            if _apart(cells, filled[has], filled[added]) > ELSEWHERE_SHARE * before:
+                break
+            way = np.average(color[added], axis=0, weights=number[added]) - last
+            last, has = shade, has | added
+            shades.append((float(shade[0]), float(shade[1]), float(shade[2])))
+        found, mine = found + ended[0][::-2], ended[1]
+    return tuple(found)
+
+
+def _within(
+    color: NDArray[np.float64], center: NDArray[np.float64], axes: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """(N,) whether colors are within an ellipsoid."""
+    return np.asarray((((color - center) / axes) ** 2).sum(axis=1) < 1)
+
+
+def _apart(cells: NDArray[np.uint16], mine: NDArray[np.intp], added: NDArray[np.intp]) -> int:
+    """Pixels of things, but for their outlines, that are not connected to a thing of the color.
+
+    :param mine, added: cells of the color, and more that it may take in.
+    """
+    kind = np.zeros(CELLS, np.uint8)
+    kind[added], kind[mine] = 1, 2
+    label = np.empty(cells.shape, np.uint8)
+    look_up(kind, cells, label)
+    square = np.ones((3, 3), np.uint8)
+    mine_only = np.where(label == 2, label, 0)
+    count, component = cv2.connectedComponents(label)
+    apart = np.ones(count, bool)
+    apart[component[cv2.erode(mine_only, square) > 0]] = False
+    return int(np.count_nonzero(apart[component[cv2.erode(label, square) > 0]]))

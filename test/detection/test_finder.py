@@ -253,3 +253,13 @@ def test_a_small_thing_is_found_again_soon_after_a_large_one_of_its_color_has_le
             ball(image, 210, 130, 60, RED, 1.0)
         found.append(len(detector.detect(Frame(image, stamp=k * NANOSECONDS // 30)).rows))
     assert set(found[:10]) == set(found[40 + 90 :]) == {1}, 'three seconds later'
+
+
+@pytest.mark.parametrize('share', [0.2, 0.9])
+def test_a_thing_is_found_whole_by_its_dark_and_by_its_light_side(share):
+    detector = sought(tuple(share * x for x in ORANGE))
+    for k in range(8):
+        image = picture(seed=k, others=False)
+        ball(image, 160, 120, 40, ORANGE, least=0.15)
+        (row,) = detector.detect(Frame(image, stamp=k * NANOSECONDS // 4)).rows
+    assert row['box_h'] > 0.9 * 80

@@ -4,11 +4,14 @@ import cv2
 import numpy as np
 import pytest
 
+from colortrack_ros.detection.cells import CELLS
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import HALF_WAY
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.lab import linear_from_srgb
 from colortrack_ros.detection.shades import reach_of
+from colortrack_ros.detection.shades import shades_beyond
 
 RED, SHADE, WALL = (200, 40, 40), (160, 32, 32), (120, 160, 200)
 
@@ -58,3 +61,43 @@ def test_without_a_thing_nothing_is_known():
 def test_shades_are_found_up_to_the_border_of_the_picture():
     cells = picture(((0, 0), 33, SHADE), ((0, 0), 30, RED), ((319, 239), 30, RED))
     assert reach_of(*cells, red()) > 1.5
+
+
+def graded(*discs, least=0.15):
+    """Cells and counts of matt discs that are lit from above: least of its light at the bottom."""
+    image = np.full((240, 320, 3), WALL, float)
+    v, u = np.mgrid[:240, :320]
+    for (x, y), radius, rgb in discs:
+        light = least + (1 - least) * np.clip((y + radius - v) / (2 * radius), 0, 1)
+        linear = light[..., None] * linear_from_srgb(rgb)
+        inside = np.hypot(u - x, v - y) < radius
+        image[inside] = 255 * (linear ** (1 / 2.2))[inside]
+    image += np.random.default_rng(0).normal(0, 3, image.shape)
+    return sample_colors(image.clip(0, 255).astype(np.uint8), 'rgb8')
+
+
+DARK = Extent((26.0, 43.0, 31.0), (12.0, 8.0, 8.0), 0.1, 1.0)
+
+
+def test_a_color_goes_along_its_shades_from_the_dark_side_of_a_thing_to_the_light_one():
+    shades = np.array(shades_beyond(*graded(((100, 100), 40, RED)), DARK))
+    light = lab_from_rgb(np.array(RED))
+    assert len(shades) > 2
+    assert np.abs(shades - light).max(axis=1).min() < 8.0
+    assert (np.diff(np.sort(shades[:, 0])) < 8.0).all(), 'a tube without holes'
+
+
+def test_not_where_another_thing_has_a_shade():
+    cells, _ = graded(((100, 100), 40, RED))
+    v, u = np.mgrid[:240, :320]
+    cells[np.hypot(u - 250, v - 100) < 20] = cells[85, 100]
+    shades = np.array(shades_beyond(cells, np.bincount(cells.reshape(-1), minlength=CELLS), DARK))
+    assert shades.reshape(-1, 3)[:, 0].max(initial=0) < 34, 'that thing has 39'
+
+
+def test_nor_where_there_is_more_of_a_shade_than_of_the_color():
+    cells, _ = graded(((100, 100), 40, RED))
+    v, u = np.mgrid[:240, :320]
+    cells[(np.hypot(u - 100, v - 100) > 40) & (v < 200)] = cells[80, 100]
+    shades = np.array(shades_beyond(cells, np.bincount(cells.reshape(-1), minlength=CELLS), DARK))
+    assert shades.reshape(-1, 3)[:, 0].max(initial=0) < 34
