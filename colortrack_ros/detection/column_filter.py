@@ -18,7 +18,8 @@ CONTRASTS = ((0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1), (1, None), (None, 1
 """Channel minus channel, red 0, green 1, blue 2; None: of green alone, or of its darkness."""
 
 GRAY_RANGE = 64
-"""Greatest difference of the channels [levels] in what most of a picture is made of."""
+"""Greatest difference of the channels [levels] in what most of a picture is made of. Assumed; as
+what follows it sets the time alone: half and twice of each give the same masks."""
 
 JOIN_PIXELS = 8192
 """Pixels between two candidates that are looked up with them: a second call costs as much."""

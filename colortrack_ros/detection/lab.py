@@ -21,8 +21,10 @@ WHITE_TO_ONE = SRGB_TO_XYZ / SRGB_TO_XYZ.sum(axis=1, keepdims=True)
 """Linear sRGB to XYZ over the white point."""
 
 _CUBE_ROOT_FROM = (6 / 29) ** 3
+"""X, Y, Z over white from which CIE 1976 has the cube root (CIE 15:2004): (24/116)^3."""
+
 _SLOPE = (29 / 6) ** 2 / 3
-"""Where the cube root of CIE 1976 begins, and the slope of the tangent there (CIE 15:2004)."""
+"""Slope of the cube root there, 1 / (3 (6/29)^2); the line below goes on with it (CIE 15:2004)."""
 
 
 def linear_from_srgb(srgb: ArrayLike) -> NDArray[np.float64]:

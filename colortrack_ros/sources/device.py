@@ -36,7 +36,7 @@ AUTO_EXPOSURE, MANUAL_EXPOSURE = 3, 1
 """Values of V4L2_CID_EXPOSURE_AUTO: with a fixed iris as all USB cameras have, and none."""
 
 EXPOSURE_UNIT = 0.1
-"""Of V4L2_CID_EXPOSURE_ABSOLUTE [ms]."""
+"""Of V4L2_CID_EXPOSURE_ABSOLUTE [ms]: 100 us (Linux kernel, camera control reference)."""
 
 
 def _four_letters(name: str) -> None:
