@@ -66,12 +66,15 @@ def _bounds(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(65536,) each: between which D^2 to the nearest sample lies over each cell."""
     nearest, farthest = np.full((2, center.shape[1]), np.inf)
+    near, far = np.empty((2, *center.shape))
     for sample in samples:
-        offset = np.abs(center - sample[:, None])
-        near = ((np.maximum(offset - radius, 0) * stretch[:, None]) ** 2).sum(axis=0)
-        np.minimum(nearest, near, out=nearest)
-        far = (((offset + radius) * stretch[:, None]) ** 2).sum(axis=0)
-        np.minimum(farthest, far, out=farthest)
+        np.abs(np.subtract(center, sample[:, None], out=far), out=far)
+        np.maximum(np.subtract(far, radius, out=near), 0, out=near)
+        far += radius
+        for way, least in ((near, nearest), (far, farthest)):
+            way *= stretch[:, None]
+            way *= way
+            np.minimum(least, way.sum(axis=0), out=least)
     return nearest, farthest
 
 
