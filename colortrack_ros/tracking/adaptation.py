@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from colortrack_ros.tracking.borders import Borders
 from colortrack_ros.tracking.camera import Camera
 from colortrack_ros.tracking.disappearances import Disappearances
 from colortrack_ros.tracking.maneuvers import Maneuvers
@@ -85,6 +86,8 @@ class Adaptation:
         self.maneuvers = Maneuvers()
         self.camera = Camera()
         self.resolution = Resolution()
+        self.borders = Borders()
+        """Where boxes end, while the size of the picture is not known."""
 
     @property
     def noise(self) -> float:

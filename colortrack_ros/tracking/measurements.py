@@ -10,6 +10,7 @@ from colortrack_ros.data import Columns
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.tracking.adaptation import Adaptation
+from colortrack_ros.tracking.borders import TOUCHING
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.noise import MeasurementNoise
 
@@ -34,13 +35,10 @@ LARGEST_SQUARE = FARTHEST**2
 LIMITS = np.array([FARTHEST, FARTHEST, LARGEST_SQUARE, LARGEST_SQUARE, LARGEST_SQUARE])
 """Bounds of a valid row: no picture is that wide [px]; the square bounds covariances and areas."""
 
-TOUCHING = 1.0
-"""A blob this near to the picture's border touches it [px]: erosion takes a pixel off it."""
-
 CUT_SIGMA, LEAST_CUT = 0.2, 2.0
 """Where the size of the picture is not known, a standard deviation beyond this share of the blob's
-size and this many px is no noise: the blob is cut by the border. Assumed: of a disc of which half
-is out of sight the centroid is off by 0.4 of what is left."""
+size and this many px is that of a blob which is cut by a border that has been seen. Assumed: of a
+disc of which half is out of sight the centroid is off by 0.4 of what is left."""
 
 SYSTEMATIC_SHARE = 0.007
 """Standard deviation of what shading and background shift a centroid by in every frame alike, over
@@ -153,7 +151,7 @@ class Screening:
         self.crowded_out += len(rows) - len(few)
         given = all(config.image_size)
         learned.know_size(config.image_size if given else detections.image_size)
-        blobs = accept(few, config, learned.image_size)
+        blobs = accept(few, config, learned)
         self.dropped += len(few) - len(blobs.rows)
         learned.learn_size(blobs.z)
         if config.detection_covariance:
@@ -181,34 +179,34 @@ def largest(rows: NDArray[np.void], most: int) -> NDArray[np.void]:
     return rows[np.sort(np.argsort(-rows['area'], kind='stable')[:most])]
 
 
-def _cut(
-    box: Floats, size: NDArray[np.float32], variance: Floats, image_size: tuple[int, int]
-) -> Bools:
+def _cut(box: Floats, size: NDArray[np.float32], variance: Floats, learned: Adaptation) -> Bools:
     """Which blobs, (M,), go on behind the picture's border, by axis, (M, 2).
 
-    Those that touch it; where nobody knows its size, those of which the centroid is so uncertain.
+    Those that touch it; where nobody knows its size, those that end where boxes are seen to end,
+    if their centroids are that uncertain as well.
 
     :param box, size, variance: of the blobs and of their centroids, see Measurements.
-    :param image_size: of the picture [px]; 0 where it is not known.
+    :param learned: where the picture ends.
     """
-    if all(image_size):
-        beyond = np.subtract(image_size, 0.5 + TOUCHING)
+    if all(learned.image_size):
+        beyond = np.subtract(learned.image_size, 0.5 + TOUCHING)
         touches = (box[:, 0] <= TOUCHING - 0.5) | (box[:, 1] >= beyond)
     else:
+        learned.borders.learn(box, size)
         touches = variance > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2
+        if np.count_nonzero(touches):
+            touches &= learned.borders.touched(box)
     return np.asarray(touches & (size > 0)) if np.count_nonzero(touches) else touches
 
 
-def accept(
-    rows: NDArray[np.void], config: TrackerConfig, image_size: tuple[int, int] = (0, 0)
-) -> Measurements:
+def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -> Measurements:
     """Leave out rows that are not finite or absurdly large, or have no valid covariance.
 
     A covariance is positive definite, or all zero where it is not known.
 
     :param rows: (N,) of dtype DETECTION.
     :param config: says where the covariance comes from, and whether boxes are used.
-    :param image_size: of the picture [px]; 0 where it is not known.
+    :param learned: where the picture ends; if nobody tells, that is learned here.
     :return: the rows left, M <= N.
     """
     rows = np.ascontiguousarray(rows, DETECTION)
@@ -231,7 +229,7 @@ def accept(
     box, usual = _boxes(singles, z, config), np.zeros_like(z)
     if config.use_boxes:
         given = doubles[:, 2::2] if config.detection_covariance else usual
-        cut = _cut(box, singles[:, 3:5], given, image_size)
+        cut = _cut(box, singles[:, 3:5], given, learned)
     else:
         cut = np.zeros(z.shape, bool)
     size, mixed = box[:, 1] - box[:, 0], np.zeros(len(rows), bool)

@@ -7,6 +7,7 @@ from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.measurements import accept
 
 RATE = 30
@@ -78,4 +79,6 @@ def test_a_blob_at_the_border_is_cut_and_one_that_is_covered_is_not(corner, cut,
     rows['box_u'], rows['box_v'], rows['box_w'], rows['box_h'] = *corner, 30, 30
     rows['u'], rows['v'] = rows['box_u'] + 14.5, rows['box_v'] + 14.5
     rows['cov_uu'] = rows['cov_vv'] = sigma**2
-    assert accept(rows, TrackerConfig(), (640, 480)).cut.tolist() == [cut]
+    learned = Adaptation()
+    learned.know_size((640, 480))
+    assert accept(rows, TrackerConfig(), learned).cut.tolist() == [cut]

@@ -1,0 +1,52 @@
+"""Borders: where the picture ends, learned from boxes where nobody tells its size."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.tracking.sizes import TOLERANCE
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+TOUCHING = 1.0
+"""A blob this near to the picture's border touches it [px]: erosion takes a pixel off it."""
+
+OUTWARD = np.array([[-1.0], [1.0]])
+"""Sign of the low and the high side of a box."""
+
+
+class Borders:
+    """Lines that no box goes beyond, and at which boxes of several sizes end.
+
+    What enters or leaves ends there with a size that changes; what stands there has but one. That
+    pixels are counted from 0 is known, until a box goes beyond.
+    """
+
+    def __init__(self) -> None:
+        self._line = np.array([[0.5, 0.5], [-np.inf, -np.inf]])
+        self._least = np.array([[0.0, 0.0], [np.inf, np.inf]])
+        self._most = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
+
+    def learn(self, box: Floats, size: NDArray[np.floating]) -> None:
+        """Take the boxes of a frame.
+
+        :param box: (M, 2, 2) low and high sides, by axis (u, v) [px].
+        :param size: (M, 2) theirs [px], 0 for a point, of which nothing is learned.
+        """
+        known = (size > 0).all(axis=1)
+        if not np.count_nonzero(known):
+            return
+        side, size = (OUTWARD * box)[known], size[known, None]
+        farthest = side.max(axis=0)
+        beyond = farthest > self._line + TOUCHING
+        self._least[beyond], self._most[beyond] = np.inf, -np.inf
+        self._line = np.maximum(self._line, farthest)
+        ends = side >= self._line - TOUCHING
+        self._least = np.minimum(self._least, np.where(ends, size, np.inf).min(axis=0))
+        self._most = np.maximum(self._most, np.where(ends, size, -np.inf).max(axis=0))
+
+    def touched(self, box: Floats) -> Bools:
+        """Which boxes, (M, 2, 2), end at such a line, by axis, (M, 2)."""
+        seen = self._most - self._least > TOLERANCE
+        ends = (OUTWARD * box >= self._line - TOUCHING) & seen
+        return np.asarray(ends.any(axis=1))
