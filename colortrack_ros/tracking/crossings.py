@@ -32,8 +32,16 @@ DOUBTFUL = math.log(1000)
 """An exchange of detections less likely than one in so many is out of the question. Assumed."""
 
 SCANS = 6
-"""Detections apart from each other that decide. Their line has a velocity within
+"""Detections apart from each other that may decide. Their line has a velocity within
 sqrt(12 / (6 * 35)) = 0.24 standard deviations of a detection a frame. Assumed: more take longer."""
+
+CLEAR = math.log(99)
+"""Log-likelihood ratio from which one in a hundred decisions is wrong, as in a sequential test of
+Wald 1945. Until then it is asked again with each detection."""
+
+MOST_SCANS = 3 * SCANS
+"""Detections after which what is not clear is decided all the same. Assumed; with 12, of 192 pairs
+that cross at 5 degrees 8 are exchanged instead of 3."""
 
 ESTABLISHED = 10
 """Hits from which a track has a direction to go by. Assumed."""
@@ -172,15 +180,17 @@ def tell_apart(
     other = np.minimum(other, len(records) - 1)
     gone = records['rival'][other] != records['track_id'][one]
     records['rival'][one[gone]] = 0
-    scans = records['scans']
-    ready = ~gone & (one < other) & (np.minimum(scans[one], scans[other]) >= SCANS)
-    one, other = one[ready], other[ready]
+    scans = np.minimum(records['scans'][one], records['scans'][other])
+    ready = ~gone & (one < other) & (scans >= SCANS)
+    one, other, scans = one[ready], other[ready], scans[ready]
     if not len(one):
         return
     since = (stamp - records['met'][one]) / NANOSECONDS
     chance = config.maneuvers * maneuver_chance(records['rate'][one], since)
     ratio = _compare(records, one, other, chance, prediction, stamp) * (chance < UNSTEADY)
-    exchanged = ratio + _compare_sizes(records, one, other, prediction) < 0
+    ratio += _compare_sizes(records, one, other, prediction)
+    decided = (np.abs(ratio) > CLEAR) | (scans >= MOST_SCANS) | (ratio == 0)
+    one, other, exchanged = one[decided], other[decided], ratio[decided] < 0
     _exchange(tracks, one[exchanged], other[exchanged])
     records['rival'][one] = records['rival'][other] = 0
 
