@@ -43,17 +43,21 @@ def lost(seed, rivals):
     )
 
 
-def centroids(seed, rivals, count=30, touch=40.0):
+def merging(rng, count=30, frames=300, touch=40.0):
     """Objects that touch are one detection, at their mean, without a box."""
-    rng = np.random.default_rng(seed)
-    world = observe(in_a_box(rng, count, 300), rng)
+    world = observe(in_a_box(rng, count, frames), rng)
     detections = []
     for k, z in enumerate(world.z):
         name = groups(np.hypot(*(z[:, None] - z).T) < touch)
         means = np.array([z[name == n].mean(axis=0) for n in np.unique(name)])
         detections.append(message(means, k))
-    merged = replace(world, detections=detections).sequence(30.0)
-    yield from identity('merge and split', merged, rivals, 47.0, peer=91.0)
+    return replace(world, detections=detections).sequence(30.0)
+
+
+def centroids(seed, rivals):
+    """As merging()."""
+    sequence = merging(np.random.default_rng(seed))
+    yield from identity('merge and split', sequence, rivals, 47.0, peer=91.0)
 
 
 WORLDS = {

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 COVERED_EVERY = 10.0
+"""Mean time until something covers a visible object [s]. Assumed."""
+
 GONE_EVERY = 100.0
-"""Mean time until something covers a visible object, or until it vanishes in full view [s].
-Assumed; disappearances replaces their ratio by what it has seen."""
+"""Mean time until it vanishes in full view [s]. Assumed; disappearances replaces the ratio of the
+two by what it has seen."""
 
 HIDDEN_SHARE = GONE_EVERY / (GONE_EVERY + COVERED_EVERY)
 """Of what disappears, as far as these say."""

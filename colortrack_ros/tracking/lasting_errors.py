@@ -74,6 +74,7 @@ _LOG_GROWTHS = [
     for apart in (2, 5)
 ]
 _MIXED_RISES = (1 - _MOTION) * RISES + _MOTION * _KINDS[1]
+"""Rises of errors and motion together, by the share of motion: interpolated between theirs."""
 
 
 def weigh(looks: Floats, growths: Floats, count: Floats, rise: Floats) -> Floats:

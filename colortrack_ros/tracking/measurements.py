@@ -31,9 +31,13 @@ USED_BYTES = 68
 """Of a row of DETECTION; what follows is padding, which may hold anything."""
 
 FARTHEST = 1e6
+"""Bound of a coordinate [px]: no picture is that wide, and its square keeps to doubles exactly."""
+
 LARGEST_SQUARE = FARTHEST**2
+"""Bound of covariances and areas [px^2]."""
+
 LIMITS = np.array([FARTHEST, FARTHEST, LARGEST_SQUARE, LARGEST_SQUARE, LARGEST_SQUARE])
-"""Bounds of a valid row: no picture is that wide [px]; the square bounds covariances and areas."""
+"""Bounds of the doubles of a valid row."""
 
 CUT_SIGMA, LEAST_CUT = 0.2, 2.0
 """Where the size of the picture is not known, a standard deviation beyond this share of the blob's

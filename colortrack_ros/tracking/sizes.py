@@ -11,9 +11,11 @@ Floats = NDArray[np.float64]
 # what IDF1 becomes with half and twice the value.
 
 TOLERANCE = 2.0
+"""A box is whole when its size differs by no more than this [px]: each side is a whole pixel, and
+may be the next one."""
+
 TOLERANCE_SHARE = 0.05
-"""A box is whole when its size differs by no more than this from the track's [px], [1]: a pixel on
-each side, and assumed changes of the object by a twentieth."""
+"""And by no more than this share beyond. Assumed: an object turns and bends by a twentieth."""
 
 OTHER_SIZE = 0.02
 """Probability that a blob has another size than its object. Assumed: one in 50, as for colors."""

@@ -32,9 +32,11 @@ larger, in frame after frame, for what nearly never is. Labels of juggled balls:
 switches without them, 99.2 % and 10 with them. They add to what is published, see _unsettle()."""
 
 SINCE = ((np.arange(5) + 0.5) / 5) ** 2
+"""Times since a maneuver over T, by the midpoint rule in their roots: the latest ones, which show
+least, lie close. With 12 instead of 5 NEES of turns are the same within 0.05."""
+
 SHARE = 2 * np.sqrt(SINCE) / len(SINCE)
-"""Times since a maneuver over T, and the shares of these, by the midpoint rule in their roots: the
-latest ones, which show least, lie close. With 12 NEES of turns are the same within 0.05."""
+"""Of these times in T, from the derivative of the square."""
 
 MOST_LOG_RATIO = 50.0
 """Bound of a log-likelihood ratio, so that its exponential is finite; exp(50) leaves no doubt."""
