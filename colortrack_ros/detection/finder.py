@@ -40,6 +40,10 @@ POOL_SECONDS = 1.0
 """Time constant of the pixels that are looked at [s], and how long a color that has come into the
 picture may still change in any way; that of a color that follows the light, too."""
 
+SHADES_SECONDS = 1.0
+"""Time from one search for shades beyond a color's to the next [s], once it may change no more: it
+costs some 20 to 60 ms, and light on a thing changes no faster than what is pooled."""
+
 LARGEST_SECONDS = 3.0
 """Time after which the area of the largest blob is forgotten [s], at most, and half of it at least:
 longer than a hand or a turn hides most of a thing, shorter than one takes to walk away from the
@@ -81,6 +85,7 @@ class ColorFinder:
         self._since: dict[int, int] = {}
         self._reach: dict[int, float] = {}
         self._shades: dict[int, tuple[Triple, ...]] = {}
+        self._shaded: dict[int, int] = {}
         self._pool: NDArray[np.float64] | None = None
         self._looked = self._measured = 0
         self._first: int | None = None
@@ -115,15 +120,16 @@ class ColorFinder:
                 self._found[k], self._since[k] = extent, stamp
             elif pixels_near(now, self._colors[k].lab) >= FEWEST_PIXELS:
                 self._fills.add(k)
-        self._follow_shades(cells, now, share)
+        self._follow_shades(cells, now, share, stamp)
         return before != (self._found, self._shades)
 
     def _follow_shades(
-        self, cells: NDArray[np.uint16], counts: NDArray[np.float64], share: float
+        self, cells: NDArray[np.uint16], counts: NDArray[np.float64], share: float, stamp: int
     ) -> None:
         """Let colors reach as far as the shades of their things do, farther by a share at a time.
 
-        Not farther at once: what is taken in for one look was beside the thing by chance.
+        Not farther at once: what is taken in for one look was beside the thing by chance. Shades
+        beyond are looked for less often, since that takes longer than all the rest of a look.
         """
         for k, extent in self._found.items():
             if self._colors[k].is_sampled or self._colors[k].inverted:
@@ -132,7 +138,11 @@ class ColorFinder:
             if reach is not None:
                 known = self._reach.get(k, reach)
                 reach = self._reach[k] = min(reach, float(known + share * (reach - known)))
-                self._shades[k] = shades_beyond(cells, counts, with_shades(extent, reach))
+                is_young = stamp - self._since[k] < POOL_SECONDS * NANOSECONDS
+                pause = (LOOK_SECONDS if is_young else SHADES_SECONDS) * NANOSECONDS
+                if not 0 <= stamp - self._shaded.get(k, stamp + 1) < pause:
+                    self._shades[k] = shades_beyond(cells, counts, with_shades(extent, reach))
+                    self._shaded[k] = stamp
 
     def _find(self, k: int, counts: NDArray[np.float64]) -> Extent | None:
         color = self._colors[k]

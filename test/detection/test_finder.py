@@ -11,6 +11,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import finder
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.sources import open_source
 
@@ -263,3 +264,16 @@ def test_a_thing_is_found_whole_by_its_dark_and_by_its_light_side(share):
         ball(image, 160, 120, 40, ORANGE, least=0.15)
         (row,) = detector.detect(Frame(image, stamp=k * NANOSECONDS // 4)).rows
     assert row['box_h'] > 0.9 * 80
+
+
+def test_shades_beyond_are_seldom_looked_for_also_while_another_color_is_not_there(monkeypatch):
+    """A color that is not in sight is looked for in every picture."""
+    searches = []
+    search = finder.shades_beyond
+    monkeypatch.setattr(finder, 'shades_beyond', lambda *a: (searches.append(1), search(*a))[1])
+    detector = sought(ORANGE, (20, 60, 250))
+    for k in range(120):
+        image = picture(seed=k, others=False)
+        ball(image, 160, 120, 40, ORANGE, least=0.15)
+        detector.detect(Frame(image, stamp=k * NANOSECONDS // 30))
+    assert 5 <= len(searches) <= 8, 'four times in the first second, then once in each'
