@@ -82,6 +82,8 @@ class Scene:
         self._half = np.stack([path[:, [2, -1]] for path in paths])
         self._smear = np.stack([thing.path.slope(t)[:, :2] for thing in things])
         self._smear *= exposure / self.rate
+        # What would be smeared over all of the picture has been put elsewhere.
+        self._smear[np.abs(self._smear).max(axis=2) > max(self.width, self.height)] = 0.0
         self._bgr = np.stack([self._brightness(thing, t) for thing in things])
         self._balls = np.array([i for i, x in enumerate(things) if isinstance(x, Ball)])
         self._first, self._last = self._stay()

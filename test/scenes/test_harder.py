@@ -140,3 +140,10 @@ def test_of_the_objects_of_vanish_some_end_inside_the_picture_and_others_come_ba
     last = [np.flatnonzero(path['visible'][:, i] > 0)[-1] for i in range(11)]
     inside = [30 < path['u'][k, i] < 1250 and k < 490 for i, k in enumerate(last)]
     assert sum(inside) == 6
+
+
+@pytest.mark.parametrize('rate', [24, 25, 30])
+def test_a_lamp_that_comes_on_is_no_smear_over_millions_of_pixels(rate):
+    scene = open_scene(f'vanish?width=160&height=90&rate={rate}')
+    for k in range(int(11.9 * rate), int(12.1 * rate) + 1):
+        assert scene.render(k).shape == (90, 160, 3)
