@@ -96,7 +96,7 @@ def _find_noisy(
     if prediction.sized:
         off = prediction.sizes.difference(prediction.size[track], wide.size[blob])
         mine &= ~off.any(axis=1)
-    return _choose(prediction, wide, track[mine], blob[mine], math.log(STRAYING), config)
+    return _choose(prediction, wide, track[mine], blob[mine], math.log(STRAYING), missed, config)
 
 
 def _find_sudden(
@@ -111,7 +111,7 @@ def _find_sudden(
     sudden = replace(prediction, maneuvered=chance, speed=speed)
     track, blob = gate(sudden, blobs, config)
     mine = missed[track]
-    found, probability = _choose(sudden, blobs, track[mine], blob[mine], 0.0, config)
+    found, probability = _choose(sudden, blobs, track[mine], blob[mine], 0.0, missed, config)
     T, maneuvered = prediction.unmeasured[found.track], found.innovations.maneuvered
     prediction.bank.maneuver(found.track, maneuvered, T, speed)
     return found, probability
@@ -123,6 +123,7 @@ def _choose(
     track: Indices,
     blob: Indices,
     log_prior: float,
+    missed: NDArray[np.bool_],
     config: TrackerConfig,
 ) -> tuple[Hypotheses, NDArray[np.float64]]:
     """Associate tracks, (K,), with blobs, (K,), and tell how probable each pair is.
@@ -134,16 +135,18 @@ def _choose(
     gain = score(found, prediction, blobs, config)
     chosen, probability = ASSOCIATORS[config.associator](found.track, found.blob, gain)
     found = found.take(chosen)
-    alone = _is_alone(prediction, found).nonzero()[0]
+    alone = _is_alone(prediction, found, missed).nonzero()[0]
     return found.take(alone), probability[alone]
 
 
-def _is_alone(prediction: Prediction, found: Hypotheses) -> NDArray[np.bool_]:
-    """Whether no other track is as near to what is found, (K,), within twice as far.
+def _is_alone(
+    prediction: Prediction, found: Hypotheses, missed: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Whether no other track that was missed is within twice as far of what is found, (K,).
 
     What lies between two is of both (see unresolved), or nobody knows whose it is.
     """
-    known = prediction.center[prediction.records['state'] != TENTATIVE]
+    known = prediction.center[missed]
     aside = found.z - prediction.center[found.track]
     away = found.z[:, None] - known
     reach = 4 * (aside * aside).sum(axis=1)

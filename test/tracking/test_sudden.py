@@ -28,11 +28,13 @@ def tracks_of(frames, rate, noise=1.0, seed=0):
     return found
 
 
+@pytest.mark.parametrize('beside', [(420.0, 80.0), (200.0, 120.0)], ids=['alone', 'past another'])
 @pytest.mark.parametrize(('rate', 'speed'), [(30, 900), (15, 900), (15, 600), (10, 600)])
-def test_what_is_pushed_keeps_its_id(rate, speed):
+def test_what_is_pushed_keeps_its_id(rate, speed, beside):
+    still = np.array([AT_REST[0], beside, AT_REST[2]])
     way = speed / rate * np.arange(round(0.1 * rate) + 3)
     pushed = np.array([[[u, 0.0], [0.0, 0.0], [0.0, 0.0]] for u in way])
-    frames = [AT_REST] * 3 * rate + list(AT_REST + pushed)
+    frames = [still] * 3 * rate + list(still + pushed)
     found = tracks_of(frames, rate)
     assert {tuple(rows['track_id']) for rows in found[-3:]} == {(1, 2, 3)}
     for rows, centers in zip(found[-3:], frames[-3:], strict=True):
