@@ -25,6 +25,10 @@ Bools = NDArray[np.bool_]
 FIRST_SPEED = 700.0
 """Speed before any is learned [px/s]. Assumed."""
 
+VGA = 640 * 480
+"""Area of a picture [px^2] up to which what goes off all at once has FIRST_SPEED; in larger ones,
+which show the same things larger, it is as much faster."""
+
 FIRST_WATCHED, SPEED_MEMORY = 1.0, 0.33
 """Time of watching a track that this speed is worth, and memory for the speed of many [s].
 Assumed."""
@@ -98,6 +102,12 @@ class Adaptation:
     def speed(self) -> Floats:
         """Root mean square of the velocity on each axis, (2,), at least LEAST_SPEED [px/s]."""
         return np.maximum(np.sqrt(self._speed2), LEAST_SPEED)
+
+    @property
+    def sudden_speed(self) -> float:
+        """The same of what goes off all at once, however slow all was before [px/s]."""
+        size = self.image_size
+        return FIRST_SPEED * math.sqrt(max(size[0] * size[1] / VGA, 1.0))
 
     @property
     def density(self) -> float:

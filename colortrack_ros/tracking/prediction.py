@@ -60,6 +60,7 @@ class Prediction:
     :param log_odds: (N,) log of the odds that it is detected in this frame.
     :param noise: standard deviation of the acceleration on each axis [px/s^2].
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
+    :param sudden_speed: the same of what goes off all at once [px/s].
     :param log_density: log of the density of detections that belong to no track [1/px^2].
     :param sized: there are tracks or blobs that have a size.
     :param sizes: how alike sizes are.
@@ -78,6 +79,7 @@ class Prediction:
     log_odds: Floats
     noise: float
     speed: Floats
+    sudden_speed: float
     log_density: float
     sized: bool
     sizes: Sizes
@@ -162,6 +164,7 @@ def _expect(
         log_odds=np.log(seen / (1 - seen)),
         noise=config.process_noise or learned.noise,
         speed=assumed_speed(learned, config),
+        sudden_speed=learned.sudden_speed,
         log_density=math.log(config.clutter_density or learned.density),
         sized=sized,
         sizes=learned.sizes,

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import TENTATIVE
-from colortrack_ros.tracking.adaptation import FIRST_SPEED
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.gating import gate
@@ -39,7 +38,7 @@ deviations break no track either, but turns are taken for strays."""
 
 SUDDEN = 0.1
 """Share of maneuvers that come as often, and are as fast, as is assumed before any are seen
-(maneuvers.FIRST_RATE, adaptation.FIRST_SPEED), whatever was learned since. Assumed: with 1 the
+(maneuvers.FIRST_RATE, Adaptation.sudden_speed), whatever was learned since. Assumed: with 1 the
 tracks of real cups are the same."""
 
 SETTLED_HITS = 12
@@ -107,7 +106,7 @@ def _find_sudden(
     What is that fast is smeared, so it need not have its size.
     """
     chance = SUDDEN * maneuver_chance(np.array(FIRST_RATE), prediction.unmeasured)
-    speed = np.maximum(prediction.speed, FIRST_SPEED)
+    speed = np.maximum(prediction.speed, prediction.sudden_speed)
     sudden = replace(prediction, maneuvered=chance, speed=speed)
     track, blob = gate(sudden, blobs, config)
     mine = missed[track]

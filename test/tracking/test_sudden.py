@@ -13,29 +13,37 @@ SIZE = (640, 360)
 AT_REST = np.array([[80.0, 200.0], [420.0, 80.0], [560.0, 195.0]])
 
 
-def tracks_of(frames, rate, noise=1.0, seed=0):
-    """The rows of each frame of centers, (N, 2), of boxes 84x130 seen with some noise."""
-    rng = np.random.default_rng(seed)
-    tracker, found = Tracker(TrackerConfig(image_size=SIZE)), []
+def tracks_of(frames, rate, noise=1.0, seed=0, scale=1):
+    """The rows of each frame of centers, (N, 2), of boxes 84x130 seen with some noise.
+
+    In a picture that is as many times as wide and high, all is as many times as large.
+    """
+    rng, size = np.random.default_rng(seed), tuple(scale * side for side in SIZE)
+    tracker, found = Tracker(TrackerConfig(image_size=size)), []
     for k, centers in enumerate(frames):
         rows = np.zeros(len(centers), DETECTION)
         rows['u'], rows['v'] = (centers + rng.normal(0, noise, centers.shape)).T
         rows['box_w'], rows['box_h'], rows['area'] = 84, 130, 7500
         rows['box_u'], rows['box_v'] = rows['u'] - 42, rows['v'] - 65
-        rows['cov_uu'] = rows['cov_vv'] = noise**2
+        rows['cov_uu'] = rows['cov_vv'] = (scale * noise) ** 2
+        rows['area'] *= scale**2
+        for name in ('u', 'v', 'box_u', 'box_v', 'box_w', 'box_h'):
+            rows[name] *= scale
         live = tracker.update(Detections(rows, round(k / rate * 1e9))).rows
+        live['u'], live['v'] = live['u'] / scale, live['v'] / scale
         found.append(live[live['state'] != TENTATIVE])
     return found
 
 
+@pytest.mark.parametrize('scale', [1, 2, 6])
 @pytest.mark.parametrize('beside', [(420.0, 80.0), (200.0, 120.0)], ids=['alone', 'past another'])
 @pytest.mark.parametrize(('rate', 'speed'), [(30, 900), (15, 900), (15, 600), (10, 600)])
-def test_what_is_pushed_keeps_its_id(rate, speed, beside):
+def test_what_is_pushed_keeps_its_id(rate, speed, beside, scale):
     still = np.array([AT_REST[0], beside, AT_REST[2]])
     way = speed / rate * np.arange(round(0.1 * rate) + 3)
     pushed = np.array([[[u, 0.0], [0.0, 0.0], [0.0, 0.0]] for u in way])
     frames = [still] * 3 * rate + list(still + pushed)
-    found = tracks_of(frames, rate)
+    found = tracks_of(frames, rate, scale=scale)
     assert {tuple(rows['track_id']) for rows in found[-3:]} == {(1, 2, 3)}
     for rows, centers in zip(found[-3:], frames[-3:], strict=True):
         assert np.hypot(rows['u'] - centers[:, 0], rows['v'] - centers[:, 1]).max() < 8
