@@ -17,11 +17,10 @@ import cv2
 import motmetrics
 import numpy as np
 from real_contours import Clip
+from real_contours import compare
 from real_contours import FIGURES
 from real_contours import IOU
 from real_contours import ours
-from real_contours import overlaps
-from real_contours import VISIBLE
 
 JUDGED = 12.0
 """Time from the disturbance on that is judged [s]."""
@@ -180,14 +179,8 @@ def run(clip: Clip, other: Clip | None, after: float, disturb: Disturbance) -> S
     book, step, found = motmetrics.MOTAccumulator(auto_id=True), ours(clip.rate()), []
     for k, (image, truth) in enumerate(frames(clip, other, after, disturb)):
         boxes = step(image, k)
-        if truth is None:
-            continue
-        value = overlaps(truth[:, 1:5], boxes[:, 1:])
-        wanted = truth[:, 5] >= VISIBLE
-        kept = (value[wanted] >= IOU).any(axis=0) | ~(value[~wanted] >= IOU).any(axis=0)
-        value = np.where(value >= IOU, 1 - value, np.nan)[wanted][:, kept]
-        book.update(truth[wanted, 0].astype(int), boxes[kept, 0].astype(int), value)
-        found.append(np.isfinite(value).any())
+        if truth is not None:
+            found.append(compare(book, truth, boxes, IOU))
     names = (*FIGURES, 'num_false_positives')
     row = motmetrics.metrics.create().compute(book, metrics=names).iloc[0]
     return Seen(row, float(np.argmax([*found, True])) / clip.rate())

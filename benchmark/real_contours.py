@@ -148,6 +148,19 @@ def mog2_with_norfair(rate: float) -> Callable:
     return step
 
 
+def compare(
+    book: motmetrics.MOTAccumulator, truth: np.ndarray, boxes: np.ndarray, iou: float
+) -> bool:
+    """Add a picture: its truth, and rows of ID and box that were told; whether any is found."""
+    value = overlaps(truth[:, 1:5], boxes[:, 1:])
+    free = truth[:, 5] < VISIBLE
+    bound = (value[~free] >= iou).any(axis=0)
+    kept = bound | ~(value[free] >= iou).any(axis=0)
+    value = np.where(value >= iou, 1 - value, np.nan)[~free][:, kept]
+    book.update(truth[~free, 0].astype(int), boxes[kept, 0].astype(int), value)
+    return bool(np.isfinite(value).any())
+
+
 def judge(step: Callable, clip: Clip, iou: float) -> tuple[motmetrics.MOTAccumulator, np.ndarray]:
     """What a tracker finds on a clip, and its times [ms]."""
     truth, times = clip.truth(), []
@@ -157,13 +170,7 @@ def judge(step: Callable, clip: Clip, iou: float) -> tuple[motmetrics.MOTAccumul
         boxes = step(image, k)
         times.append((time.perf_counter() - begin) * 1e3)
         if k in truth:
-            own = truth[k]
-            value = overlaps(own[:, 1:5], boxes[:, 1:])
-            free = own[:, 5] < VISIBLE
-            bound = (value[~free] >= iou).any(axis=0)
-            kept = bound | ~(value[free] >= iou).any(axis=0)
-            value = np.where(value >= iou, 1 - value, np.nan)[~free][:, kept]
-            book.update(own[~free, 0].astype(int), boxes[kept, 0].astype(int), value)
+            compare(book, truth[k], boxes, iou)
     return book, np.array(times)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 from scipy.stats import chi2
+from world_scene import as_seen
 from world_scene import bases
 from world_scene import CAMERA
 from world_scene import config_of
@@ -35,15 +36,9 @@ from world_scene import SETTLED
 from world_scene import truths
 from world_scene import WANDER
 
-from colortrack_ros.data import CONFIRMED
-from colortrack_ros.data import DETECTION
-from colortrack_ros.data import Detections
-from colortrack_ros.data import TRACK
-from colortrack_ros.data import Tracks
 from colortrack_ros.world import Locator
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.config import RANGE_METHODS
-from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.state import CameraErrors
@@ -192,23 +187,14 @@ def locator_time(objects=50, steps=60):
     x, y = np.meshgrid(np.linspace(2, 5, 10), np.linspace(-0.8, 0.8, objects // 10))
     truth = np.zeros((objects, 16))
     truth[:, 0], truth[:, 1], truth[:, 2] = x.ravel(), x.ravel() * y.ravel() / 2, 0.1
-    rows, tracks = np.zeros(objects, DETECTION), np.zeros(objects, TRACK)
     rng, times = np.random.default_rng(0), []
     for k in range(steps):
         view = View(CAMERA, Pose.of_rpy((0.1 * k * DT, 0, 0), (0, 0, 0)), MOUNT)
         z, _ = expected(view, truth, np.full(objects, 0.2), np.zeros(objects))
-        rows['u'], rows['v'] = z[:, :2].T + 0.5 * rng.normal(size=(2, objects))
-        size = z[:, BLOB] - config.eroded
-        rows['box_w'] = rows['box_h'] = size
-        rows['area'] = np.pi / 4 * size**2
-        rows['box_u'], rows['box_v'] = rows['u'] - size / 2, rows['v'] - size / 2
-        rows['cov_uu'] = rows['cov_vv'] = 0.25
-        for name in ('u', 'v', 'area', 'box_w', 'box_h'):
-            tracks[name] = rows[name]
-        tracks['track_id'], tracks['state'] = np.arange(objects) + 1, CONFIRMED
-        stamp = round((k + 1) * 1e9 * DT)
+        z[:, :2] += 0.5 * rng.normal(size=(2, objects)).T
+        shown = as_seen(z, np.ones(objects, bool), config, round((k + 1) * 1e9 * DT))
         start = time.perf_counter()
-        found = locator.update(Tracks(tracks, stamp), Detections(rows, stamp), view)
+        found = locator.update(*shown, view)
         times.append(1e3 * (time.perf_counter() - start))
     return min(times[1:]), len(found.rows)
 

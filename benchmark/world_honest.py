@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from world_right import KINDS
 from world_right import swinging
+from world_scene import as_seen
 from world_scene import config_of
 from world_scene import ELSEWHERE
 from world_scene import HERE
@@ -23,14 +24,8 @@ from world_scene import SPEED
 from world_scene import truths
 from world_scene import WANDER
 
-from colortrack_ros.data import CONFIRMED
-from colortrack_ros.data import DETECTION
-from colortrack_ros.data import Detections
-from colortrack_ros.data import TRACK
-from colortrack_ros.data import Tracks
 from colortrack_ros.world import Locator
 from colortrack_ros.world.camera import CameraModel
-from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
@@ -59,30 +54,33 @@ def by_speed(bases, way):
     return [Pose.of_rpy((*p, 0), (0, 0, way * yaw)) for p, yaw in zip(places, yaws, strict=True)]
 
 
-def between(bases, at):
-    """Poses at other times, in pictures, of those of each picture."""
+def at_times(bases, known, at):
+    """Poses at some times, interpolated between those that are known, at others."""
     x, y, yaw = np.array([(*b.t[:2], np.arctan2(b.R[1, 0], b.R[0, 0])) for b in bases]).T
-    yaw, k = np.unwrap(yaw), np.arange(len(bases))
-    each = zip(*(np.interp(at, k, one) for one in (x, y, yaw)), strict=True)
+    columns = x[known], y[known], np.unwrap(yaw)[known]
+    each = zip(*(np.interp(at, known, one) for one in columns), strict=True)
     return [Pose.of_rpy((px, py, 0), (0, 0, angle)) for px, py, angle in each]
 
 
 def slow(bases, rate):
     """Known five times a second, and interpolated."""
-    step = round(rate / 5)
-    known = np.unique(np.append(np.arange(0, len(bases), step), len(bases) - 1))
-    rows = np.array([(*b.t[:2], np.arctan2(b.R[1, 0], b.R[0, 0])) for b in bases])
-    each = zip(*(np.interp(np.arange(len(bases)), known, c) for c in rows[known].T), strict=True)
-    return [Pose.of_rpy((x, y, 0), (0, 0, yaw)) for x, y, yaw in each]
+    pictures = np.arange(len(bases))
+    return at_times(
+        bases, np.unique(np.append(pictures[:: round(rate / 5)], pictures[-1])), pictures
+    )
+
+
+def shaken(bases, rate, rng):
+    """With stamps that are off by 10 ms."""
+    pictures = np.arange(len(bases))
+    return at_times(bases, pictures, pictures + 0.01 * rate * rng.normal(size=len(bases)))
 
 
 ODOMETRY = {
     'right': lambda bases, rate, rng: bases,
     'drifts by 5 %': lambda bases, rate, rng: by_speed(bases, 1 + 0.05 * rng.choice([-1, 1])),
     '5 Hz': lambda bases, rate, rng: slow(bases, rate),
-    'stamps off by 10 ms': lambda bases, rate, rng: between(
-        bases, np.arange(len(bases)) + 0.01 * rate * rng.normal(size=len(bases))
-    ),
+    'stamps off by 10 ms': shaken,
 }
 TOLD = {'drifts by 5 %': (0.05, 0.05), '5 Hz': (0.02, 0.02), 'stamps off by 10 ms': (0.02, 0.02)}
 
@@ -116,25 +114,12 @@ class Run:
             there = View(scene.camera, base, scene.mount)
             measured, seen = measure(there, truth, kinds, 'fused', motion, rng)
             view = View(scene.camera, pose, scene.mount)
-            locator.update(*as_seen(measured, seen, config, round((k + 1) * 1e9 * scene.dt)), view)
+            locator.update(
+                *as_seen(measured.z, seen, config, round((k + 1) * 1e9 * scene.dt)), view
+            )
             if locator.doubt:
                 return f'{kind}, {method}: {[*lines, locator.doubt][-1]}'
         return ''
-
-
-def as_seen(measured, seen, config, stamp):
-    """Tracks and detections of what is measured."""
-    tracks, rows = np.zeros(len(seen), TRACK), np.zeros(len(seen), DETECTION)
-    rows['u'], rows['v'] = measured.z[:, :2].T
-    size = np.maximum(measured.z[:, BLOB] - config.eroded, 1.0)
-    rows['area'], rows['box_w'], rows['box_h'] = np.pi / 4 * size**2, size, size
-    rows['box_u'], rows['box_v'] = rows['u'] - size / 2, rows['v'] - size / 2
-    rows['cov_uu'] = rows['cov_vv'] = 0.25
-    for name in ('u', 'v', 'area', 'box_w', 'box_h'):
-        tracks[name] = rows[name]
-    tracks['track_id'], tracks['state'] = np.arange(len(seen)) + 1, CONFIRMED
-    tracks['time_since_update'] = ~seen
-    return Tracks(tracks, stamp), Detections(rows[seen], stamp)
 
 
 def main():

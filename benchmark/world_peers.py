@@ -44,21 +44,49 @@ def on_plane(view, xy, kinds):
     return z[:, :2], H[:, :2, :2]
 
 
+def begin(motion, count):
+    """States x, y and their speeds, (N, 4), and covariances, (N, 4, 4), before any is measured."""
+    variance = np.array([100.0] * 2 + [max(SPEED[motion][0], LEAST_RUN) ** 2] * 2)
+    return np.zeros((count, 4)), np.tile(np.diag(variance), (count, 1, 1))
+
+
+def measurements(which, x, where, seen, view, kinds):
+    """What states would measure, (N, 2), its slopes, (N, 2, 4), and covariances, (N, 2, 2).
+
+    :param where: (N, 2) where the rays meet the plane.
+    """
+    count, R = len(x), NOISE**2 * np.eye(2)
+    at = x[:, :2] if which == 'EKF' else where
+    z, H = on_plane(view, np.where(seen[:, None], at, view.optical.t[:2] + 3), kinds)
+    if which == 'EKF':
+        return z, np.concatenate([H, np.zeros_like(H)], axis=2), np.tile(R, (count, 1, 1))
+    if which == 'KF, fixed':
+        bearing = np.arctan2(*(view.optical.R[:2, 2])[::-1])
+        place = view.optical.t[:2] + FIXED * np.array([np.cos(bearing), np.sin(bearing)])
+        _, there = on_plane(view, place[None], kinds.take(np.zeros(1, int)))
+        H = np.tile(there, (count, 1, 1))
+    to = np.linalg.inv(H)
+    return x[:, :2], np.tile(np.eye(2, 4), (count, 1, 1)), to @ R @ to.swapaxes(1, 2)
+
+
+def correct(x, P, e, H, R):
+    """States and covariances after innovations e, (K, 2); the covariance in Joseph form."""
+    HP = H @ P
+    K = np.linalg.solve(HP @ H.swapaxes(1, 2) + R, HP).swapaxes(1, 2)
+    A = np.eye(4) - K @ H
+    return x + (K @ e[..., None])[..., 0], A @ P @ A.swapaxes(1, 2) + K @ R @ K.swapaxes(1, 2)
+
+
 def peer(which, motion, drives, runs, seed):
     """Errors on the plane, (frames, N, 2), covariances, (frames, N, 2, 2), ranges, what counts."""
     rng, config = np.random.default_rng(seed), config_of('ground', motion)
     kinds = Kinds.of(config).take(np.zeros(runs * OBJECTS, int))
     truth = truths(HERE, motion, runs, OBJECTS, kinds, CameraErrors.of(config), rng)
-    count, frames = len(truth), []
     F, Q = np.eye(4), np.zeros((4, 4))
     F[:2, 2:] = HERE.dt * np.eye(2)
     Q[2:, 2:] = WANDER[motion] ** 2 * HERE.dt * np.eye(2)
-    x, P = (
-        np.zeros((count, 4)),
-        np.tile(np.diag([100.0] * 2 + [SPEED[motion][0] ** 2] * 2), (count, 1, 1)),
-    )
-    P[:, [2, 3], [2, 3]] = np.maximum(P[:, [2, 3], [2, 3]], LEAST_RUN**2)
-    begun = np.zeros(count, bool)
+    x, P = begin(motion, len(truth))
+    begun, frames = np.zeros(len(truth), bool), []
     for k, base in enumerate(bases(HERE, drives)):
         if k:
             move(truth, HERE.dt, motion, rng)
@@ -66,43 +94,19 @@ def peer(which, motion, drives, runs, seed):
         view = View(HERE.camera, base, HERE.mount)
         measured, seen = measure(view, truth, kinds, 'ground', motion, rng)
         if k == 0:
-            rng.normal(size=(count, 3))  # as run() does, for the same noise
+            rng.normal(size=(len(truth), 3))  # as run() does, for the same noise
         where = guesses(measured, kinds, view, 0.0)[:, :2]
         far = np.linalg.norm(where - view.optical.t[:2], axis=1)
         seen &= np.isfinite(far) & (far < 20)
         x[seen & ~begun, :2] = where[seen & ~begun]
         begun |= seen
-        at = x[:, :2] if which == 'EKF' else where
-        z, H = on_plane(view, np.where(seen[:, None], at, view.optical.t[:2] + 3), kinds)
-        R = NOISE**2 * np.eye(2)
-        if which == 'EKF':
-            e, H4 = measured.z[:, :2] - z, np.concatenate([H, np.zeros_like(H)], axis=2)
-            R = np.tile(R, (count, 1, 1))
-        else:
-            e, H4 = where - x[:, :2], np.tile(np.eye(2, 4), (count, 1, 1))
-            if which == 'KF, fixed':
-                bearing = np.arctan2(*(view.optical.R[:2, 2])[::-1])
-                place = view.optical.t[:2] + FIXED * np.array([np.cos(bearing), np.sin(bearing)])
-                _, one = on_plane(view, place[None], kinds.take(np.zeros(1, int)))
-                H = np.tile(one, (count, 1, 1))
-            to = np.linalg.inv(H)
-            R = to @ R @ to.swapaxes(1, 2)
-        ok = seen & np.isfinite(e).all(axis=1) & np.isfinite(H4).all(axis=(1, 2))
-        HP = H4[ok] @ P[ok]
-        S = HP @ H4[ok].swapaxes(1, 2) + R[ok]
-        K = np.linalg.solve(S, HP).swapaxes(1, 2)
-        x[ok] += (K @ e[ok, :, None])[..., 0]
-        A = np.eye(4) - K @ H4[ok]
-        P[ok] = A @ P[ok] @ A.swapaxes(1, 2) + K @ R[ok] @ K.swapaxes(1, 2)
+        z, H, R = measurements(which, x, where, seen, view, kinds)
+        e = (measured.z[:, :2] if which == 'EKF' else where) - z
+        ok = seen & np.isfinite(e).all(axis=1) & np.isfinite(H).all(axis=(1, 2))
+        x[ok], P[ok] = correct(x[ok], P[ok], e[ok], H[ok], R[ok])
         away = np.linalg.norm(truth[:, :3] - view.optical.t, axis=1)
-        frames.append(
-            (
-                x[:, :2] - truth[:, :2],
-                P[:, :2, :2].copy(),
-                away,
-                begun & seen & (away > 1) & (away < 5),
-            )
-        )
+        counts = begun & seen & (away > 1) & (away < 5)
+        frames.append((x[:, :2] - truth[:, :2], P[:, :2, :2].copy(), away, counts))
     return [np.array(part) for part in zip(*frames, strict=True)]
 
 

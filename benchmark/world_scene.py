@@ -4,6 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import TRACK
+from colortrack_ros.data import Tracks
 from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.config import Kind
 from colortrack_ros.world.config import KindConfig
@@ -140,3 +145,18 @@ def measure(view, truth, kinds, method, motion, rng):
         np.where(used, z + noise, 0.0), np.square(sigma)[:, :, None] * np.eye(5), used
     )
     return measured, seen
+
+
+def as_seen(z, seen, config, stamp):
+    """Tracks and detections of what is measured, (N, ...); those that are not seen have no row."""
+    tracks, rows = np.zeros(len(seen), TRACK), np.zeros(len(seen), DETECTION)
+    rows['u'], rows['v'] = z[:, :2].T
+    size = np.maximum(z[:, BLOB] - config.eroded, 1.0)
+    rows['area'], rows['box_w'], rows['box_h'] = np.pi / 4 * size**2, size, size
+    rows['box_u'], rows['box_v'] = rows['u'] - size / 2, rows['v'] - size / 2
+    rows['cov_uu'] = rows['cov_vv'] = 0.25
+    for name in ('u', 'v', 'area', 'box_w', 'box_h'):
+        tracks[name] = rows[name]
+    tracks['track_id'], tracks['state'] = np.arange(len(seen)) + 1, CONFIRMED
+    tracks['time_since_update'] = ~seen
+    return Tracks(tracks, stamp), Detections(rows[seen], stamp)

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.parts import LEAST_VISIBLE
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -15,10 +16,6 @@ IN_NONE = -1
 NEXT_TO_IT = 1.0
 """How far a thing may be from where it was, or is expected, when no other thing is in the blob and
 the thing is in no other [side of a square of the blob's area]: its boxes then still overlap."""
-
-GROWN_SHARE = 0.1
-"""Share of a thing by which a blob has to be larger than the things in it, to hold it as well: what
-has to be seen of a thing, see parts.LEAST_VISIBLE."""
 
 
 def claim_blobs(
@@ -94,6 +91,8 @@ def _grown(
 ) -> Indices:
     """(K,) the nearest blob that is larger than what it holds, for things that run into others.
 
+    By as much as would have to be seen of them, see parts.seen_of().
+
     :param places: as of _of_nobody().
     :param excess: (M,) area of each blob beyond that of the things in it [px].
     """
@@ -102,7 +101,7 @@ def _grown(
     middle = blobs.box[:, :2] - 0.5 + blobs.box[:, 2:] / 2
     gap = np.abs(places[:, :, None] - middle) - blobs.box[:, 2:] / 2
     gap = gap.max(axis=3).min(axis=0) - np.sqrt(area)[:, None] / 2
-    holds = excess > GROWN_SHARE * area[:, None] + np.sqrt(blobs.area)
+    holds = excess > LEAST_VISIBLE * area[:, None] + np.sqrt(blobs.area)
     gap[~holds | (label[:, None] != blobs.label)] = np.inf
     nearest = gap.argmin(axis=1)
     return np.where(gap.min(axis=1) <= 0, nearest, IN_NONE)

@@ -135,14 +135,15 @@ class ColorFinder:
             if self._colors[k].is_sampled or self._colors[k].inverted:
                 continue
             reach = reach_of(cells, counts, extent)
-            if reach is not None:
-                known = self._reach.get(k, reach)
-                reach = self._reach[k] = min(reach, float(known + share * (reach - known)))
-                is_young = stamp - self._since[k] < POOL_SECONDS * NANOSECONDS
-                pause = (LOOK_SECONDS if is_young else SHADES_SECONDS) * NANOSECONDS
-                if not 0 <= stamp - self._shaded.get(k, stamp + 1) < pause:
-                    self._shades[k] = shades_beyond(cells, counts, with_shades(extent, reach))
-                    self._shaded[k] = stamp
+            if reach is None:
+                continue
+            known = self._reach.get(k, reach)
+            reach = self._reach[k] = min(reach, float(known + share * (reach - known)))
+            is_young = stamp - self._since[k] < POOL_SECONDS * NANOSECONDS
+            pause = (LOOK_SECONDS if is_young else SHADES_SECONDS) * NANOSECONDS
+            if not 0 <= stamp - self._shaded.get(k, stamp + 1) < pause:
+                self._shades[k] = shades_beyond(cells, counts, with_shades(extent, reach))
+                self._shaded[k] = stamp
 
     def _find(self, k: int, counts: NDArray[np.float64]) -> Extent | None:
         color = self._colors[k]
