@@ -10,8 +10,10 @@ SECONDS ?= 21
 ROBOT ?=
 TESTS ?=
 
-# A sourced ROS and another environment's wheels would be mixed into this one.
-RUN = env -u PYTHONPATH -u LD_LIBRARY_PATH -u AMENT_PREFIX_PATH -u _ROS_WHEELS_BOOTSTRAP_COMPLETE
+# A sourced ROS and another environment's wheels would be mixed into this one. Without bytecode each
+# process that the tests start compiles all modules, and each worker rewrites all tests.
+RUN = env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH \
+  -u LD_LIBRARY_PATH -u AMENT_PREFIX_PATH -u _ROS_WHEELS_BOOTSTRAP_COMPLETE
 PYTHON_IN = $(RUN) $(VENV)/bin/python
 
 # pip 23, as of Python 3.10, would run setup.py, which puts executables where only `ros2 run` looks.
