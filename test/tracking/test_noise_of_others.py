@@ -227,3 +227,18 @@ def test_what_stands_still_to_the_bit_is_not_taken_for_rounded():
     for k in range(FRAMES):
         tracks = tracker.update(Detections(rows_of(x[k]), k * NANOSECONDS // RATE, 'camera')).rows
     assert np.sqrt(tracks['covariance'][:, 0, 0]).max() < 0.5
+
+
+@pytest.mark.parametrize('side', [20, 96])
+def test_a_box_that_goes_with_its_center_makes_it_no_surer(side):
+    """A fit that is unsure says so in its covariance, and its box is off by as much."""
+    rng, tracker, still = np.random.default_rng(0), Tracker(), np.array([[300.4, 200.2]])
+    for k in range(91):
+        unsure = k == 90
+        z = still + unsure * np.array([8.0, -6.0]) + rng.normal(0, 0.3, (1, 2))
+        rows = rows_of(z, np.full((1, 2), float(side)))
+        rows['box_u'], rows['box_v'] = np.round(rows['box_u']), np.round(rows['box_v'])
+        rows['cov_uu'] = rows['cov_vv'] = 64.0 if unsure else 0.09
+        (row,) = tracker.update(Detections(rows, k * NANOSECONDS // 30)).rows
+    assert np.hypot(row['du'], row['dv']) < 30
+    assert np.hypot(row['u'] - 300.4, row['v'] - 200.2) < 2
