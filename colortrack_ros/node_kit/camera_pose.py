@@ -19,7 +19,7 @@ from colortrack_ros.world.poses import TransformError
 
 @dataclass(frozen=True)
 class CameraPoseConfig(OdometryConfig):
-    """Where the pose of the camera comes from."""
+    """Where the pose of the camera comes from, and by what its pictures show the world."""
 
     pose_source: str = parameter(
         'odometry',
@@ -39,6 +39,12 @@ class CameraPoseConfig(OdometryConfig):
         'rad. Positive pitch looks down.',
         minimum=-100.0,
         maximum=100.0,
+    )
+    rectified: bool = parameter(
+        False,
+        'Whether pictures are rectified, as image_rect of image_proc: they have the P of '
+        'CameraInfo, and no distortion.',
+        read_only=True,
     )
 
 

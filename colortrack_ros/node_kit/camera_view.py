@@ -38,6 +38,7 @@ class CameraViews:
         came: Callable[[], object],
     ) -> None:
         self._refuse, self._info_topic = refuse, info_topic
+        self._rectified = config.rectified
         self._camera: CameraModel | None = None
         self._poses: CameraPoses
         if config.pose_source == 'tf':
@@ -55,7 +56,8 @@ class CameraViews:
     def _learn_lens(self, cdr: bytes) -> None:
         """Take a serialized CameraInfo."""
         try:
-            self._camera = CameraModel.of_info(message_of_serialized(cdr, CameraInfo))
+            info = message_of_serialized(cdr, CameraInfo)
+            self._camera = CameraModel.of_info(info, self._rectified)
         except (MessageError, CalibrationError) as error:
             self._camera = None
             self._refuse(str(error))

@@ -50,7 +50,7 @@ class RecordedViewpoints:
         self._reader = BagReader(path)
         place = config.camera_pose
         self._mount = Pose.of_rpy(place[:3], place[3:])
-        self._reason = ''
+        self._reason, self._rectified = '', config.rectified
         self._buffer = OdometryBuffer(config, self._refuse)
         self._moves = config.pose_source == 'odometry'
         try:
@@ -73,7 +73,7 @@ class RecordedViewpoints:
 
     def _lens(self, topic: Topic) -> CameraModel:
         _, cdr = next(self._reader.messages(topic))
-        return CameraModel.of_info(message_of_serialized(cdr, CameraInfo))
+        return CameraModel.of_info(message_of_serialized(cdr, CameraInfo), self._rectified)
 
     def _refuse(self, reason: str) -> None:
         self._reason = reason

@@ -32,6 +32,8 @@ class SensorPart(Protocol):
 
     x_offset: int
     y_offset: int
+    width: int
+    height: int
 
 
 class Calibration(Protocol):
@@ -42,6 +44,7 @@ class Calibration(Protocol):
     distortion_model: str
     d: Sequence[float]
     k: Sequence[float]
+    p: Sequence[float]
     binning_x: int
     binning_y: int
     roi: SensorPart
@@ -91,20 +94,29 @@ class CameraModel:
         return cls(K, _lens(distortion_model, D), width, height)
 
     @classmethod
-    def of_info(cls, info: Calibration) -> 'CameraModel':
+    def of_info(cls, info: Calibration, rectified: bool = False) -> 'CameraModel':
         """The camera of a CameraInfo: its K is of the whole sensor, the picture may be a part.
 
+        :param rectified: whether its pictures are: P is their camera matrix, without distortion.
         :raises CalibrationError: see :meth:`of`.
         """
-        camera = cls.of(info.width, info.height, info.k, info.d, info.distortion_model)
+        if rectified:
+            camera = cls.of(info.width, info.height, _rectified(info))
+        else:
+            camera = cls.of(info.width, info.height, info.k, info.d, info.distortion_model)
+        roi = info.roi
+        size = np.array([roi.width or info.width, roi.height or info.height])
+        if roi.x_offset + size[0] > info.width or roi.y_offset + size[1] > info.height:
+            raise CalibrationError(
+                f'roi of {size[0]}x{size[1]} pixels at {roi.x_offset}, {roi.y_offset}: expected a '
+                f'part of the {info.width}x{info.height} pixels that CameraInfo is of'
+            )
         x, y = max(info.binning_x, 1), max(info.binning_y, 1)
         part = np.diag([1 / x, 1 / y, 1.0])
         # the center of a binned pixel is between those of its first and last
-        part[:2, 2] = [
-            -(info.roi.x_offset + (x - 1) / 2) / x,
-            -(info.roi.y_offset + (y - 1) / 2) / y,
-        ]
-        return cls(part @ camera.K, camera.lens, -(-info.width // x), -(-info.height // y))
+        part[:2, 2] = [-(roi.x_offset + (x - 1) / 2) / x, -(roi.y_offset + (y - 1) / 2) / y]
+        width, height = -(-size // [x, y])
+        return cls(part @ camera.K, camera.lens, int(width), int(height))
 
     def project(self, points: Floats) -> Floats:
         """The pixels at which points are seen.
@@ -158,6 +170,21 @@ class CameraModel:
         """Whether pixels, (N, 2), are inside of the picture."""
         size = np.array([self.width, self.height])
         return np.asarray(((pixels >= -0.5) & (pixels < size - 0.5)).all(axis=1))
+
+
+def _rectified(info: Calibration) -> Floats:
+    """The camera matrix of rectified pictures, (3, 3).
+
+    :raises CalibrationError: it is of the second camera of a pair, whose P is in the frame of the
+        first.
+    """
+    P: Floats = np.asarray(info.p, float).reshape(3, 4)
+    if P[:, 3].any():
+        raise CalibrationError(
+            f'rectified pictures with P {P.ravel().tolist()}, whose fourth column is not 0: '
+            'expected those of the left camera of the pair, in whose frame P is'
+        )
+    return P[:, :3]
 
 
 def _lens(model: str, D: Floats) -> Lens:

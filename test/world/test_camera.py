@@ -8,6 +8,7 @@ from colortrack_ros.world import CalibrationError
 from colortrack_ros.world import CameraModel
 
 K = (520.0, 0, 321.5, 0, 515.0, 238.0, 0, 0, 1)
+P = (450.0, 0, 310, 0, 0, 450, 245, 0, 0, 0, 1, 0)
 PLUMB_BOB = (-0.28, 0.09, 1e-3, -8e-4, -0.012)
 RATIONAL = (0.4, 0.1, 1e-3, -5e-4, 0.02, 0.7, 0.15, 0.05)
 PRISM = (*RATIONAL, 1e-3, -2e-4, 5e-4, 1e-4)
@@ -87,20 +88,38 @@ def test_a_fisheye_sees_what_is_beside_and_a_little_behind_it():
 
 
 def info(**changes):
-    roi = SimpleNamespace(x_offset=0, y_offset=0)
     given = {'width': 640, 'height': 480, 'distortion_model': 'plumb_bob', 'd': PLUMB_BOB, 'k': K}
-    return SimpleNamespace(**given | {'binning_x': 0, 'binning_y': 0, 'roi': roi} | changes)
+    given |= {'p': P, 'binning_x': 0, 'binning_y': 0, 'roi': part_of(0, 0, 0, 0)}
+    return SimpleNamespace(**given | changes)
+
+
+def part_of(x, y, width, height):
+    return SimpleNamespace(x_offset=x, y_offset=y, width=width, height=height)
 
 
 def test_pixels_of_a_binned_part_of_the_sensor_have_the_rays_of_the_whole():
     whole = CameraModel.of_info(info())
-    part = CameraModel.of_info(
-        info(binning_x=2, binning_y=2, roi=SimpleNamespace(x_offset=100, y_offset=50))
-    )
+    part = CameraModel.of_info(info(binning_x=2, binning_y=2, roi=part_of(100, 50, 400, 301)))
     # pixel (30, 40) of the part covers columns 160 and 161, rows 130 and 131
     np.testing.assert_allclose(
         part.rays(np.array([[30.0, 40.0]])), whole.rays(np.array([[160.5, 130.5]])), atol=1e-12
     )
+    assert (part.width, part.height) == (200, 151)
+
+
+def test_rectified_pictures_have_the_camera_matrix_p_and_no_distortion():
+    rectified = CameraModel.of_info(info(), rectified=True)
+    np.testing.assert_allclose(
+        rectified.project(np.array([[0.2, -0.1, 2.0]])), [[310 + 45, 245 - 22.5]], atol=1e-12
+    )
+
+
+def test_rectified_pictures_of_the_right_camera_of_a_pair_are_refused():
+    """Their P says where the left one would see things."""
+    right = info(p=(*P[:3], -45.0, *P[4:]))
+    with pytest.raises(CalibrationError, match='left camera'):
+        CameraModel.of_info(right, rectified=True)
+    assert CameraModel.of_info(right).K[0, 0] == K[0]
 
 
 @pytest.mark.parametrize(
@@ -110,6 +129,10 @@ def test_pixels_of_a_binned_part_of_the_sensor_have_the_rays_of_the_whole():
         ({'k': (520, 0, 320, 0, float('nan'), 240, 0, 0, 1)}, 'finite'),
         ({'k': (520, 0, 320, 0, -520, 240, 0, 0, 1)}, 'above 0'),
         ({'width': 0}, '0x480'),
+        (
+            {'roi': part_of(400, 0, 320, 240)},
+            '320x240 pixels at 400, 0: expected a part of the 640',
+        ),
         ({'distortion_model': 'brown'}, "'brown': expected one of plumb_bob"),
         ({'d': (0.1, 0.2, 0.3)}, '3 coefficients: expected 0 or 4 or 5'),
         ({'distortion_model': 'equidistant'}, '5 coefficients: expected 4'),
