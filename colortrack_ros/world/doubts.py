@@ -9,7 +9,6 @@ from colortrack_ros.world.checks import off_size
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.consistency import inconsistency
 from colortrack_ros.world.measurement import Measured
-from colortrack_ros.world.mistakes import AGREEING
 from colortrack_ros.world.mistakes import Mistakes
 from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.state import Kinds
@@ -18,6 +17,9 @@ from colortrack_ros.world.view import View
 CHECKED = 10
 """Of so many pictures one is looked at for what does not fit together, and those in which an object
 begins: what is wrong lasts."""
+
+AGREEING = 3
+"""Successive looks that must say the same. Chosen."""
 
 CONTRADICTED = 0.5
 """Share of the objects that contradict a camera from which on none of its objects is believed: one

@@ -23,6 +23,7 @@ from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.config import Kind
 from colortrack_ros.world.config import KindConfig
 from colortrack_ros.world.poses import OPTICAL
+from colortrack_ros.world.search import Pictures
 from colortrack_ros.world.view import View
 
 FRAME = 33_333_333
@@ -311,3 +312,20 @@ def test_odometry_that_is_said_to_be_poor_is_no_mistake():
     assert not said.locator.doubt
     unsaid.drive(150, odometry=shaken)
     assert 'what is said to stand moves' in unsaid.locator.doubt
+
+
+def test_a_search_tries_a_few_hypotheses_in_each_picture(monkeypatch):
+    """All of them at once would take as long as there is between two pictures."""
+    tried, misfits = [], Pictures.misfits
+
+    def counted(pictures, mistakes):
+        tried[-1] += len(mistakes)
+        return misfits(pictures, mistakes)
+
+    monkeypatch.setattr(Pictures, 'misfits', counted)
+    robot, wrong = Robot(), WRONG['half as large']
+    while not robot.locator.doubt:
+        tried.append(0)
+        robot.drive(1, **wrong)
+    assert sum(tried) > 100
+    assert max(tried) <= 12
