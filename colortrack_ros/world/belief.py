@@ -21,6 +21,7 @@ from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.filter import forget
+from colortrack_ros.world.filter import in_front
 from colortrack_ros.world.filter import misfit
 from colortrack_ros.world.filter import started
 from colortrack_ros.world.filter import update
@@ -29,6 +30,7 @@ from colortrack_ros.world.inverse_depth import inverted
 from colortrack_ros.world.inverse_depth import out_of_inversion
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.motion import drift
+from colortrack_ros.world.motion import kicked
 from colortrack_ros.world.motion import predict
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
@@ -192,6 +194,33 @@ class Belief(Columns):
         most = (self._of_objects() * _parted(refused, len(log))).sum(axis=0) > 1 / 2
         self._unite()
         return np.asarray(most)
+
+    def in_front(self, view: View) -> Bools:
+        """Which objects, (N,), are in front of the camera, by all cases."""
+        return np.asarray(_parted(in_front(self.motion, view), len(self.log_weight)).all(axis=0))
+
+    def kick(
+        self,
+        rows: NDArray[np.intp],
+        since: Floats,
+        measured: Measured,
+        view: View,
+        kinds: Kinds,
+        ground: float,
+        camera: int,
+    ) -> Bools:
+        """Let those of some objects, (K,), that fit a kick have been kicked.
+
+        :param since: (K,) time in which they may have been [s].
+        :param measured, kinds: of each, (K,).
+        :return: (K,) which do.
+        """
+        part, cases = self.take(rows), self._cases(len(rows))
+        part.motion = kicked(part.motion, kinds.speed[cases], since[cases])
+        fits = part.misfit(measured, view, kinds, ground, camera) <= 1
+        fits &= part.in_front(view)
+        self.motion.put(self._all(rows[fits]), part.take(fits).motion)
+        return np.asarray(fits)
 
     def _all(self, rows: Selection) -> NDArray[np.intp]:
         """The rows of objects in all cases."""

@@ -33,9 +33,29 @@ ELSEWHERE = np.log(1.3)
 """Ratio of sizes from which an object cannot be where it is located: its range is off by 30 %. Less
 may be a diameter that nobody has measured. Chosen."""
 
+MOST_ROUNDED = 0.005
+"""Of rounded positions [m]: half of what locates a ball well. From 66 km on. Chosen."""
+
 BELOW = 0.1
 """Share of its distance by which an object that is located below the ground is not there, 6
 degrees. What is above it may be held, or lie on a table. Chosen."""
+
+
+def coarse(view: View) -> str:
+    """That the robot is so far from the origin of fixed_frame that positions are rounded."""
+    step = rounding(view).max()
+    if step < MOST_ROUNDED:
+        return ''
+    x, y = view.base.t[:2]
+    return (
+        f'the robot is at {x:.0f}, {y:.0f} m in fixed_frame, where the FLOAT32 x, y, z of '
+        f'locations are rounded to {step:.2g} m: choose a frame whose origin is near, as odom'
+    )
+
+
+def rounding(view: View) -> Floats:
+    """By how much x, y, z of dtype LOCATION are apart where the robot is, (3,) [m]."""
+    return np.spacing(np.abs(view.base.t).astype(np.float32)).astype(float)
 
 
 def outside(detections: Detections, view: View) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.inverse_depth import to_points
+from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.state import CameraErrors
@@ -131,7 +132,7 @@ def conditional(
         e = line.e[:, None] - (H @ (mean - at[:, None])[..., None])[..., 0]
         G, PH = H @ part.slope + direct, cov @ H.swapaxes(-1, -2)
         S = H @ PH + R
-        told = np.linalg.solve(S, np.concatenate([PH.swapaxes(-1, -2), G], axis=-1))
+        told = np.linalg.inv(S) @ np.concatenate([PH.swapaxes(-1, -2), G], axis=-1)
         K = told[..., :OF_OBJECT].swapaxes(-1, -2)
         if kinds.falls.any():
             K = _considered(PH, S, part.slope, G, P * kinds.falls[:, None, None])
@@ -229,7 +230,7 @@ def _linearized(
     of = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
     state = np.concatenate([at, known[:, of]], axis=1)
     state[:, POSITION], J = to_points(view.optical, at[:, POSITION])
-    z, H = expected(view, state, kinds.diameter, ground + kinds.height)
+    z, H = expected(view, state, kinds.diameter, ground + kinds.height, BLOB in rows)
     H[:, :, POSITION] = H[:, :, POSITION] @ J
     e, H, unused = measured.z[:, rows] - z[:, rows], H[:, rows], ~measured.used[:, rows]
     e[unused], H[unused] = 0.0, 0.0

@@ -73,9 +73,7 @@ def update(
     :param weigh: whether to tell how likely they were.
     :return: (N,) which measurements have been refused; (G,) the log of how likely all were, or 0.
     """
-    depth = view.optical.inverse().apply(objects.mean[..., POSITION].reshape(-1, 3))[:, 2]
-    number = measured.used.sum(axis=1)
-    front = (depth.reshape(-1, 2) > BEHIND_LENS).all(axis=1)
+    number, front = measured.used.sum(axis=1), in_front(objects, view)
     refused = (number > 0) & ~front
     (rows,) = ((number > 0) & front).nonzero()
     if not len(rows):
@@ -92,6 +90,12 @@ def update(
     objects.mean = _shifted(objects, each).mean
     objects.put(rows[right], in_space(states.take(right), view.optical))
     return refused, likely
+
+
+def in_front(objects: Motions, view: View) -> Bools:
+    """Which objects, (N,), are in front of the camera, by both hypotheses."""
+    depth = view.optical.inverse().apply(objects.mean[..., POSITION].reshape(-1, 3))[:, 2]
+    return np.asarray((depth.reshape(-1, 2) > BEHIND_LENS).all(axis=1))
 
 
 def _jointly(

@@ -15,7 +15,9 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.checks import beyond
+from colortrack_ros.world.checks import coarse
 from colortrack_ros.world.checks import outside
+from colortrack_ros.world.checks import rounding
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.doubts import Doubts
 from colortrack_ros.world.matching import measured_of
@@ -82,7 +84,7 @@ class Locator:
         )
         self._heard = np.zeros(self._cameras, np.int64)
         self._doubts = Doubts(self._config, self._cameras)
-        self._stamp = 0
+        self._stamp = self._before = 0
         self._view: View | None = None
 
     def update(
@@ -133,6 +135,9 @@ class Locator:
         for at, name in enumerate(('x', 'y', 'z', 'vx', 'vy', 'vz')):
             rows[name] = mean[:, at]
         rows['covariance'] = cov[:, :6, :6]
+        if self._view is not None and coarse(self._view):
+            diagonal = np.arange(3)
+            rows['covariance'][:, diagonal, diagonal] += rounding(self._view) ** 2 / 12
         rows['track_id'] = objects.object_id
         for name in ('color', 'state', 'score'):
             rows[name] = getattr(objects, name)
@@ -164,6 +169,8 @@ class Locator:
             belief.forget(dt)
             belief.predict(objects.kinds, self._config.ground_height, dt)
             belief.drift(view.base.t, moved, angle, np.array(self._config.odometry_sigma))
+        if line := coarse(view):
+            self._tell(line)
         self._stamp, self._view = stamp, view
 
     def _inside(self, detections: Detections, view: View) -> Detections:
@@ -187,7 +194,7 @@ class Locator:
     def _follow(self, tracks: NDArray[np.void], camera: int) -> None:
         """Drop the objects whose tracks have gone, and note what the others' tracks tell."""
         objects = self._objects
-        self._heard[camera] = self._stamp
+        self._before, self._heard[camera] = self._heard[camera], self._stamp
         for silent in np.flatnonzero(self._stamp - self._heard > SILENT * NANOSECONDS):
             objects.unlink(np.arange(len(objects)), int(silent))
         objects.follow(tracks, camera)
@@ -207,6 +214,9 @@ class Locator:
         refused = objects.belief.update(
             all_measured, view, objects.kinds, self._config.ground_height, camera
         )
+        if refused.any():
+            ground, times = self._config.ground_height, (self._before, self._stamp)
+            refused = objects.kick(refused, all_measured, view, ground, camera, times)
         right = all_measured.used.any(axis=1) & ~refused
         objects.updates[right, camera] = self._stamp
         unfit = self._stamp - objects.updates[:, camera] > STUBBORN * NANOSECONDS

@@ -31,6 +31,8 @@ U, V, PLANE, BLOB, DEPTH = range(5)
 """The rows of a measurement: the ray's pixel u and v [px], the height above the plane that the
 center is on [m], 0; the diameter of the blob [px]; the depth of the center [m]."""
 
+RAY_AND_RANGES = [U, V, BLOB, DEPTH]
+
 PLANE_SIGMA = 1e-3
 """Standard deviation [m] of the height on the plane, from picture to picture: what is off for good
 is a bias. Small against the height's own standard deviation of 5 mm."""
@@ -56,7 +58,9 @@ class Measured(Columns):
         return cls(np.zeros((count, 5)), np.tile(np.eye(5), (count, 1, 1)), used)
 
 
-def expected(view: View, mean: Floats, diameter: Floats, plane: Floats) -> tuple[Floats, Floats]:
+def expected(
+    view: View, mean: Floats, diameter: Floats, plane: Floats, sized: bool = True
+) -> tuple[Floats, Floats]:
     """What would be measured of states, (N, 5), and the Jacobian, (N, 5, 16).
 
     NaN for what the camera does not see.
@@ -64,6 +68,7 @@ def expected(view: View, mean: Floats, diameter: Floats, plane: Floats) -> tuple
     :param mean: (N, 16).
     :param diameter: (N,) [m], 0 where not known.
     :param plane: (N,) height of the center when on the ground, in the fixed frame [m].
+    :param sized: whether sizes are asked for; 0 if not.
     """
     z, H = np.zeros((len(mean), 5)), np.zeros((len(mean), 5, SIZE))
     q, by_state = view.to_optical(mean[:, POSITION], mean[:, SHIFT], mean[:, TILT])
@@ -75,21 +80,20 @@ def expected(view: View, mean: Floats, diameter: Floats, plane: Floats) -> tuple
         middle = q.copy()
         middle[:, 2] -= rho * flat
         z[:, :2], J = view.camera.linearized(middle)
-        by_q = np.empty((len(mean), 4, 3))
+        by_q = np.zeros((len(mean), 4, 3))
         by_q[:, :2] = J
         by_q[:, :2, 2] *= (1 + flat * flat)[:, None]
         H[:, :2, DIAMETER] = -J[:, :, 2] * flat[:, None] * known[:, None]
-        size, by_q[:, 2] = _blob(q, middle, J, rho)
-        H[:, BLOB, DIAMETER] = np.where(known, size / (2 * rho), 0.0)
-    z[:, BLOB], H[:, BLOB, EDGE] = size + mean[:, EDGE], 1.0
+        if sized:
+            size, by_q[:, 2] = _blob(q, middle, J, rho)
+            H[:, BLOB, DIAMETER] = np.where(known, size / (2 * rho), 0.0)
+            z[:, BLOB], H[:, BLOB, EDGE] = size + mean[:, EDGE], 1.0
     scale = 1 + mean[:, SCALE]
     z[:, DEPTH], H[:, DEPTH, SCALE] = q[:, 2] * scale, q[:, 2]
-    by_q[:, 3] = 0.0
     by_q[:, 3, 2] = scale
     by_state = by_q @ by_state
-    for row, of in ((U, 0), (V, 1), (BLOB, 2), (DEPTH, 3)):
-        H[:, row, POSITION] = by_state[:, of, :3]
-        H[:, row, SHIFT.start : TILT.stop] = by_state[:, of, 3:]
+    H[:, RAY_AND_RANGES, POSITION] = by_state[:, :, :3]
+    H[:, RAY_AND_RANGES, SHIFT.start : TILT.stop] = by_state[:, :, 3:]
     z[:, PLANE] = mean[:, 2] - plane - mean[:, HEIGHT]
     H[:, PLANE, 2], H[:, PLANE, HEIGHT] = 1.0, -1.0
     return z, H

@@ -40,6 +40,9 @@ balls on floors is between 0.5 and 0.9. Assumed."""
 LEAST_BOUNCE = 1e-3
 """Probability of a bounce below which it has not been: 3 standard deviations above the ground."""
 
+LEAST_KICKED = 1e-3
+"""Probability that what was kicked came to stand at once. Assumed."""
+
 FRICTION = 0.2
 """Standard deviation of the share of the horizontal speed that is lost or gained at a bounce, by
 spin: at most 2/7 for a ball that does not spin and then rolls."""
@@ -76,6 +79,30 @@ def _throw(objects: Motions, kinds: Kinds, dt: float) -> None:
     thrown = objects.cov[rows, STANDS]
     _add_white(thrown, np.square(sigma), dt)
     objects.cov[rows, STANDS] = thrown
+
+
+def kicked(objects: Motions, speed: Floats, T: Floats) -> Motions:
+    """States of what has been kicked, or has hit a wall, at any time of the last T.
+
+    Its velocity v is drawn anew then, alike at all times: position moves by -v T/2, uncertain by
+    v v^T T^2/12 + speed^2 T^2/3 (see estimation.gaussian.turned()).
+
+    :param speed: (N, 3) standard deviation of the new velocity [m/s]; T: (N,) [s].
+    """
+    kicked = objects.take(np.arange(len(objects)))
+    mean, slope, cov = (a[:, MOVES] for a in (kicked.mean, kicked.slope, kicked.cov))
+    half, T = mean[:, VELOCITY] * (T / 2)[:, None], T[:, None]
+    mean[:, POSITION] -= half
+    slope[:, POSITION] -= slope[:, VELOCITY] * (T / 2)[:, None]
+    mean[:, VELOCITY], slope[:, VELOCITY] = 0.0, 0.0
+    cov[:, VELOCITY], cov[:, :, VELOCITY] = 0.0, 0.0
+    cov[:, POSITION, POSITION] += half[:, :, None] * half[:, None, :] / 3
+    axis, variance = np.arange(3), np.square(speed)
+    cov[:, axis, axis] += variance * T * T / 3
+    cov[:, axis + 3, axis + 3] = variance
+    cov[:, axis, axis + 3] = cov[:, axis + 3, axis] = variance * T / 2
+    kicked.probability[:] = [LEAST_KICKED, 1 - LEAST_KICKED]
+    return kicked
 
 
 def _add_white(cov: Floats, change: Floats, dt: float) -> None:

@@ -8,10 +8,14 @@ from numpy.typing import NDArray
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import Columns
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.belief import Belief
+from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.view import View
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 
 @dataclass
@@ -92,3 +96,36 @@ class Objects(Columns):
         """Note that a camera has no track of objects, (K,), any more."""
         self.track_id[rows, camera], self.states[rows, camera] = 0, 0
         self.scores[rows, camera] = 0.0
+
+    def kick(
+        self,
+        refused: Bools,
+        measured: Measured,
+        view: View,
+        ground: float,
+        camera: int,
+        times: tuple[int, int],
+    ) -> Bools:
+        """Take what is refused twice in a row to have been kicked, if it fits that.
+
+        :param refused: (N,); measured: N.
+        :param times: of the last picture of the camera, and of this one [ns].
+        :return: (N,) what is refused all the same.
+        """
+        updated, kinds = self.updated, self.kinds
+        may = refused & (updated < times[0]) & kinds.speed.any(axis=1) & ~kinds.falls
+        (rows,) = (may & self.belief.in_front(view)).nonzero()
+        if not len(rows):
+            return refused
+        since = (times[1] - updated[rows]) / NANOSECONDS
+        rows = rows[
+            self.belief.kick(
+                rows, since, measured.take(rows), view, kinds.take(rows), ground, camera
+            )
+        ]
+        again = Measured.none(len(self))
+        again.put(rows, measured.take(rows))
+        still = self.belief.update(again, view, kinds, ground, camera)
+        refused = refused.copy()
+        refused[rows] = still[rows]
+        return refused

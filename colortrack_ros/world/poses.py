@@ -16,6 +16,15 @@ Floats = NDArray[np.float64]
 CACHE = 10.0
 """How long poses are kept [s]: tf2's default cache time."""
 
+SPARSE, APART = 0.05, 0.5
+"""Between poses farther apart than this [s] the way is taken to bend, up to so far. A robot that
+swings by 60 degrees/s within 3 s leaves the chord by 0.04 degrees in 0.05 s, half a pixel at f =
+700 px, and by 0.6 degrees in 0.2 s."""
+
+HARDEST = 5.0, 15.0
+"""Accelerations [m/s^2], [rad/s^2] above which it is no way of a robot that is told, but a jump or
+noise: the way is taken to be straight. Assumed."""
+
 UNIT_TOLERANCE = 1e-3
 """How far the length of a quaternion may be from 1: tf2 allows 1e-3."""
 
@@ -83,6 +92,13 @@ class Pose:
         )
         q = np.linalg.eigh(K, UPLO='L')[1][:, -1]
         return np.asarray(q if q[3] >= 0 else -q)
+
+    @property
+    def turn(self) -> Floats:
+        """The rotation vector, (3,) [rad]."""
+        q = self.quaternion
+        sine = float(np.linalg.norm(q[:3]))
+        return np.asarray(2 * math.atan2(sine, q[3]) / sine * q[:3] if sine > 0 else q[:3])
 
     def __matmul__(self, other: 'Pose') -> 'Pose':
         """The pose of a frame in this one's parent, of its pose in this frame.
@@ -207,4 +223,29 @@ class PoseBuffer:
         after = bisect_left(self._stamps, stamp)
         start, end = self._stamps[after - 1 : after + 1]
         share = (stamp - start) / (end - start)
-        return self._poses[start].between(self._poses[end], share)
+        pose = self._poses[start].between(self._poses[end], share)
+        return self._bent(pose, after, share) if end - start > SPARSE * NANOSECONDS else pose
+
+    def _bent(self, pose: Pose, after: int, share: float) -> Pose:
+        """A pose between two that are far apart, with the acceleration by the one before them.
+
+        The parabola through three poses is -share (1 - share) / 2 T^2 a off the chord.
+
+        :param after: which is the later one; share: 0..1 of the way to it.
+        """
+        stamps = self._stamps[max(after - 2, 0) : after + 1]
+        before, T = (
+            1e-9 * float(step) for step in (stamps[1] - stamps[0], stamps[-1] - stamps[-2])
+        )
+        if len(stamps) < 3 or max(before, T) > APART:
+            return pose
+        one, two, three = (self._poses[stamp] for stamp in stamps)
+        over = 2 / (before + T)
+        a = over * ((three.t - two.t) / T - (two.t - one.t) / before)
+        turns = (one.inverse() @ two).turn / before, (two.inverse() @ three).turn / T
+        alpha = over * (turns[1] - turns[0])
+        if np.linalg.norm(a) > HARDEST[0] or np.linalg.norm(alpha) > HARDEST[1]:
+            return pose
+        by = -share * (1 - share) / 2 * T * T
+        half = np.append(by / 2 * alpha, 1.0)
+        return Pose(pose.t + by * a, pose.R @ rotation_of(half / np.linalg.norm(half)))

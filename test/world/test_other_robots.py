@@ -23,8 +23,8 @@ FRAME = 33_333_333
 STILL = Pose.of_rpy((0, 0, 0), (0, 0, 0))
 
 
-def locator(method, motion='plane', **changes):
-    told, kind = [], Kind('red', KindConfig(diameter=2 * RADIUS, motion=motion))
+def locator(method, motion='plane', wander=0.5, **changes):
+    told, kind = [], Kind('red', KindConfig(diameter=2 * RADIUS, motion=motion, wander=wander))
     return Locator(LocatorConfig(method=method, colors=(kind,), **changes), told.append), told
 
 
@@ -171,4 +171,42 @@ def test_above_the_horizon_the_ground_tells_nothing_and_size_what_is_there():
     for k in range(30):
         (row,) = one.update(*seen(view, (4, 0.3, 1.6), (k + 1) * FRAME), view).rows
     assert (row['x'], row['y'], row['z']) == pytest.approx((4, 0.3, 1.6), abs=0.03)
+    assert told == []
+
+
+def test_far_from_the_origin_of_the_frame_what_is_rounded_is_told_and_in_the_covariance():
+    """As in UTM: FLOAT32 numbers near 4 600 000 are 0.5 apart."""
+    one, told = locator('size')
+    base = Pose.of_rpy((500_000, 4_600_000, 0), (0, 0, 0))
+    view = View(CAMERA, base, Pose.of_rpy((0, 0, 0.5), (0, 0.2, 0)))
+    (row,) = one.update(*seen(view, (500_002, 4_600_000.2, RADIUS), FRAME), view).rows
+    assert 'rounded to 0.5 m' in told[0]
+    assert row['covariance'][1, 1] > 0.5**2 / 12
+    assert abs(row['y'] - 4_600_000.2) < 3 * np.sqrt(row['covariance'][1, 1])
+
+
+def rolling(one, ys):
+    """The last row of a ball that rolls across, at 3 m."""
+    view = View(CAMERA, STILL, Pose.of_rpy((0.1, 0, 0.5), (0, 0.25, 0)))
+    for k, y in enumerate(ys):
+        (row,) = one.update(*seen(view, (3, y, RADIUS), (k + 1) * FRAME), view).rows
+    return row
+
+
+def test_what_bounces_off_a_wall_is_followed_at_once():
+    one, told = locator('ground', wander=0.1)
+    there = np.arange(45) * 1.5 / 30 - 1.1
+    row = rolling(one, [*there, *there[::-1][1:7]])
+    assert row['y'] / row['x'] == pytest.approx(there[-7] / 3, abs=0.005)
+    assert row['vy'] == pytest.approx(-1.5, abs=0.3)
+    assert row['time_since_update'] == 0
+    assert told == []
+
+
+def test_one_picture_in_which_something_else_is_taken_for_it_is_no_bounce():
+    one, told = locator('ground', wander=0.1)
+    there = np.arange(45) * 1.5 / 30 - 1.1
+    row = rolling(one, [*there[:-1], there[-1] - 0.15])
+    assert row['vy'] == pytest.approx(1.5, abs=0.2)
+    assert row['y'] / row['x'] == pytest.approx(there[-1] / 3, abs=0.005)
     assert told == []

@@ -71,6 +71,30 @@ def test_a_pose_between_two_stamps_is_interpolated_whatever_their_order_of_arriv
     assert buffer(1.0).at(S).t[0] == 1.0
 
 
+def swinging(*stamps):
+    """Speeds up and turns ever faster, 2 m/s^2 and 2 rad/s^2."""
+    buffer = PoseBuffer('odom', 'base_link')
+    for t in stamps:
+        buffer.add(round(t * S), pose(t * t, t * t))
+    return buffer
+
+
+def test_between_poses_that_are_far_apart_the_way_bends_as_it_did_before():
+    """Odometry at 5 Hz: the chord is off by 1 cm and 0.6 degrees."""
+    for at in (0.25, 0.3, 0.37):
+        found = swinging(0, 0.2, 0.4).at(round(at * S))
+        assert found.t[0] == pytest.approx(at * at, abs=1e-9)
+        assert np.arctan2(found.R[1, 0], found.R[0, 0]) == pytest.approx(at * at, abs=1e-6)
+
+
+def test_between_the_first_poses_near_ones_and_jumps_the_way_is_straight():
+    assert swinging(0.2, 0.4).at(round(0.3 * S)).t[0] == pytest.approx(0.1)
+    assert swinging(0.2, 0.24, 0.28).at(round(0.26 * S)).t[0] == pytest.approx(0.068)
+    jumps = buffer(0.2, 0.4)
+    jumps.add(round(0.6 * S), pose(5.4))
+    assert jumps.at(round(0.5 * S)).t[0] == pytest.approx(2.9)
+
+
 def test_beyond_the_poses_it_refuses_with_the_words_of_tf2_and_says_whether_waiting_helps():
     one = buffer(1.0, 2.0)
     with pytest.raises(TransformError, match=r'into the future.*2\.500000.*2\.000000') as error:
