@@ -158,6 +158,7 @@ class Foreground:
         """
         picture = channels_of(frame)
         if not self._background.knows(picture):
+            self._change.restart()  # what it knows is of another size
             return False
         is_covered = self._change.look(picture, frame.stamp, self._background.pictures, known)
         if not self._change.seconds:
@@ -183,7 +184,7 @@ class Foreground:
         before = [f for f in earlier if f.stamp <= once]
         long_before = [f for f in earlier if f.stamp <= twice]
         self._earlier = [*long_before[-1:], *(f for f in earlier if f.stamp > twice), frame]
-        if not long_before:
+        if not long_before or not picture.size:
             return np.zeros(picture.shape[:2], np.uint8)
         least: NDArray[Any] = np.full(picture.shape[:2], 255, np.uint8)
         for one in (before[-1], long_before[-1]):

@@ -58,6 +58,16 @@ def test_pictures_of_other_sizes_and_encodings_do_no_harm(config):
         tracker.update(Frame(image, encoding, frame(image, 31 + i).stamp))
 
 
+@pytest.mark.parametrize('start', ['background', 'difference'])
+@pytest.mark.parametrize('shape', [(120, 160), (3, 3), (0, 0)])
+def test_a_stream_that_changes_its_size_goes_on(start, shape):
+    tracker = ContourTracker(ContourConfig(start=start, start_interval=0.05))
+    for k, image in enumerate(pictures('quadrilateral', 40)):
+        small = np.full(shape, 90, np.uint8)
+        tracks = tracker.update(frame(image if k % 20 < 15 else small, k))
+    assert np.isfinite(tracks.rows['u']).all()
+
+
 @pytest.mark.slow
 def test_the_encoding_changes_nothing_but_the_channels():
     gray = follow(pictures('person', 40), QUICK)
