@@ -63,7 +63,9 @@ def along_outline(points: Floats, spline: Spline) -> tuple[Floats, float]:
             break
         else:
             step /= 2
-    return outline.nodes(place), float(np.sqrt(outline.squared_distance(place[None])[0]))
+    nodes = outline.nodes(place)
+    misfit = np.sqrt(outline.squared_distance(place[None], nodes[None])[0])
+    return nodes, float(misfit)
 
 
 def _first_least(cost: Floats) -> int:
@@ -81,22 +83,25 @@ class _Outline:
         arm = ((points + after) * cross[:, None]).sum(axis=0)
         self._center = arm / (3 * twice) if twice else points.mean(axis=0)
         points = points if twice >= 0 else points[::-1]
-        self._points = np.concatenate([points, points[:1]])
-        way = np.linalg.norm(np.diff(self._points, axis=0), axis=1)
+        points = np.concatenate([points, points[:1]])
+        self._points = points[:, 0] + 1j * points[:, 1]  # both coordinates in one search
+        way = np.linalg.norm(np.diff(points, axis=0), axis=1)
         self._way = np.concatenate([[0.0], np.cumsum(way)])
         self._spline = spline
 
     def nodes(self, place: Floats) -> Floats:
         """Points at places (...), (..., 2)."""
-        s = (place % 1.0) * self._way[-1]
-        return np.stack([np.interp(s, self._way, column) for column in self._points.T], axis=-1)
+        found = np.interp((place % 1.0) * self._way[-1], self._way, self._points)
+        return np.stack([found.real, found.imag], axis=-1)
 
     def cost(self, place: Floats) -> Floats:
         """How badly curves through nodes at places (K, n) follow, and their centroids, (K,)."""
-        off = np.square(self._spline.centroid(self.nodes(place))[0] - self._center).sum(axis=1)
-        return self.squared_distance(place) + CENTROID_WEIGHT * np.nan_to_num(off, nan=np.inf)
+        nodes = self.nodes(place)
+        off = np.square(self._spline.center(nodes) - self._center).sum(axis=1)
+        far = self.squared_distance(place, nodes)
+        return far + CENTROID_WEIGHT * np.where(np.isnan(off), np.inf, off)
 
-    def squared_distance(self, place: Floats) -> Floats:
+    def squared_distance(self, place: Floats, nodes: Floats) -> Floats:
         """Mean squares of the distances of curves through nodes at places (K, n), (K,) [px^2].
 
         A node is the middle of its segment; to what lies between two nodes the curve belongs the
@@ -107,5 +112,5 @@ class _Outline:
         after = np.concatenate([place[:, 1:], place[:, :1] + 1], axis=1)
         side = np.where(t < 0, (place - before)[..., None], (after - place)[..., None])
         wanted = self.nodes((place[..., None] + t * side).reshape(len(place), -1))
-        curve = self._spline.outline(self.nodes(place))
+        curve = self._spline.outline(nodes)
         return np.asarray(np.square(curve - wanted).sum(axis=2).mean(axis=1))

@@ -59,6 +59,10 @@ class Spline:
         x, d = self._value @ nodes, self._slope @ nodes
         return np.asarray((x[..., 0] * d[..., 1] - x[..., 1] * d[..., 0]) @ self._weight / 2)
 
+    def center(self, nodes: Floats) -> Floats:
+        """Centroids of the areas, (..., 2) [px], NaN where there is none; see centroid."""
+        return np.concatenate(self._moments(nodes)[-2:], axis=-1)
+
     def centroid(self, nodes: Floats) -> tuple[Floats, Floats]:
         """Centroids of the areas, (..., 2) [px], and their derivatives by the nodes.
 
@@ -67,16 +71,21 @@ class Spline:
 
         :return: also (..., 2, n, 2), by u and v of each node.
         """
+        x, y, dx, dy, safe, u, v = self._moments(nodes)
+        arm = np.stack([x - u, y - v], axis=-2) / safe[..., None]
+        change = np.stack([arm * dy[..., None, :], -arm * dx[..., None, :]], axis=-2)
+        by_node = change @ self._value
+        return np.concatenate([u, v], axis=-1), np.asarray(by_node.swapaxes(-2, -1))
+
+    def _moments(self, nodes: Floats) -> tuple[Floats, ...]:
+        """x, y, and their steps at the Gauss points, (..., m), area and centroid, (..., 1)."""
         x, y = (nodes[..., k] @ self._value.T for k in (0, 1))
         dx, dy = (nodes[..., k] @ self._slope.T * self._weight for k in (0, 1))
         area = (x * dy - y * dx).sum(axis=-1) / 2
         safe = np.where(np.abs(area) < 1e-9, np.nan, area)[..., None]
         u = (x * x * dy).sum(axis=-1)[..., None] / (2 * safe)
         v = -(y * y * dx).sum(axis=-1)[..., None] / (2 * safe)
-        arm = np.stack([x - u, y - v], axis=-2) / safe[..., None]
-        change = np.stack([arm * dy[..., None, :], -arm * dx[..., None, :]], axis=-2)
-        by_node = change @ self._value
-        return np.concatenate([u, v], axis=-1), np.asarray(by_node.swapaxes(-2, -1))
+        return x, y, dx, dy, safe, u, v
 
 
 def _values(count: int, t: Floats) -> Floats:
