@@ -62,6 +62,11 @@ class StillBackground(BackgroundModel):
         """Whether learn_seconds have not passed yet since the first picture."""
         return self._stillness is not None and self._stillness.seconds < self._most
 
+    @property
+    def has_looked(self) -> bool:
+        """Whether the last frame was compared with the ones before, which takes long."""
+        return self._stillness is not None and self._stillness.seconds == self._stillness.last
+
     def unknown(self) -> Bools | None:
         """(H, W) where it is not known what is there; None if everything is."""
         return None if self._stillness is None else self._stillness.longest < self._least
@@ -97,6 +102,7 @@ class Stillness:
     :ivar value: (H, W, channels) of each pixel since it changed.
     :ivar longest: (H, W) for how long it has stood still at most [s].
     :ivar seconds: since the first picture.
+    :ivar last: when a picture was last looked at, as seconds.
     :ivar is_over: whether nothing is left to learn.
     """
 
@@ -105,7 +111,7 @@ class Stillness:
         self.longest = np.zeros(picture.shape[:2], np.float32)
         self._since = self.longest.copy()
         self._is_longest: Bools = np.ones(picture.shape[:2], bool)
-        self._stamp, self.seconds, self._last = stamp, 0.0, 0.0
+        self._stamp, self.seconds, self.last = stamp, 0.0, 0.0
         self.is_over = False
 
     def look(self, picture: Picture, stamp: int, most: float, background: Picture) -> Mask:
@@ -118,14 +124,14 @@ class Stillness:
         """
         self.seconds += max(stamp - self._stamp, 0) / NANOSECONDS
         self._stamp = stamp
-        if self.seconds - self._last < STILLNESS_STEP:
+        if self.seconds - self.last < STILLNESS_STEP:
             return np.zeros(picture.shape[:2], np.uint8)
         soft = _softened(picture)
         moved = _apart(soft, self._soft)
-        second = ~moved & (self._since == np.float32(self._last))
+        second = ~moved & (self._since == np.float32(self.last))
         cv2.copyTo(soft, (moved | second).astype(np.uint8), self._soft)
         cv2.copyTo(picture, second.astype(np.uint8), self.value)
-        self._last = self.seconds
+        self.last = self.seconds
         self._since[moved], self._is_longest[moved] = self.seconds, False
         still = self.seconds - self._since
         longer = (still > self.longest) & ~moved

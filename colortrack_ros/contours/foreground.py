@@ -51,11 +51,14 @@ class Foreground:
     both earlier ones is where something is now.
 
     :ivar is_new: whether this frame begins another scene, before the background learned of it.
+    :ivar is_busy: whether the background was looked at in this frame, and not in the last one too:
+        what else takes long can wait for the next.
     """
 
     def __init__(self, config: ContourConfig) -> None:
         self._background, self._next = StillBackground(), StillBackground()
         self._change, self.is_new = SceneChange(), False
+        self._looked = self.is_busy = False
         self.configure(config)
         self.restart()
 
@@ -149,6 +152,8 @@ class Foreground:
         open_(image, self._config.opening_size, self._subtraction.labels)
         blobs = find_blobs(image, self._config.min_area)
         self._subtraction.learn(frame, blobs, blobs)
+        looked, self._looked = self._looked, self._background.has_looked
+        self.is_busy = self._looked and not looked
         return image.pixels * np.uint8(255)
 
     def _is_covered(self, frame: Frame, known: Floats) -> bool:

@@ -207,7 +207,7 @@ class ContourTracker:
             contours.nodes[i] = equally_spaced(outline, self._spline)
         wants = same & ~regions.cut.any(axis=1)
         wants &= records['by_area'] | outgrown(records, self._spline.area(contours.nodes))
-        if not wants.any() or self._foreground.is_learning:
+        if not wants.any() or self._foreground.is_learning or self._foreground.is_busy:
             return
         which = np.flatnonzero(wants)
         which = which[[np.argmin(records['placed'][which])]]

@@ -1,7 +1,10 @@
+from itertools import pairwise
+
 import cv2
 import numpy as np
 import pytest
 from support.contour_pictures import follow
+from support.contour_pictures import frame
 from support.contour_pictures import picture
 
 from colortrack_ros.contours import ContourConfig
@@ -9,6 +12,7 @@ from colortrack_ros.contours.background import KNOWN_SECONDS
 from colortrack_ros.contours.background import LAST_LOOK
 from colortrack_ros.contours.background import StillBackground
 from colortrack_ros.contours.background import Stillness
+from colortrack_ros.contours.foreground import Foreground
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.label_image import LabelImage
 
@@ -105,3 +109,14 @@ def test_of_what_is_seen_in_parts_at_first_one_target_is_left():
     assert max(len(tracks.rows) for tracks in results[:24]) > 1
     assert len(results[-1].rows) == 1
     assert abs(results[-1].rows['u'][0] - 197) < 6
+
+
+@pytest.mark.parametrize(('rate', 'share'), [(5.0, 0.0), (15.0, 0.5), (24.0, 1 / 3)])
+def test_other_work_waits_for_a_frame_while_the_background_is_looked_at(rate, share):
+    foreground, busy = Foreground(ContourConfig(learn_seconds=5.0)), []
+    for k in range(25):
+        image = picture('person', (60.0 + 5 * k, 120.0), 20.0)
+        foreground.areas(frame(image, k, rate), np.zeros((0, 4)))
+        busy.append(foreground.is_busy)
+    assert np.mean(busy[1:]) == pytest.approx(share, abs=0.05)
+    assert not any(a and b for a, b in pairwise(busy))
