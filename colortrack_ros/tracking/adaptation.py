@@ -168,10 +168,6 @@ class Adaptation:
             sigma = way / math.sqrt(-2 * math.log(1 - QUANTILE))
             self._speed2 = np.minimum(self._speed2, (sigma / dt) ** 2)
 
-    def meet_fast(self, velocity: Floats) -> None:
-        """Take the velocities of objects faster than was thought, (K, 2) [px/s]: there are such."""
-        self._speed2 = np.maximum(self._speed2, (velocity**2).max(axis=0))
-
     def learn_new(self, false: int, origin: Floats) -> None:
         """Take the tracks that in a frame ended unconfirmed, and those that were confirmed.
 

@@ -36,6 +36,10 @@ Indices = NDArray[np.intp]
 LIKELY_TURNED = 0.5
 """Probability of a maneuver above which its detection is doubted. Assumed: an even chance."""
 
+SURPRISING = 13.8
+"""Squared Mahalanobis distance beyond which a detection is near no prediction: 99.9 % of the right
+ones lie within (chi-square, two degrees of freedom). Of two bad fits the better tells nothing."""
+
 WAITING_FRAMES = 3.5
 """Frames in which a detection has to come that tells. Assumed: then neither place is known."""
 
@@ -116,9 +120,11 @@ def join(one: DoubtedTurns | None, other: DoubtedTurns | None) -> DoubtedTurns |
 
 
 def _nearest(bank: Bank, blobs: Measurements, tree: cKDTree) -> Floats:
-    """Log-likelihoods of the detections nearest to what is predicted, (K,); -inf for none."""
+    """Log-likelihoods of the detections nearest to what is predicted, (K,); -inf if far."""
     if not len(blobs):
         return np.full(len(bank), -np.inf)
     center = bank.mean[0, :, :2]
     blob = tree.query(center)[1]
-    return log_density(blobs.z[blob] - center, bank.cov[0, :, :2, :2] + blobs.R[blob])
+    S = bank.cov[0, :, :2, :2] + blobs.R[blob]
+    fit, best = log_density(blobs.z[blob] - center, S), log_density(np.zeros_like(center), S)
+    return np.where(2 * (best - fit) > SURPRISING, -np.inf, fit)

@@ -1,9 +1,9 @@
 """Fast starts: objects faster than anything so far, found by three detections on a line.
 
 What is faster than is believed possible is in nobody's gate: each of its detections begins a track
-that ends with the next, and nobody learns that there are such objects. Three detections of nobody
-in successive frames, evenly spaced on a line, tell of one where hardly any lie about by chance
-(three-point initiation; Bar-Shalom and Li 1995, 3.3).
+that ends with the next. Three detections of nobody in successive frames, evenly spaced on a line,
+tell of one where hardly any lie about by chance (three-point initiation; Bar-Shalom and Li 1995,
+3.3).
 """
 
 from typing import NamedTuple
@@ -61,7 +61,10 @@ def start_fast(
     new: Indices,
     learned: Adaptation,
 ) -> Indices:
-    """Begin tracks, as of three detections, on what goes fast; learn that there are such.
+    """Begin tracks, as of three detections, on what goes fast.
+
+    How fast objects are is learned of these tracks as of all others, not at once: now and then
+    three false detections are on a line.
 
     :param tracks: after their update.
     :param new: blobs of no track.
@@ -79,7 +82,6 @@ def start_fast(
     if not len(lines.blob):
         return new
     _start(tracks, lines, blobs, prediction)
-    learned.meet_fast(lines.velocity)
     return new[~np.isin(new, lines.blob)]
 
 

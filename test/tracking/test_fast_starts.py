@@ -40,6 +40,22 @@ def test_a_fast_newcomer_is_published_with_its_velocity_at_the_third_detection()
     assert error @ np.linalg.solve(new['covariance'][0, 2:, 2:], error) < 13.8
 
 
+def test_one_line_of_false_detections_makes_no_other_object_fast():
+    """What stands and is missed then is as certain as without the line."""
+    sigma = []
+    for line in (False, True):
+        rng, tracker = np.random.default_rng(0), Tracker()
+        places = standing(tracker, 60, rng)
+        for k in range(6):
+            seen = (places + rng.normal(0, 1, places.shape))[k > 2 :]
+            if line and k < 3:
+                seen = np.append(seen, [[1200.0 - 240 * k, 700 - 90 * k]], axis=0)
+            rows = tracker.update(message(seen, 60 + k)).rows
+        missed = rows[rows['track_id'] == 1]
+        sigma.append(np.sqrt(missed['covariance'][0, 0, 0]))
+    assert sigma[1] < 1.2 * sigma[0]
+
+
 def test_three_colors_are_no_line():
     rng, tracker = np.random.default_rng(0), Tracker()
     places = standing(tracker, 60, rng)

@@ -69,7 +69,12 @@ def test_objects_keep_their_tracks(name, idf1):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ('name', 'worse', 'idf1'),
-    [('blackout', BLACKOUT, 0.8), ('flicker', {}, 0.97), ('vanish', {}, 0.95)],
+    [
+        ('blackout', BLACKOUT, 0.8),
+        ('flicker', {}, 0.97),
+        ('vanish', {}, 0.95),
+        ('collision', {}, 0.99),
+    ],
 )
 def test_objects_keep_their_tracks_as_a_perfect_detector_or_a_bad_one_sees_them(name, worse, idf1):
     """The flickering balls fade below the detector's threshold; what it sees then is not theirs."""
