@@ -157,8 +157,13 @@ class Search:
         self._stamp = pictures.newest
 
     def go_on(self, stamp: int) -> None:
-        """Try as many hypotheses as are due at the time of a picture [ns]."""
+        """Try as many hypotheses as are due at the time of a picture [ns].
+
+        One of the same stamp as the last, of another camera or message, brings none.
+        """
         due = int(np.ceil(self._share * (stamp - self._stamp)))
+        if not due:
+            return
         tried, self._stamp = sum(len(off) for off in self._off), stamp
         next_ones = [mistake for _, mistake in self._hypotheses[tried : tried + due]]
         self._off.append(self.pictures.misfits(next_ones))

@@ -1,0 +1,37 @@
+"""A search tries its hypotheses picture by picture."""
+
+import numpy as np
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.world.search import Needed
+from colortrack_ros.world.search import Search
+from colortrack_ros.world.search import SEARCH_TIME
+
+
+class Pictures:
+    """None; notes how many mistakes are asked for at once, of which the third explains most."""
+
+    newest = 0
+
+    def __init__(self):
+        self.asked = []
+
+    def misfits(self, mistakes):
+        off = 10.0 + np.abs(np.arange(len(mistakes)) + sum(self.asked) - 2.0)[:, None]
+        self.asked.append(len(mistakes))
+        return off
+
+
+def test_a_picture_that_comes_twice_tries_nothing_twice():
+    pictures = Pictures()
+    search = Search(pictures, Needed(1, True, True, 1.0), np.array([50.0]))
+    search.go_on(0)
+    assert pictures.asked == []
+    for k in range(1, round(30 * SEARCH_TIME) + 2):
+        for _ in range(2):
+            if search.found is None:
+                search.go_on(k * NANOSECONDS // 30)
+    line, _, off = search.found
+    assert off.tolist() == [10.0]
+    assert line
+    assert min(pictures.asked) > 0
