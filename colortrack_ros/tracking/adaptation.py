@@ -11,6 +11,7 @@ from colortrack_ros.tracking.camera import Camera
 from colortrack_ros.tracking.disappearances import Disappearances
 from colortrack_ros.tracking.maneuvers import Maneuvers
 from colortrack_ros.tracking.noise import MeasurementNoise
+from colortrack_ros.tracking.overlaps import Overlaps
 from colortrack_ros.tracking.process_noise import ProcessNoise
 from colortrack_ros.tracking.recent import Recent
 from colortrack_ros.tracking.resolution import Resolution
@@ -90,6 +91,7 @@ class Adaptation:
         self.maneuvers = Maneuvers()
         self.camera = Camera()
         self.resolution = Resolution()
+        self.overlaps = Overlaps()
         self.borders = Borders()
         """Where boxes end, while the size of the picture is not known."""
 

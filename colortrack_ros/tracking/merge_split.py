@@ -10,6 +10,7 @@ from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import hypothesize
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.merged import EDGE_VARIANCE
+from colortrack_ros.tracking.overlaps import Overlaps
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
 from colortrack_ros.tracking.sizes import total
@@ -19,22 +20,27 @@ Indices = NDArray[np.intp]
 
 
 def merge_split(
-    prediction: Prediction, blobs: Measurements, associated: Association
+    prediction: Prediction, blobs: Measurements, associated: Association, overlaps: Overlaps
 ) -> tuple[Measurements, Association]:
     """Join the pieces of broken blobs, and let tracks that merged share a blob.
 
+    :param overlaps: whether detections merge at all; it learns here.
     :return: the blobs with joined ones in the places of the wholes, and the pairs with those of the
         tracks that share; pieces are no longer free.
     """
     records, pairs, probability = prediction.records, associated.pairs, associated.probability
+    if not prediction.sized:
+        return blobs, associated
+    overlaps.look(blobs.box, blobs.rows['color'])
     paired = len(pairs) == len(records) == len(blobs) and not np.count_nonzero(associated.free)
-    if paired or not prediction.sized:
+    if paired or overlaps.are_resolved:
         return blobs, associated
     taken = np.where(prediction.unmeasured > 0, -1, -2)
     sure = probability > 0.5
     taken[pairs.track[sure]] = pairs.blob[sure]
     piece, whole = find_pieces(prediction, blobs, taken, np.flatnonzero(associated.free))
     guest, host = find_guests(prediction, blobs, taken)
+    overlaps.count_merged(len(guest))
     if not len(piece) and not len(guest):
         return blobs, associated
     free = associated.free.copy()

@@ -122,7 +122,7 @@ class Tracker:
         gain = score(hypotheses, prediction, blobs, config)
         associated = self._associate(hypotheses, gain, len(blobs))
         defer(hypotheses, gain, associated, prediction, blobs)
-        blobs, associated = merge_split(prediction, blobs, associated)
+        blobs, associated = merge_split(prediction, blobs, associated, learned.overlaps)
         associated, shared = share_centroids(prediction, blobs, associated, learned.resolution)
         members = shared.member if shared is not None else np.zeros(0, np.intp)
         associated = take_strays(prediction, blobs, associated, members, config)

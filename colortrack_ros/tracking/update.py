@@ -73,7 +73,7 @@ def update(
     _update_existence(prediction, pairs, measured, config)
     _learn_disappearances(prediction, pairs, measured, learned)
     taken = pairs if associated.hard else pairs.take(np.flatnonzero(probability > 0.5))
-    whole = update_extents(tracks, prediction, blobs, taken)
+    whole = update_extents(tracks, prediction, blobs, taken) | learned.overlaps.are_resolved
     if not prediction.step.again:
         _learn(learned, prediction, blobs, taken, whole, config)
     _unsettle(tracks.records, prediction, taken)

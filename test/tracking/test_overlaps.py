@@ -1,0 +1,79 @@
+"""Boxes of who looks for whole objects overlap where those of a threshold merge."""
+
+import numpy as np
+import pytest
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.overlaps import Overlaps
+
+RATE = 25
+
+
+def corners(*boxes):
+    """(M, 2, 2) of boxes, each center and size (u, v, width, height) [px]."""
+    box = np.array(boxes, float)
+    return np.stack([box[:, :2] - box[:, 2:] / 2, box[:, :2] + box[:, 2:] / 2], axis=1)
+
+
+def after(frames, box, color=(0, 0), merged=0):
+    """What is known after some frames alike."""
+    overlaps = Overlaps()
+    for _ in range(frames):
+        overlaps.look(corners(*box), np.array(color, np.uint32))
+        overlaps.count_merged(merged)
+    return overlaps.are_resolved
+
+
+OVER = (100, 100, 40, 90), (110, 105, 44, 80)
+
+
+def test_boxes_of_one_kind_over_each_other_are_those_of_resolved_objects():
+    assert after(20, OVER)
+
+
+@pytest.mark.parametrize(
+    ('box', 'color'),
+    [
+        (((100, 100, 40, 90), (150, 100, 40, 90)), (0, 0)),
+        (((100, 100, 40, 90), (105, 100, 10, 20)), (0, 0)),
+        (OVER, (0, 1)),
+    ],
+    ids=['beside each other', 'a small one on a large one', 'a color on another'],
+)
+def test_other_boxes_are_not(box, color):
+    assert not after(200, box, color)
+
+
+def test_a_few_are_not_believed_where_many_merge():
+    assert not after(200, OVER, merged=5)
+
+
+def walkers(noise, count=60):
+    """Two rows of three who walk through each other, of boxes that jitter by a tenth."""
+    rng = np.random.default_rng(5)
+    for k in range(count):
+        u = np.array([100 + 4 * k, 160 + 4 * k, 220 + 4 * k, 500 - 4 * k, 440 - 4 * k, 380 - 4 * k])
+        rows = np.zeros(6, DETECTION)
+        size = np.array([40, 90]) * rng.lognormal(0, 0.1, (6, 2))
+        rows['u'] = u + rng.normal(0, noise, 6)
+        rows['v'] = rng.normal([200, 210, 205, 215, 208, 212], noise)
+        rows['box_w'], rows['box_h'], rows['area'] = *size.T, size.prod(axis=1)
+        rows['box_u'], rows['box_v'] = rows['u'] - size[:, 0] / 2, rows['v'] - size[:, 1] / 2
+        yield rows
+
+
+def test_a_small_box_beside_a_person_is_one_of_its_own():
+    tracker = Tracker(TrackerConfig(image_size=(640, 480)))
+    for k, rows in enumerate(walkers(2.0)):
+        if k > 30:  # a child walks beside the first
+            child = rows[:1].copy()
+            child['u'], child['v'] = 95 + 4 * k, 240
+            child['box_w'], child['box_h'] = 12, 30
+            child['box_u'], child['box_v'] = child['u'] - 6, child['v'] - 15
+            rows = np.concatenate([rows, child])
+        tracks = tracker.update(Detections(rows, round(k * 1e9 / RATE))).rows
+    assert len(tracks[tracks['state'] != COASTING]) == 7
