@@ -1,6 +1,7 @@
 """Silhouettes before any background, behind covers, and how well they are followed."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -41,8 +42,14 @@ def picture(shape, center, radius, turn=0.0, background=None, cover=None, level=
         draw_polygon(image, corners, [level] * 3)
     if cover is not None:
         image[cover[0]] = cover[1]
-    noise = np.random.default_rng((7, seed)).normal(0, 2, image.shape[:2])
-    return np.clip(image[..., 0] + noise, 0, 255).astype(np.uint8)
+    return cv2.add(image[..., 0], noise(seed, image.shape[:2]), dtype=cv2.CV_8U)
+
+
+@lru_cache(maxsize=500)
+def noise(seed, shape):
+    """Whole gray levels to add; drawn once, since each test has the same for its k-th picture."""
+    normal = np.random.default_rng((7, seed)).normal(0, 2, shape)
+    return np.floor(normal).astype(np.int8)
 
 
 def frame(image, k=0, rate=RATE):
