@@ -54,6 +54,12 @@ different, 2.3 (Mahy 1994), for noise and compression."""
 FEWEST_PIXELS = 20
 """Pixels that a color must have near it to be in the picture: the default of min_area."""
 
+MOST_SHADES_OF_ONE = 30.0
+"""Pixels of a thing that has shades down to gray, at most, over those that have one of its colors:
+more are another thing, such as a black cloth beside a dark red ball. Colors of five balls and four
+clips have up to 11 times as many, that cloth 70 to 470 times. With 15 as many are found; with 60,
+two of 60 fewer of the dark red ball (benchmark/notes/detector.md, Shades)."""
+
 LARGEST_SHARE = 0.25
 """Share of the picture that a color may cover; what is larger is its background."""
 
@@ -146,6 +152,7 @@ def find_extent(
     others: tuple[Triple, ...] = (),
     largest_share: float = LARGEST_SHARE,
     least: float = 0.0,
+    allowed: float = 0.0,
 ) -> Extent | None:
     """The pixels that belong to a color, by the deepest valley around it.
 
@@ -154,29 +161,42 @@ def find_extent(
     :param samples, others: of the color; with them it stays where it is, and has the first shape.
     :param largest_share: of the picture, that it may cover.
     :param least: half axis of a and b that it has at least, with samples or others.
+    :param allowed: pixels that it may have, gray ones too, even if few are near it: where the
+        light on a known thing has changed.
     :returns: None when it is not in the picture, or no size of it stays below that share.
     """
-    most = largest_share * counts.sum()
-    if max(pixels_near(counts, sample) for sample in (lab, *samples)) < FEWEST_PIXELS:
+    near = max(pixels_near(counts, sample) for sample in (lab, *samples))
+    if near < FEWEST_PIXELS:
         return None
+    most = largest_share * counts.sum()
     (filled,) = (counts > 0).nonzero()
     number, color = counts[filled], cell_bounds()[0].T[filled]
     if samples or others:
         shape = SHAPE
         away = nearest_sample(color, (lab, *samples), shape)
         mine = away < nearest_sample(color, others, shape)
-        return _valley(number[mine], away[mine], np.array(lab), shape, most, least)
-    return _deepest_valley(number, color, lab, most)
+        alike = np.full(len(SIZES), most)
+        return _valley(number[mine], away[mine], np.array(lab), shape, alike, least)
+    is_gray = np.hypot(*lab[1:]) < NEAR
+    most_gray = most if is_gray else min(most, max(MOST_SHADES_OF_ONE * near, allowed))
+    return _deepest_valley(number, color, lab, (most, most_gray))
 
 
 def _deepest_valley(
-    number: NDArray[np.float64], color: NDArray[np.float64], lab: Triple, most: float
+    number: NDArray[np.float64],
+    color: NDArray[np.float64],
+    lab: Triple,
+    limits: tuple[float, float],
 ) -> Extent | None:
-    """The valley around one color, whose center and shape follow what is inside."""
+    """The valley around one color, whose center and shape follow what is inside.
+
+    :param limits: pixels that it may have, and with gray among them.
+    """
     center, shape = np.array(lab), SHAPE
     best = whole = None
     for _ in range(SHAPE_ROUNDS):
         distance = nearest_sample(color, (center,), shape)
+        most = np.where(np.hypot(*(center / shape)[1:]) < SIZES, limits[1], limits[0])
         found = _valley(number, distance, center, shape, most)
         if found is None or (best is not None and found.growth > best.growth - DEEPER):
             break
@@ -207,12 +227,13 @@ def _valley(
     distance: NDArray[np.float64],
     center: NDArray[np.float64],
     shape: NDArray[np.float64],
-    most: float,
+    most: NDArray[np.float64],
     least: float = 0.0,
     to_outline: bool = False,
 ) -> Extent | None:
     """The size at whose surface the count grows least, of ellipsoids of a shape around a center.
 
+    :param most: (S,) pixels that each size may have.
     :param to_outline: or the larger one half-way to where it grows more than by an outline.
     """
     order = np.argsort(distance)
@@ -224,7 +245,7 @@ def _valley(
         count[2 * SLOPE_STEPS :],
     )
     growth = (larger - smaller) / np.maximum(middle, 1) / (2 * SLOPE_STEPS * SIZE_STEP)
-    growth[(middle < FEWEST_PIXELS) | (larger > most)] = np.inf
+    growth[(middle < FEWEST_PIXELS) | (larger > most[2 * SLOPE_STEPS :])] = np.inf
     growth[SIZES[SLOPE_STEPS:-SLOPE_STEPS] < least] = np.inf
     k = int(growth.argmin())
     if not np.isfinite(growth[k]):

@@ -58,8 +58,8 @@ PIECE_REACH = 0.5
 """How far beside the box of a blob its pieces are [share of its side]."""
 
 FEWEST_LEFT = 1 / 4
-"""Share of its pixels that a color must keep to follow the light: when a thing has
-left, what is a little like it must not lead the color away."""
+"""Share of its pixels that a color must keep to follow the light, and its inverse that of what it
+may grow to: when a thing has left, what is a little like it must not lead the color away."""
 
 MANY_SPECKS = 20
 """Blobs too small for a thing in one picture that somebody should hear of: a few come from noise at
@@ -145,9 +145,10 @@ class ColorFinder:
                 self._shades[k] = shades_beyond(cells, counts, with_shades(extent, reach))
                 self._shaded[k] = stamp
 
-    def _find(self, k: int, counts: NDArray[np.float64]) -> Extent | None:
+    def _find(self, k: int, counts: NDArray[np.float64], allowed: float = 0.0) -> Extent | None:
         color = self._colors[k]
-        found = find_extent(counts, color.lab, color.samples, color.others, _most_of(color))
+        most = _most_of(color)
+        found = find_extent(counts, color.lab, color.samples, color.others, most, allowed=allowed)
         if found is None or not color.inverted:
             return found
         # The rest shrinks as the ground grows: by much where it is the ground's own uneven light.
@@ -157,7 +158,8 @@ class ColorFinder:
     def _renew(self, k: int, pool: NDArray[np.float64], stamp: int) -> None:
         """Take the extent that the color has now, unless it is another thing's."""
         known = self._found[k]
-        extent = self._find(k, pool)
+        is_new = 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
+        extent = self._find(k, pool, 0 if is_new else known.pixels / FEWEST_LEFT)
         if (
             extent is None
             and not self._colors[k].is_sampled
@@ -166,7 +168,6 @@ class ColorFinder:
             extent = find_extent(pool, middle, largest_share=_most_of(self._colors[k]))
         if extent is None:
             return
-        is_new = 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
         way = (np.array(extent.lab) - known.lab) / SHAPE
         is_same = np.linalg.norm(way) < NEAR and extent.growth < MOST_GROWTH
         if is_new or (is_same and extent.pixels > FEWEST_LEFT * known.pixels):
