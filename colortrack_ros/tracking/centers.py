@@ -53,7 +53,8 @@ def measure_centers(
     if not prediction.sized:
         return z, R
     size, variance = prediction.size.take(track, axis=0), by_axis(R)
-    variance += _variance_of_odd(prediction.sizes, size, blobs.size.take(blob, axis=0))
+    if not prediction.finds_whole:
+        variance += _variance_of_odd(prediction.sizes, size, blobs.size.take(blob, axis=0))
     of_side = side_variance(prediction, blobs, blob, size)
     doubtful = (variance > of_side) & (size > 0)
     either = doubtful[:, 0] | doubtful[:, 1]
@@ -75,7 +76,8 @@ def _variance_of_odd(sizes: Sizes, size: Floats, blob: Floats) -> Floats:
     """What blobs of another size add to the variance of the center, (K, 2), by axis [px^2].
 
     As the center of the object a centroid may be off by half of what the sizes differ by, beyond a
-    pixel or what boxes jitter by.
+    pixel or what boxes jitter by. That is of blobs; sides that err independently have a sum that
+    says nothing of their difference, and what centers of such boxes err by is learned.
 
     :param size, blob: (K, 2) of the objects and of the blobs [px].
     """

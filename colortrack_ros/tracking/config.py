@@ -149,7 +149,7 @@ class TrackerConfig(TimeLimits):
     )
     detection_probability: float = parameter(
         0.95,
-        'That a visible object is detected in a frame.',
+        'That a visible object is detected in a frame, to begin with; less is learned.',
         minimum=0.01,
         maximum=0.999,
         audience=EXPERT,

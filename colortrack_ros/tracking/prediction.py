@@ -57,13 +57,15 @@ class Prediction:
     :param unseen: (N,) time since each was measured alone [s].
     :param unmeasured: (N,) time since each was measured, alone or with others [s].
     :param maneuvered: (N,) prior probability that it has maneuvered in that time.
-    :param log_odds: (N,) log of the odds that it is detected in this frame.
+    :param detection_probability: of an object that can be seen.
+    :param log_odds: (N,) log of the odds that each is detected in this frame.
     :param noise: standard deviation of the acceleration on each axis [px/s^2].
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
     :param sudden_speed: the same of what goes off all at once [px/s].
     :param log_density: log of the density of detections that belong to no track [1/px^2].
     :param sized: there are tracks or blobs that have a size.
     :param sizes: how alike sizes are.
+    :param finds_whole: see Adaptation.
     """
 
     step: Step
@@ -76,6 +78,7 @@ class Prediction:
     unseen: Floats
     unmeasured: Floats
     maneuvered: Floats
+    detection_probability: float
     log_odds: Floats
     noise: float
     speed: Floats
@@ -83,6 +86,7 @@ class Prediction:
     log_density: float
     sized: bool
     sizes: Sizes
+    finds_whole: bool
 
     @cached_property
     def slack(self) -> Floats:
@@ -149,7 +153,8 @@ def _expect(
     sized = config.use_boxes and bool(np.count_nonzero(measurements.size) or np.count_nonzero(size))
     if not sized:
         unmeasured = np.minimum(unmeasured, (step.now - records['shared']) / NANOSECONDS)
-    seen = config.detection_probability * records['visible']
+    detected = learned.detection_rate.estimate(config.detection_probability)
+    seen = detected * records['visible']
     return Prediction(
         step=step,
         bank=bank,
@@ -161,6 +166,7 @@ def _expect(
         unseen=unseen,
         unmeasured=unmeasured,
         maneuvered=maneuver_chance(records['rate'], unmeasured) * config.maneuvers,
+        detection_probability=detected,
         log_odds=np.log(seen / (1 - seen)),
         noise=config.process_noise or learned.noise,
         speed=assumed_speed(learned, config),
@@ -168,6 +174,7 @@ def _expect(
         log_density=math.log(config.clutter_density or learned.density),
         sized=sized,
         sizes=learned.sizes,
+        finds_whole=learned.finds_whole,
     )
 
 

@@ -135,12 +135,15 @@ class Tracker:
         self._learn_sizes(prediction, blobs, new[:MOST_NEW])
         initiate(tracks, prediction, blobs, new)
         self._manage(again=step.again)
-        return self._published(detections, prediction.speed * config.maneuvers)
+        return self._published(detections, prediction)
 
-    def _published(self, detections: Detections, speed: NDArray[np.float64]) -> Tracks:
+    def _published(self, detections: Detections, prediction: Prediction) -> Tracks:
         """The tracks, with the header of the detections."""
         tracks, learned = self._tracks, self._adaptation
-        existence = learned.disappearances.existence(tracks.records, learned.area)
+        existence = learned.disappearances.existence(
+            tracks.records, learned.area, finds_whole=prediction.finds_whole
+        )
+        speed = prediction.speed * self.config.maneuvers
         now, population = self._clock.now, self._population
         rows = published(tracks, now, self.config, population, speed, existence)
         learned.camera.publish(rows, tracks)

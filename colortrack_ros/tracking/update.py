@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
 from colortrack_ros.estimation.existence import weigh_hidden
@@ -70,7 +71,7 @@ def update(
     pairs, probability = associated.pairs, associated.probability
     measured = np.zeros(len(tracks), bool)
     measured[pairs.track] = True
-    _update_existence(prediction, pairs, measured, config)
+    _update_existence(prediction, pairs, measured)
     _learn_disappearances(prediction, pairs, measured, learned)
     taken = pairs if associated.hard else pairs.take(np.flatnonzero(probability > 0.5))
     whole = update_extents(tracks, prediction, blobs, taken) | learned.overlaps.are_resolved
@@ -160,14 +161,12 @@ def _maneuver(bank: Bank, prediction: Prediction, taken: Hypotheses) -> None:
         bank.maneuver(track, maneuvered, prediction.unmeasured[track], prediction.speed)
 
 
-def _update_existence(
-    prediction: Prediction, pairs: Hypotheses, measured: Bools, config: TrackerConfig
-) -> None:
+def _update_existence(prediction: Prediction, pairs: Hypotheses, measured: Bools) -> None:
     """Existence by the likelihood of what was measured, or of a miss (Musicki et al. 1994).
 
     :param measured: (N,) which tracks are in the pairs.
     """
-    p, records = config.detection_probability, prediction.records
+    p, records = prediction.detection_probability, prediction.records
     visible = records['visible']
     missed = 1.0 if prediction.step.again else _missed(visible, measured, p)
     log_ratio = pairs.innovations.log_likelihood - prediction.log_density
@@ -246,14 +245,31 @@ def _learn(
         records, track, blobs.z.take(blob, axis=0), given, variance, unseen, maneuvered, whole,
         steady, period,
     )  # fmt: skip
-    if due and prediction.sized:
+    if due:
+        _learn_more(learned, prediction, blobs, track, blob, config)
+
+
+def _learn_more(
+    learned: Adaptation,
+    prediction: Prediction,
+    blobs: Measurements,
+    track: Indices,
+    blob: Indices,
+    config: TrackerConfig,
+) -> None:
+    """Learn what is not looked at in every frame, from pairs, (K,)."""
+    records, period = prediction.records, prediction.step.period
+    if prediction.sized:
         last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
-        _learn_jitter(learned, last, blobs.size[blob], unseen <= period, period)
-    if due and config.detection_covariance:
+        again = prediction.unseen[track] <= period
+        _learn_jitter(learned, last, blobs.size[blob], again, period)
+    confirmed = track[records['state'][track] != TENTATIVE]
+    learned.detection_rate.learn(prediction.unmeasured[confirmed] / period)
+    if config.detection_covariance:
         predicted = prediction.variance[track].mean(axis=1)
         grown = learned.noisiness.learn(records, track, learned.recent, predicted)
         prediction.bank.doubt(track, grown)
-    if due and not config.process_noise:
+    if not config.process_noise:
         learned.unsteadiness.learn(records, track, learned.recent, period)
 
 

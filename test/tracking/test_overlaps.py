@@ -77,3 +77,24 @@ def test_a_small_box_beside_a_person_is_one_of_its_own():
             rows = np.concatenate([rows, child])
         tracks = tracker.update(Detections(rows, round(k * 1e9 / RATE))).rows
     assert len(tracks[tracks['state'] != COASTING]) == 7
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_centers_of_boxes_are_good_whose_sizes_are_not(seed):
+    """Some show half of a person for moments, some a person and a half, around the same center."""
+    rng, tracker = np.random.default_rng(seed), Tracker(TrackerConfig(image_size=(640, 480)))
+    off, variance, shown = [], [], np.ones((2, 2))
+    for k in range(100):
+        truth = np.array([[60.0 + 5 * k, 120.0], [580.0 - 5 * k, 360.0]])
+        shown = np.where(rng.random((2, 2)) < 1 / 6, rng.choice([1, 0.55, 1.8], (2, 2)), shown)
+        rows = np.zeros(2, DETECTION)
+        rows['u'], rows['v'] = (truth + rng.normal(0, 2, (2, 2))).T
+        size = np.array([[60], [130]]) * rng.lognormal(0, 0.1, (2, 2)) * shown
+        rows['box_w'], rows['box_h'], rows['area'] = *size, size.prod(axis=0)
+        rows['box_u'], rows['box_v'] = rows['u'] - size[0] / 2, rows['v'] - size[1] / 2
+        tracks = tracker.update(Detections(rows, round(k * 1e9 / RATE))).rows
+        if k > 40:
+            off.append(np.stack([tracks['u'], tracks['v']], axis=1) - truth)
+            variance.append(tracks['covariance'][:, [0, 1], [0, 1]])
+    assert np.sqrt(np.mean(np.square(off))) < 2.5
+    assert np.sqrt(np.mean(variance)) < 2.5

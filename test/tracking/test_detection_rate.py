@@ -1,0 +1,69 @@
+"""How often objects are detected is learned, and tells how long missed ones are believed in."""
+
+import numpy as np
+import pytest
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking.detection_rate import DetectionRate
+
+PLACES = np.array([[100.0, 100.0], [300.0, 110.0], [500.0, 105.0], [200.0, 300.0], [450.0, 310.0]])
+
+
+@pytest.mark.parametrize('chance', [0.5, 0.7, 0.85, 0.95])
+def test_gaps_between_detections_tell_how_often_there_are_any(chance):
+    rate, rng = DetectionRate(), np.random.default_rng(3)
+    for _ in range(300):
+        rate.learn(rng.geometric(chance, 10).astype(float))
+    assert rate.estimate(0.95) == pytest.approx(chance, abs=0.06)
+
+
+def test_it_is_no_more_than_is_given():
+    rate = DetectionRate()
+    assert rate.estimate(0.9) == 0.9
+    rate.learn(np.ones(1000))
+    rate.learn(np.full(3, 2.0))
+    assert rate.estimate(0.9) == 0.9
+
+
+def test_what_was_hidden_for_long_does_not_count():
+    rate = DetectionRate()
+    rate.learn(np.array([1.0] * 100 + [40.0] * 100))
+    assert rate.estimate(0.95) == 0.95
+
+
+def boxes(seen, jitter, k, rng):
+    """Those of frame k, around places, whose sides err by a share."""
+    rows = np.zeros(len(seen), DETECTION)
+    rows['u'], rows['v'] = (seen + rng.normal(0, 1, seen.shape)).T
+    rows['box_w'], rows['box_h'] = 60 * rng.lognormal(0, jitter, (2, len(seen)))
+    rows['box_u'], rows['box_v'] = rows['u'] - rows['box_w'] / 2, rows['v'] - rows['box_h'] / 2
+    rows['area'] = rows['box_w'] * rows['box_h']
+    return Detections(rows, round(k / 30 * 1e9))
+
+
+@pytest.mark.parametrize('jitter', [0.0, 0.15])
+@pytest.mark.parametrize('chance', [0.6, 0.8])
+def test_what_is_often_missed_is_shown_all_the_same(chance, jitter):
+    rng, tracker, found = np.random.default_rng(7), Tracker(TrackerConfig(image_size=(640, 400))), 0
+    for k in range(300):
+        seen = PLACES[rng.random(len(PLACES)) < chance]
+        tracks = tracker.update(boxes(seen, jitter, k, rng)).rows
+        tracks = tracks[tracks['state'] != TENTATIVE]
+        away = np.hypot(*(PLACES[:, None] - np.stack([tracks['u'], tracks['v']], 1)).T)
+        found += int((away < 20).any(axis=0).sum()) * (k >= 100)
+    assert found > 0.97 * len(PLACES) * 200
+
+
+@pytest.mark.parametrize(('jitter', 'least', 'most'), [(0.0, 20, 40), (0.15, 1, 6)])
+def test_what_a_network_loses_is_shown_for_a_few_frames_only(jitter, least, most):
+    """Outlines that disappear are hidden more often than not; boxes of networks mostly not."""
+    rng, tracker, shown = np.random.default_rng(8), Tracker(TrackerConfig(image_size=(640, 400))), 0
+    for k in range(120):
+        seen = PLACES[: 5 if k < 80 else 4]
+        tracks = tracker.update(boxes(seen, jitter, k, rng)).rows
+        shown += k >= 80 and len(tracks) == 5
+    assert least <= shown <= most
