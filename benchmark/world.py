@@ -89,10 +89,12 @@ def run(
     kinds = Kinds.of(config).take(np.zeros(runs * objects, int))
     belief = Belief.of(config, robots=runs)
     truth = truths(scene, motion, runs, objects, kinds, CameraErrors.of(config), rng)
-    known, frames = KNOWN[motion], []
+    known, frames, seen = KNOWN[motion], [], np.zeros(len(truth), bool)
     for k, base in enumerate(bases(scene, drives)):
         if k:
             move(truth, scene.dt, motion, rng)
+            belief.forget(scene.dt)
+            belief.predict(kinds, 0.0, scene.dt, ~seen)
         view = View(scene.camera, base, scene.mount)
         measured, seen = measure(view, truth, kinds, method, motion, rng)
         distance = np.linalg.norm(truth[:, :3] - view.optical.t, axis=1)
@@ -102,8 +104,6 @@ def run(
             guess[~seen] = view.optical.t + view.optical.R[:, 2]
             belief = belief.started(guess, 10 * distance, measured, view, kinds, 0.0)
         else:
-            belief.forget(scene.dt)
-            belief.predict(kinds, 0.0, scene.dt)
             belief.update(measured, view, kinds, 0.0)
         mean, cov = belief.combined()
         e = mean - truth[:, :8]

@@ -155,9 +155,10 @@ class Belief(Columns):
         """Let the errors of the cameras be less certain after dt [s]."""
         forget(self.errors, dt)
 
-    def predict(self, kinds: Kinds, ground: float, dt: float) -> None:
+    def predict(self, kinds: Kinds, ground: float, dt: float, unseen: Bools) -> None:
         """Let dt [s] go by; see motion.predict()."""
-        predict(self.motion, self.errors, kinds.take(self._cases(len(self))), ground, dt)
+        cases = self._cases(len(self))
+        predict(self.motion, self.errors, kinds.take(cases), ground, dt, unseen[cases])
 
     def drift(self, robot: Floats, moved: float, turned: float, sigma: Floats) -> None:
         """Add what odometry adds; see motion.drift()."""

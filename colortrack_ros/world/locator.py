@@ -129,7 +129,7 @@ class Locator:
         ahead = (stamp - self._stamp) / NANOSECONDS
         if ahead > 0 and len(objects):
             belief = deepcopy(belief)
-            belief.predict(objects.kinds, self._config.ground_height, ahead)
+            belief.predict(objects.kinds, self._config.ground_height, ahead, self._unseen)
         mean, cov = belief.combined()
         rows = np.zeros(len(objects), LOCATION)
         for at, name in enumerate(('x', 'y', 'z', 'vx', 'vy', 'vz')):
@@ -167,11 +167,17 @@ class Locator:
                 objects = self._objects
             belief = objects.belief
             belief.forget(dt)
-            belief.predict(objects.kinds, self._config.ground_height, dt)
+            belief.predict(objects.kinds, self._config.ground_height, dt, self._unseen)
             belief.drift(view.base.t, moved, angle, np.array(self._config.odometry_sigma))
         if line := coarse(view):
             self._tell(line)
         self._stamp, self._view = stamp, view
+
+    @property
+    def _unseen(self) -> NDArray[np.bool_]:
+        """Which objects, (N,), no camera has measured in its last picture."""
+        recent = self._heard[self._stamp - self._heard <= SILENT * NANOSECONDS]
+        return np.asarray(self._objects.updated < recent.min(initial=self._stamp))
 
     def _inside(self, detections: Detections, view: View) -> Detections:
         """The detections, none if they are of a picture of another size than the calibration."""

@@ -21,10 +21,11 @@ from colortrack_ros.world.state import STANDS
 from colortrack_ros.world.state import VELOCITY
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 SOJOURN = 10.0
-"""How long things stand, and how long they move, on the mean [s]. Assumed: between a ball that is
-pushed about and a chair."""
+"""How long things stand, and how long they move, on the mean [s]; and how long it takes until what
+rolls is kicked or hits a wall. Assumed: between a ball that is pushed about and a chair."""
 
 FLIGHTS = 60.0
 """How long it takes until what falls is thrown or kicked again, on the mean [s]. Assumed."""
@@ -48,13 +49,17 @@ FRICTION = 0.2
 spin: at most 2/7 for a ball that does not spin and then rolls."""
 
 
-def predict(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float) -> None:
+def predict(
+    objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float, unseen: Bools
+) -> None:
     """One step of all states, in place: standing, and constant velocity or free fall with bounces.
 
     :param ground: height of the ground in the fixed frame [m].
     :param dt: [s].
+    :param unseen: (N,) what may be kicked or hit a wall unseen.
     """
     _mix(objects, errors, kinds, dt)
+    _maneuver(objects, errors, kinds, dt, unseen & ~kinds.falls)
     mean, cov, slope = (a[:, MOVES] for a in (objects.mean, objects.cov, objects.slope))
     mean[:, POSITION] += dt * mean[:, VELOCITY]
     mean[:, 2] -= GRAVITY * dt * dt / 2 * kinds.falls
@@ -66,6 +71,32 @@ def predict(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float,
     P = np.repeat(errors.cov, len(mean) // len(errors.cov), axis=0)
     _bounce(mean, slope, cov, P, kinds, ground)
     _throw(objects, kinds, dt)
+
+
+def _maneuver(
+    objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float, unseen: Bools
+) -> None:
+    """Let what moves draw its velocity anew at any time of the step, in place.
+
+    The state is that of the mixture of both. What is seen need not, as it is refused then and taken
+    to have been kicked.
+
+    :param unseen: (N,) what may.
+    """
+    (rows,) = unseen.nonzero()
+    if not len(rows):
+        return
+    mean, slope, cov = (a[rows, MOVES] for a in (objects.mean, objects.slope, objects.cov))
+    P = errors.cov[rows // (len(objects) // len(errors.cov))]
+    v, B = mean[:, VELOCITY], slope[:, VELOCITY]
+    second = cov[:, VELOCITY, VELOCITY] + B @ P @ B.swapaxes(1, 2) + v[:, :, None] * v[:, None, :]
+    change, axis = 1 - np.exp(-dt / SOJOURN), np.arange(3, 6)
+    for a in (mean, slope, cov, cov.swapaxes(1, 2)):
+        a[:, VELOCITY] *= 1 - change
+    cov[:, VELOCITY, VELOCITY] += change * (1 - change) * second
+    cov[:, axis, axis] += change * np.square(kinds.speed[rows])
+    objects.mean[rows, MOVES], objects.slope[rows, MOVES] = mean, slope
+    objects.cov[rows, MOVES] = cov
 
 
 def _throw(objects: Motions, kinds: Kinds, dt: float) -> None:

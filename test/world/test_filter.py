@@ -26,6 +26,8 @@ from colortrack_ros.world.state import MOVES
 from colortrack_ros.world.view import View
 
 VIEW = View(world_scene.CAMERA, Pose.of_rpy((1, 2, 0), (0, 0, 0.5)), world_scene.MOUNT)
+SEEN = np.zeros(1, bool)
+"""Of the one object: it has been seen in the last picture."""
 
 
 @pytest.mark.slow
@@ -80,7 +82,7 @@ def test_an_error_of_the_pitch_is_not_averaged_away_by_looking_longer():
     measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
     found = started(truth[:, :3], np.array([40.0]), measured, VIEW, kinds, errors, 0.0)
     for _ in range(300):
-        predict(found, errors, kinds, 0.0, world_scene.DT)
+        predict(found, errors, kinds, 0.0, world_scene.DT, SEEN)
         measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'stands', rng)
         update(found, errors, measured, VIEW, kinds, 0.0)
     # 1 degree, at 3.9 m from a camera 0.4 m above the center: r^2 / h * sigma
@@ -173,7 +175,7 @@ def falling(height, speed):
 def test_a_thrown_ball_falls_as_gravity_says():
     found, errors, kinds = falling(5.0, 2.0)
     for _ in range(30):
-        predict(found, errors, kinds, 0.0, 1 / 30)
+        predict(found, errors, kinds, 0.0, 1 / 30, SEEN)
     mean, _ = found.combined(errors)
     assert mean[0, 2] == pytest.approx(5 + 2 - 9.80665 / 2)
     assert mean[0, 5] == pytest.approx(2 - 9.80665)
@@ -181,7 +183,7 @@ def test_a_thrown_ball_falls_as_gravity_says():
 
 def test_at_the_ground_it_bounces_and_is_less_certain():
     found, errors, kinds = falling(0.15, -4.0)
-    predict(found, errors, kinds, 0.0, 1 / 30)
+    predict(found, errors, kinds, 0.0, 1 / 30, SEEN)
     mean, cov = found.combined(errors)
     assert mean[0, 5] == pytest.approx(0.7 * (4 + 9.80665 / 30), rel=0.05)
     assert mean[0, 2] > 0.1
@@ -199,7 +201,7 @@ def test_what_begins_to_roll_after_it_stood_is_seen_to_roll():
     for k in range(120):
         truth[0, 1] += 0.4 * world_scene.DT * (k >= 60)
         measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'rolls', rng)
-        predict(found, errors, kinds, 0.0, world_scene.DT)
+        predict(found, errors, kinds, 0.0, world_scene.DT, SEEN)
         update(found, errors, measured, VIEW, kinds, 0.0)
         speeds.append(np.linalg.norm(found.combined(errors)[0][0, 3:6]))
     assert max(speeds[30:60]) < 0.05

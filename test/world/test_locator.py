@@ -2,6 +2,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 from support.balls_seen import FRAME
 from support.balls_seen import RADIUS
 from support.balls_seen import seen
@@ -94,6 +95,25 @@ def test_an_object_out_of_sight_coasts_and_is_gone_with_its_track():
     assert out.rows['time_since_update'][0] == pytest.approx(0.5)
     assert out.rows['covariance'][0, 0, 0] > first.rows['covariance'][0, 0, 0]
     assert len(one.update(Tracks(stamp=later.stamp + FRAME), Detections(), view_at()).rows) == 0
+
+
+@pytest.mark.parametrize('method', ['ground', 'size'])
+def test_a_ball_that_hits_a_wall_behind_a_cover_comes_back_within_its_ellipse(method):
+    one, told = locator(method, wander=0.05)
+    y, speed = -1.0, 0.6
+    for k in range(1, 61):
+        speed = -0.7 * 0.6 if k > 40 else 0.6
+        y += speed / 30
+        tracks, detections = seen(view_at(), (2.5, y, RADIUS), k * FRAME)
+        if k > 30:
+            tracks.rows['time_since_update'] = (k - 30) / 30
+            detections = Detections(stamp=tracks.stamp)
+        (row,) = one.update(tracks, detections, view_at()).rows
+    off = np.array([row['x'] - 2.5, row['y'] - y, row['z'] - RADIUS])
+    assert off @ np.linalg.solve(row['covariance'][:3, :3], off) < chi2.ppf(0.999, 3)
+    (row,) = one.update(*seen(view_at(), (2.5, y, RADIUS), 61 * FRAME), view_at()).rows
+    assert (row['x'], row['y']) == pytest.approx((2.5, y), abs=0.05)
+    assert told == []
 
 
 def test_what_the_edge_of_the_picture_cuts_is_no_measurement():
