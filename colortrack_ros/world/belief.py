@@ -11,6 +11,7 @@ known as well as within one of them, they become one.
 
 from copy import copy
 from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,7 @@ from colortrack_ros.world.view import View
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+Table = TypeVar('Table', bound=Columns)
 
 PITCH = TILT.start - OF_OBJECT + 1
 """Of the errors of the first camera."""
@@ -144,7 +146,7 @@ class Belief(Columns):
         """Of objects that are seen for the first time; see filter.started()."""
         cases = self._cases(len(position))
         motion = started(
-            position[cases], reach[cases], measured.take(cases), view, kinds.take(cases),
+            position[cases], reach[cases], self._in_cases(measured), view, self._in_cases(kinds),
             self.errors, ground, camera,
         )  # fmt: skip
         belief = copy(self)
@@ -157,8 +159,8 @@ class Belief(Columns):
 
     def predict(self, kinds: Kinds, ground: float, dt: float, unseen: Bools) -> None:
         """Let dt [s] go by; see motion.predict()."""
-        cases = self._cases(len(self))
-        predict(self.motion, self.errors, kinds.take(cases), ground, dt, unseen[cases])
+        unseen = unseen[self._cases(len(self))]
+        predict(self.motion, self.errors, self._in_cases(kinds), ground, dt, unseen)
 
     def drift(self, robot: Floats, moved: float, turned: float, sigma: Floats) -> None:
         """Add what odometry adds; see motion.drift()."""
@@ -168,10 +170,10 @@ class Belief(Columns):
         self, measured: Measured, view: View, kinds: Kinds, ground: float, camera: int = 0
     ) -> Floats:
         """How far measurements, (N,), are from what is expected; see filter.misfit()."""
-        cases = self._cases(len(self))
         off = misfit(
-            self.motion, self.errors, measured.take(cases), view, kinds.take(cases), ground, camera
-        )
+            self.motion, self.errors, self._in_cases(measured), view, self._in_cases(kinds),
+            ground, camera,
+        )  # fmt: skip
         return np.asarray(_parted(off, len(self.log_weight)).min(axis=0))
 
     def update(
@@ -181,10 +183,10 @@ class Belief(Columns):
 
         :return: (N,) which measurements have been refused, by most of the weight.
         """
-        cases, self._eye = self._cases(len(self)), view.optical.t
+        self._eye = view.optical.t
         refused, likely = update(
-            self.motion, self.errors, measured.take(cases), view, kinds.take(cases), ground,
-            camera, weigh=len(self.log_weight) > 1,
+            self.motion, self.errors, self._in_cases(measured), view, self._in_cases(kinds),
+            ground, camera, weigh=len(self.log_weight) > 1,
         )  # fmt: skip
         if len(self.log_weight) == 1:
             return refused
@@ -228,6 +230,10 @@ class Belief(Columns):
         (chosen,) = rows.nonzero() if rows.dtype == bool else (rows,)
         starts = len(self) * np.arange(len(self.log_weight))
         return np.asarray((starts[:, None] + chosen).ravel())
+
+    def _in_cases(self, table: Table) -> Table:
+        """What is of each object, once for each case."""
+        return table if len(self.log_weight) == 1 else table.take(self._cases(len(table)))
 
     def _cases(self, count: int) -> NDArray[np.intp]:
         """The rows of so many objects, once for each case."""
@@ -275,16 +281,16 @@ class Belief(Columns):
 
     def _united_motion(self, change: Floats) -> Motions:
         """The states over all cases, (N,), once the cameras' errors have changed, (C N, 8)."""
-        cases, motion = len(self.log_weight), in_inversion(self.motion, self._eye)
-        mean = motion.mean + (motion.slope @ change[:, None, :, None])[..., 0]
+        cases = len(self.log_weight)
+        motion = in_inversion(self.motion, self._eye).shifted(change)
         weight = self._of_objects()[..., None]
         share = weight * _parted(motion.probability, cases)
         p = share.sum(axis=0)
         # of what has just begun to fall one hypothesis has none
         share = np.where(p > 0, share / np.maximum(p, TINY), weight)
-        mean, cov = mixture(share, _parted(mean, cases), _parted(motion.cov, cases))
+        mean, cov = mixture(share, _parted(motion.mean, cases), _parted(motion.cov, cases))
         slope = (share[..., None, None] * _parted(motion.slope, cases)).sum(axis=0)
-        return out_of_inversion(Motions(mean, slope, cov, p), self._eye)
+        return out_of_inversion(Motions.of(mean, slope, cov, p), self._eye)
 
 
 def _parted(a: NDArray[Any], cases: int) -> NDArray[Any]:

@@ -145,7 +145,7 @@ def conditional(
         at, far = np.where(bent[:, None], ahead, at), far | bent
     A = np.eye(OF_OBJECT) - K @ H
     cov = A @ cov @ A.swapaxes(-1, -2) + K @ R @ K.swapaxes(-1, -2)
-    states = Motions(after, part.slope - K @ G, cov, p)
+    states = Motions.of(after, part.slope - K @ G, cov, p)
     nis = np.where(line.seen, _weigh(states, P, G, S, e, kinds.falls), np.nan)
     counted = np.where(kinds.falls | far, 0.0, COUNTED)[:, None] * _shares(states.probability)
     return Updated(states, nis, *_learned(counted, told[..., OF_OBJECT:], G, direct, S, e), p, S, e)

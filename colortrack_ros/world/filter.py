@@ -87,15 +87,15 @@ def update(
     )  # fmt: skip
     refused[rows[~right]] = True
     each = np.repeat(change, len(objects) // len(change), axis=0)
-    objects.mean = _shifted(objects, each).mean
+    objects.whole = objects.shifted(each).whole
     objects.put(rows[right], in_space(states.take(right), view.optical))
     return refused, likely
 
 
 def in_front(objects: Motions, view: View) -> Bools:
     """Which objects, (N,), are in front of the camera, by both hypotheses."""
-    depth = view.optical.inverse().apply(objects.mean[..., POSITION].reshape(-1, 3))[:, 2]
-    return np.asarray((depth.reshape(-1, 2) > BEHIND_LENS).all(axis=1))
+    depth = (objects.mean[..., POSITION] - view.optical.t) @ view.optical.R[:, 2]
+    return np.asarray((depth > BEHIND_LENS).all(axis=1))
 
 
 def _jointly(
@@ -130,13 +130,12 @@ def _jointly(
         bent = (part.slope @ further[robot][:, None, :, None])[..., POSITION, 0]
         if last == LINEARIZATIONS - 1 or not (np.abs(bent[twice]) > LINEAR_WITHIN).any():
             break
-        there = replace(errors, mean=prior + change)
-        moved = _shifted(part, change[robot])
+        there, moved = replace(errors, mean=prior + change), part.shifted(change[robot])
         step = conditional(moved, there, robot, measured, view, kinds, ground, camera)
     of = errors.cov, change, further, told, step, robot, right, limit
     likely = _likelihood(*of) if weigh else np.zeros(len(change))
     errors.mean, errors.cov = prior + change, cov
-    return _shifted(step.states, further[robot]), right, change, likely
+    return step.states.shifted(further[robot]), right, change, likely
 
 
 def misfit(
@@ -179,7 +178,7 @@ def started(
     sigma[..., POSITION] = reach[:, None, None]
     sigma[:, MOVES, VELOCITY] = kinds.speed
     sigma[..., BIASES] = kinds.sigma[:, None]
-    objects = Motions(
+    objects = Motions.of(
         np.zeros((count, 2, OF_OBJECT)),
         np.zeros((count, 2, OF_OBJECT, n)),
         np.square(sigma)[..., None] * np.eye(OF_OBJECT),
@@ -247,8 +246,3 @@ def _summed(each: Floats, robot: Indices, count: int) -> Floats:
     total = np.zeros((count, *each.shape[1:]))
     np.add.at(total, robot, each)
     return total
-
-
-def _shifted(objects: Motions, change: Floats) -> Motions:
-    """States that follow a change of the errors of the cameras, (N, 8 C)."""
-    return replace(objects, mean=objects.mean + (objects.slope @ change[:, None, :, None])[..., 0])

@@ -22,23 +22,21 @@ def from_points(optical: Pose, points: Floats) -> tuple[Floats, Floats]:
     :param optical: pose of the optical frame.
     :param points: (N, 3) in front of the camera [m].
     """
-    q = (points - optical.t) @ optical.R
-    y = np.concatenate([q[:, :2], np.ones((len(q), 1))], axis=1) / q[:, 2:]
-    J = np.zeros((len(q), 3, 3))
-    J[:, 0, 0] = J[:, 1, 1] = 1.0
-    J[:, :, 2] = -y
-    J[:, 2, 2] = -y[:, 2]
-    return y, J @ optical.R.T / q[:, 2:, None]
+    y = (points - optical.t) @ optical.R
+    y[:, 2] = 1 / y[:, 2]
+    y[:, :2] *= y[:, 2:]
+    # d(X/Z) = (dX - X/Z dZ) / Z, d(1/Z) = -dZ / Z^2
+    J = optical.R.T * [[1.0], [1.0], [0.0]] - y[:, :, None] * optical.R[:, 2]
+    return y, J * y[:, 2, None, None]
 
 
 def to_points(optical: Pose, y: Floats) -> tuple[Floats, Floats]:
     """The points of coordinates, (N, 3) [m], and their Jacobian, (N, 3, 3)."""
     depth = 1 / y[:, 2:]
-    q = np.concatenate([y[:, :2], np.ones((len(y), 1))], axis=1) * depth
-    J = np.zeros((len(y), 3, 3))
-    J[:, 0, 0] = J[:, 1, 1] = 1.0
-    J[:, :, 2] = -q
-    return optical.apply(q), optical.R @ (J * depth[:, :, None])
+    away = depth * (y[:, :2] @ optical.R[:, :2].T + optical.R[:, 2])
+    J = np.empty((len(y), 3, 3))
+    J[:, :, :2], J[:, :, 2] = optical.R[:, :2], -away
+    return optical.t + away, J * depth[:, :, None]
 
 
 def in_inverse_depth(objects: Motions, optical: Pose) -> Motions:
@@ -84,9 +82,8 @@ def _in_other_coordinates(objects: Motions, position: Floats, J: Floats) -> Moti
     :param position: (2 N, 3), and J: (2 N, 3, 3) its Jacobian.
     """
     J = J.reshape(-1, 2, 3, 3)
-    mean, slope, cov = objects.mean.copy(), objects.slope.copy(), objects.cov.copy()
-    mean[..., POSITION] = position.reshape(-1, 2, 3)
-    slope[..., POSITION, :] = J @ slope[..., POSITION, :]
-    cov[..., POSITION, :] = J @ cov[..., POSITION, :]
-    cov[..., POSITION] = cov[..., POSITION] @ J.swapaxes(-1, -2)
-    return Motions(mean, slope, cov, objects.probability)
+    there = Motions(objects.whole.copy(), objects.probability)
+    there.whole[..., POSITION, :] = J @ objects.whole[..., POSITION, :]
+    there.cov[..., POSITION] = there.cov[..., POSITION] @ J.swapaxes(-1, -2).copy()
+    there.mean[..., POSITION] = position.reshape(-1, 2, 3)
+    return there

@@ -138,8 +138,8 @@ class BrownConrady(Lens):
             by_r2 += self._prism[:, 0] + 2 * r2[:, None] * self._prism[:, 1]
         J = 2 * by_r2[:, :, None] * flat[:, None, :]
         J += 2 * self._p[:, None] * flat[:, None, ::-1]
-        for axis in range(2):
-            J[:, axis, axis] += g + 4 * p[axis] * flat[:, axis]
+        axis = np.arange(2)
+        J[:, axis, axis] += g[:, None] + 4 * p * flat
         return seen, J
 
 

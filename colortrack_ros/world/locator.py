@@ -13,6 +13,7 @@ from colortrack_ros.data import LOCATION
 from colortrack_ros.data import Locations
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
+from colortrack_ros.data import whole_rows
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.checks import beyond
 from colortrack_ros.world.checks import coarse
@@ -79,9 +80,8 @@ class Locator:
 
     def reset(self) -> None:
         """Forget all objects, as when odometry has jumped."""
-        self._objects = Objects.none(
-            self._kinds, self._cameras, Belief.of(self._config, self._cameras)
-        )
+        belief = Belief.of(self._config, self._cameras)
+        self._objects = Objects.none(self._kinds, self._cameras, belief)
         self._heard = np.zeros(self._cameras, np.int64)
         self._doubts = Doubts(self._config, self._cameras)
         self._stamp = self._before = 0
@@ -143,8 +143,9 @@ class Locator:
             rows[name] = getattr(objects, name)
         rows['diameter'] = objects.kinds.diameter
         rows['time_since_update'] = (stamp - objects.updated) / NANOSECONDS
-        rows = rows[self._doubts.believed(objects.object_id)]
-        return Locations(rows[np.argsort(rows['track_id'])], stamp)
+        order = np.argsort(objects.object_id)
+        order = order[self._doubts.believed(objects.object_id)[order]]
+        return Locations(whole_rows(rows)[order].view(LOCATION), stamp)
 
     @property
     def doubt(self) -> str:
@@ -181,11 +182,10 @@ class Locator:
 
     def _inside(self, detections: Detections, view: View) -> Detections:
         """The detections, none if they are of a picture of another size than the calibration."""
-        trouble = outside(detections, view)
-        if not trouble:
-            return detections
-        self._tell(trouble)
-        return replace(detections, rows=detections.rows[:0])
+        if trouble := outside(detections, view):
+            self._tell(trouble)
+            return replace(detections, rows=detections.rows[:0])
+        return detections
 
     def _known(self, tracks: Tracks) -> NDArray[np.void]:
         """The tracks of the colors that are known."""
@@ -268,9 +268,9 @@ class Locator:
         """
         rows = ~np.isin(tracks['track_id'], self._objects.track_id[:, camera])
         rows &= measured.used[:, PLANE] | measured.used[:, BLOB] | measured.used[:, DEPTH]
-        tracks, measured = tracks[rows], measured.take(rows)
-        if not len(tracks):
+        if not rows.any():
             return
+        tracks, measured = tracks[rows], measured.take(rows)
         kinds = self._kinds.take(tracks['color'].astype(np.intp))
         guess = guesses(measured, kinds, view, self._config.ground_height)
         away = np.linalg.norm(guess - view.optical.t, axis=1)

@@ -16,6 +16,7 @@ from colortrack_ros.world.state import GRAVITY
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import MOVES
+from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import STANDS
 from colortrack_ros.world.state import VELOCITY
@@ -60,14 +61,19 @@ def predict(
     """
     _mix(objects, errors, kinds, dt)
     _maneuver(objects, errors, kinds, dt, unseen & ~kinds.falls)
-    mean, cov, slope = (a[:, MOVES] for a in (objects.mean, objects.cov, objects.slope))
-    mean[:, POSITION] += dt * mean[:, VELOCITY]
-    mean[:, 2] -= GRAVITY * dt * dt / 2 * kinds.falls
-    mean[:, 5] -= GRAVITY * dt * kinds.falls
-    slope[:, POSITION] += dt * slope[:, VELOCITY]
-    cov[:, POSITION] += dt * cov[:, VELOCITY]
+    whole, cov = objects.whole[:, MOVES], objects.cov[:, MOVES]
+    whole[:, POSITION] += dt * whole[:, VELOCITY]
     cov[:, :, POSITION] += dt * cov[:, :, VELOCITY]
     _add_white(cov, np.square(kinds.wander) * dt, dt)
+    if kinds.falls.any():
+        _fall(objects, errors, kinds, ground, dt)
+
+
+def _fall(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float) -> None:
+    """Let what falls do so, bounce, or be thrown, in place."""
+    mean, cov, slope = (a[:, MOVES] for a in (objects.mean, objects.cov, objects.slope))
+    mean[:, 2] -= GRAVITY * dt * dt / 2 * kinds.falls
+    mean[:, 5] -= GRAVITY * dt * kinds.falls
     P = np.repeat(errors.cov, len(mean) // len(errors.cov), axis=0)
     _bounce(mean, slope, cov, P, kinds, ground)
     _throw(objects, kinds, dt)
@@ -86,27 +92,24 @@ def _maneuver(
     (rows,) = unseen.nonzero()
     if not len(rows):
         return
-    mean, slope, cov = (a[rows, MOVES] for a in (objects.mean, objects.slope, objects.cov))
+    moving = objects.take(rows)
+    whole, cov = moving.whole[:, MOVES], moving.cov[:, MOVES]
+    B, v = whole[:, VELOCITY, OF_OBJECT:-1], whole[:, VELOCITY, -1]
     P = errors.cov[rows // (len(objects) // len(errors.cov))]
-    v, B = mean[:, VELOCITY], slope[:, VELOCITY]
     second = cov[:, VELOCITY, VELOCITY] + B @ P @ B.swapaxes(1, 2) + v[:, :, None] * v[:, None, :]
     change, axis = 1 - np.exp(-dt / SOJOURN), np.arange(3, 6)
-    for a in (mean, slope, cov, cov.swapaxes(1, 2)):
-        a[:, VELOCITY] *= 1 - change
+    whole[:, VELOCITY] *= 1 - change
+    cov[:, :, VELOCITY] *= 1 - change
     cov[:, VELOCITY, VELOCITY] += change * (1 - change) * second
     cov[:, axis, axis] += change * np.square(kinds.speed[rows])
-    objects.mean[rows, MOVES], objects.slope[rows, MOVES] = mean, slope
-    objects.cov[rows, MOVES] = cov
+    objects.put(rows, moving)
 
 
 def _throw(objects: Motions, kinds: Kinds, dt: float) -> None:
     """Let what falls be thrown at any time of the step, by the other hypothesis, in place."""
-    if not kinds.falls.any():
-        return
     rows, sigma = kinds.falls, kinds.speed[kinds.falls]
     sigma[:, 2] = np.maximum(sigma[:, 2], THROWN)
-    for a in (objects.mean, objects.slope, objects.cov):
-        a[rows, STANDS] = a[rows, MOVES]
+    objects.whole[rows, STANDS] = objects.whole[rows, MOVES]
     thrown = objects.cov[rows, STANDS]
     _add_white(thrown, np.square(sigma), dt)
     objects.cov[rows, STANDS] = thrown
@@ -124,9 +127,8 @@ def kicked(objects: Motions, speed: Floats, T: Floats) -> Motions:
     mean, slope, cov = (a[:, MOVES] for a in (kicked.mean, kicked.slope, kicked.cov))
     half, T = mean[:, VELOCITY] * (T / 2)[:, None], T[:, None]
     mean[:, POSITION] -= half
-    slope[:, POSITION] -= slope[:, VELOCITY] * (T / 2)[:, None]
-    mean[:, VELOCITY], slope[:, VELOCITY] = 0.0, 0.0
-    cov[:, VELOCITY], cov[:, :, VELOCITY] = 0.0, 0.0
+    slope[:, POSITION] -= slope[:, VELOCITY] * (T / 2)[..., None]
+    kicked.whole[:, MOVES, VELOCITY], cov[:, :, VELOCITY] = 0.0, 0.0
     cov[:, POSITION, POSITION] += half[:, :, None] * half[:, None, :] / 3
     axis, variance = np.arange(3), np.square(speed)
     cov[:, axis, axis] += variance * T * T / 3
@@ -155,7 +157,7 @@ def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> Non
 
     What falls has been thrown or not before: that does not tell whether it will be.
     """
-    mean, slope, cov, p = objects.mean, objects.slope, objects.cov, objects.probability
+    whole, cov, p = objects.whole, objects.cov, objects.probability
     change = 1 - np.exp(-dt / np.where(kinds.falls, FLIGHTS, SOJOURN))[:, None]
     after = (1 - change) * p + change * p[:, ::-1]
     from_moving = np.concatenate([change, 1 - change], axis=1)
@@ -164,31 +166,17 @@ def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> Non
     moved = from_moving * p[:, MOVES, None]
     moved /= np.maximum(after, TINY)
     moved[kinds.falls] = p[kinds.falls, MOVES, None]
-    between, bent = mean[:, MOVES] - mean[:, STANDS], slope[:, MOVES] - slope[:, STANDS]
+    share, between = moved[..., None, None], whole[:, MOVES] - whole[:, STANDS]
+    bent, apart = between[:, :, OF_OBJECT:-1], between[..., -1]
     P = np.repeat(errors.cov, len(p) // len(errors.cov), axis=0)
-    spread = bent @ P @ bent.swapaxes(1, 2) + between[:, :, None] * between[:, None, :]
-    begun = cov[:, STANDS].copy()
-    axis = np.arange(3, 6)
-    begun[:, axis, axis] += np.square(kinds.speed) * ~kinds.falls[:, None]
-    cov[:, STANDS] += _weighed(moved[:, STANDS], cov[:, MOVES] - cov[:, STANDS], spread)
-    cov[:, MOVES] = begun + _weighed(moved[:, MOVES], cov[:, MOVES] - begun, spread)
-    for a, rest in ((mean, between), (slope, bent)):
-        share = moved.reshape(*moved.shape, *(1,) * (a.ndim - 2))
-        a[:] = a[:, :1] + share * rest[:, None]
-        a[:, STANDS, VELOCITY] = 0.0
-    cov[:, STANDS, VELOCITY] = 0.0
+    spread = bent @ P @ bent.swapaxes(1, 2) + apart[:, :, None] * apart[:, None, :]
+    whole[:] = whole[:, :1] + share * between[:, None]
+    cov += share * (1 - share) * spread[:, None]
+    axis, begun = np.arange(3, 6), (1 - moved[:, MOVES]) * ~kinds.falls
+    cov[:, MOVES, axis, axis] += begun[:, None] * np.square(kinds.speed)
+    whole[:, STANDS, VELOCITY] = 0.0
     cov[:, STANDS, :, VELOCITY] = 0.0
     objects.probability[:] = after
-
-
-def _weighed(share: Floats, difference: Floats, spread: Floats) -> Floats:
-    """What a mixture adds to the covariance of the one of two that has the rest of the weight.
-
-    :param share: (N,) of the other; difference: (N, n, n) of its covariance to that of the one.
-    :param spread: (N, n, n) outer product of the difference of their means.
-    """
-    share = share[:, None, None]
-    return np.asarray(share * difference + share * (1 - share) * spread)
 
 
 def _bounce(

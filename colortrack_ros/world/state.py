@@ -108,36 +108,59 @@ class CameraErrors:
 class Motions(Columns):
     """The states of N objects by each of two hypotheses: that they stand, that they move.
 
-    :ivar mean: (N, 2, 8) if the errors of the cameras are as estimated.
-    :ivar slope: (N, 2, 8, 8 C) how that changes with these errors.
-    :ivar cov: (N, 2, 8, 8) covariance that is left if they are known.
+    Covariance, slope and mean are the columns of one matrix: what is linear is done to all at once.
+
+    :ivar whole: (N, 2, 8, 8 + 8 C + 1) of cov, slope and mean, side by side.
     :ivar probability: (N, 2) of each hypothesis.
     """
 
-    mean: Floats
-    slope: Floats
-    cov: Floats
+    whole: Floats
     probability: Floats
+
+    @classmethod
+    def of(cls, mean: Floats, slope: Floats, cov: Floats, probability: Floats) -> 'Motions':
+        """Of the parts."""
+        return cls(np.concatenate([cov, slope, mean[..., None]], axis=-1), probability)
 
     @classmethod
     def none(cls, cameras: int) -> 'Motions':
         """Of no object."""
-        rows, n = np.zeros((0, 2)), OF_OBJECT
-        slope = np.zeros((0, 2, n, OF_CAMERA * cameras))
-        return cls(np.zeros((0, 2, n)), slope, np.zeros((0, 2, n, n)), rows)
+        width = OF_OBJECT + OF_CAMERA * cameras + 1
+        return cls(np.zeros((0, 2, OF_OBJECT, width)), np.zeros((0, 2)))
+
+    @property
+    def mean(self) -> Floats:
+        """A view, (N, 2, 8): the state if the errors of the cameras are as estimated."""
+        return self.whole[..., -1]
+
+    @property
+    def slope(self) -> Floats:
+        """A view, (N, 2, 8, 8 C): how the mean changes with these errors."""
+        return self.whole[..., OF_OBJECT:-1]
+
+    @property
+    def cov(self) -> Floats:
+        """A view, (N, 2, 8, 8): the covariance that is left if they are known."""
+        return self.whole[..., :OF_OBJECT]
+
+    def shifted(self, change: Floats) -> 'Motions':
+        """These, as they follow a change of the errors of the cameras, (N, 8 C)."""
+        there = Motions(self.whole.copy(), self.probability)
+        there.mean[...] += (self.slope @ change[:, None, :, None])[..., 0]
+        return there
 
     def combined(self, errors: CameraErrors) -> tuple[Floats, Floats]:
         """Mean, (N, 8), and covariance, (N, 8, 8), with all that is not known."""
-        p, P = self.probability[:, :, None], errors.cov
+        p, P = self.probability[..., None, None], errors.cov
         P = np.repeat(P, len(self) // len(P), axis=0)
-        mean = (p * self.mean).sum(axis=1)
-        slope = (p[..., None] * self.slope).sum(axis=1)
+        whole = p[:, STANDS] * self.whole[:, STANDS] + p[:, MOVES] * self.whole[:, MOVES]
+        cov, slope, mean = whole[..., :OF_OBJECT], whole[..., OF_OBJECT:-1], whole[..., -1]
         d = self.mean[:, MOVES] - self.mean[:, STANDS]
-        both = p[:, STANDS, :, None] * p[:, MOVES, :, None]
-        cov = (p[..., None] * self.cov).sum(axis=1) + slope @ P @ slope.swapaxes(1, 2)
+        cov = cov + slope @ P @ slope.swapaxes(1, 2)
+        cov += p[:, STANDS] * p[:, MOVES] * d[:, :, None] * d[:, None, :]
         axis = np.arange(3, 6)
-        cov[:, axis, axis] += CREEP**2 * p[:, STANDS]
-        return mean, cov + both * d[:, :, None] * d[:, None, :]
+        cov[:, axis, axis] += CREEP**2 * p[:, STANDS, 0]
+        return mean, cov
 
 
 def columns_of(camera: int) -> NDArray[np.intp]:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,9 +147,9 @@ class View:
 
 def way_between(one: Pose, other: Pose) -> tuple[float, float]:
     """How far apart they are [m] and by how much they are turned [rad]."""
-    turned = (one.inverse() @ other).R
-    angle = float(np.arccos(np.clip((np.trace(turned) - 1) / 2, -1, 1)))
-    return float(np.linalg.norm(other.t - one.t)), angle
+    # the trace of the rotation from one to the other
+    trace = float(np.vdot(one.R, other.R))
+    return math.dist(one.t, other.t), math.acos(min(max((trace - 1) / 2, -1.0), 1.0))
 
 
 def jumped(moved: float, angle: float, dt: float) -> str:

@@ -164,7 +164,7 @@ def test_inverse_depth_and_back_is_the_same_point():
 def falling(height, speed):
     config = world_scene.config_of('size', 'bounces')
     kinds, errors = Kinds.of(config).take(np.zeros(1, int)), CameraErrors.of(config)
-    found = Motions(
+    found = Motions.of(
         np.zeros((1, 2, 8)), np.zeros((1, 2, 8, 8)), np.tile(1e-4 * np.eye(8), (1, 2, 1, 1)),
         np.array([[0.0, 1.0]]),
     )  # fmt: skip
