@@ -135,7 +135,7 @@ class Locator:
         for at, name in enumerate(('x', 'y', 'z', 'vx', 'vy', 'vz')):
             rows[name] = mean[:, at]
         rows['covariance'] = cov[:, :6, :6]
-        if self._view is not None and coarse(self._view):
+        if self._view is not None:
             diagonal = np.arange(3)
             rows['covariance'][:, diagonal, diagonal] += rounding(self._view) ** 2 / 12
         rows['track_id'] = objects.object_id
