@@ -13,6 +13,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.windows.colors import Colors
 from colortrack_ros.windows.colors import mean_inside
 from colortrack_ros.windows.correlation import CorrelationFilter
+from colortrack_ros.windows.correlation import Spectrum
 from colortrack_ros.windows.features import CELL
 from colortrack_ros.windows.features import describe
 from colortrack_ros.windows.features import Floats
@@ -59,21 +60,38 @@ LEAST_CELLS = 8
 """A region is so many cells wide and high, at least: the width of the filter's peak and as much on
 either side."""
 
+CENTERED = 1.0
+"""Cells that a target may be beside the middle of what was looked at to be learned from it.
+Derived: INNER leaves 1.3 cells of a square target on either side."""
+
 LEAST_DIVISOR = 1e-6
 """Divisors are no smaller."""
+
+
+class Glimpse(NamedTuple):
+    """A part of a frame that was looked at.
+
+    center: (u, v) [px]; patch: its pixels; spectrum: see CorrelationFilter.transform.
+    """
+
+    center: Floats
+    patch: Pixels
+    spectrum: Spectrum
 
 
 class Sighting(NamedTuple):
     """Where the target seems to be.
 
     z: (u, v) [px]; R: (2, 2) its covariance [px^2]; peak: height of the answer there; contrast: how
-    much likelier the colors there are the target's than those of all that was looked at, -1 to 1.
+    much likelier the colors there are the target's than those of all that was looked at, -1 to 1;
+    glimpse: what was looked at.
     """
 
     z: Floats
     R: Floats
     peak: float
     contrast: float
+    glimpse: Glimpse
 
 
 class Appearance:
@@ -105,24 +123,24 @@ class Appearance:
     @property
     def reach(self) -> Floats:
         """How far around a center look() sees a target, by u and v [px]."""
-        return np.asarray(self._cells * self._pitch * self._scale.scale / 2 - self.size / 4)
+        return np.asarray(self._cells * self._cell / 2 - self.size / 4)
 
     def look(self, frame: Frame, center: Floats) -> Sighting:
         """Look for the target around a center (u, v) [px]."""
-        patch = self._patch(frame, center)
-        answer = self._filter.respond(describe(patch, frame.encoding))
-        colors = mean_inside(self._colors.likelihood(patch), answer.shape[::-1], self._target)
+        glimpse = self._glimpse(frame, center)
+        answer = self._filter.respond(glimpse.spectrum)
+        likely = self._colors.likelihood(glimpse.patch)
+        colors = mean_inside(likely, answer.shape[::-1], self._target)
         both = (1 - COLOR_SHARE) * answer + COLOR_SHARE * colors
         both *= 1 - NEARNESS * (1 - self._filter.window)
         v, u = np.unravel_index(int(both.argmax()), both.shape)
         cell = np.array([vertex(both[v], int(u)), vertex(both[:, u], int(v))])
-        pitch = self._pitch * self._scale.scale
-        z = center + (cell - self._cells // 2) * pitch
+        z = center + (cell - self._cells // 2) * self._cell
         peak, contrast = float(answer[v, u]), float(colors[v, u] - colors.mean())
         # Noise of the filter's bandwidth moves a peak of width sigma by sigma over their ratio.
         sigma = self._filter.sigma / max(peak / (float(answer.std()) + LEAST_DIVISOR), 1.0)
-        R = (sigma**2 + 1 / 12) * pitch**2 * np.eye(2)  # known to a cell at least
-        return Sighting(z, R, peak, contrast)
+        R = (sigma**2 + 1 / 12) * self._cell**2 * np.eye(2)  # known to a cell at least
+        return Sighting(z, R, peak, contrast, glimpse)
 
     def likeness(self, seen: Sighting) -> float:
         """How like the target what is seen is, 0 to 1: the geometric mean of two witnesses.
@@ -130,7 +148,9 @@ class Appearance:
         Each, peak and contrast, is a share of what it has been so far. Where colors never told the
         target from what is around it, the peak is the only one.
         """
-        share = np.clip(np.array(seen[2:]) / np.maximum(self._usual, LEAST_DIVISOR), 0, 1)
+        share = np.clip(
+            np.array([seen.peak, seen.contrast]) / np.maximum(self._usual, LEAST_DIVISOR), 0, 1
+        )
         return float(np.sqrt(share.prod()) if self._usual[1] > LEAST_CONTRAST else share[0])
 
     def is_sure(self, seen: Sighting) -> bool:
@@ -154,16 +174,30 @@ class Appearance:
     def learn(self, frame: Frame, center: Floats, seen: Sighting | None) -> None:
         """Learn what the target looks like around its center (u, v) [px].
 
-        :param seen: how clearly it was seen before, if it was.
+        :param seen: how clearly it was seen in this frame, if it was; what was looked at is learned
+            from if the target is nearly in its middle.
         """
-        patch = self._patch(frame, center)
-        self._filter.learn(describe(patch, frame.encoding))
-        self._colors.learn(patch)
+        if seen is None or (np.abs(center - seen.glimpse.center) > CENTERED * self._cell).any():
+            glimpse = self._glimpse(frame, center)
+        else:
+            glimpse = seen.glimpse
+        self._filter.learn(glimpse.spectrum, (center - glimpse.center) / self._cell)
+        self._colors.learn(glimpse.patch)
         if seen is not None:
             self._sightings += 1
             new = np.array([seen.peak, seen.contrast])
             self._usual += (new - self._usual) / min(self._sightings, USUAL_FRAMES)
 
+    @property
+    def _cell(self) -> float:
+        """Side of a cell now [px]."""
+        return self._pitch * self._scale.scale
+
+    def _glimpse(self, frame: Frame, center: Floats) -> Glimpse:
+        patch = self._patch(frame, center)
+        spectrum = self._filter.transform(describe(patch, frame.encoding))
+        return Glimpse(np.array(center), patch, spectrum)
+
     def _patch(self, frame: Frame, center: Floats) -> Pixels:
-        region = self._cells * self._pitch * self._scale.scale
+        region = self._cells * self._cell
         return sample(frame, center, region, tuple((self._cells * CELL).tolist()))

@@ -40,21 +40,28 @@ class CorrelationFilter:
         wanted = np.exp((u**2 + v[:, None] ** 2) / (-2 * self.sigma**2)).astype(np.float32)
         self._wanted = np.conj(fft.rfft2(fft.ifftshift(wanted)))
         self._inside = np.outer(*(_share(x, n) for x, n in ((v, target[1]), (u, target[0]))))
-        self._numerator, self._energy = self._lesson(features)
+        self._frequencies = fft.rfftfreq(columns), fft.fftfreq(rows)[:, None]
+        self._numerator, self._energy = self._lesson(self.transform(features), np.zeros(2))
         self._filter = self._cut_off()
 
-    def learn(self, features: Features) -> None:
-        """Learn what the target, in the middle of the features, looks like now."""
-        numerator, energy = self._lesson(features)
+    def transform(self, features: Features) -> Spectrum:
+        """Spectrum of features, (channels, rows, columns / 2 + 1), for learn and respond."""
+        return np.asarray(fft.rfft2(features * self.window))
+
+    def learn(self, spectrum: Spectrum, place: Floats) -> None:
+        """Learn what the target looks like now.
+
+        :param place: (u, v) of the target from the middle of the features [cells].
+        """
+        numerator, energy = self._lesson(spectrum, place)
         self._numerator += FILTER_RATE * (numerator - self._numerator)
         self._energy += FILTER_RATE * (energy - self._energy)
         self._filter = self._cut_off()
 
-    def respond(self, features: Features) -> Features:
+    def respond(self, spectrum: Spectrum) -> Features:
         """How much each cell looks like the middle of the target, (rows, columns), below 1."""
-        spectrum = fft.rfft2(features * self.window)
         answer = (self._filter * spectrum).sum(axis=0)
-        return np.asarray(fft.fftshift(fft.irfft2(answer, s=features.shape[1:])))
+        return np.asarray(fft.fftshift(fft.irfft2(answer, s=self.window.shape)))
 
     def _cut_off(self) -> Spectrum:
         """The filter inside the target's box alone, conjugated."""
@@ -63,10 +70,11 @@ class CorrelationFilter:
         )
         return np.asarray(np.conj(fft.rfft2(whole * self._inside)))
 
-    def _lesson(self, features: Features) -> tuple[Spectrum, Features]:
-        spectrum = fft.rfft2(features * self.window)
+    def _lesson(self, spectrum: Spectrum, place: Floats) -> tuple[Spectrum, Features]:
+        turns = sum(f * x for f, x in zip(self._frequencies, place, strict=True))
+        moved = np.exp(2j * np.pi * turns).astype(np.complex64)  # the peak is wanted at the place
         energy = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
-        return self._wanted * spectrum, energy
+        return self._wanted * moved * spectrum, energy
 
 
 def _taper(count: int) -> Features:

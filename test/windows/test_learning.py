@@ -1,0 +1,43 @@
+"""What is learned of a target from what was looked at already."""
+
+import numpy as np
+import pytest
+from support.window_pictures import frame
+from support.window_pictures import texture
+
+from colortrack_ros.windows import appearance
+from colortrack_ros.windows.appearance import Appearance
+from colortrack_ros.windows.features import describe
+
+CENTER, SIZE = np.array([160.0, 120.0]), np.array([31.0, 31.0])
+
+
+def turned_picture(share):
+    """A target whose look has turned by a share into another one, before a wall."""
+    picture = 0.4 * texture(30, 240, 320) + 70
+    picture[105:136, 145:176] = (1 - share) * texture(31, 31, 31) + share * texture(32, 31, 31)
+    return frame(picture)
+
+
+@pytest.mark.parametrize(('beside', 'looks'), [(2.0, 1), (12.0, 2)])
+def test_a_target_near_the_middle_of_what_was_looked_at_is_not_looked_at_again(
+    monkeypatch, beside, looks
+):
+    """A cell is 2.4 px wide here."""
+    described, target = [], Appearance(turned_picture(0), CENTER, SIZE)
+    monkeypatch.setattr(appearance, 'describe', lambda *x: described.append(1) or describe(*x))
+    seen = target.look(turned_picture(0), np.add(CENTER, (beside, 0)))
+    target.learn(turned_picture(0), seen.z, seen)
+    assert len(described) == looks
+
+
+def test_what_is_learned_beside_the_middle_is_found_where_it_was():
+    target = Appearance(turned_picture(0), CENTER, SIZE)
+    for k in range(60):
+        picture = turned_picture(min(k / 40, 1))
+        place = np.add(CENTER, (2.0, -2.0))
+        seen = target.look(picture, place)
+        place[:] = CENTER  # an array of the caller's
+        target.learn(picture, CENTER, seen)
+    seen = target.look(picture, CENTER)
+    assert seen.z == pytest.approx(CENTER, abs=0.6)
