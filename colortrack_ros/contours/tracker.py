@@ -41,6 +41,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
+from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
@@ -86,10 +87,7 @@ class ContourTracker:
         self._tracks = TrackTable(none, CONTOUR_FIELDS, first_id)
 
     def reset(self, why: str = '') -> None:
-        """Forget all targets, but not the background. IDs go on: none is used twice.
-
-        :param why: told with the next tracks.
-        """
+        """Forget all targets, not the background; why is told next. No ID is used twice."""
         self._clock.restart(why)
         self._initiation.restart()
         self._foreground.restart()
@@ -120,8 +118,13 @@ class ContourTracker:
     def update(self, frame: Frame) -> Tracks:
         """Take the next frame.
 
+        One that is older than the last starts afresh: what only comes late is sorted in or dropped,
+        and counted, before it comes here (flow.order).
+
+        :raises ValueError: when the encoding is not known or does not fit the picture's shape.
         :return: the tracks at its stamp, with its header.
         """
+        check(frame)
         frame = plain(frame)
         dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
         frames = dt * self.config.rate
@@ -268,10 +271,7 @@ class ContourTracker:
             tracks.keep(keep)
 
     def _initiate(self, nobodys: Areas, predicted: Floats) -> None:
-        """Begin what is nobody's in two frames, on its outline.
-
-        :param predicted: boxes of the other targets.
-        """
+        """Begin what is nobody's in two frames, on its outline; predicted: boxes of the others."""
         new = self._initiation.candidates(nobodys, self._clock.now)
         if self.config.follow_foreground:
             new = new.take(resume(self._tracks, self._spline, new.areas, self._clock.now))

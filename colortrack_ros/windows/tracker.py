@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
+from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
@@ -108,8 +109,13 @@ class WindowTracker:
     def update(self, frame: Frame) -> Tracks:
         """Take the next frame.
 
+        One that is older than the last starts afresh: what only comes late is sorted in or dropped,
+        and counted, before it comes here (flow.order).
+
+        :raises ValueError: when the encoding is not known or does not fit the picture's shape.
         :return: the tracks at its stamp, with its header.
         """
+        check(frame)
         frame = plain(frame)
         dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
         predicted = self._tracks.filters.predict(dt, self.config)

@@ -2,7 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.cameras import encode
 from support.contour_pictures import EMPTY
+from support.contour_pictures import errors
 from support.contour_pictures import follow
 from support.contour_pictures import frame
 from support.contour_pictures import pictures
@@ -12,6 +14,7 @@ from support.contour_pictures import straight
 from colortrack_ros.contours import ContourConfig
 from colortrack_ros.contours import ContourTracker
 from colortrack_ros.data import Frame
+from colortrack_ros.encodings import LAYOUTS
 
 
 @pytest.mark.parametrize('k', [-5, 400])
@@ -126,3 +129,32 @@ def test_targets_live_through_another_configuration_and_start_again_with_other_n
 def test_a_bad_setting_is_refused_by_its_name(name, value):
     with pytest.raises(ValueError, match=f'^{name}: expected .*got'):
         ContourConfig(**{name: value})
+
+
+@pytest.mark.parametrize('encoding', list(LAYOUTS))
+def test_the_target_is_followed_in_every_encoding(encoding):
+    tracker = ContourTracker(QUICK)
+    for k, image in enumerate(pictures('quadrilateral', 30)):
+        shown = encode(np.dstack([image] * 3), encoding)
+        tracks = tracker.update(replace(shown, stamp=frame(image, k).stamp))
+    (_, error, covered), *_ = errors('quadrilateral', [tracks], lambda _: straight(29))
+    assert error < 1.0
+    assert covered > 0.85
+
+
+@pytest.mark.parametrize(
+    ('encoding', 'shape', 'kind'),
+    [
+        ('mono16', (240, 320), np.uint16),
+        ('mono8', (240, 320), np.uint16),
+        ('bgr8', (240, 320), np.uint8),
+        ('nv12', (241, 320), np.uint8),
+    ],
+)
+def test_a_frame_that_is_not_what_it_says_is_refused_and_changes_nothing(encoding, shape, kind):
+    tracker = ContourTracker(QUICK)
+    for k, image in enumerate(pictures('quadrilateral', 30)):
+        tracks = tracker.update(frame(image, k))
+        with pytest.raises(ValueError, match=r'^(encoding|image\.\w+): expected '):
+            tracker.update(Frame(np.zeros(shape, kind), encoding, frame(image, k + 0.5).stamp))
+    assert tracks.rows['track_id'].tolist() == [1]

@@ -213,6 +213,13 @@ def test_what_nothing_tells_from_its_surroundings_is_refused_and_counted(channel
         assert (len(tracks.rows), tracker.waiting.refused) == (count, 1 - count)
 
 
+def test_a_frame_that_is_not_what_it_says_is_refused():
+    tracker = WindowTracker(targets=[box((60, 50))])
+    for encoding in ('mono16', 'bgr8'):
+        with pytest.raises(ValueError, match=r'^(encoding|image.shape): expected '):
+            tracker.update(Frame(np.zeros((240, 320), np.uint8), encoding))
+
+
 def test_a_picture_that_shrinks_or_is_tiny_does_no_harm():
     tracker = WindowTracker(targets=[box((60, 50)), box((20, 20))])
     for k, shape in enumerate([(240, 320), (40, 50), (3, 3), (1, 1), (240, 320)]):
