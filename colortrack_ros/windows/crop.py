@@ -22,18 +22,30 @@ class Crop:
 
     :param gray: (H, W) gray levels, float32.
     :param corner: u, v of its top left pixel [px].
+    :param times: pixels of the picture, on either axis, of which each gray level is the mean.
     """
 
-    def __init__(self, gray: Gray, corner: NDArray[np.intp]) -> None:
-        self.gray, self.corner = gray, corner
+    def __init__(self, gray: Gray, corner: NDArray[np.intp], times: int = 1) -> None:
+        self.gray, self.corner, self.times = gray, corner, times
 
     @classmethod
-    def of(cls, frame: Frame, low: NDArray[np.intp], high: NDArray[np.intp]) -> 'Crop':
-        """The part of a frame from pixel low to pixel high, (u, v), both inside and included."""
+    def of(
+        cls, frame: Frame, low: NDArray[np.intp], high: NDArray[np.intp], times: int = 1
+    ) -> 'Crop':
+        """The part of a frame from pixel low to pixel high, (u, v), both inside and included.
+
+        What is left over beside whole means is cut off at its right and lower side.
+        """
         part: NDArray = frame.image[low[1] : high[1] + 1, low[0] : high[0] + 1]
         if frame.encoding in TO_GRAY:
             part = cv2.cvtColor(part, TO_GRAY[frame.encoding])
-        return cls(np.asarray(part, np.float32), low)
+        part = np.asarray(part, np.float32)
+        times = min(times, *part.shape[:2])
+        if times > 1:
+            rows, columns = part.shape[0] // times, part.shape[1] // times
+            part = part[: rows * times, : columns * times]
+            part = cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA)
+        return cls(part, low, times)
 
     def window(self, center: Floats, shape: tuple[int, ...]) -> Gray:
         """The window (height, width) around a center with a fraction of a pixel.
@@ -41,15 +53,15 @@ class Crop:
         What would lie outside repeats the border of the crop.
 
         :param center: (u, v) [px].
-        :param shape: height and width [px].
+        :param shape: height and width [gray levels].
         """
-        u, v = (center - self.corner).tolist()
+        u, v = ((center - self.corner - (self.times - 1) / 2) / self.times).tolist()
         return np.asarray(cv2.getRectSubPix(self.gray, shape[::-1], (u, v)))
 
 
-def cut_window(frame: Frame, center: Floats, shape: tuple[int, ...]) -> Gray:
-    """The window (height, width) of a frame around a center (u, v) [px]; see Crop.window."""
-    size, half = np.array(frame.image.shape[1::-1]), np.array(shape[::-1]) / 2 + 1
+def cut_window(frame: Frame, center: Floats, shape: tuple[int, ...], times: int = 1) -> Gray:
+    """The window (height, width) of a frame around a center (u, v) [px]; see Crop."""
+    size, half = np.array(frame.image.shape[1::-1]), times * (np.array(shape[::-1]) / 2 + 1)
     low = np.clip(np.floor(center - half).astype(int), 0, size - 1)
     high = np.clip(np.ceil(center + half).astype(int), low, size - 1)
-    return Crop.of(frame, low, high).window(center, shape)
+    return Crop.of(frame, low, high, times).window(center, shape)

@@ -12,7 +12,6 @@ from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.costs import distances
 from colortrack_ros.windows.crop import Crop
 from colortrack_ros.windows.crop import Floats
-from colortrack_ros.windows.crop import Gray
 from colortrack_ros.windows.template import Template
 
 NEIGHBORS: NDArray = np.ones((3, 3), np.uint8)
@@ -27,6 +26,10 @@ NOISE_CURVATURE = 5.0
 multiple of E_min / sqrt(n): where E_min = 2 n sigma^2, each distance has 2 sqrt(n) sigma^2, and the
 second difference sqrt(6) times that."""
 
+LEAST_REACH = 1.5
+"""Places to either side that are compared, at least, so that one of them has neighbors; as many as
+the least search region has (3 px)."""
+
 LEAST_RESIDUAL = 0.05
 """Share of the least distance on the grid that is left between its points, at least: a parabola
 through the distances of a match without noise dips below 0, which would be a negative variance.
@@ -37,13 +40,13 @@ Assumed: half and twice the value change nothing on five scenes (``benchmark/win
 class Match(NamedTuple):
     """What the search for one template has found.
 
-    position: (u, v) of the window's center, whole [px]; around: (3, 3) distances there and beside
+    position: (u, v) of the window's center [px]; around: (3, 3) distances there and beside
     it, by v and u, NaN where there is none; innovation_norm: from the predicted position [px];
     alone: there was no other candidate; surface: distances of all windows, by v and u; corner:
-    (u, v) of the center of the first of them [px].
+    (u, v) of the first pixel in the middle of the first of them.
     """
 
-    position: NDArray[np.intp]
+    position: Floats
     around: Floats
     innovation_norm: float
     alone: bool
@@ -58,7 +61,7 @@ class Matches(NamedTuple):
     its covariance [px^2], NaN without a minimum; similarity, correlation: (M,) of window and
     template (see Template.align), NaN if nothing was found; innovation_norm, alone: (M,) as of
     Match; crops: the parts of the frame that were searched; surfaces: corner and surface of each
-    Match.
+    Match, and the pixels from one of its windows to the next.
     """
 
     z: Floats
@@ -68,7 +71,7 @@ class Matches(NamedTuple):
     innovation_norm: Floats
     alone: NDArray[np.bool_]
     crops: list[Crop | None]
-    surfaces: list[tuple[NDArray[np.intp], NDArray]]
+    surfaces: list[tuple[NDArray[np.intp], NDArray, int]]
 
     def are_valid(self, last_similarity: Floats, config: WindowConfig) -> NDArray[np.bool_]:
         """(M,) which matches are to be trusted (3.4.1, "Validação da Correspondência").
@@ -99,7 +102,7 @@ def match_templates(
     :param mean_innovation: (M,) mean norm of the innovations so far [px].
     """
     found = [
-        _search(frame, t.picture, predicted[i], half[i], float(mean_innovation[i]), config)
+        _search(frame, t, predicted[i], half[i], float(mean_innovation[i]), config)
         for i, t in enumerate(templates)
     ]
     count = len(found)
@@ -109,19 +112,21 @@ def match_templates(
         if pair:
             z[i], around[i], norm[i], alone[i] = pair[0][:4]
     shift, R = refine(around, np.array([t.picture.size for t in templates]))
-    z += np.nan_to_num(shift)
+    times = np.array([t.times for t in templates])
+    z += np.nan_to_num(shift) * times[:, None]
+    R *= np.square(times)[:, None, None]
     for i, (pair, template) in enumerate(zip(found, templates, strict=True)):
         if pair and config.drift_compensation:
             z[i], *alike[i] = template.align(pair[1], z[i])
         elif pair:
             alike[i] = template.correlation(pair[1].window(z[i], template.picture.shape))
     crops = [pair and pair[1] for pair in found]
-    surfaces = [(pair[0].corner, pair[0].surface) for pair in found if pair]
+    surfaces = [(pair[0].corner, pair[0].surface, pair[1].times) for pair in found if pair]
     return Matches(z, R, alike[:, 0], alike[:, 1], norm, alone, crops, surfaces)
 
 
 def reliability_map(
-    surfaces: list[tuple[NDArray[np.intp], NDArray]], shape: tuple[int, ...]
+    surfaces: list[tuple[NDArray[np.intp], NDArray, int]], shape: tuple[int, ...]
 ) -> NDArray[np.uint8]:
     """Where the windows are like the templates (3.2.3): a peak that stands alone can be relied on.
 
@@ -131,15 +136,16 @@ def reliability_map(
         its template in the search region, to 255, the most like; 0 elsewhere.
     """
     picture = np.zeros(shape, np.uint8)
-    for (u, v), surface in surfaces:
-        part = picture[v : v + surface.shape[0], u : u + surface.shape[1]]
+    for (u, v), surface, times in surfaces:
         alike = 255 * (surface.max() - surface) / max(float(np.ptp(surface)), 1e-9)
-        np.maximum(part, alike.astype(np.uint8), out=part)
+        alike = alike.astype(np.uint8).repeat(times, axis=0).repeat(times, axis=1)
+        part = picture[v : v + alike.shape[0], u : u + alike.shape[1]]
+        np.maximum(part, alike, out=part)
     return picture
 
 
 def _search(
-    frame: Frame, template: Gray, predicted: Floats, half: Floats, mean_innovation: float,
+    frame: Frame, template: Template, predicted: Floats, half: Floats, mean_innovation: float,
     config: WindowConfig,
 ) -> tuple[Match, Crop] | None:  # fmt: skip
     """Compare a template with the windows of a search region.
@@ -147,16 +153,20 @@ def _search(
     :return: what was found, and the part of the frame that it was found in; None when no window
         of the region is inside the picture.
     """
-    rim = np.array(template.shape[::-1]) // 2
+    times = template.times
+    rim = np.array(template.picture.shape[::-1]) // 2 * times
+    half = np.maximum(half, LEAST_REACH * times)
     size = np.array(frame.image.shape[1::-1])
     first = np.maximum(np.ceil(predicted - half).astype(int), rim)
-    last = np.minimum(np.ceil(predicted + half).astype(int) - 1, size - 1 - rim)
+    last = np.minimum(np.ceil(predicted + half).astype(int) - 1, size - times - rim)
     if (first > last).any():
         return None
-    crop = Crop.of(frame, first - rim, last + rim)
-    matrix = distances(config.cost, template, crop.gray)
-    match = _choose(matrix, predicted - first, mean_innovation, config.ambiguity)
-    return match._replace(position=match.position + first, corner=first), crop
+    crop = Crop.of(frame, first - rim, last + rim + times - 1, times)
+    matrix = distances(config.cost, template.picture, crop.gray)
+    middle = first + (times - 1) / 2
+    match = _choose(matrix, (predicted - middle) / times, mean_innovation / times, config.ambiguity)
+    match = match._replace(innovation_norm=times * match.innovation_norm, corner=first)
+    return match._replace(position=middle + times * match.position), crop
 
 
 def _choose(matrix: NDArray, predicted: Floats, mean_innovation: float, ambiguity: float) -> Match:
@@ -179,7 +189,7 @@ def _choose(matrix: NDArray, predicted: Floats, mean_innovation: float, ambiguit
     if 0 < v < matrix.shape[0] - 1 and 0 < u < matrix.shape[1] - 1:
         around[:] = matrix[v - 1 : v + 2, u - 1 : u + 2]
     innovation_norm = float(np.hypot(u - predicted[0], v - predicted[1]))
-    place = np.array([u, v])
+    place = np.array([u, v], float)
     return Match(place, around, innovation_norm, len(rows) == 1, matrix, np.zeros(2, np.intp))
 
 

@@ -16,7 +16,6 @@ from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 from colortrack_ros.windows.appearance import Appearance
 from colortrack_ros.windows.appearance import Sighting
 from colortrack_ros.windows.config import WindowConfig
-from colortrack_ros.windows.crop import cut_window
 from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.motion import Bools
@@ -74,7 +73,7 @@ class WindowTracker:
     def __init__(self, config: WindowConfig | None = None, targets: ArrayLike = ()) -> None:
         self.config, self.waiting = config or WindowConfig(), WaitingBoxes(targets)
         self._swarm, self._clock = Swarm(self.config), Clock()
-        self.surfaces: list[tuple[NDArray[np.intp], NDArray]] = []
+        self.surfaces: list[tuple[NDArray[np.intp], NDArray, int]] = []
         self._start(1)
 
     def _start(self, first_id: int) -> None:
@@ -242,8 +241,7 @@ class WindowTracker:
                 worn = crop is not None
             if worn:
                 records['drift'][i] += np.nan_to_num(matches.R[i])
-                window = cut_window(frame, place[i], template.picture.shape)
-                records['template'][i] = Template(window, template)
+                records['template'][i] = template.renewed(frame, place[i])
             elif compensated and not accepted[i] and template.former:
                 # It may have taken on what covers the target: try the one before, by turns.
                 former, template.former = template.former, None
@@ -283,7 +281,7 @@ class WindowTracker:
         odd = np.broadcast_to(np.minimum(wanted, size).astype(int) - 1 | 1, box.shape)
         new['seen'], new['steps'], new['followed'] = center, np.nan, self._clock.now
         for i, (w, h) in enumerate(odd.tolist()):
-            new['template'][i] = Template(cut_window(frame, center[i], (h, w)))
+            new['template'][i] = Template.of(frame, center[i], w, h)
             if self._is_learning:
                 new['appearance'][i] = Appearance(frame, center[i], box[i])
 

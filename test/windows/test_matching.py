@@ -16,6 +16,7 @@ from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import refine
 from colortrack_ros.windows.matching import reliability_map
 from colortrack_ros.windows.matching import SUBPIXEL_SIGMA
+from colortrack_ros.windows.template import COARSE_SIDE
 from colortrack_ros.windows.template import Template
 
 
@@ -132,8 +133,46 @@ def test_every_encoding_is_searched(encoding):
 
 def test_the_map_is_brightest_where_the_window_is_the_template():
     surface = np.array([[4.0, 2.0, 4.0], [2.0, 0.0, 2.0]])
-    picture = reliability_map([(np.array([5, 3]), surface)], (8, 12))
+    picture = reliability_map([(np.array([5, 3]), surface, 1)], (8, 12))
     assert picture.shape == (8, 12)
     np.testing.assert_array_equal(picture[3:5, 5:8], [[0, 127, 0], [127, 255, 127]])
     assert picture.sum() == 255 + 3 * 127
+    coarse = reliability_map([(np.array([4, 2]), surface, 2)], (8, 12))
+    np.testing.assert_array_equal(coarse[2:6:2, 4:10:2], picture[3:5, 5:8])
+    assert coarse.sum() == 4 * picture.sum()
     assert not reliability_map([], (8, 12)).any()
+
+
+@pytest.mark.parametrize('size', [(31, 31), (161, 151), (261, 201)])
+@pytest.mark.parametrize(('aligned', 'exactly'), [(True, 0.05), (False, 0.1)])
+def test_a_window_is_found_as_exactly_on_a_picture_that_is_smaller(size, aligned, exactly):
+    around, errors, shares = texture(3, 480, 640, cell=6.0), [], []
+    center = np.array([320.0, 240.0])
+    template = Template.of(frame(around), center, *size)
+    assert template.picture.size <= max(31 * 31, 4 * COARSE_SIDE**2)
+    for k in range(12):
+        shift = np.array([-7.0 + 1.13 * k, 6.0 - 0.87 * k])
+        matrix = np.hstack([np.eye(2), shift[:, None]])
+        picture = cv2.warpAffine(around, matrix, (640, 480), flags=cv2.INTER_CUBIC)
+        picture += np.random.default_rng(k).normal(0, 2, picture.shape)
+        found = match_templates(
+            frame(picture), [template], center[None], np.full((1, 2), 20.0), np.array([np.inf]),
+            WindowConfig(drift_compensation=aligned),
+        )  # fmt: skip
+        errors.append(found.z[0] - center - shift)
+        shares.append(found.similarity[0])
+        assert found.are_sharp(0.5).all()
+    assert np.sqrt(np.square(errors).mean()) < exactly
+    assert min(shares) > 0.9
+
+
+@pytest.mark.parametrize('place', [(90.0, 90.0), (550.0, 390.0)])
+def test_a_large_window_is_found_up_to_the_rim_of_the_picture(place):
+    picture = texture(4, 480, 640, cell=6.0)
+    template = Template.of(frame(picture), np.array(place), 161, 151)
+    expected = np.add(place, (3.0, -3.0))[None]
+    found = match_templates(
+        frame(picture), [template], expected, np.full((1, 2), 3.0), np.array([np.inf]),
+        WindowConfig(),
+    )  # fmt: skip
+    np.testing.assert_allclose(found.z[0], place, atol=0.5)

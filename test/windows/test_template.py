@@ -1,6 +1,7 @@
 import cv2
 import numpy as np
 import pytest
+from support.window_pictures import frame
 from support.window_pictures import texture
 
 from colortrack_ros.windows.crop import Crop
@@ -84,3 +85,13 @@ def test_a_template_remembers_the_last_one_that_has_proved_itself():
     assert brief.former is proved
     assert latest.former is proved
     assert Template(texture(16, 15, 15)).former is None
+
+
+def test_a_large_window_is_aligned_from_as_many_of_its_own_pixels_away():
+    center, picture = np.array([320.0, 240.0]), texture(12, 480, 640, cell=9.0)
+    template = Template.of(frame(picture), center, 261, 201)
+    assert template.times == 3
+    crop = Crop.of(frame(picture), np.array([100, 60]), np.array([540, 420]), 3)
+    place, similarity, _ = template.align(crop, np.add(center, (2.1, -1.8)))
+    np.testing.assert_allclose(place, center, atol=0.05)
+    assert similarity > 0.99
