@@ -186,7 +186,7 @@ def test_a_room_imports_without_ros(room):
 def test_nodes_that_need_no_scipy_start_without_it():
     """It takes longer to import than all the rest."""
     code = "import sys; sys.modules['scipy'] = None; from colortrack_ros.nodes import "
-    for name in ('camera', 'detector', 'overlay'):
+    for name in ('camera', 'detector', 'follower', 'overlay', 'simulator'):
         subprocess.run([sys.executable, '-c', code + name], check=True, cwd=PACKAGE.parent)
 
 
