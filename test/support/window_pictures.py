@@ -10,15 +10,20 @@ from colortrack_ros.scenes import open_scene
 from colortrack_ros.windows import WindowTracker
 
 
+@cache
 def texture(seed, height=120, width=160, cell=3.0):
     """Smooth random gray levels, (height, width) float32."""
     noise = np.random.default_rng(seed).normal(size=(height, width))
     smooth = cv2.GaussianBlur(noise, (0, 0), cell)
-    return (128 + 40 * smooth / smooth.std()).astype(np.float32)
+    gray = (128 + 40 * smooth / smooth.std()).astype(np.float32)
+    gray.flags.writeable = False  # whoever asks again gets the same
+    return gray
 
 
 def frame(picture, k=0, rate=24.0):
-    return Frame(np.clip(np.rint(picture), 0, 255).astype(np.uint8), 'mono8', round(k * 1e9 / rate))
+    if picture.dtype != np.uint8:
+        picture = np.clip(np.rint(picture), 0, 255).astype(np.uint8)
+    return Frame(picture, 'mono8', round(k * 1e9 / rate))
 
 
 @cache
