@@ -1,3 +1,4 @@
+from functools import cache
 import sys
 
 import numpy as np
@@ -25,6 +26,7 @@ from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import MOVES
 from colortrack_ros.world.view import View
 
+run = cache(world.run)
 VIEW = View(world_scene.CAMERA, Pose.of_rpy((1, 2, 0), (0, 0, 0.5)), world_scene.MOUNT)
 SEEN = np.zeros(1, bool)
 """Of the one object: it has been seen in the last picture."""
@@ -41,7 +43,7 @@ def test_the_covariance_says_how_far_off_the_object_is(method, motion, drives):
     that drives has found out of its camera is taken to change within a minute, which here it does
     not.
     """
-    outcome = world.run(method, motion, drives, runs=50, seed=7)
+    outcome = run(method, motion, drives, runs=50, seed=7)
     low, high = outcome.bounds
     low = 0.8 if motion == 'rests' else low - (0.6 if drives else 0.35)
     assert low < outcome.mean_nees < high + 0.35
@@ -60,7 +62,7 @@ def test_what_rolls_slowly_is_not_taken_for_what_stands_before_a_camera_that_is_
 @pytest.mark.parametrize('drives', [False, True], ids=['stands', 'drives'])
 def test_a_robot_knows_where_things_stand_nearly_as_well_as_anybody_could(method, drives):
     """50 runs: their root mean square is known to 10 %."""
-    error = world.run(method, 'stands', drives, runs=50, seed=7).rmse()
+    error = run(method, 'stands', drives, runs=50, seed=7).rmse()
     variance, counted = world.bound(method, 'stands', drives, runs=50, seed=7)
     assert 0.7 < error / np.sqrt(np.mean(variance[counted > 0])) < 1.5
 
@@ -68,7 +70,7 @@ def test_a_robot_knows_where_things_stand_nearly_as_well_as_anybody_could(method
 @pytest.mark.slow
 @pytest.mark.parametrize(('method', 'most'), [('ground', 0.02), ('size', 0.04), ('depth', 0.011)])
 def test_driving_for_2_seconds_shows_the_pitch_and_what_rests(method, most):
-    outcome = world.run(method, 'rests', drives=True, runs=30, seed=7)
+    outcome = run(method, 'rests', True, runs=50, seed=7)
     assert outcome.rmse(since=2.0) < most
     assert outcome.slow(since=1.0) > 0.95
 
