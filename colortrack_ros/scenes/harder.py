@@ -127,7 +127,7 @@ def juggle(options: Options) -> Scene:
         return _scaled_arcs(options, times, points, accelerations[:-1])
 
     size, still = np.array([options.width, options.height]), np.zeros(2)
-    background = wall(options)
+    background = wall(options).copy()
     half = options.height * np.array([0.12, 0.26])
     draw_rectangle(background, size * [0.5, 0.86], still, half, SHIRT[::-1])
     draw_ball(background, size * 0.5, still, 0.085 * options.height, SKIN[::-1])

@@ -4,6 +4,7 @@ Points of a path are (x, y, radius): x in widths and y and radius in heights of 
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,8 +35,15 @@ def in_pixels(options: Options, points: ArrayLike) -> NDArray[np.float64]:
 
 
 def wall(options: Options) -> NDArray[np.uint8]:
-    """Return the textured background (H, W, 3)."""
-    return plaster((options.seed, 0), options.height, options.width, WALL)
+    """Return the textured background (H, W, 3), read-only: scenes of one size share it."""
+    return _wall(options.seed, options.height, options.width)
+
+
+@lru_cache(maxsize=1)
+def _wall(seed: int, height: int, width: int) -> NDArray[np.uint8]:
+    picture = plaster((seed, 0), height, width, WALL)
+    picture.flags.writeable = False
+    return picture
 
 
 def scene_of(

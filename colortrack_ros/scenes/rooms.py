@@ -56,7 +56,7 @@ def clutter(options: Options) -> Scene:
     carpet (red) and the pictures on the wall (all three) are within 15 CIELAB units of the balls'
     colors; a person in a blue pullover walks to and fro behind the balls.
     """
-    background = wall(options)
+    background = wall(options).copy()
     for i, (left, top, right, bottom, color) in enumerate(FURNITURE):
         rows = slice(round(top * options.height), round(bottom * options.height))
         columns = slice(round(left * options.width), round(right * options.width))

@@ -3,6 +3,7 @@
 from collections.abc import Collection
 from collections.abc import Mapping
 from collections.abc import Sequence
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -89,7 +90,9 @@ class Scene:
         self._first, self._last = self._stay()
         self._light = None if light is None else light.value(t)
         self._shift = (uniform((options.seed, 2), options.count) * NOISE_SHIFTS).astype(int)
-        self._noise = _noise(options, background.size) if options.noise > 0 else None
+        self._noise = (
+            _noise(options.seed, background.size, options.noise) if options.noise > 0 else None
+        )
 
     def __len__(self) -> int:
         return self._center.shape[1]
@@ -258,7 +261,8 @@ class Scene:
         return float(np.mean(seen))
 
 
-def _noise(options: Options, size: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+@lru_cache(maxsize=1)
+def _noise(seed: int, size: int, sigma: float) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Return what noise adds and what it takes away, fields larger than a picture."""
-    pool = grain((options.seed, 1), size + NOISE_SHIFTS, options.noise)
+    pool = grain((seed, 1), size + NOISE_SHIFTS, sigma)
     return np.maximum(pool, 0).astype(np.uint8), np.maximum(-pool, 0).astype(np.uint8)
