@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 import pytest
 from support.paths import DATA
+from support.processors import children
+from support.processors import stay_of
 from support.tuner import browser
 from support.tuner import click
 from support.tuner import look_at
@@ -253,30 +255,37 @@ def page_scale(page):
 
 @pytest.mark.alone
 def test_a_slider_shows_in_the_next_picture_within_a_tenth_of_a_second(chromium, tmp_path):
+    """By the clock, less the time that tuner and page wait for processors that others have."""
     with tuner('scene:clutter?width=640&height=480&duration=6', '--folder', tmp_path) as url:
         page = open_page(chromium, url)
         look_at(page, 100)
-        for _ in range(3):  # others may work, too
-            late = np.percentile(page.evaluate(DRAG), 95)
-            print(f'from slider to picture: {late:.0f} ms in 95 of 100')
-            if late < 100:
+        threads = [one for process in children('bin/tuner') for one in process.glob('task/*')]
+        threads += [one / 'task' / one.name for one in children('--type=renderer')]
+        for _ in range(3):  # with others at work each step takes longer, too
+            late = np.percentile([drag(page, threads, 0.1 + 0.01 * k) for k in range(40)], 95)
+            print(f'from slider to picture: {1000 * late:.0f} ms in 95 of 100')
+            if late < 0.1:
                 break
-        assert late < 100
+        assert late < 0.1
         assert page.errors == []
 
 
-DRAG = """async () => {
+def drag(page, threads, value):
+    """How long a person waits whose machine has nothing else to do [s]."""
+    before = stay_of(threads)
+    waited = page.evaluate(DRAG, value)
+    after = stay_of(threads)
+    page.wait_for_timeout(5 if round(100 * value) % 3 else 150)  # while it still works, or no more
+    return max(waited - after.queued + before.queued, after.running - before.running)
+
+
+DRAG = """async (value) => {
     const field = [...document.querySelectorAll('#shape .field')]
         .find((one) => one.textContent.includes('min_aspect'));
     const slider = field.querySelector('input[type=range]');
-    const waits = [];
-    for (let k = 0; k < 40; k++) {
-        delete document.body.dataset.wait;
-        slider.value = 0.1 + 0.01 * k;
-        slider.dispatchEvent(new Event('input'));
-        while (document.body.dataset.wait === undefined) await new Promise(requestAnimationFrame);
-        waits.push(Number(document.body.dataset.wait));
-        await new Promise((resume) => setTimeout(resume, k % 3 ? 5 : 150));
-    }
-    return waits;
+    delete document.body.dataset.wait;
+    slider.value = value;
+    slider.dispatchEvent(new Event('input'));
+    while (document.body.dataset.wait === undefined) await new Promise(requestAnimationFrame);
+    return Number(document.body.dataset.wait) / 1000;
 }"""
