@@ -41,13 +41,13 @@ STEADY_SECONDS = 0.4
 """Time constant of the size that a foreground had before: of what goes behind a cover, or comes
 out, the size changes by more than the slack in that time if it does so by more than 8 px and a
 quarter of itself in a second, SLACK / 0.4 and SLACK_SHARE / 0.4. IDF1 of PETS S3.MF1 is 0.84
-(benchmark/README.md), with half and twice the value 0.85 and 0.76."""
+(benchmark/notes/contours.md), with half and twice the value 0.85 and 0.76."""
 
 
 ALONE_SECONDS = 1.0
 """What was an area of its own for so long is a thing of its own [s]: people come apart in parts for
-shorter. IDF1 and precision of TUD Campus are 0.32 and 0.42 (benchmark/README.md), with half and
-twice the value 0.31, 0.38 and 0.32, 0.41."""
+shorter. IDF1 and precision of TUD Campus are 0.32 and 0.42 (benchmark/notes/contours.md), with half
+and twice the value 0.31, 0.38 and 0.32, 0.41."""
 
 
 @dataclass(frozen=True)

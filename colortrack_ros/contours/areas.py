@@ -15,7 +15,7 @@ Mask = NDArray[np.uint8]
 
 CORE = 0.6
 """The cores of an area are farther from its outline than this share of the farthest pixel. IDF1 of
-PETS S3.MF1 (benchmark/README.md) is 0.84; with half of this 0.81, with nothing cut 0.71
+PETS S3.MF1 (benchmark/notes/contours.md) is 0.84; with half of this 0.81, with nothing cut 0.71
 (``benchmark/real_contours.py FOLDER --constants areas.CORE``)."""
 
 PART = 0.25

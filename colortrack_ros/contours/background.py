@@ -14,7 +14,8 @@ from colortrack_ros.detection.blobs import BlobTable
 
 STILLNESS_STEP = 0.1
 """Time from one look to the next, at least [s]; with 0.04 the MOTA of TUD Campus is -0.11 and not
--0.16, of PETS S3.MF1 0.70 as it is (before agreement.ALONE_SECONDS; benchmark/README.md)."""
+-0.16, of PETS S3.MF1 0.70 as it is (before agreement.ALONE_SECONDS;
+benchmark/notes/contours.md)."""
 
 STILL_LEVELS = 10.0
 """Mean change of the channels up to which a pixel stands still [levels]: half of

@@ -17,7 +17,7 @@ DISPLACED_SHARE = 0.5
 """Share of an area that has to be so: more of it is background than is not. IDF1 and
 precision of KITTI-17 mirrored are 0.19, 0.50 and 0.18, 0.28, not 0.23, 0.39, with half and twice
 the value, of TUD Campus 0.47, 0.89 and 0.39, 0.71, not 0.40, 0.76 (as above); with 0.3 others lose
-(benchmark/README.md)."""
+(benchmark/notes/contours.md)."""
 
 AREA_PIXELS = 64
 """Pixels of an area that are looked at: the deviation of a share of one half is 1/16."""

@@ -38,9 +38,9 @@ for a second 0.55 and 0.74, not 0.74 (``benchmark/disturbed_contours.py CLIP OTH
 
 CLUTTER_SECONDS, CLUTTER_SHARE = 10.0, 0.3
 """Where for so much of this time something differed, and nothing moved on, only flickers.
-IDF1 of PETS S3.MF1 is 0.84 (benchmark/README.md), 0.85 and 0.83 with half and twice the first, 0.86
-and 0.83 with half and twice the second (``benchmark/real_contours.py FOLDER --constants
-foreground.CLUTTER_SHARE``)."""
+IDF1 of PETS S3.MF1 is 0.84 (benchmark/notes/contours.md), 0.85 and 0.83 with half and twice the
+first, 0.86 and 0.83 with half and twice the second (``benchmark/real_contours.py FOLDER
+--constants foreground.CLUTTER_SHARE``)."""
 
 
 class Foreground:

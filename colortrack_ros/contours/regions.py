@@ -21,7 +21,7 @@ regions.LEAST_OVERLAP``)."""
 
 MOST_OF = 0.5
 """An area, or a target, belongs to what covers more than half of its box: to one at most. IDF1 of
-PETS S3.MF1 (benchmark/README.md) is 0.84; with half of this 0.71, with no such areas 0.83
+PETS S3.MF1 (benchmark/notes/contours.md) is 0.84; with half of this 0.71, with no such areas 0.83
 (``benchmark/real_contours.py FOLDER --constants regions.MOST_OF``)."""
 
 SIDE_BY_SIDE = 0.25
