@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 
 MATCHED_AT_ONCE = 8
 """Pixels on each side of what a stereo camera matches at once, whose errors are alike. Assumed: as
-of usual block matching."""
+of usual block matching. With half and twice as many, things are located to 0.76 and 0.74 % of the
+range, not 0.81, with another seed to 1.14 and 1.17, as with this (the run with noise and holes of
+test_simulation)."""
 
 EDGE_STEP = 0.1
 """A step of depth by this share between pixels beside each other is an edge, at which one of the
-cameras sees what the other does not. Assumed."""
+cameras sees what the other does not. Assumed; half and twice the value change nothing there."""
 
 
 class StereoErrors:

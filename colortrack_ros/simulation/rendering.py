@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 Rays = NDArray[np.float32]
 
 TILE = 0.5
-"""Side of the tiles of the floor [m]."""
+"""Side of the tiles of the floor [m]. Assumed, for the look of it."""
 
 SURFACES = np.array(
     [
@@ -34,10 +34,12 @@ LAMP = np.array([0.3, -0.2, 0.93], np.float32)
 """Direction to the lamp: above and a little to the side; chosen."""
 
 SHADE = 0.65
-"""Brightness of what the light does not reach: lamps and walls light a room from all sides."""
+"""Brightness of what the light does not reach: lamps and walls light a room from all sides.
+Assumed, for the look of it; with 1 nothing has a dark side."""
 
 NEAREST = 0.02
-"""What is nearer to the camera [m] is behind its lens."""
+"""What is nearer to the camera [m] is behind its lens. Assumed: half or twice as
+much changes the pictures of what touches the lens alone."""
 
 CORNERS = np.array(list(product((-1, 1), repeat=3)))
 """Of a cube around 0."""

@@ -13,7 +13,8 @@ TOP_SPEED, TOP_TURN = 1.5, 4.0
 """As fast as the motors turn [m/s], [rad/s]. Assumed: a Jackal drives 2 m/s, a TurtleBot 0.3."""
 
 ROBOT_RADIUS = 0.2
-"""Of the robot [m]: it stops where something is nearer to its middle."""
+"""Of the robot [m]: it stops where something is nearer to its middle. Assumed: a
+TurtleBot 4 has 0.17."""
 
 
 @dataclass

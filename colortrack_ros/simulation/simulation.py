@@ -28,7 +28,8 @@ from colortrack_ros.world.view import View
 Floats = NDArray[np.float64]
 
 SEEN = 0.3
-"""A thing of which this share is visible is seen: a detector finds that much of it. Assumed."""
+"""A thing of which this share is visible is seen: a detector finds that much of it. Assumed; truth
+alone has it, so that with half or twice the value what is half covered counts as seen or not."""
 
 
 class Simulation:

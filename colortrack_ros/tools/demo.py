@@ -32,7 +32,8 @@ from colortrack_ros.tools.processes import told
 
 STATES = ('tentative', 'confirmed', 'coasting')
 QUIET = 3.0
-"""The demo is over when nothing has arrived for this long [s]."""
+"""The demo is over when nothing has arrived for this long [s]. Assumed: with half of it a node that
+is slow to answer ends it early, with twice as much everybody waits 3 s more for the summary."""
 
 
 class Recorder(Node):

@@ -46,7 +46,8 @@ PARTS = {
 PARTS_KEPT = 120
 """Stamps whose parts are waited for: 2 seconds of odometry."""
 SILENCE = 60.0
-"""The demo has failed when no picture has come for so long [s]."""
+"""The demo has failed when no picture has come for so long [s]. Assumed: with half of it a busy
+machine on which nodes start slowly may fail, twice as much tells of a failure later."""
 
 
 class RoomRecorder(Node):

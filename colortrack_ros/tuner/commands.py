@@ -10,7 +10,7 @@ LONGEST_TEXT, MOST_VALUES = 4096, 64
 """Of a message: a path, or a path of a mask, is shorter, and a form has fewer values."""
 
 LARGEST_NUMBER = 1 << 31
-"""Frames, and pixels, are fewer."""
+"""Frames, and pixels, are fewer: they are counted in 32 bits, a year and more at 60 Hz."""
 
 NAME = re.compile(r'[A-Za-z0-9_-]{1,40}')
 """What a color or region is called: part of the name of a parameter."""

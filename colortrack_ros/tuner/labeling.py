@@ -27,7 +27,7 @@ FORMATS: dict[str, Callable[[dict[int, Labels]], str]] = {'.csv': csv_of, '.txt'
 """By the end of a file's name: a table with a header, or MOTChallenge."""
 
 MOST_IDS = 1000
-"""Objects that may be labeled."""
+"""Objects that may be labeled. Assumed: more than anybody clicks on by hand."""
 
 
 class Labeling:

@@ -12,7 +12,8 @@ from colortrack_ros.detection.teach import teach_color
 from colortrack_ros.tools.color_params import color_values
 
 MOST_SAMPLES = 64
-"""Clicks for one color that are remembered, each with its picture."""
+"""Clicks for one color that are remembered, each with its picture. Assumed: as many pictures of
+1920x1080 are 0.4 GB."""
 
 
 @dataclass(frozen=True)

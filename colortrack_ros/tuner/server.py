@@ -27,7 +27,8 @@ LARGEST_MESSAGE = 1 << 16
 """Of a message of the page: the corners of a hundred regions are fewer."""
 
 MOST_PEOPLE = 16
-"""Browsers at once."""
+"""Browsers at once. Assumed: a class in front of one camera; each more costs one more sending of a
+picture that is encoded once."""
 
 QUIET_SECONDS = 20.0
 """A browser that has not answered for so long is gone."""
