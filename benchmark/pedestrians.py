@@ -1,0 +1,135 @@
+"""Public detections of people through the tracker: ``python benchmark/pedestrians.py FOLDER``.
+
+FOLDER holds folders of MOTChallenge (seqinfo.ini, det/det.txt, gt/gt.txt). The tracker gets all
+boxes as they come, and the picture's size. A track is right whose center is in the ellipse of a
+true box. Told are all published rows and those that are measured alone; beside them, where they are
+installed, SORT and ByteTrack of ``trackers``, which publish no others.
+"""
+
+import argparse
+from collections.abc import Iterator
+import configparser
+from pathlib import Path
+from typing import NamedTuple
+import warnings
+
+import motmetrics
+import numpy as np
+
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+FIGURES = ('idf1', 'mota', 'precision', 'num_switches')
+
+OURS: dict[str, dict[str, object]] = {'ours': {}, 'without use_boxes': {'use_boxes': False}}
+
+Rows = np.ndarray
+"""(N, 7): frame, id, left, top, width, height [px], and 1 for what is measured."""
+
+
+class Sequence(NamedTuple):
+    """Detections and truth, (N, 6): frame, id, left, top, width, height [px]; [1/s]; [px]."""
+
+    detections: np.ndarray
+    truth: np.ndarray
+    rate: float
+    size: tuple[int, int]
+
+    @classmethod
+    def of(cls, folder: Path) -> 'Sequence':
+        """The one in a folder."""
+        ini = configparser.ConfigParser()
+        ini.read(folder / 'seqinfo.ini')
+        about = ini['Sequence']
+        size = about.getint('imWidth', 0), about.getint('imHeight', 0)
+        truth = np.loadtxt(folder / 'gt/gt.txt', delimiter=',')
+        people = truth[:, 6] != 0
+        if truth.shape[1] == 9:  # of 2016 and later: the class follows, of which 1 is a pedestrian
+            people &= truth[:, 7] == 1
+        found = np.loadtxt(folder / 'det/det.txt', delimiter=',')
+        return cls(found[:, :6], truth[people, :6], about.getfloat('frameRate', 25.0), size)
+
+    def frames(self) -> Iterator[tuple[int, np.ndarray]]:
+        """Number and boxes, (N, 4), of each frame."""
+        for k in range(1, int(max(self.detections[:, 0].max(), self.truth[:, 0].max())) + 1):
+            yield k, self.detections[self.detections[:, 0] == k, 2:]
+
+
+def ours(sequence: Sequence, **options: object) -> Rows:
+    """What the tracker publishes."""
+    tracker, found = Tracker(TrackerConfig(image_size=sequence.size, **options)), []
+    for k, box in sequence.frames():
+        rows = np.zeros(len(box), DETECTION)
+        rows['box_u'], rows['box_v'], rows['box_w'], rows['box_h'] = box.T
+        rows['u'], rows['v'] = (box[:, :2] + box[:, 2:] / 2).T
+        rows['area'], rows['score'] = box[:, 2] * box[:, 3], 1.0
+        stamp = round(k / sequence.rate * NANOSECONDS)
+        tracks = tracker.update(Detections(rows, stamp)).rows
+        for row in tracks[tracks['state'] != TENTATIVE]:
+            w, h = row['box_w'], row['box_h']
+            corner = row['u'] - w / 2, row['v'] - h / 2
+            found.append((k, row['track_id'], *corner, w, h, row['state'] != COASTING))
+    return np.array(found, float)
+
+
+def theirs(sequence: Sequence, name: str) -> Rows:
+    """What a peer publishes."""
+    import supervision
+    import trackers
+
+    tracker, found = getattr(trackers, name)(frame_rate=sequence.rate), []
+    for k, box in sequence.frames():
+        corners = np.concatenate([box[:, :2], box[:, :2] + box[:, 2:]], axis=1)
+        sure, kind = np.full(len(box), 0.9, np.float32), np.zeros(len(box), int)
+        out = tracker.update(supervision.Detections(corners.astype(np.float32), None, sure, kind))
+        for i, (left, top, right, bottom) in zip(out.tracker_id, out.xyxy, strict=True):
+            if i is not None and i >= 0:
+                found.append((k, i, left, top, right - left, bottom - top, 1))
+    return np.array(found, float)
+
+
+def score(truth: np.ndarray, rows: Rows) -> np.ndarray:
+    """FIGURES of rows."""
+    tally = motmetrics.MOTAccumulator(auto_id=True)
+    for k in range(1, int(truth[:, 0].max()) + 1):
+        true, found = truth[truth[:, 0] == k], rows[rows[:, 0] == k]
+        center, other = (a[:, 2:4] + a[:, 4:6] / 2 for a in (true, found))
+        away = np.hypot(*((center[:, None] - other) / (true[:, None, 4:6] / 2)).T).T
+        tally.update(
+            true[:, 1].astype(int), found[:, 1].astype(int), np.where(away > 1, np.nan, away)
+        )
+    return motmetrics.metrics.create().compute(tally, metrics=list(FIGURES)).to_numpy()[0]
+
+
+def main() -> None:
+    """Print IDF1, MOTA and precision of each, means over the sequences, and all switches."""
+    parser = argparse.ArgumentParser('pedestrians', description=__doc__)
+    parser.add_argument('folder', type=Path)
+    sequences = [
+        Sequence.of(path.parent) for path in parser.parse_args().folder.glob('*/seqinfo.ini')
+    ]
+    runs = {name: [ours(one, **options) for one in sequences] for name, options in OURS.items()}
+    for name in ('SORTTracker', 'ByteTrackTracker'):
+        try:
+            runs[name] = [theirs(one, name) for one in sequences]
+        except ImportError as error:
+            print(f'{name}: {error}')
+    for name, every in runs.items():
+        told = (('', 0), (', measured', 1)) if name in OURS else (('', 0),)
+        for what, least in told:
+            pairs = zip(sequences, every, strict=True)
+            found = np.array([score(one.truth, rows[rows[:, 6] >= least]) for one, rows in pairs])
+            idf1, mota, precision, _ = found.mean(axis=0)
+            print(
+                f'{name + what:28s} {idf1:.3f} {mota:.3f} {precision:.3f} {found[:, 3].sum():.0f}'
+            )
+
+
+if __name__ == '__main__':
+    warnings.filterwarnings('ignore', category=RuntimeWarning)
+    main()
