@@ -248,8 +248,9 @@ def test_a_damaged_video_is_read_on_and_what_is_lost_is_told(tmp_path, name, cod
     assert source.read().stamp - frames[-1].stamp == 2 * NANOSECONDS // 25
 
 
-def test_the_last_picture_of_a_varying_rate_keeps_its_time(tmp_path, monkeypatch):
-    times, place = [0.0, 100.0, 250.0, 400.0], [-1]
+def video_with(times, path, monkeypatch, count, rate):
+    """A file as OpenCV tells of it: times of its pictures [ms], their number, and the rate."""
+    place = [-1]
 
     class Capture:
         def __init__(self, path, interface):
@@ -258,7 +259,7 @@ def test_the_last_picture_of_a_varying_rate_keeps_its_time(tmp_path, monkeypatch
         def get(self, which):
             if which == cv2.CAP_PROP_POS_MSEC:
                 return times[place[0]]
-            return {cv2.CAP_PROP_FPS: 4 / 0.3, cv2.CAP_PROP_FRAME_COUNT: 4}[which]
+            return {cv2.CAP_PROP_FPS: rate, cv2.CAP_PROP_FRAME_COUNT: count}[which]
 
         def read(self):
             place[0] += 1
@@ -271,11 +272,46 @@ def test_the_last_picture_of_a_varying_rate_keeps_its_time(tmp_path, monkeypatch
             pass
 
     monkeypatch.setattr(cv2, 'VideoCapture', Capture)
-    (tmp_path / 'a.mp4').touch()
-    source = open_source(str(tmp_path / 'a.mp4'))
+    path.touch()
+    return open_source(str(path))
+
+
+def test_the_last_picture_of_a_varying_rate_keeps_its_time(tmp_path, monkeypatch):
+    times = [0.0, 100.0, 250.0, 400.0]
+    source = video_with(times, tmp_path / 'a.mp4', monkeypatch, count=4, rate=4 / 0.3)
     assert [frame.stamp / 1e6 for frame in source] == pytest.approx(times)
     source.rewind()
     assert source.read().stamp / 1e6 > times[-1]
+
+
+PLACES = np.arange(120)
+"""Of pictures at 25 Hz, of which a file promises as many as fit into its duration."""
+
+GAP = (PLACES < 40) | (PLACES >= 70)
+
+
+@pytest.mark.parametrize(
+    ('there', 'lost'),
+    [
+        (np.random.default_rng(0).random(120) < 0.5, 0),
+        ((PLACES < 60) | (PLACES % 4 == 3), 0),
+        (PLACES % 3 == 0, 0),
+        (GAP, 30),
+        (PLACES < 80, 40),
+        ((PLACES < 60) & (PLACES % 2 == 0), 90),
+    ],
+    ids=['at random', 'slower', 'one in three', 'damaged', 'cut off', 'slow and cut off'],
+)
+def test_pictures_that_a_varying_rate_leaves_out_are_not_lost(tmp_path, monkeypatch, there, lost):
+    """Matroska and others tell the duration, which times the rate is no number of pictures."""
+    times = 40.0 * PLACES[there]
+    source = video_with(times, tmp_path / 'a.mkv', monkeypatch, count=120, rate=25.0)
+    frames = []
+    if lost:
+        with pytest.raises(SourceError, match=f'{lost} more are missing'):
+            frames += source
+    frames += source
+    assert source.lost == lost
 
 
 def test_a_video_without_damage_loses_nothing(recordings):
