@@ -48,9 +48,7 @@ def compare(
     np.add(e[0], way, out=e[1])
     np.add(cov[..., :2, :2], R, out=S[0])
     np.add(S[0], way[..., :, None] * way[..., None, :] / 3, out=S[1])
-    third = T**2 / 3
-    S[1, ..., 0, 0] += speed[0] ** 2 * third
-    S[1, ..., 1, 1] += speed[1] ** 2 * third
+    S[1].reshape(*mean.shape[:2], 4)[..., ::3] += speed**2 * (T**2 / 3)[:, None]
     going_on, turning = log_density(e, S)
     going_on += np.log1p(-chance)
     turning += np.log(np.maximum(chance, TINY))

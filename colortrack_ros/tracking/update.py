@@ -136,9 +136,8 @@ def _unsettle(records: NDArray[np.void], prediction: Prediction, taken: Hypothes
     wide = with_position * s + S
     aside = v * s + e
     d2 = e * e / S - aside * aside / wide
-    weight = SHARE[:, None] * np.exp(np.minimum((d2[:, 0] + d2[:, 1]) / 2, MOST_LOG_RATIO))
-    narrower = S / wide
-    weight *= np.sqrt(narrower[:, 0] * narrower[:, 1])
+    weight = SHARE[:, None] * np.exp(np.minimum(np.add.reduce(d2, axis=1) / 2, MOST_LOG_RATIO))
+    weight *= np.sqrt(np.multiply.reduce(S / wide, axis=1))
     gain = with_position / wide
     change = gain * aside - v
     weight = weight[:, None]
