@@ -8,6 +8,7 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.records import record_size
+from colortrack_ros.tracking.rectangles import points_inside
 from colortrack_ros.tracking.splinters import note_hosts
 
 Indices = NDArray[np.intp]
@@ -15,6 +16,10 @@ Indices = NDArray[np.intp]
 NEW = 0.5
 """Prior probability that a detection which belongs to no track is an object: not known, so even
 odds. The detections of the next frames decide."""
+
+FOUND_AGAIN = 0.05
+"""The same of one inside an object that was itself detected in the frame: as a rule the detector
+has found that twice, and if not, the next detections tell as well. Assumed."""
 
 
 def initiate(
@@ -36,5 +41,17 @@ def initiate(
     records['extent'] = blobs.reach(new)
     records['partial'] = blobs.cut[new]
     records['visible'] = NEW
-    note_hosts(records, prediction)
+    if prediction.sized:
+        _note_repeated(records, prediction)
+    else:
+        note_hosts(records, prediction)
     record_size(records, slice(None), blobs.rows[new])
+
+
+def _note_repeated(records: NDArray[np.void], prediction: Prediction) -> None:
+    """Note which tracks, (K,), begin inside an object that was measured in the same frame."""
+    measured = (prediction.records['updated'] == prediction.step.now).nonzero()[0]
+    seen, half = prediction.records['seen'][measured], prediction.size[measured] / 2
+    host, repeated = points_inside(seen, half, records['origin'])
+    records['visible'][repeated] = FOUND_AGAIN
+    records['host'][repeated] = prediction.records['track_id'][measured[host]]

@@ -32,7 +32,8 @@ SPLINTER_FIELDS = [
     ('noted', 'i8'),
     ('splinter', '?'),
 ]
-"""What is recorded of a track: ID of the confirmed one that it began beside, 0 for none; the
+"""What is recorded of a track: ID of the confirmed one that it began beside, where there are boxes
+of the one that it began inside (see initiation), 0 for none; the
 largest distance from it so far, and that when both were last seen [px]; stamp of when it began
 [ns]; and whether it has been taken for a piece since it was last seen alone."""
 
@@ -45,7 +46,7 @@ def note_hosts(records: NDArray[np.void], prediction: Prediction) -> None:
     known = prediction.records['state'] != TENTATIVE
     known &= prediction.unmeasured < LAST_FRAME * prediction.step.period
     hosts = known.nonzero()[0]
-    if not len(hosts) or prediction.sized:
+    if not len(hosts):
         return
     apart, nearest = cKDTree(prediction.center[hosts]).query(records['origin'])
     records['host'] = prediction.records['track_id'][hosts[nearest]]

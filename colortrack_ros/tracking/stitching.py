@@ -95,10 +95,24 @@ def find_stitches(
     gain += _log_prior(lost, remembered, period, learned, config)[one]
     gain -= np.log(learned.birth_places(found.records['origin']))[other]
     gain += remembered[one] * _compare_sizes(lost, found, one, other, learned.sizes)
+    gain[_is_repeated(lost, found, one, other)] = CERTAIN
     no_other = np.where(remembered, CERTAIN, LIKELY)[one]
     gain += no_other * population.is_complete(found.records['color'])[other]
     chosen, _ = associate(one, other, gain)
     return one[chosen], other[chosen]
+
+
+def _is_repeated(
+    lost: TrackTable[Bank], found: TrackTable[Bank], one: Indices, other: Indices
+) -> NDArray[np.bool_]:
+    """Which pairs, (K,), are of one object: the found began inside the lost when that was measured.
+
+    Found twice, and turning just then, an object is predicted at the wrong one of the two, and its
+    next detections go to the track that has begun on the right one.
+    """
+    before, after = lost.records[one], found.records[other]
+    sized = (before['extent'].sum(axis=1) > 0).all(axis=1)
+    return np.asarray(sized & (after['host'] == before['track_id']))
 
 
 def _compare_states(
