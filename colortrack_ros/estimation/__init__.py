@@ -1,1 +1,1 @@
-"""estimation: what every tracker stands on: motion models and the bank of Kalman filters."""
+"""estimation: what all trackers share: motion models, the bank of Kalman filters, track tables."""

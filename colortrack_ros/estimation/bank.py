@@ -1,4 +1,4 @@
-"""The bank of Kalman filters: of each mode, N states in one array (N, n), and (N, n, n)."""
+"""The bank of Kalman filters: for each mode, N states in one array (N, n), and (N, n, n)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +15,15 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 LEAST_WEIGHT = 1e-12
-"""Least weight of a mode, so that it can come back: beyond it, a likelihood ratio of one
-measurement at 7.4 standard deviations, exp(7.4^2/2), makes up for the rest."""
+"""Least weight of a mode, so that it can recover: one measurement 7.4 standard deviations from what
+the other modes predict has a likelihood ratio of exp(7.4^2/2), which outweighs it."""
 
 SETTLED = 1e3
-"""Time after which the modes have forgotten how they began, for the weights of new tracks [s]; the
-IMM stays in a mode for 1 s on average at most."""
+"""Time after which the modes have reached their stationary weights, with which new tracks start
+[s]; the mean sojourn time of the IMM's modes is at most 1 s."""
 
 MOST_STEPS = 8
-"""Lengths of a step of which the matrices are kept: at a steady rate stamps are rounded to two."""
+"""Step lengths whose matrices are cached: at a steady rate, rounded stamps give two."""
 
 
 class Bank(Columns):
@@ -33,8 +33,8 @@ class Bank(Columns):
     :ivar mean: (M, N, n).
     :ivar cov: (M, N, n, n).
     :ivar weight: (M, N).
-    :ivar design: (M, N, n, n) covariances of a model that sets its gains by other process noise
-        than there is (see MotionModel.trust); None for all other models.
+    :ivar design: (M, N, n, n) covariances of a model whose gains assume other process noise than
+        there is (see MotionModel.trust); None for all other models.
     """
 
     axis = 1
@@ -50,13 +50,13 @@ class Bank(Columns):
     def predict(
         self, dt: float, variance: float | Floats, acceleration: Floats | None = None
     ) -> None:
-        """One step of all filters (Pegoretti 2021, (2.21)-(2.22)).
+        """Predict all filters (Pegoretti 2021, (2.21)-(2.22)).
 
-        F P F^T is linear in the entries of P: with F the same for all, one matrix product.
+        F P F^T is linear in the entries of P; with one F for all tracks it is one matrix product.
 
         :param dt: [s].
         :param variance: sigma_s^2 [px^2/s^4], of all tracks, or of each, (N, 1), or (N, 2) by axis.
-        :param acceleration: (N, 2) known of each track [px/s^2]; None for the model's own.
+        :param acceleration: (N, 2) known acceleration of each track [px/s^2]; None for the model's.
         """
         if self.model.modes > 1 and not self.model.selected:
             self._interact(self.model.switching(dt))
@@ -75,7 +75,7 @@ class Bank(Columns):
             self.design += Q
 
     def _matrices(self, dt: float) -> tuple[Floats, Floats, Floats]:
-        """F^T, F (x) F transposed, and Q / sigma_s^2 for a step of dt [s], kept by dt."""
+        """F^T, F (x) F transposed, and Q / sigma_s^2 for a step of dt [s], cached by dt."""
         if dt not in self._by_dt:
             if len(self._by_dt) == MOST_STEPS:
                 self._by_dt.clear()
@@ -88,7 +88,7 @@ class Bank(Columns):
     def _interact(self, switching: Floats) -> None:
         """Mix the modes (Blom and Bar-Shalom 1988; Vidal 2009, 2.3.1.2).
 
-        :param switching: (M, M) probability that mode i has become mode j.
+        :param switching: (M, M) transition probabilities from mode i to mode j.
         """
         joint = switching[:, :, None] * self.weight[:, None, :]
         self.weight = joint.sum(axis=0)
@@ -102,9 +102,9 @@ class Bank(Columns):
         return mixture(self.weight, self.mean, self.cov)
 
     def maneuver(self, track: Indices, weight: Floats, T: Floats, speed: Floats) -> None:
-        """Replace predictions by a mixture of going on and of having maneuvered.
+        """Replace predictions by the mixture of no maneuver and a maneuver.
 
-        :param track: (K,) which tracks, each once.
+        :param track: (K,) tracks, each once.
         :param weight: (K,) probability of the maneuver.
         :param T: (K,) [s].
         :param speed: (2,) standard deviation of the new velocity on each axis [px/s].
@@ -113,15 +113,16 @@ class Bank(Columns):
         self.mean[:, track], self.cov[:, track] = maneuvering(mean, cov, weight, T, speed)
 
     def correct(self, track: Indices, z: Floats, R: Floats, share: Floats | None = None) -> None:
-        """Estimation, (2.26)-(2.28), with the covariance in Joseph form (Red object, (7)).
+        """Update, (2.26)-(2.28), with the covariance in Joseph form (Red object, (7)).
 
-        A track with several measurements, or a doubtful one, becomes the mixture of what each
-        would make of it, replaced by mean and covariance (PDA, Bar-Shalom and Tse 1975).
+        With several measurements, or an uncertain one, a track becomes the mixture of the updates
+        by each, reduced to its mean and covariance (PDA, Bar-Shalom and Tse 1975).
 
-        :param track: (K,) which tracks, ascending; each once if share is None.
-        :param z: (K, 2) measurement [px].
-        :param R: (K, 2, 2) its covariance [px^2].
-        :param share: (K,) probability that it is the track's; what is left is that none is.
+        :param track: (K,) tracks, ascending; each once if share is None.
+        :param z: (K, 2) measurements [px].
+        :param R: (K, 2, 2) their covariances [px^2].
+        :param share: (K,) probability that the measurement is the track's; the rest of 1 is the
+            probability that none is.
         """
         every = share is None and len(track) == self.mean.shape[1]
         rows: Indices | slice = slice(None) if every else track
@@ -178,15 +179,15 @@ class Bank(Columns):
         self.weight[:, hit] = total / total.sum(axis=0)
 
     def at_rest(self, z: Floats, R: Floats, spread: Floats) -> 'Bank':
-        """Filters of new tracks, at rest with an honest doubt about it, (2.24)-(2.25).
+        """Filters of new tracks: zero velocity with a wide prior, (2.24)-(2.25).
 
-        With a wide prior the second detection makes the velocity what two-point differencing makes
-        it (Bar-Shalom, Li and Kirubarajan 2001, 5.5.3), with its covariance.
+        With a wide prior the second detection gives the velocity and covariance of two-point
+        differencing (Bar-Shalom, Li and Kirubarajan 2001, 5.5.3).
 
         :param z: (K, 2) first measurement [px].
         :param R: (K, 2, 2) its covariance [px^2].
-        :param spread: (n,) standard deviations of what is not measured, by element of the state.
-        :return: of the same model, to extend this bank by.
+        :param spread: (n,) standard deviations of the unmeasured elements of the state.
+        :return: a bank of the same model, to extend this one by.
         """
         new = Bank(self.model)
         new.mean = np.zeros((self.model.modes, len(z), self.model.size))
@@ -200,11 +201,11 @@ class Bank(Columns):
         return new
 
     def move(self, A: Floats, shift: Floats, variance: float) -> None:
-        """Take all tracks to where a motion of the camera has brought them: x -> A x + shift.
+        """Move all tracks with the camera's motion: x -> A x + shift.
 
-        :param A: (N, 2, 2), of turns, zooms and shears.
+        :param A: (N, 2, 2) rotation, scale and shear.
         :param shift: (N, 2) [px].
-        :param variance: of where that is, on each axis [px^2].
+        :param variance: of the shift, on each axis [px^2].
         """
         G = np.zeros((len(A), self.model.size, self.model.size))
         for at in range(0, self.model.size, 2):
@@ -221,7 +222,7 @@ class Bank(Columns):
         self.mean[..., 2:4] += velocity
 
     def set_speed(self, speed: Floats) -> None:
-        """Change what is assumed of the velocities of filters at rest.
+        """Change the velocity prior of filters that have had one measurement.
 
         :param speed: (2,) standard deviation on each axis [px/s].
         """
@@ -230,7 +231,7 @@ class Bank(Columns):
                 cov[:, :, (2, 3), (2, 3)] = speed**2
 
     def forget_velocity(self, speed: float) -> None:
-        """Make all tracks stand still where they are, with velocities as good as unknown.
+        """Set all velocities to zero with a wide prior; positions stay.
 
         :param speed: standard deviation on each axis [px/s].
         """
@@ -243,28 +244,28 @@ class Bank(Columns):
         self.mean[:, track, 2:4] = velocity
 
     def doubt(self, track: Indices, factor: Floats) -> None:
-        """Multiply the covariances of tracks, (K,): what they stand on was believed too much.
+        """Inflate the covariances of tracks, (K,), whose measurements were trusted too much.
 
-        :param factor: (K,) of the covariance of their measurements, which theirs grow with.
+        :param factor: (K,) by which the covariance of their measurements has grown.
         """
         for cov in (self.cov, self.design):
             if cov is not None:
                 cov[:, track] *= factor[:, None, None]
 
     def doubt_velocity(self, track: Indices, variance: Floats) -> None:
-        """Add to the variances of the velocities of tracks.
+        """Add to the velocity variances of tracks.
 
-        :param track: (K,) which.
+        :param track: (K,) tracks.
         :param variance: (K, 2) by axis [px^2/s^2].
         """
         self.cov[:, track[:, None], (2, 3), (2, 3)] += variance
 
     def add_turn(self, track: Indices, T: Floats, variance: Floats) -> None:
-        """Let tracks have changed their velocity at any time of the last T alike.
+        """Allow for a change of velocity at a time uniformly distributed over the last T.
 
-        The position is uncertain by variance T^2/3 and correlated with the velocity.
+        It adds variance T^2/3 to the position, correlated with the velocity.
 
-        :param track: (K,) which.
+        :param track: (K,) tracks.
         :param T: (K,) [s].
         :param variance: (K,) of the change of velocity on each axis [px^2/s^2].
         """

@@ -1,4 +1,4 @@
-"""From stamp to stamp: how much time has passed, and when a tracker has to start afresh."""
+"""Time between stamps, and when a tracker has to restart."""
 
 from collections.abc import Callable
 
@@ -6,12 +6,12 @@ from colortrack_ros.data import NANOSECONDS
 
 
 def time_passed(last: int | None, stamp: int, max_dt: float) -> tuple[float, str]:
-    """Tell how a tracker goes from one frame to the next.
+    """Time step from one frame to the next, or why the tracker has to restart.
 
     :param last: stamp of the last frame [ns], None before the first.
     :param stamp: of the next frame [ns].
-    :param max_dt: a longer jump starts afresh [s].
-    :return: dt [s], 0 for a first frame; and why to start afresh, empty if not.
+    :param max_dt: a longer jump restarts [s].
+    :return: dt [s], 0 for a first frame; and the reason to restart, empty if there is none.
     """
     dt = 0.0 if last is None else (stamp - last) / NANOSECONDS
     if dt < 0:
@@ -22,9 +22,9 @@ def time_passed(last: int | None, stamp: int, max_dt: float) -> tuple[float, str
 
 
 class Clock:
-    """The time of a tracker: the stamp of its last frame, and why it last started afresh.
+    """A tracker's clock: the stamp of its last frame, and why it last restarted.
 
-    :ivar restarted: why, until :meth:`tell_restart` has told it; empty if it did not.
+    :ivar restarted: the reason, until :meth:`tell_restart` returns it; empty if there is none.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class Clock:
     def restart(self, why: str) -> None:
         """Forget the last frame.
 
-        :param why: to be told with the next tracks.
+        :param why: reason, to be published with the next tracks.
         """
         self._stamp, self.restarted = None, why
 
@@ -51,9 +51,9 @@ class Clock:
         """Go to the next frame.
 
         :param stamp: of the frame [ns].
-        :param max_dt: a longer jump starts afresh [s].
-        :param reset: resets the tracker, this clock included; called with the reason when the
-            stamp went back or jumped.
+        :param max_dt: a longer jump restarts [s].
+        :param reset: resets the tracker, this clock included; called with the reason if the stamp
+            goes back or jumps.
         :return: dt [s], 0 for a first frame.
         """
         dt, why = time_passed(self._stamp, stamp, max_dt)
@@ -63,6 +63,6 @@ class Clock:
         return dt
 
     def tell_restart(self) -> str:
-        """Why the tracker started afresh; empty if it did not, or has told so before."""
+        """Why the tracker restarted; empty if it did not, or if this has been asked before."""
         why, self.restarted = self.restarted, ''
         return why

@@ -1,7 +1,7 @@
-"""Whether an object exists, and whether it can be seen: a Markov chain and Bayes' rule.
+"""Existence and visibility of objects: a Markov chain and Bayes' rule.
 
 Markov chain two of Musicki, Evans and Stankovic 1994 (integrated PDA): an object is visible, hidden
-or gone, so that a hidden object does not stop existing by not being seen.
+or gone, so that missing detections of a hidden object do not end its existence.
 """
 
 from functools import lru_cache
@@ -13,30 +13,30 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 COVERED_EVERY = 10.0
-"""Mean time until something covers a visible object [s]. Assumed; by the worlds of
-benchmark/constants.py, half costs 1.0 points of IDF1 where objects vanish, 0.7 where blobs overlap,
-twice gains 1.0 and 0.6, but ellipses of what coasts hold 68 % and not 89."""
+"""Mean time until a visible object is occluded [s]. Assumed. In the worlds of
+benchmark/constants.py, half of it costs 1.0 points of IDF1 where objects vanish and 0.7 where blobs
+overlap; twice gains 1.0 and 0.6, but ellipses of coasting tracks hold 68 % instead of 89."""
 
 GONE_EVERY = 100.0
-"""Mean time until it vanishes in full view [s]. Assumed; disappearances replaces the ratio of the
-two by what it has seen. Half and twice the value do what twice and half of the other do."""
+"""Mean time until an object vanishes in full view [s]. Assumed; disappearances learns the ratio of
+the two. Halving it acts like doubling COVERED_EVERY, and the reverse."""
 
 HIDDEN_SHARE = GONE_EVERY / (GONE_EVERY + COVERED_EVERY)
-"""Of what disappears, as far as these say."""
+"""Share of disappearing objects that are hidden, by these two times."""
 
 MOST_CHAINS = 8
-"""Lengths of a step of which the chain is kept: see bank.MOST_STEPS."""
+"""Step lengths whose transition probabilities are cached: see bank.MOST_STEPS."""
 
 
 def predict_existence(
     visible: Floats, hidden: Floats, dt: float, longest: float
 ) -> tuple[Floats, Floats]:
-    """Probabilities before the detections: objects get covered, vanish, and come out again.
+    """Predict the probabilities: objects get occluded, vanish, and reappear.
 
     :param visible: (N,) probability that the object exists and can be seen.
     :param hidden: (N,) probability that it exists and cannot be seen.
     :param dt: [s].
-    :param longest: that a track goes on unseen [s]; objects stay hidden for a third of it on
+    :param longest: time that a track may coast [s]; objects stay hidden for a third of it on
         average.
     :return: visible and hidden, (N,).
     """
@@ -46,17 +46,17 @@ def predict_existence(
 
 @lru_cache(maxsize=MOST_CHAINS)
 def _transition(dt: float, longest: float) -> tuple[float, float, float, float]:
-    """From visible to visible and to hidden, from hidden to visible and to hidden."""
+    """Probabilities of visible to visible and to hidden, and of hidden to visible and to hidden."""
     returning = -math.expm1(-3 * dt / max(longest, 1e-3))
     covered, gone = -math.expm1(-dt / COVERED_EVERY), -math.expm1(-dt / GONE_EVERY)
     return 1 - covered - gone, covered, returning, 1 - returning
 
 
 def update_existence(visible: Floats, hidden: Floats, ratio: Floats) -> tuple[Floats, Floats]:
-    """Probabilities after the detections.
+    """Update the probabilities by Bayes' rule.
 
-    :param visible: (N,), hidden: (N,) before them.
-    :param ratio: (N,) likelihood of what was measured if the object is visible, over its
+    :param visible: (N,), hidden: (N,) predicted.
+    :param ratio: (N,) likelihood of the measurements if the object is visible, over their
         likelihood if it is not.
     :return: visible and hidden, (N,).
     """
@@ -68,11 +68,11 @@ def update_existence(visible: Floats, hidden: Floats, ratio: Floats) -> tuple[Fl
 def weigh_hidden(
     visible: Floats, hidden: Floats, share: Floats, last: Floats | float = HIDDEN_SHARE
 ) -> tuple[Floats, Floats]:
-    """Probabilities of lost objects, once it is known better how many of those are hidden.
+    """Recompute the probabilities of lost objects for a new estimate of the hidden share.
 
-    :param visible: (N,), hidden: (N,) as the last share has them.
-    :param share: (N,) of what is lost there that is hidden, in place of the last.
-    :param last: (N,) what was taken for it so far; HIDDEN_SHARE for what has just been lost.
+    :param visible: (N,), hidden: (N,) computed with the last share.
+    :param share: (N,) share of the objects lost there that are hidden.
+    :param last: (N,) the share used so far; HIDDEN_SHARE for objects just lost.
     :return: visible and hidden, (N,).
     """
     gone = np.maximum(1 - visible - hidden, 0.0) * (1 - share) / (1 - last)

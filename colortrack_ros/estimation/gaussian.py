@@ -8,11 +8,11 @@ Floats = NDArray[np.float64]
 LOG_2PI = float(np.log(2 * np.pi))
 
 TINY = 1e-300
-"""Keeps logarithms and quotients of probabilities finite; near the least positive double."""
+"""Keeps logarithms and quotients of probabilities finite; close to the smallest positive double."""
 
 NEARLY_SINGULAR = 1e-14
-"""Least determinant of a 2x2 covariance over the product of its variances: what rounding, 2e-16 of
-it, leaves of those of tracks that are torn along one way."""
+"""Least determinant of a 2x2 covariance over the product of its variances. Tracks that are very
+uncertain in one direction only have less than rounding, 2e-16 of the product, leaves intact."""
 
 
 def log_density(e: Floats, S: Floats) -> Floats:
@@ -25,15 +25,15 @@ def log_density(e: Floats, S: Floats) -> Floats:
 
 
 def _determinant(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Of covariances [[a, b], [b, c]]."""
+    """Determinants of covariances [[a, b], [b, c]]."""
     product = a * c
     return np.maximum(product - b * b, NEARLY_SINGULAR * product)
 
 
 def joseph(P: Floats, K: Floats, R: Floats) -> Floats:
-    """Covariance after an update by any gain: (I - KH) P (I - KH)^T + K R K^T.
+    """Covariance after an update with any gain: (I - KH) P (I - KH)^T + K R K^T.
 
-    With H = [I 0] and A = (I - KH) P that is A + (K R - A H^T) K^T.
+    With H = [I 0] and A = (I - KH) P it is A + (K R - A H^T) K^T.
 
     :param P: (..., n, n); K: (..., n, 2); R: (..., 2, 2).
     """
@@ -57,10 +57,10 @@ def mixture(weight: Floats, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:
 def turned(mean: Floats, cov: Floats, T: Floats, speed: Floats) -> tuple[Floats, Floats]:
     """Predictions after a maneuver.
 
-    It draws the velocity anew from N(0, speed^2), at any time t of the last T alike. What was
-    gained by the old velocity v since then is lost, what the new one brings is gained: with T - t
-    of mean T/2, mean square T^2/3 and variance T^2/12, the position moves by -v T/2 and is
-    uncertain by v v^T T^2/12 + speed^2 T^2/3, correlated with the velocity.
+    A maneuver draws a new velocity from N(0, speed^2) at a time t uniformly distributed over the
+    last T. From then on the position moves with the new velocity instead of the old one, v: with
+    T - t of mean T/2, mean square T^2/3 and variance T^2/12, it shifts by -v T/2 and gains the
+    covariance v v^T T^2/12 + speed^2 T^2/3, correlated with the velocity.
 
     :param mean, cov: (..., K, n) and (..., K, n, n) without it.
     :param T: (K,) [s].
@@ -86,9 +86,9 @@ def turned(mean: Floats, cov: Floats, T: Floats, speed: Floats) -> tuple[Floats,
 def maneuvering(
     mean: Floats, cov: Floats, chance: Floats, T: Floats, speed: Floats
 ) -> tuple[Floats, Floats]:
-    """Mean and covariance of predictions that go on or have maneuvered.
+    """Mean and covariance of the mixture of predictions with and without a maneuver.
 
-    :param mean, cov: (..., K, n) and (..., K, n, n) of those that go on.
+    :param mean, cov: (..., K, n) and (..., K, n, n) without it.
     :param chance: (K,) probability of a maneuver; T, speed: see turned().
     """
     new_mean, new_cov = turned(mean, cov, T, speed)

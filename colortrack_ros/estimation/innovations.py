@@ -1,4 +1,4 @@
-"""How measurements compare with what a bank of filters predicts of them."""
+"""Innovations: measurements against the predictions of a bank of filters."""
 
 from dataclasses import dataclass
 
@@ -16,10 +16,11 @@ Indices = NDArray[np.intp]
 
 @dataclass
 class Innovations(Columns):
-    """How K measurements compare with what was predicted of their tracks.
+    """Innovations of K pairs of a measurement and a track.
 
     :param log_likelihood: (K,) log of the density of the measurement [1/px^2].
-    :param maneuvered: (K,) probability that the track has maneuvered, if the measurement is its.
+    :param maneuvered: (K,) posterior probability that the track has maneuvered, if the measurement
+        is the track's.
     """
 
     log_likelihood: Floats
@@ -29,16 +30,16 @@ class Innovations(Columns):
 def compare(
     bank: Bank, track: Indices, z: Floats, R: Floats, chance: Floats, T: Floats, speed: Floats
 ) -> Innovations:
-    """Compare measurements with the predictions of tracks that go on or have maneuvered.
+    """Compare measurements with predictions, with and without a maneuver.
 
-    Log of N(z; H x, S), S = H P H^T + R, summed over the modes by their weights, and over going on
-    and maneuvering. The determinant counts: what is uncertain pays.
+    Log of N(z; H x, S), S = H P H^T + R, a weighted sum over the modes and over both cases. The
+    determinant counts: uncertain predictions pay for it.
 
-    :param track: (K,) which track.
+    :param track: (K,) tracks.
     :param z: (K, 2) measurement [px].
     :param R: (K, 2, 2) its covariance [px^2].
-    :param chance: (K,) probability of a maneuver.
-    :param T: (K,) time that there was for it [s], see Bank.maneuver().
+    :param chance: (K,) prior probability of a maneuver.
+    :param T: (K,) time in which it may have happened [s], see Bank.maneuver().
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
     """
     mean, cov = bank.mean.take(track, axis=1), bank.cov.take(track, axis=1)

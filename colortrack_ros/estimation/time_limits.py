@@ -1,4 +1,4 @@
-"""What can be set on every tracker."""
+"""Parameters that every tracker has."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from colortrack_ros.parameters import parameter
 
 @dataclass(frozen=True)
 class TimeLimits(Config):
-    """How long tracks last without a measurement, and a tracker without a frame."""
+    """How long a track lives without a measurement, and a tracker without a frame."""
 
     max_time_since_update: float = parameter(
         1.5,

@@ -21,10 +21,10 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 COMMON = [('track_id', 'u4'), ('state', 'u1'), ('born', 'i8'), ('updated', 'i8'), ('hits', 'u4')]
-"""What every tracker records of a track.
+"""Fields that every tracker records.
 
-born, updated: stamp of the first and of the last measurement [ns]; hits: their number; state:
-TENTATIVE, CONFIRMED or COASTING.
+born, updated: stamps of the first and the last measurement [ns]; hits: number of measurements;
+state: TENTATIVE, CONFIRMED or COASTING.
 """
 
 
@@ -34,10 +34,10 @@ Filters = TypeVar('Filters', bound=Columns)
 class TrackTable(Columns, Generic[Filters]):
     """N live tracks.
 
-    :param filters: of no tracks yet; their rows are those of the table.
-    :param fields: names and types of what else is recorded of a track, as for np.dtype.
+    :param filters: an empty bank; its rows are those of the table.
+    :param fields: further fields to record, names and types as for np.dtype.
     :param next_id: ID of the next track.
-    :ivar records: (N,) with the fields of COMMON and these.
+    :ivar records: (N,) with the COMMON fields and these.
     """
 
     def __init__(self, filters: Filters, fields: Sequence[Any] = (), next_id: int = 1) -> None:
@@ -50,11 +50,11 @@ class TrackTable(Columns, Generic[Filters]):
         return len(self.records)
 
     def initiate(self, filters: Filters, stamp: int) -> NDArray[np.void]:
-        """Begin tracks, tentative and measured once.
+        """Initiate tentative tracks with one measurement each.
 
         :param filters: of the new tracks.
         :param stamp: of their frame [ns].
-        :return: their records, a view to fill in.
+        :return: a view of their records, to be filled in.
         """
         count = len(filters)
         new = np.zeros(count, self.records.dtype)
@@ -67,16 +67,16 @@ class TrackTable(Columns, Generic[Filters]):
         return self.records[len(self.records) - count :]
 
     def record_hits(self, track: Indices | Bools | slice, stamp: int) -> None:
-        """Note that tracks, indices, a mask or a slice, were measured at the stamp [ns]."""
+        """Record a measurement of tracks (indices, mask or slice) at the stamp [ns]."""
         self.records['updated'][track] = stamp
         self.records['hits'][track] += 1
 
     def update_states(self, stamp: int, confirm_hits: int) -> Bools:
-        """Confirm tracks, and mark as coasting what was confirmed and not measured now.
+        """Confirm tracks, and mark confirmed ones without a measurement as coasting.
 
         :param stamp: of this frame [ns].
-        :param confirm_hits: measurements that confirm a track.
-        :return: (N,) which are tentative still.
+        :param confirm_hits: measurements needed to confirm a track.
+        :return: (N,) which are still tentative.
         """
         records = self.records
         tentative = (records['state'] == TENTATIVE) & (records['hits'] < confirm_hits)
@@ -85,11 +85,11 @@ class TrackTable(Columns, Generic[Filters]):
         return np.asarray(tentative)
 
     def unmeasured(self, stamp: int) -> Floats:
-        """Time since each was last measured, (N,) [s]."""
+        """Time since the last measurement of each, (N,) [s]."""
         return np.asarray((stamp - self.records['updated']) / NANOSECONDS)
 
     def is_overdue(self, stamp: int, longest: float) -> Bools:
-        """Which have not been measured for longer than that, (N,).
+        """Which were last measured more than that long ago, (N,).
 
         :param stamp: now [ns].
         :param longest: [s].
@@ -97,13 +97,13 @@ class TrackTable(Columns, Generic[Filters]):
         return np.asarray(stamp - self.records['updated'] > round(longest * NANOSECONDS))
 
     def freshness(self, stamp: int, longest: float) -> Floats:
-        """From 1 for what is measured now down to 0 for what was last measured longest [s] ago."""
+        """Falls from 1 for what is measured now to 0 for what was last measured longest [s] ago."""
         return np.clip(1 - self.unmeasured(stamp) / max(longest, 1e-3), 0, 1)
 
     def rows(self, stamp: int, mean: Floats, covariance: Floats) -> NDArray[np.void]:
-        """The tracks as they are published, (N,) of dtype TRACK.
+        """The tracks in their published form, (N,) of dtype TRACK.
 
-        Records that have a field of the same name fill it; the others are 0.
+        Fields are filled from records of the same name; the others are 0.
 
         :param stamp: now [ns].
         :param mean: (N, 4) u, v [px], du, dv [px/s].

@@ -1,4 +1,4 @@
-"""Boxes of targets that somebody names, until a frame comes."""
+"""Boxes of requested targets, kept until the next frame arrives."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,8 +11,9 @@ Floats = NDArray[np.float64]
 class WaitingBoxes:
     """Boxes that wait for the next frame: u, v of the top left pixel, width and height [px].
 
-    :param targets: (N, 4) of the first frame, and of the first one after each restart.
-    :ivar refused: boxes refused so far: too small, outside the picture, or one too many.
+    :param targets: (N, 4) for the first frame, and for the first one after each restart.
+    :ivar refused: number of boxes refused so far: too small, outside the picture, or above the
+        limit.
     """
 
     def __init__(self, targets: ArrayLike = ()) -> None:
@@ -20,7 +21,7 @@ class WaitingBoxes:
         self.restart()
 
     def restart(self) -> None:
-        """Wait for a first frame."""
+        """Offer the targets to the next frame again."""
         self._boxes = _boxes(self.targets)
         self._offered = np.zeros(len(self._boxes), bool)
 
@@ -28,22 +29,22 @@ class WaitingBoxes:
         return len(self._boxes)
 
     def add(self, boxes: ArrayLike, *, offered: bool) -> None:
-        """Take boxes of the next frame.
+        """Add boxes for the next frame.
 
         :param boxes: (N, 4).
-        :param offered: they are for where no target is yet.
+        :param offered: use them only where there is no target yet.
         """
         more = _boxes(boxes)
         self._boxes = np.concatenate([self._boxes, more])
         self._offered = np.concatenate([self._offered, np.full(len(more), offered)])
 
     def take(self) -> tuple[Floats, Bools]:
-        """The boxes, (N, 4), and which are offered, (N,): none waits any more."""
+        """Remove and return the boxes, (N, 4), and which of them are only offered, (N,)."""
         taken = self._boxes, self._offered
         self._boxes, self._offered = taken[0][:0], taken[1][:0]
         return taken
 
 
 def _boxes(values: ArrayLike) -> Floats:
-    """(N, 4) of any numbers of boxes."""
+    """Values of any number of boxes as (N, 4)."""
     return np.asarray(values, float).reshape(-1, 4)

@@ -1,4 +1,4 @@
-"""What every motion model gives the bank."""
+"""The interface of motion models."""
 
 from abc import ABC
 from abc import abstractmethod
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 BOTH = np.eye(2)[:, None]
-"""Of axes that have nothing to do with each other, to multiply matrices of one axis with."""
+"""Expands matrices of one axis to two independent axes."""
 
 
 class MotionModel(ABC):
@@ -19,21 +19,21 @@ class MotionModel(ABC):
     The state begins with (u, v, du, dv), so that H = [I 0] for every model. A model may have
     several modes, filters side by side for the same track.
 
-    :param acceleration: (u, v), known in advance [px/s^2]; most models have no use for it.
-    :param trust: of a model with such gains, see below; most have no use for it, either.
+    :param acceleration: (u, v), known in advance [px/s^2]; most models ignore it.
+    :param trust: see the attribute; most models ignore it.
     """
 
     size = 4
-    """n, the length of the state."""
+    """n, the dimension of the state."""
 
     modes = 1
     """M, the number of filters a track has."""
 
     selected = False
-    """The modes take turns: the first speaks while measured, the last while not."""
+    """Whether one mode is used at a time: the first while the track is measured, else the last."""
 
     trust: tuple[float, ...] | None = None
-    """(M,) how many times the process noise that sets a mode's gain is larger than there is."""
+    """(M,) ratio of the process noise that a mode's gain assumes to that of its covariance."""
 
     def __init__(
         self,
@@ -53,13 +53,13 @@ class MotionModel(ABC):
     def drift(self, dt: float, acceleration: Floats | None = None) -> Floats:
         """B u, for a step of dt [s].
 
-        :param acceleration: (N, 2) of each track [px/s^2]; None for that known in advance.
+        :param acceleration: (N, 2) of each track [px/s^2]; None for the one known in advance.
         :return: (N, n), or (n,) for all tracks.
         """
         return np.zeros(self.size)
 
     def switching(self, dt: float) -> Floats:
-        """Probability that mode i has become mode j after dt [s], (M, M)."""
+        """Transition probabilities from mode i to mode j after dt [s], (M, M)."""
         return np.eye(self.modes)
 
 

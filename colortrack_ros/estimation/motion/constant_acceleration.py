@@ -1,4 +1,4 @@
-"""Constant acceleration, disturbed by white jerk."""
+"""Constant acceleration with white-noise jerk."""
 
 from colortrack_ros.estimation.motion.base import Floats
 from colortrack_ros.estimation.motion.base import MotionModel
@@ -6,9 +6,9 @@ from colortrack_ros.estimation.motion.base import planar
 
 
 class ConstantAcceleration(MotionModel):
-    """Asked for by Pegoretti 2021, 5.1; a Wiener process (Bar-Shalom et al. 2001, 6.2.3).
+    """Proposed by Pegoretti 2021, 5.1; a Wiener process (Bar-Shalom et al. 2001, 6.2.3).
 
-    Within one second the acceleration wanders by sigma_s. Per axis::
+    The acceleration changes by sigma_s (standard deviation) in one second. Per axis::
 
         F = [1  dt  dt^2/2]    Q = sigma_s^2 [dt^5/20  dt^4/8  dt^3/6]
             [0   1  dt    ]                  [dt^4/8   dt^3/3  dt^2/2]

@@ -1,19 +1,19 @@
-"""Constant velocity, disturbed by white acceleration."""
+"""Constant velocity with white-noise acceleration."""
 
 from colortrack_ros.estimation.motion.base import Floats
 from colortrack_ros.estimation.motion.base import MotionModel
 from colortrack_ros.estimation.motion.base import planar
 
 REFERENCE_PERIOD = 1 / 30
-"""The step after which the velocity has wandered by as much as under an acceleration of sigma_s
-that is constant within it [s]: it makes a density, q = sigma_s^2 / 30, of px/s^2."""
+"""Step for which the velocity changes as much as under an acceleration of sigma_s that is constant
+within the step [s]. It converts sigma_s [px/s^2] to a spectral density, q = sigma_s^2 / 30."""
 
 
 class ConstantVelocity(MotionModel):
     """Continuous white-noise acceleration (Bar-Shalom, Li and Kirubarajan 2001, 6.2.2).
 
-    Two steps are as uncertain as one of twice the length. With q = sigma_s^2 REFERENCE_PERIOD, per
-    axis::
+    The covariance does not depend on how a time is divided into steps. With
+    q = sigma_s^2 REFERENCE_PERIOD, per axis::
 
         F = [1  dt]    Q = q [dt^3/3  dt^2/2]
             [0   1]          [dt^2/2  dt    ]

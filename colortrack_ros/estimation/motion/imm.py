@@ -11,21 +11,20 @@ from colortrack_ros.estimation.motion.constant_acceleration import ConstantAccel
 from colortrack_ros.estimation.motion.constant_velocity import ConstantVelocity
 
 SMOOTH, ROUGH = 1.0, 0.25
-"""Mean time that an object moves smoothly, and roughly [s]. Assumed: about the
-flight of a juggled ball, and its time in the hand. Of juggled balls, a tenth missing, IDF1 is 98.0
-with 20 switches; half and twice the first 98.6, 14 and 98.0, 20, of the second 98.0, 16 and 98.0,
-22."""
+"""Mean sojourn times of smooth and of rough motion [s]. Assumed: about the flight of a juggled
+ball, and its time in the hand. On juggled balls, a tenth of them missed, IDF1 is 98.0 with 20
+switches; with half and twice the first 98.6, 14 and 98.0, 20, the second 98.0, 16 and 98.0, 22."""
 
 CALM = 0.3
-"""Process noise of the smooth mode, times sigma_s. Assumed; half and twice: 98.0, 20 and 97.9, 16,
-as above."""
+"""Process noise of the smooth mode over sigma_s. Assumed; half and twice give 98.0, 20 and 97.9, 16
+on the same balls."""
 
 
 class InteractingModels(MotionModel):
     """Blom and Bar-Shalom 1988 (Vidal 2009, 2.3.1.2).
 
-    Mode 0 is constant acceleration, disturbed little: flight. Mode 1 is constant velocity with
-    sigma_s, its acceleration drawn anew: a hand, a bounce, a turn.
+    Mode 0, flight, is constant acceleration with little noise. Mode 1, a hand, a bounce or a turn,
+    is constant velocity with sigma_s, its acceleration reset to zero.
     """
 
     size = 6
@@ -45,7 +44,7 @@ class InteractingModels(MotionModel):
         return np.concatenate([smooth, rough[None]])
 
     def switching(self, dt: float) -> Floats:
-        """Of a Markov process in continuous time, with mean stays SMOOTH and ROUGH."""
+        """Of a continuous-time Markov process with mean sojourn times SMOOTH and ROUGH."""
         mixed = -math.expm1(-dt * (1 / SMOOTH + 1 / ROUGH))
         rough = mixed * ROUGH / (SMOOTH + ROUGH)
         smooth = mixed * SMOOTH / (SMOOTH + ROUGH)

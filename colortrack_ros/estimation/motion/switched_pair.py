@@ -1,4 +1,4 @@
-"""Two filters side by side, one trusting the measurement, one the model."""
+"""Two filters in parallel, one trusting the measurement, one the model."""
 
 import numpy as np
 
@@ -7,11 +7,11 @@ from colortrack_ros.estimation.motion.known_acceleration import KnownAcceleratio
 
 
 class SwitchedPair(KnownAcceleration):
-    """The first filter speaks while the object is measured, the second while it is hidden.
+    """The first filter is used while the object is measured, the second while it is hidden.
 
-    Red object, figure 10: both take every measurement, the first with gains for more
-    process noise than there is, the second for less (see trust). Their covariances are those of
-    the errors that such gains make.
+    Red object, figure 10: both take every measurement, the first with gains for more process noise
+    than there is, the second with gains for less (see trust). Their covariances are those of the
+    errors that these gains lead to.
     """
 
     modes = 2
@@ -26,9 +26,9 @@ class SwitchedPair(KnownAcceleration):
         self.trust = trust
 
     def transition(self, dt: float) -> Floats:
-        """F, (2, 4, 4), twice the same."""
+        """F, (2, 4, 4), the same for both."""
         return np.repeat(super().transition(dt), 2, axis=0)
 
     def noise(self, dt: float) -> Floats:
-        """Q / sigma_s^2, (2, 4, 4), twice the same."""
+        """Q / sigma_s^2, (2, 4, 4), the same for both."""
         return np.repeat(super().noise(dt), 2, axis=0)
