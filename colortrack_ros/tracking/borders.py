@@ -46,7 +46,7 @@ class Borders:
         self._most = np.maximum(self._most, np.where(ends, size, -np.inf).max(axis=0))
 
     def touched(self, box: Floats) -> Bools:
-        """Which boxes, (M, 2, 2), end at such a line, by axis, (M, 2)."""
+        """Which low and high sides of boxes, (M, 2, 2), end at such a line, by axis, (M, 2, 2)."""
         seen = self._most - self._least > TOLERANCE
         ends = (OUTWARD * box >= self._line - TOUCHING) & seen
-        return np.asarray(ends.any(axis=1))
+        return np.asarray(ends)

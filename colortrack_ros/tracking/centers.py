@@ -53,8 +53,10 @@ def measure_centers(
     if not prediction.sized:
         return z, R
     size, variance = prediction.size.take(track, axis=0), by_axis(R)
-    if not prediction.finds_whole:
-        variance += _variance_of_odd(prediction.sizes, size, blobs.size.take(blob, axis=0))
+    visible = blobs.size.take(blob, axis=0)
+    odd = blobs.cut.take(blob, axis=0) & (visible < size) if prediction.finds_whole else True
+    if np.count_nonzero(odd):
+        variance += odd * _variance_of_odd(prediction.sizes, size, visible)
     of_side = side_variance(prediction, blobs, blob, size)
     doubtful = (variance > of_side) & (size > 0)
     either = doubtful[:, 0] | doubtful[:, 1]
@@ -150,7 +152,10 @@ def _sides(
     center: Floats,
     of_side: Floats,
 ) -> Floats:
-    """Probabilities of the three centers, (3, K, 2), by the prediction and who shares the blob."""
+    """Probabilities of the three centers, (3, K, 2), by the prediction and who shares the blob.
+
+    Where one side of an object is out of the picture, the other is known to be its own.
+    """
     expected = prediction.center.take(track, axis=0)
     variance = prediction.variance.take(track, axis=0)
     d2 = center - expected
@@ -158,6 +163,11 @@ def _sides(
     d2 /= variance + of_side
     weight = np.exp((np.minimum.reduce(d2) - d2) / 2)
     weight /= np.add.reduce(weight)
+    if prediction.finds_whole and np.count_nonzero(blobs.outside):
+        outside = blobs.outside.take(blob, axis=0)
+        outside *= blobs.size.take(blob, axis=0) < prediction.size.take(track, axis=0)
+        weight[:, outside != 0] = 0.0
+        weight[0, outside > 0] = weight[2, outside < 0] = 1.0
     if shared is not None and shared.any():
         one = np.flatnonzero(shared)
         weight[:, one] = sides_of_several(

@@ -50,6 +50,7 @@ def update_extents(
         beyond = np.where(other, excess, 0.0)[one]
         of_one = taken.track[one], taken.blob[one], extent[one], reach[one]
         now[one] = _learn_unlike(prediction, blobs, *of_one, beyond)
+    now = _uncut(prediction, blobs, blob, now, extent)
     if np.count_nonzero(blobs.mixed):
         mixed = blobs.mixed[blob]
         now[mixed] = extent[mixed]
@@ -58,14 +59,23 @@ def update_extents(
     if grows or np.count_nonzero(records['growth']):
         _learn_growth(prediction, blobs, track, blob, unlike)
     records['extent'][rows] = now
-    whole = ~unlike
     if np.count_nonzero(records['partial']):
         records['partial'][track] &= blobs.cut[blob] | unlike[:, None]
     if np.count_nonzero(unlike):
         growth = total(now) - prediction.size[rows]
         growth[growth < prediction.slack[rows]] = 0.0
         tracks.filters.doubt_velocity(track, (growth / 2 / prediction.step.period) ** 2)
-    return whole
+    return ~unlike
+
+
+def _uncut(
+    prediction: Prediction, blobs: Measurements, blob: Indices, now: Floats, extent: Floats
+) -> Floats:
+    """The extents now, (K, 2, 2), or those before where the border makes whole boxes smaller."""
+    if not (prediction.finds_whole and np.count_nonzero(blobs.cut)):
+        return now
+    shrinks = blobs.cut[blob] & (total(now) < total(extent))
+    return np.where(shrinks[:, None], extent, now)
 
 
 def _learn_growth(

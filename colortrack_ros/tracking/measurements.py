@@ -63,7 +63,8 @@ class Measurements(Columns):
         detection without a box is a point.
     :param size: (M, 2) width and height of the box [px].
     :param mixed: (M,) put together of several, or of several objects.
-    :param cut: (M, 2) by axis: part of the object is out of the picture, see _cut().
+    :param cut: (M, 2) by axis: part of the object is out of the picture, see _outside().
+    :param outside: (M, 2) by axis: -1 where only the low side is, 1 where only the high side is.
     :param usual: (M, 2) by axis, of R of the detections of that color, 0 where that is unknown.
     :param factor: (M, 2) of R over what was given, by axis, see noise.MeasurementNoise.
     """
@@ -75,6 +76,7 @@ class Measurements(Columns):
     size: Floats
     mixed: Bools
     cut: Bools
+    outside: NDArray[np.int8]
     usual: Floats
     factor: Floats
 
@@ -183,24 +185,30 @@ def largest(rows: NDArray[np.void], most: int) -> NDArray[np.void]:
     return rows[np.sort(np.argsort(-rows['area'], kind='stable')[:most])]
 
 
-def _cut(box: Floats, size: NDArray[np.float32], variance: Floats, learned: Adaptation) -> Bools:
-    """Which blobs, (M,), go on behind the picture's border, by axis, (M, 2).
+def _outside(
+    box: Floats, size: NDArray[np.float32], variance: Floats, learned: Adaptation
+) -> tuple[Bools, NDArray[np.int8]]:
+    """Which blobs extend beyond the picture's border, by axis, (M, 2), and on which side.
 
-    Those that touch it; where nobody knows its size, those that end where boxes are seen to end,
-    if their centroids are that uncertain as well.
+    Those that end at it; boxes that go beyond it are whole. Where its size is not known, those that
+    end where boxes are seen to end, if their centroids are that uncertain as well.
 
     :param box, size, variance: of the blobs and of their centroids, see Measurements.
     :param learned: where the picture ends.
     """
     if all(learned.image_size):
-        beyond = np.subtract(learned.image_size, 0.5 + TOUCHING)
-        touches = (box[:, 0] <= TOUCHING - 0.5) | (box[:, 1] >= beyond)
+        last = np.subtract(learned.image_size, 0.5)
+        low, high = np.abs(box[:, 0] + 0.5) <= TOUCHING, np.abs(box[:, 1] - last) <= TOUCHING
     else:
         learned.borders.learn(box, size)
-        touches = variance > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2
-        if np.count_nonzero(touches):
-            touches &= learned.borders.touched(box)
-    return np.asarray(touches & (size > 0)) if np.count_nonzero(touches) else touches
+        low = variance > np.maximum(CUT_SIGMA * size, LEAST_CUT) ** 2
+        high = low
+        if np.count_nonzero(low):
+            low, high = (low & side for side in learned.borders.touched(box).swapaxes(0, 1))
+    cut = low | high
+    if not np.count_nonzero(cut):
+        return cut, np.zeros(cut.shape, np.int8)
+    return cut & (size > 0), high.astype(np.int8) - low
 
 
 def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -> Measurements:
@@ -233,11 +241,14 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
     box, usual = _boxes(singles, z, config), np.zeros_like(z)
     if config.use_boxes:
         given = doubles[:, 2::2] if config.detection_covariance else usual
-        cut = _cut(box, singles[:, 3:5], given, learned)
+        cut, outside = _outside(box, singles[:, 3:5], given, learned)
+        if np.count_nonzero(cut):
+            unknown = cut & ~definite[:, None]
+            by_axis(R)[unknown] += np.square(CUT_SIGMA * singles[:, 3:5][unknown])
     else:
-        cut = np.zeros(z.shape, bool)
+        cut, outside = np.zeros(z.shape, bool), np.zeros(z.shape, np.int8)
     size, mixed = box[:, 1] - box[:, 0], np.zeros(len(rows), bool)
-    return Measurements(rows, z, R, box, size, mixed, cut, usual, np.ones_like(z))
+    return Measurements(rows, z, R, box, size, mixed, cut, outside, usual, np.ones_like(z))
 
 
 def _boxes(singles: NDArray[np.float32], z: Floats, config: TrackerConfig) -> Floats:
