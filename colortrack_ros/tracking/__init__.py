@@ -1,4 +1,4 @@
-"""Detections -> Tracks: motion models, Kalman bank, association, life of a track."""
+"""tracking: detections in, tracks out: gating, association, update, initiation and deletion."""
 
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.tracker import Tracker

@@ -1,4 +1,4 @@
-"""What is learned of the scene: speed, process noise, maneuvers, clutter and new objects."""
+"""Adaptation: speed, process noise, maneuvers, clutter and new objects, learned from the scene."""
 
 import math
 
@@ -28,51 +28,51 @@ FIRST_SPEED = 700.0
 """Speed before any is learned [px/s]. Assumed."""
 
 VGA = 640 * 480
-"""Area of a picture [px^2] up to which what goes off all at once has FIRST_SPEED; in larger ones,
-which show the same things larger, it is as much faster."""
+"""Area of a picture [px^2] up to which objects that start all at once have FIRST_SPEED; in larger
+pictures, which show the same things larger, the speed scales with the side."""
 
 FIRST_WATCHED, SPEED_MEMORY = 1.0, 0.33
-"""Time of watching a track that this speed is worth, and memory for the speed of many [s].
+"""Weight of FIRST_SPEED as a time of observing a track, and memory for the speed of many [s].
 Assumed."""
 
 SPEED_FROM = 20
-"""Objects whose displacements between their first two frames tell their speed: 20 give the 80 %
-quantile of a Rayleigh distribution within 14 % (the asymptotic standard error)."""
+"""Least number of objects whose displacements between the first two frames give the speed: from 20,
+the 80 % quantile of a Rayleigh distribution has an asymptotic standard error of 14 %."""
 
 QUANTILE = 0.8
-"""Of those displacements. The largest fifth may lead to the nearest detection of another object."""
+"""Quantile of those displacements. The largest fifth may lead to another object's detection."""
 
 LEAST_SPEED = 100.0
-"""An object at rest may start to move this fast at any time [px/s]. Assumed."""
+"""Least speed: an object at rest may start to move this fast at any time [px/s]. Assumed."""
 
 FIRST_FALSE, LEAST_NEW = 0.003, 0.003
-"""False detections a frame to start from, and new objects a frame, at least. Assumed: one in 11 s
+"""Initial rate of false detections, and least rate of new objects, per frame. Assumed: one in 11 s
 at 30 frames/s."""
 
 FIRST_AREA = 3e5
 """Least area of the picture while its size is not known [px^2]: about 640 x 480."""
 
 BORDER, ENTERING, FEW_PLACES = 0.05, 0.9, 10.0
-"""Width of the border, a share of the picture, share of the new objects that begin there, and how
-many that have begun this is worth. Assumed."""
+"""Width of the border as a share of the picture, prior share of new objects that appear there, and
+its weight in objects. Assumed."""
 
 AT_START, LONG, WORTH = 15, 600, 90
-"""Frames of the start, whose objects are not new, a memory for the others, and what the first rate
-is worth in it [frames]. Assumed: half a second, 20 s, 3 s."""
+"""Initial frames, whose objects are not new; memory for the rate of new ones; weight of its initial
+value [frames]. Assumed: half a second, 20 s, 3 s."""
 
 SLOW = 0.03
-"""Share of a frame in the rate of false detections: a memory of 33 frames. Assumed."""
+"""Weight of a frame in the rate of false detections: a memory of 33 frames. Assumed."""
 
 HALF_GAIN_TRACKS = 4.0
-"""Number of tracks whose frame has half the share: fewer say less about the scene. Assumed."""
+"""Number of tracks at which a frame has half its weight: fewer say less of the scene. Assumed."""
 
 NO_OUTLINE = 2.0
-"""Boxes that jitter by so many times the tolerance of outlines are none. Assumed: blobs that merge
-have up to 2.2. With 1 those lose 40 points of IDF1, with 4 pedestrians of a network 8."""
+"""Jitter of boxes, over the tolerance of outlines, above which they are no outlines. Assumed: blobs
+that merge have up to 2.2. With 1 those lose 40 points of IDF1, with 4 pedestrians lose 8."""
 
 
 class Adaptation:
-    """Learns from the tracks that have been measured."""
+    """Learns from measured tracks."""
 
     def __init__(self) -> None:
         self.recent = Recent()
@@ -81,17 +81,17 @@ class Adaptation:
         self._watched = FIRST_WATCHED
         self.sizes = Sizes()
         self.has_met = False
-        """Whether there have been objects."""
+        """Whether there have been objects yet."""
         self._places = FEW_PLACES * np.array([ENTERING, 1 - ENTERING])
         self._begun, self._watched_for = WORTH * LEAST_NEW, float(WORTH)
         self._false, self._frames, self._births = FIRST_FALSE, 3, LEAST_NEW
         self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
         self.area = FIRST_AREA
-        """Of the picture [px^2], as far as it is known."""
+        """Area of the picture [px^2], as far as known."""
         self.disappearances = Disappearances()
-        """What has become of objects that were lost."""
+        """What became of lost objects."""
         self.image_size = (0, 0)
-        """Width and height of the picture [px]; 0 while they are not known."""
+        """Width and height of the picture [px]; 0 while unknown."""
         self.noisiness = MeasurementNoise()
         self.maneuvers = Maneuvers()
         self.camera = Camera()
@@ -103,7 +103,7 @@ class Adaptation:
 
     @property
     def finds_whole(self) -> bool:
-        """Whether who detects looks for whole objects, as networks do: boxes overlap, or jitter."""
+        """Whether the detector finds complete objects, as networks do: boxes overlap, or jitter."""
         return self.overlaps.are_resolved or self.sizes.looseness > NO_OUTLINE
 
     @property
@@ -118,27 +118,27 @@ class Adaptation:
 
     @property
     def sudden_speed(self) -> float:
-        """The same of what goes off all at once, however slow all was before [px/s]."""
+        """The same for objects that start all at once, however slow all was before [px/s]."""
         size = self.image_size
         return FIRST_SPEED * math.sqrt(max(size[0] * size[1] / VGA, 1.0))
 
     @property
     def density(self) -> float:
-        """Detections a frame that belong to no track yet, false or new [1/px^2]."""
+        """Density of unassociated detections in a frame, false alarms and new objects [1/px^2]."""
         return (self._false + self._births) / self.area
 
     @property
     def births(self) -> float:
-        """New objects a frame, of the last second."""
+        """New objects per frame in the last second."""
         return self._births
 
     @property
     def lasting_births(self) -> float:
-        """New objects a frame, of the last LONG frames; not those that were there at the start."""
+        """New objects per frame in the last LONG frames, without those present at the start."""
         return self._begun / self._watched_for
 
     def birth_places(self, z: Floats) -> Floats:
-        """Density at z, (K, 2), (K,), of where objects begin [1/px^2]: most at the border."""
+        """Density of new objects at z, (K, 2): (K,) [1/px^2]; most appear at the border."""
         if not all(self.image_size):
             return np.full(len(z), 1 / self.area)
         inner = (1 - 2 * BORDER) ** 2
@@ -152,13 +152,13 @@ class Adaptation:
         return np.asarray(from_border.min(axis=1) < BORDER)
 
     def know_size(self, image_size: tuple[int, int]) -> None:
-        """Take the size of the picture [px], if it is known; once known it holds on."""
+        """Set the size of the picture [px]; zeros, for unknown, are ignored."""
         if all(image_size):
             self.image_size = image_size
             self.area = float(image_size[0] * image_size[1])
 
     def learn_size(self, z: Floats) -> None:
-        """Take the detections of a frame, (M, 2) [px]: the box around all so far is the picture."""
+        """Estimate the picture as the box around all detections so far, z (M, 2) [px]."""
         if len(z) and not all(self.image_size):
             if np.count_nonzero((z >= self._low) & (z <= self._high)) == z.size:
                 return
@@ -170,8 +170,8 @@ class Adaptation:
     def meet(self, before: Floats, after: Floats, dt: float) -> None:
         """Learn the speed from the first objects, (N, 2), and the next detections, (M, 2) [px].
 
-        For most objects the nearest detection is their own, unless they are so dense and fast that
-        they change places. The displacement has a Rayleigh distribution.
+        The nearest detection is an object's own unless objects are dense and fast. Displacements
+        have a Rayleigh distribution.
 
         :param dt: between the two [s].
         """
@@ -182,10 +182,10 @@ class Adaptation:
             self._speed2 = np.minimum(self._speed2, (sigma / dt) ** 2)
 
     def learn_new(self, false: int, origin: Floats) -> None:
-        """Take the tracks that in a frame ended unconfirmed, and those that were confirmed.
+        """Learn from the tracks deleted unconfirmed in a frame, and from those confirmed.
 
-        :param false: how many ended.
-        :param origin: (K, 2) where those confirmed began [px].
+        :param false: number of tracks deleted unconfirmed.
+        :param origin: (K, 2) where the confirmed ones started [px].
         """
         true = len(origin)
         if true and all(self.image_size):
@@ -199,9 +199,9 @@ class Adaptation:
             self._watched_for += 1 - self._watched_for / LONG
 
     def learn_speed(self, steady: Bools, velocity: Floats, dt: float) -> None:
-        """Take the velocities of tracks measured in a frame, (K, 2) [px/s].
+        """Learn from the velocities of tracks measured in a frame, (K, 2) [px/s].
 
-        :param steady: (K,) which of them to learn from: measured in this frame and in the last.
+        :param steady: (K,) which to learn from: measured in this frame and in the last.
         :param dt: since the last frame [s].
         """
         count = int(np.count_nonzero(steady))

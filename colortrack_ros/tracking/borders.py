@@ -1,4 +1,4 @@
-"""Borders: where the picture ends, learned from boxes where nobody tells its size."""
+"""Borders: where the picture ends, learned from boxes if its size is not given."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,17 +9,17 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 TOUCHING = 1.0
-"""A blob this near to the picture's border touches it [px]: erosion takes a pixel off it."""
+"""A blob this close to the picture's border touches it [px]: erosion removes a pixel."""
 
 OUTWARD = np.array([[-1.0], [1.0]])
 """Sign of the low and the high side of a box."""
 
 
 class Borders:
-    """Lines that no box goes beyond, and at which boxes of several sizes end.
+    """Lines that no box crosses, and at which boxes of several sizes end.
 
-    What enters or leaves ends there with a size that changes; what stands there has but one. That
-    pixels are counted from 0 is known, until a box goes beyond.
+    Objects that enter or leave end there with a changing size; those that stand there have one
+    size. Coordinates are assumed to start at 0 until a box goes beyond.
     """
 
     def __init__(self) -> None:
@@ -28,10 +28,10 @@ class Borders:
         self._most = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
 
     def learn(self, box: Floats, size: NDArray[np.floating]) -> None:
-        """Take the boxes of a frame.
+        """Learn from the boxes of a frame.
 
         :param box: (M, 2, 2) low and high sides, by axis (u, v) [px].
-        :param size: (M, 2) theirs [px], 0 for a point, of which nothing is learned.
+        :param size: (M, 2) [px], 0 for points, which are ignored.
         """
         known = (size > 0).all(axis=1)
         if not np.count_nonzero(known):

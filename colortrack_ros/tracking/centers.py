@@ -1,8 +1,8 @@
-"""Centers: what a blob that is whole, cut, or merged measures of the center of an object.
+"""Centers: the center of an object as measured by a blob that is complete, cut, or merged.
 
-A track remembers how far its object reaches from the centroid to each side of its box. A blob
-narrower than that is cut (an occluder, the edge of the picture), a wider one is merged with
-another. Either way one of its two sides is still a side of the object, and gives its center.
+A track knows how far its object extends from the centroid to each side of its box. A narrower blob
+is cut (by an occluder, or the edge of the picture), a wider one is merged with another. Either way
+one of its two sides is still a side of the object, and gives its center.
 """
 
 import numpy as np
@@ -21,18 +21,18 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 TIED = 0.75
-"""A box that lies about its centroid as ever says nothing that the centroid does not: its sides
-come from the same fit, or from the same network, and are off by as much. Boxes are rounded to whole
-pixels, and extents are learned from such, so they lie otherwise by half a pixel and a little [px].
-With 0.5 and 0.75 three real cups, at several sizes of the picture, are followed as well."""
+"""Largest deviation of a box, relative to its centroid, from the learned extent at which its sides
+add no information [px]: they come from the same fit, or the same network, and share the centroid's
+error. Boxes are rounded to whole pixels, and extents are learned from them, so they deviate by a
+little more than half a pixel. 0.5 and 0.75 do equally well on three real cups in several sizes."""
 
 FEW_PAIRS = 100
-"""Pairs up to which all are looked at where only some are in doubt, which are no others than would
-be changed: picking them takes longer."""
+"""Number of pairs up to which all are processed even if only some are doubtful: selecting them
+takes longer, and the result is the same."""
 
 LASTING = 4.0
-"""Number of frames in which the doubt about the side makes the same error: variances are multiplied
-by it, as the filter takes errors of successive frames to be independent. Assumed."""
+"""Number of frames for which a wrong choice of side makes the same error. Variances are multiplied
+by it, since the filter assumes independent errors in successive frames. Assumed."""
 
 
 def measure_centers(
@@ -42,12 +42,12 @@ def measure_centers(
     blob: Indices,
     shared: Bools | None,
 ) -> tuple[Floats, Floats]:
-    """What blobs measure of the centers of objects, and how well.
+    """Centers of objects as measured by blobs, and their covariances.
 
     :param blobs: of the frame.
-    :param track, blob: (K,) which object, by which blob.
+    :param track, blob: (K,) indices of objects and blobs.
     :param shared: (K,) pairs whose blob is shared by several tracks; None if there are none.
-    :return: (K, 2) [px], and its covariance (K, 2, 2) [px^2].
+    :return: (K, 2) [px], and covariances (K, 2, 2) [px^2].
     """
     z, R = blobs.z.take(blob, axis=0), blobs.R.take(blob, axis=0)
     if not prediction.sized:
@@ -75,11 +75,11 @@ def measure_centers(
 
 
 def _variance_of_odd(sizes: Sizes, size: Floats, blob: Floats) -> Floats:
-    """What blobs of another size add to the variance of the center, (K, 2), by axis [px^2].
+    """Variance that a difference in size adds to the center, (K, 2), by axis [px^2].
 
-    As the center of the object a centroid may be off by half of what the sizes differ by, beyond a
-    pixel or what boxes jitter by. That is of blobs; sides that err independently have a sum that
-    says nothing of their difference, and what centers of such boxes err by is learned.
+    The centroid may be off by half the difference in size, beyond a pixel or the jitter of boxes.
+    This holds for blobs. Where sides err independently, their sum says nothing about their
+    difference, and the error of the center is learned instead.
 
     :param size, blob: (K, 2) of the objects and of the blobs [px].
     """
@@ -93,11 +93,11 @@ def _variance_of_odd(sizes: Sizes, size: Floats, blob: Floats) -> Floats:
 def side_variance(
     prediction: Prediction, blobs: Measurements, blob: Indices, size: Floats
 ) -> Floats:
-    """Of the centers that sides give, (K, 2), by axis [px^2].
+    """Variance of centers derived from sides, (K, 2), by axis [px^2].
 
-    A box that jitters is known no better by a side than by its center.
+    Sides of boxes that jitter are no more accurate than their centers.
 
-    :param blob: (K,) which.
+    :param blob: (K,) indices.
     :param size: (K, 2) of the objects [px].
     """
     jittering = blobs.usual.take(blob, axis=0)
@@ -117,13 +117,13 @@ def _take_sides(
     z: Floats,
     R: Floats,
 ) -> None:
-    """Write the centers that sides give over z, (K, 2), and R, (K, 2, 2), where they are better.
+    """Replace z, (K, 2), and R, (K, 2, 2), by the centers derived from sides where they are better.
 
-    That is for each axis the mixture of the three centers, replaced by its mean and variance. The
-    sides are no better where the box is tied to the centroid. While an object comes into the
-    picture, its size is as little known as how far it goes on outside.
+    For each axis that is the mixture of the three centers, reduced to its mean and variance. Sides
+    are no better where the box is tied to the centroid. While an object enters the picture, its
+    size is unknown, as is how far it extends outside.
 
-    :param size: (K, 2) of the objects [px], 0 where nothing is known of them.
+    :param size: (K, 2) of the objects [px], 0 where unknown.
     :param of_side: (K, 2) see side_variance() [px^2].
     """
     records = prediction.records
@@ -152,9 +152,9 @@ def _sides(
     center: Floats,
     of_side: Floats,
 ) -> Floats:
-    """Probabilities of the three centers, (3, K, 2), by the prediction and who shares the blob.
+    """Probabilities of the three centers, (3, K, 2), by the prediction and by who shares the blob.
 
-    Where one side of an object is out of the picture, the other is known to be its own.
+    Where one side of a box ends at the border of the picture, the other one is the object's own.
     """
     expected = prediction.center.take(track, axis=0)
     variance = prediction.variance.take(track, axis=0)
@@ -177,7 +177,7 @@ def _sides(
 
 
 def centers(z: Floats, box: Floats, extent: Floats) -> Floats:
-    """Where the object's center is if the low side of the blob is its own, neither, or the high.
+    """Centers of the objects if the low side of the blob is their own, neither, or the high one.
 
     :param z: (K, 2) centroid [px].
     :param box: (K, 2, 2) sides of the blob [px].

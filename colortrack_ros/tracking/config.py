@@ -1,4 +1,4 @@
-"""What can be set on the tracker."""
+"""Parameters of the tracker."""
 
 from dataclasses import dataclass
 

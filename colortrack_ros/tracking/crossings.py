@@ -1,8 +1,8 @@
-"""Crossings: tracks that may have exchanged their detections are told apart afterwards.
+"""Crossings: deferred decisions on tracks that may have exchanged their detections.
 
-Where two objects come so near that either may have caused the detection of the other, a decision in
-that frame is a guess. It is deferred, for these alone: both tracks are remembered as they were
-predicted before, and once they are apart a line through their next detections says who is who
+Where two objects come so close that either may have caused the other's detection, a decision in
+that frame is a guess. For these tracks alone it is deferred: their previous predictions are kept,
+and once they have separated, lines through their next detections tell which is which
 (track-oriented multiple hypotheses, pruned N scans later; Blackman 2004).
 """
 
@@ -29,30 +29,30 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 DOUBTFUL = math.log(1000)
-"""An exchange of detections less likely than one in so many is out of the question. Assumed."""
+"""Exchanges of detections less likely than one in a thousand are ruled out. Assumed."""
 
 SCANS = 6
-"""Detections apart from each other that may decide. Their line has a velocity within
+"""Detections after the separation that may decide. The velocity of their line is known to
 sqrt(12 / (6 * 35)) = 0.24 standard deviations of a detection a frame. Assumed: more take longer."""
 
 CLEAR = math.log(99)
-"""Log-likelihood ratio from which one in a hundred decisions is wrong, as in a sequential test of
-Wald 1945. Until then it is asked again with each detection."""
+"""Log-likelihood ratio at which one decision in a hundred is wrong, as in the sequential test of
+Wald 1945. Until then the test is repeated with each detection."""
 
 MOST_SCANS = 3 * SCANS
-"""Detections after which what is not clear is decided all the same. Assumed; with 12, of 192 pairs
-that cross at 5 degrees 8 are exchanged instead of 3."""
+"""Detections after which a decision is forced. Assumed; with 12, of 192 pairs that cross at 5
+degrees, 8 are exchanged instead of 3."""
 
 ESTABLISHED = 10
-"""Hits from which a track has a direction to go by. Assumed."""
+"""Hits from which the direction of a track is reliable. Assumed."""
 
 UNSTEADY = 0.1
-"""Where objects may have maneuvered since with this probability, lines do not tell who is who, and
-the decisions of the frames stand unless sizes speak against them. Assumed: of two, one then has in
-a fifth of the cases."""
+"""Probability of a maneuver since the meeting from which lines cannot tell the two apart: the
+frame-by-frame decisions stand unless sizes contradict them. Assumed: one of the two has then
+maneuvered in a fifth of the cases."""
 
 OWN = ('track_id', 'born', 'origin', 'color', 'hits', 'host', 'farthest')
-"""What a track keeps when it goes on as another that it was taken for."""
+"""Fields that a track keeps when it exchanges its state with another."""
 
 
 def defer(
@@ -62,10 +62,10 @@ def defer(
     prediction: Prediction,
     blobs: Measurements,
 ) -> None:
-    """Remember pairs of tracks that might as well have each other's detections.
+    """Remember pairs of tracks that might just as well have each other's detections.
 
     :param hypotheses, gain: K pairs, of which some were chosen, and their scores.
-    :param associated: those chosen; where not by a hard decision, nothing has to be deferred.
+    :param associated: the chosen ones; soft decisions do not need to be deferred.
     """
     if len(hypotheses.track) == len(associated.pairs.track):
         return
@@ -82,10 +82,11 @@ def _find_rivals(
     prediction: Prediction,
     blobs: Measurements,
 ) -> tuple[Indices, Indices]:
-    """Find pairs of tracks that might as well have each other's detections.
+    """Find pairs of tracks that might just as well have each other's detections.
 
-    Sizes tell of two on one blob (see merged), and count by what they will have said of these when
-    it is decided. Where there are none, a track that has no blob may have that of the other.
+    With sizes, two tracks on one blob are handled elsewhere (see merged), and sizes count with the
+    weight that they will have when the decision is made. Without sizes, a track without a blob may
+    have that of the other.
 
     :return: (P,) and (P,) tracks, each the other's nearest rival; both ways round.
     """
@@ -144,7 +145,7 @@ def _mutual(one: Indices, other: Indices, loss: Floats, count: int) -> tuple[Ind
 
 
 def _remember(prediction: Prediction, one: Indices, other: Indices) -> None:
-    """Note rivals, (P,) and (P,) both ways round, and how they were predicted when they met."""
+    """Record rivals, (P,) and (P,), both ways round, and their predictions when they met."""
     records, stamp = prediction.records, prediction.step.now
     fit = (records['state'] != TENTATIVE) & (records['hits'] >= ESTABLISHED)
     fit = fit[one] & fit[other]
@@ -167,9 +168,9 @@ def tell_apart(
     prediction: Prediction,
     config: TrackerConfig,
 ) -> None:
-    """Take what rivals have measured, and exchange those that were taken for each other.
+    """Add the measurements of rivals to their lines, and exchange those that were confused.
 
-    :param pairs: measured in this frame.
+    :param pairs: the measurements of this frame.
     """
     records, stamp = tracks.records, prediction.step.now
     if not np.count_nonzero(records['rival']):
@@ -196,7 +197,7 @@ def tell_apart(
 
 
 def _sum_up(records: NDArray[np.void], pairs: Hypotheses, stamp: int) -> None:
-    """Add the measurements of rivals that are apart to the sums of their lines."""
+    """Add the measurements of separated rivals to the sums of their lines."""
     mine = (records['rival'][pairs.track] > 0) & (records['apart'][pairs.track] < stamp)
     track, z, R = pairs.track[mine], pairs.z[mine], pairs.R[mine]
     t = (stamp - records['apart'][track]) / NANOSECONDS
@@ -231,7 +232,7 @@ def _compare(
     prediction: Prediction,
     stamp: int,
 ) -> Floats:
-    """Log-likelihood ratio of lines, (P,), of pairs that went their own ways against exchanged."""
+    """Log-likelihood ratio of lines, (P,): pairs as they are against exchanged."""
     both, count = np.append(one, other), len(one)
     mean, cov = records['before'][both], records['before_cov'][both]
     T = (stamp - records['met'][both]) / NANOSECONDS
@@ -265,7 +266,7 @@ def _coasted(mean: Floats, cov: Floats, T: Floats, q: float) -> tuple[Floats, Fl
 def _compare_sizes(
     records: NDArray[np.void], one: Indices, other: Indices, prediction: Prediction
 ) -> Floats:
-    """Log-likelihood ratio of sizes, (P,), of pairs that went their own ways against exchanged."""
+    """Log-likelihood ratio of sizes, (P,): pairs as they are against exchanged."""
     if not prediction.sized:
         return np.zeros(len(one))
     both = np.append(one, other)
@@ -278,7 +279,7 @@ def _compare_sizes(
 
 
 def _exchange(tracks: TrackTable[Bank], one: Indices, other: Indices) -> None:
-    """Let tracks go on as each other; what is their OWN stays."""
+    """Exchange the states of tracks, all but their OWN fields."""
     into, out = np.append(one, other), np.append(other, one)
     tracks.filters.put(into, tracks.filters.take(out))
     records = tracks.records

@@ -1,4 +1,4 @@
-"""Confirmation and deletion: which tracks are believed, and which have come to their end."""
+"""Confirmation and deletion of tracks."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,13 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.config import TrackerConfig
 
 LEAVING = 3.5
-"""An object predicted outside the picture in this many frames after its last detection is taken to
-have left. A visible one, detected in 95 % of the frames, is missed in three once in 8000 times."""
+"""An object predicted outside the picture this many frames after its last detection is assumed to
+have left. A visible one, detected in 95 % of the frames, is missed three times in a row once in
+8000."""
 
 
 def go_on(tracks: TrackTable[Bank], stamp: int, config: TrackerConfig) -> bool:
-    """Confirm all tracks if each has been confirmed before, and measured now; tell whether.
+    """Confirm all tracks if each was confirmed before and is measured now; return whether.
 
     :param stamp: of this frame [ns].
     :param config: the limits.
@@ -33,7 +34,7 @@ def go_on(tracks: TrackTable[Bank], stamp: int, config: TrackerConfig) -> bool:
 
 
 def confirm(tracks: TrackTable[Bank], stamp: int, config: TrackerConfig) -> NDArray[np.bool_]:
-    """Confirm m of n, mark as coasting, and find the tracks whose time is not over.
+    """Confirm by m of n, mark coasting tracks, and find those that are not to be deleted.
 
     :param stamp: of this frame [ns].
     :param config: the limits.
@@ -55,15 +56,15 @@ def is_present(
     image_size: tuple[int, int],
     config: TrackerConfig,
 ) -> NDArray[np.bool_]:
-    """Find the tracks of which it is known where they are, and mark those outside the picture.
+    """Find the tracks whose position is known well enough, and mark those outside the picture.
 
-    Outside is what, unmeasured, is predicted there wholly, by more than a standard deviation. If
-    it was seen up to a few frames ago and does not come back it has left. Had it been hidden
-    before, it may be still inside.
+    An unmeasured track is outside if all of its object is predicted there, by more than a standard
+    deviation. If it was seen up to a few frames ago and moves away, it has left; if it was hidden
+    before, it may still be inside.
 
     :param stamp: of this frame [ns].
     :param dt: since the last frame [s].
-    :param image_size: of the picture [px]; 0 where nobody knows.
+    :param image_size: of the picture [px]; 0 if unknown.
     :param config: the limits.
     :return: (N,) True for tracks to keep.
     """

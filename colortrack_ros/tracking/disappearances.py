@@ -1,4 +1,4 @@
-"""Disappearances: where objects that were lost have come back, and where they have not."""
+"""Disappearances: where lost objects have reappeared, and where they have not."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,31 +11,31 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 REMEMBERED = 200
-"""How many of the last are kept: at one a second those of three minutes."""
+"""Number of recent disappearances that are kept: at one a second, those of three minutes."""
 
 BESIDE = 30.0
-"""How far the place of another tells of a cover [px]: its weight is 61 % there. Assumed."""
+"""Width of the kernel around each disappearance [px]: its weight is 61 % there. Assumed."""
 
 ANYWHERE_WEIGHT = 2.0
-"""Of each kind so many may have been anywhere in the picture. Assumed."""
+"""Number of disappearances of each kind that count as anywhere in the picture. Assumed."""
 
 OWN_SHARE = 0.4
-"""Of what a network has lost that is hidden, and not a second track of somebody. Assumed: of the
-coasting tracks of pedestrians, 0.34 and 0.33 by two detectors, are where somebody is whom no other
-track has. With 0.2 and 0.8 their IDF1, all that is published, is 0.1 and 2 points lower."""
+"""Share of the objects lost by a network that are hidden, and not second tracks of other objects.
+Assumed: with two detectors, 0.34 and 0.33 of the coasting tracks of pedestrians are on somebody who
+has no other track. With 0.2 and 0.8, IDF1 of all published tracks is 0.1 and 2 points lower."""
 
 
 class Disappearances:
-    """Learns from tracks that were lost what has become of them."""
+    """Learns what became of lost tracks."""
 
     def __init__(self) -> None:
         self._place = np.zeros((0, 2))
         self._returned = np.zeros(0)
 
     def learn(self, place: Floats, *, returned: bool) -> None:
-        """Take tracks that have come back, or have not in their time.
+        """Add tracks that have reappeared, or have not before their deletion.
 
-        :param place: (K, 2) where each was measured before [px].
+        :param place: (K, 2) where each was last measured before [px].
         """
         if not len(place):
             return
@@ -44,15 +44,16 @@ class Disappearances:
         self._returned = np.concatenate([self._returned, some])[-REMEMBERED:]
 
     def share(self, place: Floats, area: float, lost: Floats | None = None) -> Floats:
-        """Probability, (K,), that each of what is lost is hidden and not gone.
+        """Probability, (K,), that each lost object is hidden rather than gone.
 
-        By the densities of both kinds, each a sum of kernels and a few anywhere: a cover hides what
-        comes there, again and again; where none is known, many that returned elsewhere say little.
+        By the densities of both kinds, each a sum of kernels and a uniform part: an occluder hides
+        whatever passes there, again and again; where none is known, objects that reappeared
+        elsewhere say little.
 
-        :param place: (K, 2) where each was measured [px].
+        :param place: (K, 2) where each was last measured [px].
         :param area: of the picture [px^2].
-        :param lost: (K, 2) probabilities so far that each is hidden, and gone, by which they tell
-            of each other; None if they do not.
+        :param lost: (K, 2) probabilities so far that each is hidden, and gone, if they are to
+            count as evidence for each other; else None.
         """
         lost = np.zeros((len(place), 2)) if lost is None else lost
         known = np.concatenate([np.stack([self._returned, 1 - self._returned], axis=1), lost])
@@ -66,10 +67,10 @@ class Disappearances:
         return np.asarray(density[:, 0] / density.sum(axis=1))
 
     def existence(self, records: NDArray[np.void], area: float, *, finds_whole: bool) -> Floats:
-        """Probabilities, (N,), that objects exist, by what seems to have become of all lost ones.
+        """Probabilities of existence, (N,), given what seems to have become of all lost objects.
 
-        That none of several has come back yet says more with every frame, long before their time
-        is over (expectation maximization, Dempster, Laird and Rubin 1977, a step in each frame).
+        If none of several has reappeared yet, that says more with every frame, long before they are
+        deleted (expectation maximization, Dempster, Laird and Rubin 1977, one step a frame).
 
         :param records: (N,) of all tracks, see records.FIELDS.
         :param area: of the picture [px^2].

@@ -1,9 +1,8 @@
-"""Doubts: what was taken for a maneuver may have been a detection that strayed.
+"""Doubts: what looks like a maneuver may be an outlier.
 
-In one frame nobody can tell the two: a thing that turned is where a detection with a large error
-would be. The next detection tells. Until then the track is remembered as it was predicted, without
-that detection, and goes on from there if it fits better (multiple hypotheses, pruned one scan
-later; Blackman 2004).
+A single frame cannot tell the two apart; the next detection can. Until then the track is also kept
+as predicted without the doubtful detection, and continues from there if that fits the next one
+better (multiple hypotheses, pruned one scan later; Blackman 2004).
 """
 
 from dataclasses import dataclass
@@ -34,14 +33,15 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 LIKELY_TURNED = 0.5
-"""Probability of a maneuver above which its detection is doubted. Assumed: an even chance."""
+"""Probability of a maneuver above which the detection is doubted. Assumed: an even chance."""
 
 SURPRISING = 13.8
-"""Squared Mahalanobis distance beyond which a detection is near no prediction: 99.9 % of the right
-ones lie within (chi-square, two degrees of freedom). Of two bad fits the better tells nothing."""
+"""Squared Mahalanobis distance beyond which a detection fits no prediction: 99.9 % of the right
+ones lie within (chi-square, two degrees of freedom). The better of two bad fits means nothing."""
 
 WAITING_FRAMES = 3.5
-"""Frames in which a detection has to come that tells. Assumed: then neither place is known."""
+"""Frames within which a deciding detection has to arrive; after that, neither position is known
+well enough. Assumed."""
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""Extents: how large each object is, learned from the blobs that it has for itself."""
+"""Extents: the size of each object, learned from the blobs that it does not share."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,15 +24,15 @@ Indices = NDArray[np.intp]
 
 GROWING, SHRINKING = 0.3, 2.0
 """Time constants of the learned size [s]: towards a blob that is suddenly larger, or smaller and
-stays so; and towards one that is smaller and does not. Assumed."""
+remains so; and towards one that is smaller and does not. Assumed."""
 
 
 def update_extents(
     tracks: TrackTable[Bank], prediction: Prediction, blobs: Measurements, taken: Hypotheses
 ) -> Bools:
-    """Learn extents from blobs that tracks have for themselves; return (K,) which are whole.
+    """Learn extents from blobs with a single track; return (K,) which are complete.
 
-    While an object grows into view its centroid moves at half its speed.
+    While an object comes into view its centroid moves at half its speed.
     """
     track, blob, records = taken.track, taken.blob, tracks.records
     if not prediction.sized:
@@ -71,7 +71,7 @@ def update_extents(
 def _uncut(
     prediction: Prediction, blobs: Measurements, blob: Indices, now: Floats, extent: Floats
 ) -> Floats:
-    """The extents now, (K, 2, 2), or those before where the border makes whole boxes smaller."""
+    """The extents now, (K, 2, 2), or the previous ones where the border cuts a complete box."""
     if not (prediction.finds_whole and np.count_nonzero(blobs.cut)):
         return now
     shrinks = blobs.cut[blob] & (total(now) < total(extent))
@@ -81,7 +81,7 @@ def _uncut(
 def _learn_growth(
     prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices, unlike: Bools
 ) -> None:
-    """Learn how fast objects, (K,), grow, from how far the sides of their blobs have moved."""
+    """Learn the growth of objects, (K,), from how far the sides of their blobs have moved."""
     records = prediction.records
     moved = blobs.box[blob] - prediction.center[track][:, None]
     np.negative(moved[:, 0], out=moved[:, 0])
@@ -99,12 +99,12 @@ def _learn_unlike(
     reach: Floats,
     excess: Floats,
 ) -> Floats:
-    """The extents after one more blob that objects have for themselves, of another size.
+    """Extents after an unshared blob of another size.
 
-    A blob that grows as an object coming into view does, by no more than the way that it moves, is
-    followed at once. A sudden growth may be that of a merged blob, and is followed more slowly.
-    Towards a smaller blob it goes slowest, and only if the centroid is nearer to the prediction
-    than what either side says, or the blob stays as it is: else the object is not smaller but cut.
+    A blob that grows by no more than the object moves, as one coming into view does, is followed at
+    once. A sudden growth may be that of a merged blob, and is followed more slowly. A smaller blob
+    is followed slowest, and only if its centroid is closer to the prediction than the centers that
+    either side gives, or if it keeps its size: otherwise the object is not smaller but cut.
 
     :param extent: (K, 2, 2) of the objects [px].
     :param reach: (K, 2, 2) of the blobs, see Measurements.reach() [px].
@@ -125,7 +125,7 @@ def _learn_unlike(
 
 
 def _farthest(prediction: Prediction, track: Indices) -> Floats:
-    """How far tracks, (K,), may have moved in this frame [px]: twice the standard deviation."""
+    """How far tracks, (K,), may have moved in this frame [px], at two standard deviations."""
     cov = prediction.bank.estimate()[1]
     variance = cov[track, 2, 2] + cov[track, 3, 3]
     speed = np.hypot(*prediction.velocity[track].T) + 2 * np.sqrt(variance)

@@ -1,4 +1,4 @@
-"""Gating: which blobs come into question for which track."""
+"""Gating: the candidate blobs of each track."""
 
 import math
 
@@ -15,11 +15,11 @@ Indices = NDArray[np.intp]
 LOG_PI = math.log(math.pi)
 
 UNBOUNDED = 1e9
-"""Half width of the gate when there is none: far beyond any picture [px]."""
+"""Half width of the gate if gating is off: far beyond any picture [px]."""
 
 NEAREST_IN_CROWD = 20
-"""Candidates of a track on average beyond which only its nearest are compared. Objects that can be
-told apart have a few; 3000 detections on one point would have nine million pairs. Assumed."""
+"""Mean number of candidates of a track above which only the nearest are compared. Objects that can
+be told apart have a few; 3000 detections on one point would make nine million pairs. Assumed."""
 
 
 def gate(
@@ -27,10 +27,10 @@ def gate(
 ) -> tuple[Indices, Indices]:
     """All pairs of a track and a blob whose score may be positive.
 
-    With the score ln p / (1 - p) + ln N(e; 0, S) - ln density that is d^2 below a bound that S
-    sets. The gate is a rectangle that holds the gates of going on and of having maneuvered.
-    Without a gate every pair is a candidate; in a crowd the nearest NEAREST_IN_CROWD of each track
-    are. None has a track that was measured at this stamp before, or two colors if color gates.
+    The score is ln p / (1 - p) + ln N(e; 0, S) - ln density; it is positive if d^2 is below a bound
+    set by S. The gate is a rectangle that covers the cases with and without a maneuver. Without
+    gating every pair is a candidate; in a crowd the NEAREST_IN_CROWD nearest of each track are.
+    Excluded are tracks already measured at this stamp, and pairs of two colors if color gates.
 
     :return: (K,) tracks, ascending, and (K,) blobs.
     """

@@ -1,7 +1,7 @@
-"""Growth: how fast what comes nearer, goes away or turns changes its size in the picture.
+"""Growth: how fast objects that approach, recede or turn change their size in the picture.
 
-Both sides of it move apart, or together. Of an object that is cut or merged with another only one
-side moves, so the side that moves less tells how much is growth.
+Both of their sides move, apart or together. Of an object that is cut, or merged with another, only
+one side moves, so the side that moves less shows how much is growth.
 """
 
 import math
@@ -14,24 +14,23 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 FOLLOWING_SHARE = 0.2
-"""Share of a whole blob's size in the learned size, a memory of five frames. Assumed."""
+"""Weight of a complete blob's size in the learned size: a memory of five frames. Assumed."""
 
 GROWTH_SHARE = FOLLOWING_SHARE**2 / (2 - FOLLOWING_SHARE)
-"""Share of what a blob's size differs by in the learned growth: beta = alpha^2 / (2 - alpha)
+"""Weight of a blob's difference in size in the learned growth: beta = alpha^2 / (2 - alpha)
 (Benedict and Bordner 1962)."""
 
 STEADY_SIDE = 0.5
-"""A side that is this near to where it was predicted says nothing of growth, unless the object has
-grown before [px]: boxes have whole pixels. With half of it the scene
-`swarm` loses 0.8 points of IDF1."""
+"""Sides this close to their prediction say nothing about growth, unless the object has grown before
+[px]: boxes consist of whole pixels. With half of it the scene `swarm` loses 0.8 points of IDF1."""
 
 FASTEST_GROWTH = 1.5
-"""Bound of the growth of an object [1/s]: it would touch the camera in 0.7 s. Assumed: 3 %
-of its size in a frame, which are to be followed, are 0.9."""
+"""Bound of the growth of an object [1/s]: it would reach the camera in 0.7 s. Assumed: growth by
+3 % a frame, which has to be followed, is 0.9."""
 
 GROWTH_TIME = 0.1
-"""Time constant with which growth ends unseen, or where a blob is cut or merged [s]. Assumed: half
-and twice of it change nothing in `collision`, `swarm` and `vanish`."""
+"""Time constant with which growth decays while unseen, cut or merged [s]. Assumed: half and twice
+change nothing in `collision`, `swarm` and `vanish`."""
 
 
 def grow(records: NDArray[np.void], unmeasured: Floats, dt: float) -> None:
@@ -54,10 +53,10 @@ def learn_growth(
 
     :param records: (N,) of all tracks, see records.FIELDS.
     :param track: (K,) which were measured, each once.
-    :param moved: (K, 2, 2) how far the low and the high side are outside of where they were
-        predicted, by axis [px].
-    :param cut: (K, 2) by axis: a side is not the object's own.
-    :param odd: (K,) of another size, or mixed with others.
+    :param moved: (K, 2, 2) how far the low and the high side are outside their predictions, by
+        axis [px].
+    :param cut: (K, 2) by axis: whether a side is not the object's own.
+    :param odd: (K,) whether it has another size, or is mixed with others.
     :param period: since the last frame [s].
     """
     before = records['growth'][track]
@@ -73,5 +72,5 @@ def learn_growth(
 
 
 def _lasting(dt: float) -> float:
-    """The time that growth which ends with GROWTH_TIME lasts of dt [s]."""
+    """Effective duration within dt of growth that decays with GROWTH_TIME [s]."""
     return -GROWTH_TIME * math.expm1(-dt / GROWTH_TIME)

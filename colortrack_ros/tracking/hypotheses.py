@@ -19,12 +19,12 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 LOG_COLORS_MIXED_UP = math.log(50)
-"""Cost of a pair of unlike color, where color does not gate: one blob in 50 is assumed to have a
-wrong color. Not fitted."""
+"""Cost of a pair of different colors where color does not gate: one blob in 50 is assumed to have
+the wrong color. Not fitted."""
 
 
 UNDOUBTED = math.log(1000)
-"""A pair that is so much more likely than a new object needs no size to tell. Assumed."""
+"""Log-likelihood ratio against a new object above which sizes are not compared. Assumed."""
 
 
 @dataclass
@@ -33,9 +33,9 @@ class Hypotheses(Columns):
 
     :param track: (K,).
     :param blob: (K,).
-    :param z: (K, 2) what the blob measures of the track's position [px].
+    :param z: (K, 2) position of the track as measured by the blob [px].
     :param R: (K, 2, 2) its covariance [px^2].
-    :param innovations: (K,) how z compares with what was predicted.
+    :param innovations: (K,) z against its prediction.
     """
 
     track: Indices
@@ -53,8 +53,8 @@ class Association(NamedTuple):
 
     :param pairs: K hypotheses.
     :param probability: (K,) that each is right; 1 for hard decisions.
-    :param free: (M,) blobs that no track has taken.
-    :param hard: all of these probabilities are 1.
+    :param free: (M,) blobs without a track.
+    :param hard: whether all probabilities are 1.
     """
 
     pairs: Hypotheses
@@ -86,10 +86,10 @@ def hypothesize(
 def score(
     hypotheses: Hypotheses, prediction: Prediction, blobs: Measurements, config: TrackerConfig
 ) -> Floats:
-    """Log-likelihood ratio of each against a missed track and a blob of no track, (K,).
+    """Log-likelihood ratio of each pair against a missed detection and an unrelated blob, (K,).
 
-    (Blackman and Popoli 1999, 6.2.) Without gating all are made positive, so that each is better
-    than none.
+    (Blackman and Popoli 1999, 6.2.) Without gating all are made positive, so that any pair is
+    better than none.
     """
     track, log_likelihood = hypotheses.track, hypotheses.innovations.log_likelihood
     ratio = log_likelihood - prediction.log_density + prediction.log_odds[track]
@@ -106,9 +106,10 @@ def score(
 def _count_sizes(
     ratio: Floats, prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices
 ) -> None:
-    """Add to ratios, (K,), what sizes say, where it may decide: several want a blob, or none does.
+    """Add the log-likelihood ratio of sizes to ratios, (K,), where it may decide.
 
-    A blob that fits nobody's size is merged, cut or broken, and may be anybody's.
+    That is where several tracks compete for a blob, or none is likely. A blob of nobody's size is
+    merged, cut or broken, and may belong to any of them.
     """
     open_ = ((ratio < UNDOUBTED) | (np.bincount(blob)[blob] > 1)).nonzero()[0]
     if not len(open_):

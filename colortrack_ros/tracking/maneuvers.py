@@ -1,8 +1,9 @@
-"""How often each object maneuvers, and how far it strays unseen: learned from glances back.
+"""Rates of maneuvers, and process noise while coasting, learned from glances back.
 
-Every third of a second each track is asked where it would be had it coasted since the last. One
-frame hardly tells a maneuver from noise, a third of a second does; and an acceleration that lasts,
-as under gravity, disturbs a filter that is corrected in every frame little, one that coasts much.
+Every third of a second, each track is compared with where it would be had it coasted since the last
+glance. A single frame hardly tells a maneuver from noise, a third of a second does; and a lasting
+acceleration, such as gravity, disturbs a filter that is updated in every frame little, but a
+coasting one a lot.
 """
 
 import math
@@ -19,33 +20,33 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 WINDOW = 1 / 3
-"""Time from glance to glance [s]: about as long as what hides an object lasts. Assumed."""
+"""Time between glances [s]: about the duration of an occlusion. Assumed."""
 
 LONGEST = 1.0
-"""A glance back over a longer time is left out [s]. Assumed: three times WINDOW."""
+"""Glances back over a longer time are skipped [s]. Assumed: three times WINDOW."""
 
 FORMED_RATE = 12
 """Hits after which a track can coast by its velocity, and the noise of its detections is
 known (noise.RING)."""
 
 FIRST_RATE, FIRST_TIME = 0.5, 1.0
-"""Maneuvers of an object [1/s] before any are learned, and how much time of watching that is
-worth [s]. Assumed: one maneuver in two seconds."""
+"""Prior rate of maneuvers of an object [1/s], and its weight as a time of observation [s]. Assumed:
+one maneuver in two seconds."""
 
 FORGETTING = 5.0
-"""Time of watching after which that counts 1/e [s]. Assumed."""
+"""Time of observation after which the prior counts 1/e [s]. Assumed."""
 
 CROWD_TIME = 2.0
-"""Time of its own watching that lets a track count as much as the crowd [s]. Assumed."""
+"""Time of observation after which a track counts as much as the crowd [s]. Assumed."""
 
 CROWD_GLANCES = 3.0
-"""Glances of its own that let a track count as much as the crowd. Assumed."""
+"""Glances after which a track counts as much as the crowd. Assumed."""
 
 MANEUVER_MEMORY = 10.0
 """Time after which a glance counts 1/e [s]. Assumed."""
 
 RATE_RANGE = (0.003, 20.0)
-"""Where the rates stay [1/s]: bounds so wide that they only keep the learning finite."""
+"""Bounds of the rates [1/s], so wide that they only keep the learning finite."""
 
 MANEUVER_FIELDS = [
     ('anchor', 'f8', 4),
@@ -140,7 +141,7 @@ class Maneuvers:
         speed: Floats,
         passed: float,
     ) -> None:
-        """Compare measurements, (K, 2), with where their tracks would be after coasting for T."""
+        """Compare measurements, (K, 2), with their tracks coasted for T."""
         anchor, cov = records['anchor'][track], records['anchor_cov'][track]
         e = z - anchor[:, :2] - anchor[:, 2:] * T[:, None]
         known = variance + cov[:, 0] + 2 * T * cov[:, 1] + T**2 * cov[:, 2]
@@ -170,7 +171,7 @@ class Maneuvers:
         self.rate = (FIRST_RATE * first + turns) / (first + watched)
 
     def conclude(self, records: NDArray[np.void], filtered: Floats) -> None:
-        """What follows for each track, if anything is new.
+        """Derive the rates and densities of each track, if anything is new.
 
         :param records: (N,) of all tracks, with MANEUVER_FIELDS.
         :param filtered: (N, 1) sigma_s^2 of their filters [px^2/s^4].

@@ -1,4 +1,4 @@
-"""Measurements: the detections of a frame as the tracker works with them."""
+"""Measurements: the detections of a frame in the form that the tracker uses."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,20 +18,20 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
-"""Where a row of DETECTION, seen as doubles, holds u, v, cov_uu, cov_uv, cov_vv, and, seen as
-singles, area, box_u, box_v, box_w, box_h, score."""
+"""Columns of u, v, cov_uu, cov_uv, cov_vv in a row of DETECTION viewed as doubles, and of area,
+box_u, box_v, box_w, box_h, score in one viewed as singles."""
 
 ROW_DOUBLES = DETECTION.itemsize // 8
-"""How many doubles a row is."""
+"""Size of a row in doubles."""
 
 COVARIANCE = np.array([2, 3, 3, 4])
-"""Where the doubles hold the four entries of the covariance."""
+"""Columns of the four entries of the covariance, in doubles."""
 
 USED_BYTES = 68
-"""Of a row of DETECTION; what follows is padding, which may hold anything."""
+"""Used bytes of a row of DETECTION; the rest is padding with arbitrary contents."""
 
 FARTHEST = 1e6
-"""Bound of a coordinate [px]: no picture is that wide, and its square keeps to doubles exactly."""
+"""Bound of a coordinate [px]: no picture is that wide, and doubles hold its square exactly."""
 
 LARGEST_SQUARE = FARTHEST**2
 """Bound of covariances and areas [px^2]."""
@@ -40,21 +40,23 @@ LIMITS = np.array([FARTHEST, FARTHEST, LARGEST_SQUARE, LARGEST_SQUARE, LARGEST_S
 """Bounds of the doubles of a valid row."""
 
 CUT_SIGMA, LEAST_CUT = 0.2, 2.0
-"""Where the size of the picture is not known, a standard deviation beyond this share of the blob's
-size and this many px is that of a blob which is cut by a border that has been seen. Assumed: of a
-disc of which half is out of sight the centroid is off by 0.4 of what is left."""
+"""Where the size of the picture is unknown, a blob at a learned border counts as cut if its
+standard deviation exceeds this share of its size and this many px; of a cut blob without a
+covariance the share is its standard deviation. Assumed: the centroid of a disc of which half is out
+of sight is off by 0.4 of the visible width."""
 
 SYSTEMATIC_SHARE = 0.007
-"""Standard deviation of what shading and background shift a centroid by in every frame alike, over
-the size of the box, at most: differences show nothing of it, so what was given beyond what they
-show is taken for it, up to here. Assumed: of our own detections it is 0.001 to 0.017. Halved, the
-95 % ellipses of `clutter` and `fast` hold 85 and 87 %, in place of 95 and 93; doubled, 97 and 100.
+"""Largest systematic error of a centroid (shading, background), as a standard deviation over the
+size of the box. Differences between frames do not show it, so the given variance in excess of what
+they show counts as systematic, up to this bound. Assumed: our own detections have 0.001 to 0.017.
+Halved, the 95 % ellipses of `clutter` and `fast` hold 85 and 87 % instead of 95 and 93; doubled, 97
+and 100.
 """
 
 
 @dataclass
 class Measurements(Columns):
-    """The good rows of one frame.
+    """The valid detections of one frame.
 
     :param rows: (M,) of dtype DETECTION.
     :param z: (M, 2) centroid [px].
@@ -62,7 +64,7 @@ class Measurements(Columns):
     :param box: (M, 2, 2) outer borders of the box, low and high side, by axis (u, v) [px]; a
         detection without a box is a point.
     :param size: (M, 2) width and height of the box [px].
-    :param mixed: (M,) put together of several, or of several objects.
+    :param mixed: (M,) composed of several blobs, or of several objects.
     :param cut: (M, 2) by axis: part of the object is out of the picture, see _outside().
     :param outside: (M, 2) by axis: -1 where only the low side is, 1 where only the high side is.
     :param usual: (M, 2) by axis, of R of the detections of that color, 0 where that is unknown.
@@ -84,7 +86,7 @@ class Measurements(Columns):
         return len(self.rows)
 
     def scale(self, noisiness: MeasurementNoise) -> None:
-        """Take learned factors on the covariances, but on those of what is cut."""
+        """Apply the learned factors to the covariances of all blobs that are not cut."""
         given = mean_of_axes(by_axis(self.R))
         self.factor, self.usual = noisiness.factors(self.rows['color'], given)
         if np.count_nonzero(self.cut):
@@ -105,12 +107,12 @@ class Measurements(Columns):
 
     @cached_property
     def given(self) -> Floats:
-        """(M, 2) the same as it was before factors were learned."""
+        """(M, 2) the same without the learned factors."""
         return self.variance / self.factor
 
     @cached_property
     def systematic(self) -> Floats:
-        """(M, 2) the part of what was given that is alike in every frame, see SYSTEMATIC_SHARE."""
+        """(M, 2) the part of it that is the same in every frame, see SYSTEMATIC_SHARE."""
         hidden = np.maximum(self.given - self.variance, 0.0)
         return np.minimum(hidden, np.square(SYSTEMATIC_SHARE * self.size))
 
@@ -121,12 +123,12 @@ def by_axis(R: Floats) -> Floats:
 
 
 def mean_of_axes(variance: Floats) -> Floats:
-    """(M,) of variances by axis, (M, 2)."""
+    """Means over the axes, (M,), of variances, (M, 2)."""
     return np.asarray((variance[:, 0] + variance[:, 1]) / 2)
 
 
 class Screening:
-    """Refuses the detections that the tracker cannot use, and counts them."""
+    """Refuses and counts detections that the tracker cannot use."""
 
     def __init__(self) -> None:
         self.dropped = 0
@@ -140,11 +142,10 @@ class Screening:
     def measure(
         self, detections: Detections, learned: Adaptation, config: TrackerConfig, *, again: bool
     ) -> Measurements:
-        """What the detections of a frame measure.
+        """Convert the detections of a frame.
 
-        :param learned: how large the picture and how noisy the detections are; the first is
-            learned here.
-        :param again: these are more detections of the stamp before.
+        :param learned: size of the picture, which is learned here, and noise of the detections.
+        :param again: whether these are more detections of the previous stamp.
         """
         rows = detections.rows
         if again:
@@ -166,7 +167,7 @@ class Screening:
 
 
 def unrepeated(rows: NDArray[np.void], known: NDArray[np.void]) -> NDArray[np.void]:
-    """The rows, of dtype DETECTION, that are not among the known ones, bit by bit."""
+    """The rows, of dtype DETECTION, that are not bitwise equal to any of the known ones."""
     before = set(_bytes_of(known))
     return rows[np.array([row not in before for row in _bytes_of(rows)], bool)]
 
@@ -179,7 +180,7 @@ def _bytes_of(rows: NDArray[np.void]) -> list[bytes]:
 
 
 def largest(rows: NDArray[np.void], most: int) -> NDArray[np.void]:
-    """The rows, of dtype DETECTION, or of more than most the largest, in their order."""
+    """The rows, of dtype DETECTION; the largest, in their order, if there are more than most."""
     if len(rows) <= most:
         return rows
     return rows[np.sort(np.argsort(-rows['area'], kind='stable')[:most])]
@@ -218,7 +219,7 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
 
     :param rows: (N,) of dtype DETECTION.
     :param config: says where the covariance comes from, and whether boxes are used.
-    :param learned: where the picture ends; if nobody tells, that is learned here.
+    :param learned: where the picture ends; learned here if it is not given.
     :return: the rows left, M <= N.
     """
     rows = np.ascontiguousarray(rows, DETECTION)
@@ -252,7 +253,7 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
 
 
 def _boxes(singles: NDArray[np.float32], z: Floats, config: TrackerConfig) -> Floats:
-    """Corners, (N, 2, 2), of the bounding boxes; those of what has none are at its centroid."""
+    """Corners, (N, 2, 2), of the bounding boxes; both are the centroid where there is no box."""
     box = np.empty((len(z), 2, 2))
     if not config.use_boxes:
         box[:] = z[:, None]

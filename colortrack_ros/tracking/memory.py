@@ -1,4 +1,4 @@
-"""Memory: tracks that are live no more, and may come back with their objects."""
+"""Memory: deleted tracks whose objects may reappear."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,16 +13,16 @@ from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import process_variance
 
 MOST_REMEMBERED = 200
-"""Tracks that are remembered, the last ones, to bound time and memory: at 6 s those of a scene that
+"""Largest number of remembered tracks, to bound time and memory: enough, at 6 s, for a scene that
 loses 33 objects a second."""
 
 
 class Memory:
-    """Tracks that have been unmeasured for longer than they are live.
+    """Tracks that have been unmeasured for longer than a live track may be.
 
-    :param none: a table of no tracks, with the columns of the live ones.
-    :param population: those of a color whose number is known are never forgotten.
-    :ivar tracks: those remembered, predicted to the stamp of the last call.
+    :param none: an empty table with the columns of the live one.
+    :param population: tracks of a color whose number of objects is known are never forgotten.
+    :ivar tracks: the remembered ones, predicted to the stamp of the last call.
     """
 
     def __init__(self, none: TrackTable[Bank], population: Population) -> None:
@@ -33,14 +33,14 @@ class Memory:
     def remember(
         self, gone: TrackTable[Bank], stamp: int, learned: Adaptation, config: TrackerConfig
     ) -> None:
-        """Take over tracks as they are predicted for a stamp [ns]."""
+        """Add tracks, predicted to a stamp [ns]."""
         self.advance(stamp, learned, config)
         self.tracks.extend(gone)
 
     def advance(self, stamp: int, learned: Adaptation, config: TrackerConfig) -> None:
-        """Forget what has been unmeasured for too long, and predict the others to a stamp [ns].
+        """Forget tracks unmeasured for too long, and predict the others to a stamp [ns].
 
-        What is learned of how they stray unseen adds to the process noise of their filters.
+        The process noise learned for coasting adds to that of their filters.
         """
         dt, self._stamp = (stamp - self._stamp) / NANOSECONDS, stamp
         if not len(self.tracks):
@@ -54,5 +54,5 @@ class Memory:
         self.tracks.filters.predict(dt, process_variance(records, learned, config) + unseen)
 
     def forget(self, which: NDArray[np.intp]) -> None:
-        """Drop tracks, (K,) indices: they are live again."""
+        """Drop tracks, (K,) indices, that are live again."""
         self.tracks.keep(np.delete(np.arange(len(self.tracks)), which))

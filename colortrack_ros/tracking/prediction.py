@@ -1,4 +1,4 @@
-"""Prediction: what is expected of each track in a frame, before its detections are seen."""
+"""Prediction: the expected state of each track in a frame, before its detections are used."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,16 +25,16 @@ from colortrack_ros.tracking.sizes import total
 Floats = NDArray[np.float64]
 
 LAST_FRAME = 1.5
-"""What was measured within so many frames was measured in the last; halfway from one to two."""
+"""A track measured within this many frames was measured in the last one; halfway from 1 to 2."""
 
 
 class Step(NamedTuple):
     """From the last message to this one.
 
     :param now: stamp of the frame [ns].
-    :param dt: since the stamp of the last message [s]; 0 if this is the same.
+    :param dt: since the stamp of the last message [s]; 0 if it is the same.
     :param period: since the last frame [s].
-    :param again: there were detections of this stamp before.
+    :param again: whether there were detections of this stamp before.
     """
 
     now: int
@@ -48,23 +48,23 @@ class Prediction:
     """N tracks, predicted.
 
     :param step: to the frame.
-    :param bank: their filters.
-    :param records: (N,) theirs, see records.FIELDS.
+    :param bank: the filters.
+    :param records: (N,) see records.FIELDS.
     :param center: (N, 2) predicted positions [px].
     :param velocity: (N, 2) [px/s].
     :param variance: (N, 2) of the positions [px^2].
-    :param size: (N, 2) learned width and height [px], 0 where nothing is known of it.
+    :param size: (N, 2) learned width and height [px], 0 where unknown.
     :param unseen: (N,) time since each was measured alone [s].
     :param unmeasured: (N,) time since each was measured, alone or with others [s].
-    :param maneuvered: (N,) prior probability that it has maneuvered in that time.
-    :param detection_probability: of an object that can be seen.
+    :param maneuvered: (N,) prior probability of a maneuver in that time.
+    :param detection_probability: of a visible object.
     :param log_odds: (N,) log of the odds that each is detected in this frame.
     :param noise: standard deviation of the acceleration on each axis [px/s^2].
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
-    :param sudden_speed: the same of what goes off all at once [px/s].
+    :param sudden_speed: the same for objects that start from rest all at once [px/s].
     :param log_density: log of the density of detections that belong to no track [1/px^2].
-    :param sized: there are tracks or blobs that have a size.
-    :param sizes: how alike sizes are.
+    :param sized: whether any track or blob has a size.
+    :param sizes: statistics of sizes.
     :param finds_whole: see Adaptation.
     """
 
@@ -90,12 +90,12 @@ class Prediction:
 
     @cached_property
     def slack(self) -> Floats:
-        """(N, 2) by how much the size of a whole blob may differ [px]."""
+        """(N, 2) tolerance of the size of a complete blob [px]."""
         return self.sizes.slack(self.size)
 
     @cached_property
     def best_fit(self) -> Floats:
-        """(N,) log-likelihood ratio of a blob of just that size, see Sizes.log_fit()."""
+        """(N,) log-likelihood ratio of a blob of exactly that size, see Sizes.log_fit()."""
         return self.sizes.most_fitting(self.size, self.slack)
 
     def log_fit(self, track: NDArray[np.intp], size: Floats) -> Floats:
@@ -113,9 +113,8 @@ def predict(
 ) -> Prediction:
     """Predict filters and existence of all tracks.
 
-    :param measurements: of the frame, of which no more is used than how far they spread and whether
-        they have sizes.
-    :param learned: of the scene; from the first two frames it learns the speed here.
+    :param measurements: of the frame; only their spread, and whether they have sizes, is used.
+    :param learned: of the scene; it learns the speed from the first two frames here.
     """
     bank, records, dt = tracks.filters, tracks.records, step.dt
     if not learned.has_met and dt > 0 and len(records):
@@ -146,7 +145,7 @@ def _expect(
     config: TrackerConfig,
     step: Step,
 ) -> Prediction:
-    """What the filters, and what is learned of the scene, predict."""
+    """Collect the predictions of the filters and of what has been learned of the scene."""
     bank, records = tracks.filters, tracks.records
     mean, cov = bank.estimate()
     unmeasured, size = unseen, total(records['extent'])
@@ -179,14 +178,14 @@ def _expect(
 
 
 def known_acceleration(records: NDArray[np.void], config: TrackerConfig) -> Floats | None:
-    """By second differences, (N, 2) [px/s^2]; None where the model has its own."""
+    """Acceleration by second differences, (N, 2) [px/s^2]; None to use that of the model."""
     return np.asarray(records['acceleration']) if config.acceleration_span else None
 
 
 def process_variance(
     records: NDArray[np.void], learned: Adaptation, config: TrackerConfig
 ) -> Floats:
-    """sigma_s^2 of tracks, alike on both axes, (N, 1) [px^2/s^4]."""
+    """sigma_s^2 of tracks, equal on both axes, (N, 1) [px^2/s^4]."""
     if config.process_noise:
         return np.full((len(records), 1), config.process_noise**2)
     return np.asarray(learned.noise**2 * np.exp(2 * records['log_noise'])[:, None])
@@ -203,7 +202,7 @@ def _follow_camera(
     learned: Adaptation,
     step: Step,
 ) -> None:
-    """Find the motion that the tracks measured in the last frame share."""
+    """Estimate the motion common to the tracks that were measured in the last frame."""
     fresh = tracks.unmeasured(step.now) < LAST_FRAME * step.dt
     mean, cov = tracks.filters.estimate()
     variance = np.minimum(cov.diagonal(axis1=1, axis2=2)[fresh, :2], (LEAST_SPEED * step.dt) ** 2)

@@ -1,4 +1,4 @@
-"""Stitching: a lost track goes on as one that has just been confirmed."""
+"""Stitching: a lost track continues as one that has just been confirmed."""
 
 import math
 
@@ -22,40 +22,40 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'hits')
-"""What a track keeps when another goes on in its place."""
+"""Fields of a lost track that the new one takes over."""
 
 REACH_SIGMAS = 7.0
-"""Pairs farther apart than this many standard deviations are not compared, to save time: beyond 7
-the probability is 1e-11."""
+"""Pairs more than this many standard deviations apart are not compared, to save time: beyond 7 the
+probability is 1e-11."""
 
 LOAD = 1e-9
-"""Share by which variances are raised before a covariance is inverted. A track torn between
-detections 1e6 px apart is 1e12 times less certain along one way than across, and rounding leaves it
-singular. Chosen: far above rounding, 1e-16, far below what any variance is known to."""
+"""Relative increase of variances before a covariance is inverted. With detections 1e6 px apart, a
+track is 1e12 times less certain in one direction than across, and rounding makes its covariance
+singular. Chosen far above rounding, 1e-16, and far below the accuracy of any variance."""
 
 WAITED, ANYWHERE = 0.15, 0.02
-"""Of the objects that come back after long so many have waited where they hid, and were carried
-anywhere. Assumed."""
+"""Shares of the objects that reappear after a long time where they had disappeared, and anywhere.
+Assumed."""
 
 WAITING = 100.0
-"""Standard deviation of where the first begin from where they were last seen [px]: about the width
-of what hides them. Assumed."""
+"""Standard deviation of the distance at which the first reappear [px]: about the width of what
+hides them. Assumed."""
 
 OUTLASTING = 3.0
-"""How much likelier it is that an object hides for longer than max_time_since_update than by times
-that fall exponentially, as existence has them, of which e^-3 do: 15 %. Assumed."""
+"""How much more likely objects stay hidden beyond max_time_since_update than with the exponential
+times of the existence model, by which a share of e^-3 does: 15 %. Assumed."""
 
 ALMOST = 1 - 2.0**-53
-"""The largest probability below 1, of which the complement has a logarithm."""
+"""The largest probability below 1, so that its complement has a logarithm."""
 
 CERTAIN, LIKELY = 1e3, math.log(1e3)
-"""What counts for each pair when all objects of the color are known: more than all the rest for one
-that is remembered; for one that coasts, which may still be elsewhere, odds of a thousand that what
-was confirmed is an object. Assumed."""
+"""Gain of pairs when all objects of the color are known: larger than all other terms for remembered
+tracks; for coasting ones, which may still be elsewhere, odds of a thousand that the confirmed track
+is an object. Assumed."""
 
 
 def stitch(tracks: TrackTable[Bank], found: Indices, lost: NDArray[np.void]) -> None:
-    """Let tracks just found, (K,), go on with the IDs and sizes of lost ones, (K,) records."""
+    """Give new tracks, (K,), the IDs and sizes of lost ones, (K,) records."""
     records = tracks.records
     hits = records['hits'][found] + lost['hits']
     for name in KEPT:
@@ -72,17 +72,17 @@ def find_stitches(
     config: TrackerConfig,
     population: Population,
 ) -> tuple[Indices, Indices]:
-    """Choose pairs by the likelihood of states against that of new objects.
+    """Choose pairs by the likelihood of their states against that of new objects.
 
-    What a single detection could not decide, the first few do: they are no clutter, and have a
-    velocity. Objects remembered for long may have been carried anywhere, and come back in no frame
-    rather than in another.
+    The first few detections decide what one could not: they are not clutter, and they have a
+    velocity. Objects remembered for a long time may have been carried anywhere, and may reappear in
+    any frame.
 
-    :param lost: N tracks that are not measured, predicted to the stamp.
+    :param lost: N unmeasured tracks, predicted to the stamp.
     :param found: M others, just confirmed.
     :param stamp: now [ns].
     :param period: of the frames [s].
-    :return: (K,) of the lost, and (K,) of the found that go on from them.
+    :return: (K,) indices of lost tracks, and (K,) of the new ones that continue them.
     """
     fit = found.records['born'] > lost.records['updated'][:, None]
     fit |= found.records['host'] == lost.records['track_id'][:, None]
@@ -105,10 +105,10 @@ def find_stitches(
 def _is_repeated(
     lost: TrackTable[Bank], found: TrackTable[Bank], one: Indices, other: Indices
 ) -> NDArray[np.bool_]:
-    """Which pairs, (K,), are of one object: the found began inside the lost when that was measured.
+    """Which pairs, (K,), are one object: the new track started inside the lost one's box.
 
-    Found twice, and turning just then, an object is predicted at the wrong one of the two, and its
-    next detections go to the track that has begun on the right one.
+    If an object is detected twice just as it turns, its track may take the wrong detection, and the
+    next ones go to the track that started on the right one.
     """
     before, after = lost.records[one], found.records[other]
     sized = (before['extent'].sum(axis=1) > 0).all(axis=1)
@@ -124,10 +124,10 @@ def _compare_states(
     learned: Adaptation,
     config: TrackerConfig,
 ) -> Floats:
-    """Log-likelihood ratio of pairs by where their filters are, (K,); -inf where too far apart.
+    """Log-likelihood ratio of pairs by their states, (K,); -inf where too far apart.
 
-    :param unmeasured: (N,) time since the lost were measured [s].
-    :param one, other: (K,) of the lost, and of the found.
+    :param unmeasured: (N,) time since the lost tracks were measured [s].
+    :param one, other: (K,) indices of lost and of new tracks.
     """
     speed = assumed_speed(learned, config)
     (before, before_cov), (after, after_cov) = lost.filters.estimate(), found.filters.estimate()
@@ -144,9 +144,9 @@ def _compare_states(
 def _reappearing(
     lost: TrackTable[Bank], found: TrackTable[Bank], one: Indices, other: Indices, area: float
 ) -> Floats:
-    """Log of the density, (K,) [1/px^2], with which what has not gone its way begins where it does.
+    """Log of the density, (K,) [1/px^2], of reappearing there without having moved on.
 
-    It has waited where it was hidden, or was carried anywhere.
+    The object has waited where it was hidden, or was carried anywhere.
     """
     way = (found.records['origin'][other] - lost.records['seen'][one]) / WAITING
     waited = np.exp(-0.5 * (way**2).sum(axis=1)) / (2 * np.pi * WAITING**2)
@@ -160,10 +160,10 @@ def _log_prior(
     learned: Adaptation,
     config: TrackerConfig,
 ) -> Floats:
-    """Log of the probability, (N,), that each is hidden, over the new objects that there may be.
+    """Log of the probability, (N,), that each is hidden, over the rate of new objects.
 
-    Of those remembered that it comes back in this frame, and over those of a long time; of what a
-    known turn of the camera has taken out of the picture, that also tells when it comes back.
+    For remembered tracks, that they reappear in this frame, over the long-term rate; not for those
+    that a known turn of the camera took out of the picture, since it also tells when they return.
     """
     hidden = np.maximum(lost.records['hidden'], 1e-9)
     odds = OUTLASTING * hidden / (1 - np.minimum(hidden, 0.999))
@@ -176,10 +176,10 @@ def _log_prior(
 def _compare_sizes(
     lost: TrackTable[Bank], found: TrackTable[Bank], one: Indices, other: Indices, sizes: Sizes
 ) -> Floats:
-    """What sizes say of pairs, (K,), where they are known: each detection of the found does.
+    """Log-likelihood ratio of sizes, (K,), where known, for all detections of the new track.
 
-    Of what comes out from behind something only a part may be seen: what is smaller than all may be
-    any of them.
+    Of an object that emerges from behind another only a part may be visible: if the new track is
+    smaller than the lost ones, it may be any of them.
     """
     size, now = (table.records['extent'].sum(axis=1) for table in (lost, found))
     size, now = size[one], now[other]
@@ -195,7 +195,7 @@ def _compare_sizes(
 def _is_near(
     mean: Floats, cov: Floats, one: Indices, other: Indices, T: Floats, speed: Floats
 ) -> NDArray[np.bool_]:
-    """Which pairs of tracks, (K,), need be compared, after one was lost for T, (K,) [s]."""
+    """Which pairs of tracks, (K,), need to be compared, one of them lost for T, (K,) [s]."""
     reach = np.hypot(mean[one, 2], mean[one, 3]) * T
     reach += REACH_SIGMAS * np.sqrt((cov[one, 0, 0] + cov[one, 1, 1]) / 2 + (speed.max() * T) ** 2)
     apart = mean[one, :2] - mean[other, :2]
@@ -211,13 +211,13 @@ def log_likelihood_ratio(
     T: Floats,
     speed: Floats,
 ) -> Floats:
-    """How likely tracks, with their velocities, are what has become of others.
+    """How likely tracks, with their velocities, continue others.
 
     :param mean, cov: (N, n) and (N, n, n) estimates of all tracks.
-    :param lost: (K,) tracks unmeasured for a time.
-    :param found: (K,) others that have begun since.
+    :param lost: (K,) unmeasured tracks.
+    :param found: (K,) tracks that have started since.
     :param chance: (K,) probability that the lost one has maneuvered.
-    :param T: (K,) time that there was for it [s].
+    :param T: (K,) time in which it may have [s].
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
     :return: (K,) log of the likelihood over that of any velocity, N(0, speed^2) [1/px^2].
     """

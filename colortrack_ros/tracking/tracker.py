@@ -50,13 +50,13 @@ from colortrack_ros.tracking.unresolved import share_centroids
 from colortrack_ros.tracking.update import update
 
 FIRST_PERIOD = 1 / 30
-"""Of the frames, until there have been two [s]: a usual camera's."""
+"""Frame period assumed until two frames have arrived [s]: that of a usual camera."""
 
 AFRESH = ('motion_model', 'acceleration', 'trust', 'population')
-"""Parameters that the tracks stand on: a tracker that gets others begins with none."""
+"""Parameters that determine the state of tracks: when one of them changes, the tracker restarts."""
 
 MOST_NEW = 10
-"""Blobs of no track whose sizes are looked at in a frame, to bound its time. Assumed."""
+"""Unassociated blobs whose sizes are learned from in a frame, to bound its time. Assumed."""
 
 
 class Tracker:
@@ -83,15 +83,15 @@ class Tracker:
         self._period = FIRST_PERIOD
 
     def reset(self, why: str = '') -> None:
-        """Forget all tracks. IDs go on: none is used twice.
+        """Drop all tracks. IDs continue: none is used twice.
 
-        :param why: what the next Tracks tell as the reason.
+        :param why: the reason, published with the next Tracks.
         """
         self._clock.restart(why)
         self._start(self._tracks.next_id)
 
     def configure(self, config: TrackerConfig) -> None:
-        """Change the configuration; a model or a population starts afresh, others do not."""
+        """Change the configuration; the tracker restarts if a parameter in AFRESH changes."""
         old, self.config = self.config, config
         if old.ego_motion != config.ego_motion:
             self._stop_camera()
@@ -102,13 +102,13 @@ class Tracker:
                 return
 
     def update(self, detections: Detections) -> Tracks:
-        """Take the detections of one frame.
+        """Process the detections of one frame.
 
-        A message with the stamp of the last one brings more detections of the same moment: rows
-        that were there before are dropped and counted, tracks already measured take none, and a
-        track that gets none has not been missed once more.
+        A message with the stamp of the last one adds detections of the same moment: repeated rows
+        are dropped and counted, tracks that already have a measurement take none, and a track
+        without one does not count as missed again.
 
-        :param detections: of the next frame; an empty one is a frame as well.
+        :param detections: of the next frame, which may be empty.
         :return: the tracks at its stamp, with its header.
         """
         step = self._advance(detections)
@@ -151,21 +151,21 @@ class Tracker:
         return Tracks(rows, detections.stamp, detections.frame_id, why)
 
     def _follow_camera(self, step: Step) -> None:
-        """Let what is remembered follow the camera; what it goes on doing is the tracks' own."""
+        """Move remembered tracks with the camera; once steady, its motion becomes the tracks'."""
         if not step.again:
             self._adaptation.camera.carry(self._memory.tracks)
         if self._adaptation.camera.is_steady:
             self._stop_camera()
 
     def _stop_camera(self) -> None:
-        """Let tracks, remembered ones as well, have the motion of the camera as their own."""
+        """Add the camera's motion to that of all tracks, remembered ones included."""
         camera = self._adaptation.camera
         for tracks in (self._tracks, self._memory.tracks):
             camera.give(tracks, self._adaptation.recent, self._clock.now)
         camera.stop()
 
     def _advance(self, detections: Detections) -> Step:
-        """Go to their stamp, or start afresh."""
+        """Advance to the stamp of the detections, or restart."""
         again = self._clock.is_now(detections.stamp)
         dt = self._clock.advance(detections.stamp, self.config.max_dt, self.reset)
         self._period = dt or self._period
@@ -176,7 +176,10 @@ class Tracker:
     def _associate(
         self, hypotheses: Hypotheses, gain: NDArray[np.float64], count: int
     ) -> Association:
-        """Choose hypotheses by their gains; there are so many blobs."""
+        """Choose hypotheses by their gains.
+
+        :param count: number of blobs.
+        """
         associate = ASSOCIATORS[self.config.associator]
         chosen, probability = associate(hypotheses.track, hypotheses.blob, gain)
         pairs = hypotheses if len(chosen) == len(hypotheses) else hypotheses.take(chosen)
@@ -188,7 +191,7 @@ class Tracker:
     def _learn_sizes(
         self, prediction: Prediction, blobs: Measurements, new: NDArray[np.intp]
     ) -> None:
-        """Learn from a few blobs of no track whether sizes tell them from those of tracks."""
+        """Learn from a few unassociated blobs how well sizes tell objects apart."""
         if len(new) and prediction.sized and len(prediction.records):
             size = total(prediction.records['extent'])
             self._adaptation.sizes.learn_alike(size, blobs.size[new])
@@ -229,9 +232,9 @@ class Tracker:
                 tracks.keep(rows)
 
     def _stitch(self, keep: NDArray[np.bool_], found: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Let lost and remembered tracks go on as those just found; return which of these.
+        """Continue lost and remembered tracks as those just confirmed; return which of these.
 
-        :param keep: (N,) which tracks live on; of two that are one, the row of the found does.
+        :param keep: (N,) which tracks survive; of a stitched pair, the row of the new one does.
         """
         tracks, memory, now, learned = self._tracks, self._memory, self._clock.now, self._adaptation
         memory.advance(now, learned, self.config)

@@ -1,4 +1,4 @@
-"""Update: filters, existence and sizes of tracks by what has been measured of them."""
+"""Update: filters, existence and sizes of tracks by their measurements."""
 
 import math
 
@@ -28,35 +28,36 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 UNLIKELY = 0.01
-"""Maneuvers less probable than this leave the filter alone: mixing them in would make its gains
-larger, in frame after frame, for what nearly never is. Labels of juggled balls: 99.4 % IDF1 and 6
-switches without them, 99.2 % and 10 with them. They add to what is published, see _unsettle()."""
+"""Maneuvers less probable than this do not change the filter: mixing them in would raise its gain
+in every frame for something that hardly ever happens. On labels of juggled balls, IDF1 is 99.4 %
+with 6 switches without them, 99.2 % with 10 with them. They do count in the published covariance,
+see _unsettle()."""
 
 SINCE = ((np.arange(5) + 0.5) / 5) ** 2
-"""Times since a maneuver over T, by the midpoint rule in their roots: the latest ones, which show
-least, lie close. With 12 instead of 5 NEES of turns are the same within 0.05."""
+"""Times since a maneuver over T, by the midpoint rule in their square roots: recent ones, which
+show least, are sampled most densely. With 12 instead of 5 the NEES of turns changes by < 0.05."""
 
 SHARE = 2 * np.sqrt(SINCE) / len(SINCE)
-"""Of these times in T, from the derivative of the square."""
+"""Weights of these times, from the derivative of the square."""
 
 MOST_LOG_RATIO = 50.0
-"""Bound of a log-likelihood ratio, so that its exponential is finite; exp(50) leaves no doubt."""
+"""Bound of a log-likelihood ratio that keeps its exponential finite; exp(50) leaves no doubt."""
 
 OUTAGE, DIM = 0.01, 0.1
-"""Probability that in a frame the camera or the detector fails, and that an object is detected
-then all the same. Assumed: a frame in 3 s, and one object in ten."""
+"""Probability that the camera or the detector fails in a frame, and that an object is detected
+nevertheless. Assumed: one frame in 3 s, and one object in ten."""
 
 SURE = 0.9
-"""Tracks that can be seen with at least this probability say whether there is an outage. Tentative
-ones on clutter, which is detected once, would tell of one in every frame. Assumed."""
+"""Least probability of being visible of the tracks that indicate an outage: tentative tracks on
+clutter, which is detected once, would indicate one in every frame. Assumed."""
 
 LOST, JUST_LOST = 4.5, 1.5
-"""Frames after which an object was out of sight and not just missed, which in 95 % detected happens
-four times on end once in 160,000; and within which it was measured in the last."""
+"""Frames after which an object was hidden rather than missed: with 95 % detected, four misses in a
+row happen once in 160,000; and frames within which it was measured in the last one."""
 
 FORMED_VELOCITY = 2
-"""Hits after which a filter has a velocity that was measured (two-point differencing), so that its
-innovations tell of the motion."""
+"""Hits after which the velocity has been measured (two-point differencing), so that innovations say
+something about the motion."""
 
 
 def update(
@@ -67,7 +68,7 @@ def update(
     learned: Adaptation,
     config: TrackerConfig,
 ) -> None:
-    """Update filters, existence, sizes and what is learned of the scene."""
+    """Update filters, existence and sizes, and learn from the frame."""
     pairs, probability = associated.pairs, associated.probability
     measured = np.zeros(len(tracks), bool)
     measured[pairs.track] = True
@@ -101,7 +102,7 @@ def update(
 def _record_hits(
     tracks: TrackTable[Bank], taken: Hypotheses, blobs: Measurements, prediction: Prediction
 ) -> None:
-    """Note which tracks were measured, where, and how large."""
+    """Record which tracks were measured, where, and their sizes."""
     records, every = tracks.records, len(taken) == len(tracks)
     track = slice(None) if every else taken.track
     if prediction.step.again or not every:
@@ -114,11 +115,12 @@ def _record_hits(
 
 
 def _unsettle(records: NDArray[np.void], prediction: Prediction, taken: Hypotheses) -> None:
-    """Note what maneuvers that the filters leave alone add to the covariance of the velocity.
+    """Record what maneuvers ignored by the filters add to the covariance of the velocity.
 
-    One at the end of a frame hardly moves the object yet, so its measurement speaks against it in
-    vain. One s before that, at any s of T alike, draws a velocity anew from N(0, speed^2). Per
-    axis, with the innovation e and its variance S without a maneuver::
+    A maneuver at the end of a frame has hardly moved the object yet, so the measurement cannot rule
+    it out. At a time s before the measurement, s uniformly distributed over T, it draws a new
+    velocity from N(0, speed^2). Per axis, with the innovation e and its variance S without a
+    maneuver::
 
         e ~ N(-v s, S + speed^2 s^2)    g = speed^2 s / (S + speed^2 s^2)
         v' = g (e + v s)                var v' = speed^2 (1 - g s)
@@ -153,7 +155,7 @@ def _unsettle(records: NDArray[np.void], prediction: Prediction, taken: Hypothes
 
 
 def _maneuver(bank: Bank, prediction: Prediction, taken: Hypotheses) -> None:
-    """Predict anew, by the measurements that they took, tracks that have maneuvered."""
+    """Replace the predictions of tracks that have maneuvered, judging by their measurements."""
     turned = (taken.innovations.maneuvered > UNLIKELY).nonzero()[0]
     if len(turned):
         track, maneuvered = taken.track[turned], taken.innovations.maneuvered[turned]
@@ -161,7 +163,7 @@ def _maneuver(bank: Bank, prediction: Prediction, taken: Hypotheses) -> None:
 
 
 def _update_existence(prediction: Prediction, pairs: Hypotheses, measured: Bools) -> None:
-    """Existence by the likelihood of what was measured, or of a miss (Musicki et al. 1994).
+    """Update existence by the likelihood of measurements or misses (Musicki et al. 1994).
 
     :param measured: (N,) which tracks are in the pairs.
     """
@@ -175,14 +177,14 @@ def _update_existence(prediction: Prediction, pairs: Hypotheses, measured: Bools
 
 
 def _missed(visible: Floats, measured: Bools, p: float) -> float:
-    """Probability of missing one that is visible, by how many others are.
+    """Probability of missing a visible object, given how many others are missed.
 
-    In an outage few are detected or none: of N expected n then have a probability of
-    q^n (1 - q)^(N - n) instead of p^n (1 - p)^(N - n), and to be missed as well says little.
+    In an outage few objects are detected, or none: n of N detected then have the likelihood
+    q^n (1 - q)^(N - n) instead of p^n (1 - p)^(N - n), and one more miss says little.
 
-    :param visible: (N,) probability that each can be seen.
+    :param visible: (N,) probability that each is visible.
     :param measured: (N,) which are measured.
-    :param p: probability that one is, where there is no outage.
+    :param p: detection probability where there is no outage.
     """
     sure = visible > SURE
     hits = np.count_nonzero(sure & measured)
@@ -195,7 +197,7 @@ def _missed(visible: Floats, measured: Bools, p: float) -> float:
 def _learn_disappearances(
     prediction: Prediction, pairs: Hypotheses, measured: Bools, learned: Adaptation
 ) -> None:
-    """Note who has come back, and tell hidden from gone of those just lost."""
+    """Learn from objects that have reappeared, and split those just lost into hidden and gone."""
     records, unmeasured = prediction.records, prediction.unmeasured
     back = pairs.track[unmeasured[pairs.track] > LOST * prediction.step.period]
     if len(back):
@@ -222,7 +224,7 @@ def _learn(
     whole: Bools,
     config: TrackerConfig,
 ) -> None:
-    """Learn from what was measured, noise and motion from objects seen whole."""
+    """Learn from the measurements; noise and motion only from objects seen completely."""
     records, period, track, blob = (
         prediction.records,
         prediction.step.period,
@@ -256,7 +258,7 @@ def _learn_more(
     blob: Indices,
     config: TrackerConfig,
 ) -> None:
-    """Learn what is not looked at in every frame, from pairs, (K,)."""
+    """Learn what is not learned in every frame, from pairs, (K,)."""
     records, period = prediction.records, prediction.step.period
     if prediction.sized:
         last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
@@ -275,9 +277,9 @@ def _learn_more(
 def _learn_jitter(
     learned: Adaptation, last: Floats, size: Floats, again: Bools, period: float
 ) -> None:
-    """Learn how boxes jitter, from the last of tracks, (K, 2), and those now, (K, 2) [px].
+    """Learn the jitter of boxes from the previous and the present sizes of tracks, (K, 2) [px].
 
-    :param again: (K,) which were measured in the last frame as well.
+    :param again: (K,) which were also measured in the last frame.
     """
     again = again & (np.minimum(last, size) > 0).all(axis=1)
     learned.sizes.learn_jitter(last[again], size[again], EVERY * period)
