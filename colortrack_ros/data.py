@@ -226,7 +226,7 @@ class Columns:
 
     def take(self: Table, rows: Selection) -> Table:
         """A table of some rows, in the order asked for."""
-        table = object.__new__(type(self))
+        table = type(self).__new__(type(self))
         vars(table).update(self._chosen(rows))
         return table
 

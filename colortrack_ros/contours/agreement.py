@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.boxes import Floats
@@ -21,6 +20,7 @@ from colortrack_ros.contours.regions import SLACK_SHARE
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import Columns
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.estimation.records import Records
 
 REGION_SIGMA = 3.0
 """Standard deviation of where a foreground's sides are [px]: as that of edges, `sigma`. It
@@ -65,7 +65,7 @@ class History(Columns):
 
 
 def history(
-    records: NDArray[np.void], regions: OwnAreas, stamp: int, longest: float, seconds: float
+    records: Records, regions: OwnAreas, stamp: int, longest: float, seconds: float
 ) -> History:
     """What the records tell, in which the sizes of the foreground are kept up to date.
 

@@ -1,7 +1,6 @@
 """What is recorded of a target, and whether it has moved."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.filters import Bools
@@ -10,6 +9,7 @@ from colortrack_ros.contours.filters import Floats
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 
 CONTOUR_FIELDS = [
@@ -56,9 +56,7 @@ then. Assumed; half and twice the value change nothing beyond 0.01 of IDF1 on TU
 half of it nothing on `pets` either (as above)."""
 
 
-def begin(
-    tracks: TrackTable[Contours], contours: Contours, spline: Spline, stamp: int
-) -> NDArray[np.void]:
+def begin(tracks: TrackTable[Contours], contours: Contours, spline: Spline, stamp: int) -> Records:
     """Begin targets; return their records, a view.
 
     :param contours: of the new targets.
@@ -74,7 +72,7 @@ def begin(
 
 
 def hold_unproven(
-    records: NDArray[np.void],
+    records: Records,
     nodes: Floats,
     area: Floats,
     speed: Floats,
@@ -112,7 +110,7 @@ def hold_unproven(
     return np.asarray(still)
 
 
-def outgrown(records: NDArray[np.void], area: Floats) -> Bools:
+def outgrown(records: Records, area: Floats) -> Bools:
     """Which targets have changed their size by much, (N,).
 
     :param records: (N,) with CONTOUR_FIELDS.

@@ -12,6 +12,7 @@ from colortrack_ros.contours.boxes import Floats
 from colortrack_ros.contours.boxes import intersections
 from colortrack_ros.contours.filters import Bools
 from colortrack_ros.data import Columns
+from colortrack_ros.estimation.records import Records
 
 LEAST_OVERLAP = 0.1
 """Intersection over union of an area's box and a target's, at least, for it to be the target's.
@@ -121,7 +122,7 @@ def is_within(box: Floats, others: Floats) -> Bools:
     return np.asarray(common.max(axis=0, initial=0.0) > MOST_OF)
 
 
-def is_double(own: Floats, regions: OwnAreas, records: NDArray[np.void]) -> Bools:
+def is_double(own: Floats, regions: OwnAreas, records: Records) -> Bools:
     """Which targets are parts of another one, (N,).
 
     They began in it, and the area that both are in now is as large as that one alone: the rest of

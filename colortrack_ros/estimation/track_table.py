@@ -1,7 +1,5 @@
 """The live tracks: filters and records row by row, from initiation to deletion."""
 
-from collections.abc import Sequence
-from typing import Any
 from typing import Generic
 from typing import TypeVar
 
@@ -11,10 +9,11 @@ from numpy.typing import NDArray
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import Columns
 from colortrack_ros.data import CONFIRMED
-from colortrack_ros.data import join
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
+from colortrack_ros.estimation.records import Fields
+from colortrack_ros.estimation.records import Records
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -37,19 +36,20 @@ class TrackTable(Columns, Generic[Filters]):
     :param filters: an empty bank; its rows are those of the table.
     :param fields: further fields to record, names and types as for np.dtype.
     :param next_id: ID of the next track.
-    :ivar records: (N,) with the COMMON fields and these.
+    :ivar records: N rows with the COMMON fields and these.
     """
 
-    def __init__(self, filters: Filters, fields: Sequence[Any] = (), next_id: int = 1) -> None:
+    def __init__(self, filters: Filters, fields: Fields = (), next_id: int = 1) -> None:
         self.filters = filters
-        self.records = np.zeros(0, np.dtype([*COMMON, *fields], align=True))
+        self.records = Records([*COMMON, *fields])
         self.next_id = next_id
-        self._published = set(TRACK.names or ()) & set(self.records.dtype.names or ())
+        self._fields = (*COMMON, *fields)
+        self._published = set(TRACK.names or ()) & set(self.records.names)
 
     def __len__(self) -> int:
         return len(self.records)
 
-    def initiate(self, filters: Filters, stamp: int) -> NDArray[np.void]:
+    def initiate(self, filters: Filters, stamp: int) -> Records:
         """Initiate tentative tracks with one measurement each.
 
         :param filters: of the new tracks.
@@ -57,14 +57,14 @@ class TrackTable(Columns, Generic[Filters]):
         :return: a view of their records, to be filled in.
         """
         count = len(filters)
-        new = np.zeros(count, self.records.dtype)
+        new = Records(self._fields, count)
         new['track_id'] = np.arange(self.next_id, self.next_id + count)
         new['born'] = new['updated'] = stamp
         new['hits'], new['state'] = 1, TENTATIVE
         self.next_id += count
         self.filters.extend(filters)
-        self.records = join(self.records, new)
-        return self.records[len(self.records) - count :]
+        self.records = self.records.joined(new)
+        return self.records.part(slice(len(self.records) - count, None))
 
     def record_hits(self, track: Indices | Bools | slice, stamp: int) -> None:
         """Record a measurement of tracks (indices, mask or slice) at the stamp [ns]."""
@@ -109,8 +109,9 @@ class TrackTable(Columns, Generic[Filters]):
         :param mean: (N, 4) u, v [px], du, dv [px/s].
         :param covariance: (N, 4, 4) of mean.
         """
-        records, doubles = self.records, np.zeros((len(self.records), TRACK.itemsize // 8))
-        rows = np.ndarray(len(records), TRACK, doubles)
+        records, count = self.records, len(self.records)
+        doubles = np.zeros((count, TRACK.itemsize // 8))
+        rows = np.ndarray(count, TRACK, doubles)
         doubles[:, :4], doubles[:, 4:20] = mean, covariance.reshape(-1, 16)
         for name in self._published:
             rows[name] = records[name]

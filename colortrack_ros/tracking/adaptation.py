@@ -71,6 +71,10 @@ NO_OUTLINE = 2.0
 that merge have up to 2.2. With 1 those lose 40 points of IDF1, with 4 pedestrians lose 8."""
 
 
+NO_ORIGINS = np.zeros((0, 2))
+"""Where nothing started."""
+
+
 class Adaptation:
     """Learns from measured tracks."""
 
@@ -92,6 +96,8 @@ class Adaptation:
         """What became of lost objects."""
         self.image_size = (0, 0)
         """Width and height of the picture [px]; 0 while unknown."""
+        self.sudden_speed = FIRST_SPEED
+        """As speed, for objects that start all at once, however slow all was before [px/s]."""
         self.noisiness = MeasurementNoise()
         self.maneuvers = Maneuvers()
         self.camera = Camera()
@@ -115,12 +121,6 @@ class Adaptation:
     def speed(self) -> Floats:
         """Root mean square of the velocity on each axis, (2,), at least LEAST_SPEED [px/s]."""
         return np.maximum(np.sqrt(self._speed2), LEAST_SPEED)
-
-    @property
-    def sudden_speed(self) -> float:
-        """The same for objects that start all at once, however slow all was before [px/s]."""
-        size = self.image_size
-        return FIRST_SPEED * math.sqrt(max(size[0] * size[1] / VGA, 1.0))
 
     @property
     def density(self) -> float:
@@ -153,9 +153,10 @@ class Adaptation:
 
     def know_size(self, image_size: tuple[int, int]) -> None:
         """Set the size of the picture [px]; zeros, for unknown, are ignored."""
-        if all(image_size):
+        if image_size != self.image_size and all(image_size):
             self.image_size = image_size
             self.area = float(image_size[0] * image_size[1])
+            self.sudden_speed = FIRST_SPEED * math.sqrt(max(self.area / VGA, 1.0))
 
     def learn_size(self, z: Floats) -> None:
         """Estimate the picture as the box around all detections so far, z (M, 2) [px]."""
@@ -181,7 +182,7 @@ class Adaptation:
             sigma = way / math.sqrt(-2 * math.log(1 - QUANTILE))
             self._speed2 = np.minimum(self._speed2, (sigma / dt) ** 2)
 
-    def learn_new(self, false: int, origin: Floats) -> None:
+    def learn_new(self, false: int = 0, origin: Floats = NO_ORIGINS) -> None:
         """Learn from the tracks deleted unconfirmed in a frame, and from those confirmed.
 
         :param false: number of tracks deleted unconfirmed.

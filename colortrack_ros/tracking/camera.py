@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Viewpoint
 from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.ego_motion import EgoMotion
 from colortrack_ros.tracking.ego_motion import find_ego_motion
@@ -54,7 +55,7 @@ class Turn(NamedTuple):
     now: Viewpoint
     stamp: int
 
-    def take(self, x: Floats, records: NDArray[np.void]) -> EgoMotion:
+    def take(self, x: Floats, records: Records) -> EgoMotion:
         """What it does to tracks, each with an A and a shift of its own.
 
         It is noted how near they have come, how large they look by that, and which are outside.
@@ -75,12 +76,12 @@ class Turn(NamedTuple):
         records['visible'][outside] = seen
         return EgoMotion(A, moved - _turned(A, x))
 
-    def way(self, x: Floats, records: NDArray[np.void]) -> Floats:
+    def way(self, x: Floats, records: Records) -> Floats:
         """How far tracks have come, (N, 2) [px], of where they are now."""
         return x - self.last.moved(x, self.now, _nearness(self.now, x, records))[0]
 
 
-def _nearness(view: Viewpoint, x: Floats, records: NDArray[np.void]) -> Floats:
+def _nearness(view: Viewpoint, x: Floats, records: Records) -> Floats:
     """Of tracks at x, (N, 2), by their lower edges; unseen ones as it was: (N,) [1/m]."""
     reach = records['extent']
     feet = x + reach[:, 1] * [0.0, 1.0]

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
-from colortrack_ros.data import whole_rows
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.hypotheses import Association
@@ -196,7 +196,7 @@ def tell_apart(
     records['rival'][one] = records['rival'][other] = 0
 
 
-def _sum_up(records: NDArray[np.void], pairs: Hypotheses, stamp: int) -> None:
+def _sum_up(records: Records, pairs: Hypotheses, stamp: int) -> None:
     """Add the measurements of separated rivals to the sums of their lines."""
     mine = (records['rival'][pairs.track] > 0) & (records['apart'][pairs.track] < stamp)
     track, z, R = pairs.track[mine], pairs.z[mine], pairs.R[mine]
@@ -207,7 +207,7 @@ def _sum_up(records: NDArray[np.void], pairs: Hypotheses, stamp: int) -> None:
     records['scans'][track] += 1
 
 
-def _lines(records: NDArray[np.void], track: Indices, stamp: int) -> tuple[Floats, Floats]:
+def _lines(records: Records, track: Indices, stamp: int) -> tuple[Floats, Floats]:
     """Weighted least squares: states (K, 4) at the stamp, and their covariances (K, 4, 4)."""
     t = (stamp - records['apart'][track]) / NANOSECONDS
     s, st, stt, *sums = records['sums'][track].T
@@ -225,7 +225,7 @@ def _lines(records: NDArray[np.void], track: Indices, stamp: int) -> tuple[Float
 
 
 def _compare(
-    records: NDArray[np.void],
+    records: Records,
     one: Indices,
     other: Indices,
     chance: Floats,
@@ -264,7 +264,7 @@ def _coasted(mean: Floats, cov: Floats, T: Floats, q: float) -> tuple[Floats, Fl
 
 
 def _compare_sizes(
-    records: NDArray[np.void], one: Indices, other: Indices, prediction: Prediction
+    records: Records, one: Indices, other: Indices, prediction: Prediction
 ) -> Floats:
     """Log-likelihood ratio of sizes, (P,): pairs as they are against exchanged."""
     if not prediction.sized:
@@ -283,7 +283,7 @@ def _exchange(tracks: TrackTable[Bank], one: Indices, other: Indices) -> None:
     into, out = np.append(one, other), np.append(other, one)
     tracks.filters.put(into, tracks.filters.take(out))
     records = tracks.records
-    own = records[list(OWN)][into].copy()
-    whole_rows(records)[into] = whole_rows(records)[out]
+    own = {name: records[name][into] for name in OWN}
+    records.put(into, records.take(out))
     for name in OWN:
         records[name][into] = own[name]

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import COASTING
 from colortrack_ros.estimation.existence import HIDDEN_SHARE
 from colortrack_ros.estimation.existence import weigh_hidden
+from colortrack_ros.estimation.records import Records
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -66,7 +67,7 @@ class Disappearances:
         density = weight @ known + ANYWHERE_WEIGHT * (count + share) / (count + 1) / area
         return np.asarray(density[:, 0] / density.sum(axis=1))
 
-    def existence(self, records: NDArray[np.void], area: float, *, finds_whole: bool) -> Floats:
+    def existence(self, records: Records, area: float, *, finds_whole: bool) -> Floats:
         """Probabilities of existence, (N,), given what seems to have become of all lost objects.
 
         If none of several has reappeared yet, that says more with every frame, long before they are

@@ -94,7 +94,7 @@ def reconsider(
     live = (records['track_id'][row] == doubts.track_id).nonzero()[0]
     row, doubts = row[live], doubts.take(live)
     before, now = doubts.bank.take(np.arange(len(row))), tracks.filters.take(row)
-    doubted = records[row]
+    doubted = records.take(row)
     variance = process_variance(doubted, learned, config)
     for bank in (before, now):
         bank.predict(step.dt, variance, known_acceleration(doubted, config))

@@ -9,6 +9,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.estimation.records import Records
+
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
@@ -33,7 +35,7 @@ GROWTH_TIME = 0.1
 change nothing in `collision`, `swarm` and `vanish`."""
 
 
-def grow(records: NDArray[np.void], unmeasured: Floats, dt: float) -> None:
+def grow(records: Records, unmeasured: Floats, dt: float) -> None:
     """Predict the extents of tracks.
 
     :param records: (N,) of all tracks, see records.FIELDS.
@@ -47,7 +49,7 @@ def grow(records: NDArray[np.void], unmeasured: Floats, dt: float) -> None:
 
 
 def learn_growth(
-    records: NDArray[np.void], track: Indices, moved: Floats, cut: Bools, odd: Bools, period: float
+    records: Records, track: Indices, moved: Floats, cut: Bools, odd: Bools, period: float
 ) -> None:
     """Learn from the sides of blobs.
 

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
@@ -49,7 +50,7 @@ def initiate(
     record_size(records, slice(None), blobs.rows[new])
 
 
-def _note_repeated(records: NDArray[np.void], prediction: Prediction) -> None:
+def _note_repeated(records: Records, prediction: Prediction) -> None:
     """Mark new tracks, (K,), that start inside an object measured in the same frame."""
     measured = (prediction.records['updated'] == prediction.step.now).nonzero()[0]
     seen, half = prediction.records['seen'][measured], prediction.size[measured] / 2

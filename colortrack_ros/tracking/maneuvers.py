@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.gaussian import log_density
 from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
+from colortrack_ros.estimation.records import Records
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -95,7 +96,7 @@ class Maneuvers:
 
     def learn(
         self,
-        records: NDArray[np.void],
+        records: Records,
         track: Indices,
         z: Floats,
         variance: Floats,
@@ -133,7 +134,7 @@ class Maneuvers:
 
     def _glance(
         self,
-        records: NDArray[np.void],
+        records: Records,
         track: Indices,
         z: Floats,
         variance: Floats,
@@ -170,7 +171,7 @@ class Maneuvers:
         first = FIRST_TIME * math.exp(-watched / FORGETTING)
         self.rate = (FIRST_RATE * first + turns) / (first + watched)
 
-    def conclude(self, records: NDArray[np.void], filtered: Floats) -> None:
+    def conclude(self, records: Records, filtered: Floats) -> None:
         """Derive the rates and densities of each track, if anything is new.
 
         :param records: (N,) of all tracks, with MANEUVER_FIELDS.

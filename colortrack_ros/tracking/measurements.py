@@ -229,7 +229,7 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
     if sum(map(np.count_nonzero, near)) < doubles.size + singles.size:
         good = near[0].all(axis=1) & near[1].all(axis=1)
         rows, doubles, singles = rows[good], doubles[good], singles[good]
-    a, b, c = doubles[:, 2], doubles[:, 3], doubles[:, 4]
+    a, b, c = doubles[:, 2:].T
     definite = (a > 0) & (a * c > b * b)
     known = np.count_nonzero(definite) == len(rows)
     if not known:

@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.tracking.differences import DIFFERENCES
 from colortrack_ros.tracking.differences import GIVEN_LOG
 from colortrack_ros.tracking.differences import LEAN
@@ -133,9 +134,7 @@ class MeasurementNoise:
         row = np.minimum(self._colors.searchsorted(colors), len(self._colors) - 1)
         return row, self._colors[row] == colors
 
-    def learn(
-        self, records: NDArray[np.void], track: Indices, recent: Recent, predicted: Floats
-    ) -> Floats:
+    def learn(self, records: Records, track: Indices, recent: Recent, predicted: Floats) -> Floats:
         """Take the differences of the last frames.
 
         :param records: (N,) of all tracks, with NOISE_FIELDS and those of Recent.
@@ -164,7 +163,7 @@ class MeasurementNoise:
 
     def _sum(
         self,
-        records: NDArray[np.void],
+        records: Records,
         track: Indices,
         row: Indices,
         new: Floats,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import predict_existence
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.adaptation import LEAST_SPEED
@@ -70,7 +71,7 @@ class Prediction:
 
     step: Step
     bank: Bank
-    records: NDArray[np.void]
+    records: Records
     center: Floats
     velocity: Floats
     variance: Floats
@@ -177,14 +178,12 @@ def _expect(
     )
 
 
-def known_acceleration(records: NDArray[np.void], config: TrackerConfig) -> Floats | None:
+def known_acceleration(records: Records, config: TrackerConfig) -> Floats | None:
     """Acceleration by second differences, (N, 2) [px/s^2]; None to use that of the model."""
     return np.asarray(records['acceleration']) if config.acceleration_span else None
 
 
-def process_variance(
-    records: NDArray[np.void], learned: Adaptation, config: TrackerConfig
-) -> Floats:
+def process_variance(records: Records, learned: Adaptation, config: TrackerConfig) -> Floats:
     """sigma_s^2 of tracks, equal on both axes, (N, 1) [px^2/s^4]."""
     if config.process_noise:
         return np.full((len(records), 1), config.process_noise**2)

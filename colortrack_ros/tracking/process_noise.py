@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.tracking.noise import MEAN_LOG
 from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.recent import MANEUVERED
@@ -114,9 +115,7 @@ class ProcessNoise:
         self._fit, self._count = np.zeros(len(INDICES)), np.zeros(2)
         self.log_noise = math.log(FIRST_NOISE)
 
-    def learn(
-        self, records: NDArray[np.void], track: Indices, recent: Recent, period: float
-    ) -> None:
+    def learn(self, records: Records, track: Indices, recent: Recent, period: float) -> None:
         """Take what was measured in the last EVERY frames.
 
         :param records: (N,) of all tracks, with STEP_FIELDS and those of Recent.
@@ -129,10 +128,11 @@ class ProcessNoise:
         remembered = np.exp((stamps[:-1] - stamps[1:]) / STEP_MEMORY)
         self._fit, self._count = self._fit * remembered.prod(), self._count * remembered.prod()
         for first in range(0, len(records), TRACKS_AT_ONCE):
-            self._take(records[first : first + TRACKS_AT_ONCE], oldest_first[1:], remembered)
+            some = records.part(slice(first, first + TRACKS_AT_ONCE))
+            self._take(some, oldest_first[1:], remembered)
         self._conclude(records, track, period)
 
-    def _take(self, records: NDArray[np.void], slots: Indices, remembered: Floats) -> None:
+    def _take(self, records: Records, slots: Indices, remembered: Floats) -> None:
         """Take the measurements of some frames, of some of the tracks.
 
         :param slots: (F,) where Recent has them, the oldest first.
@@ -159,7 +159,7 @@ class ProcessNoise:
         self._fit += since @ fit.sum(axis=1)
         self._count += since @ count.sum(axis=1)
 
-    def _conclude(self, records: NDArray[np.void], track: Indices, period: float) -> None:
+    def _conclude(self, records: Records, track: Indices, period: float) -> None:
         """Posterior means of ln q, of crowd and tracks."""
         count, log_sum = self._count
         if count < 1:
@@ -179,7 +179,7 @@ class ProcessNoise:
 
 
 def _follow(
-    records: NDArray[np.void],
+    records: Records,
     some: Floats,
     measured: NDArray[np.bool_],
     age: NDArray[np.int64],

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.estimation.records import Records
+
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
@@ -37,7 +39,7 @@ class Recent:
 
     def take(
         self,
-        records: NDArray[np.void],
+        records: Records,
         track: Indices,
         z: Floats,
         given: Floats,

@@ -7,6 +7,7 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import maneuvering
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking import maneuvers
 from colortrack_ros.tracking import noise
@@ -75,7 +76,7 @@ unsettled: what maneuvers that hardly show yet add to the covariance of the velo
 """
 
 
-def record_size(records: NDArray[np.void], track: Indices | slice, rows: NDArray[np.void]) -> None:
+def record_size(records: Records, track: Indices | slice, rows: NDArray[np.void]) -> None:
     """Note the sizes of the detections rows, (K,), that tracks have taken."""
     for name in ('area', 'box_w', 'box_h'):
         records[name][track] = rows[name]
@@ -120,7 +121,7 @@ def published(
     return whole[~absent].view(TRACK)
 
 
-def _unseen(records: NDArray[np.void], rows: NDArray[np.void], speed: Floats) -> Floats:
+def _unseen(records: Records, rows: NDArray[np.void], speed: Floats) -> Floats:
     """Covariances of coasting tracks, (K, 4, 4), about where they are if they go on.
 
     What has been learned of how they stray unseen adds to those of their filters, and the mean

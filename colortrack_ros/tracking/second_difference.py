@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.estimation.records import Records
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -18,9 +19,7 @@ ACCELERATION_FIELDS = [
 they were measured [ns], how many there are, and the acceleration [px/s^2], 0 until it is known."""
 
 
-def learn_acceleration(
-    records: NDArray[np.void], track: Indices, z: Floats, now: int, span: float
-) -> None:
+def learn_acceleration(records: Records, track: Indices, z: Floats, now: int, span: float) -> None:
     """Take the measured positions of tracks, and hold the acceleration while there are none.
 
     With z_0, z_1, z_2 measured at t_0 > t_1 > t_2, what a parabola through them has::

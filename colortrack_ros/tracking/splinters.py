@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.tracking.prediction import LAST_FRAME
 from colortrack_ros.tracking.prediction import Prediction
 
@@ -38,7 +39,7 @@ largest distance from it so far, and that when both were last seen [px]; stamp o
 [ns]; and whether it has been taken for a piece since it was last seen alone."""
 
 
-def note_hosts(records: NDArray[np.void], prediction: Prediction) -> None:
+def note_hosts(records: Records, prediction: Prediction) -> None:
     """Note beside which track each new one begins.
 
     :param records: (K,) of the new tracks.
@@ -85,7 +86,7 @@ def find_hosts(prediction: Prediction, reach: float) -> Indices:
     return host
 
 
-def leave_out_splinters(records: NDArray[np.void], member: Indices, host: Indices) -> Indices:
+def leave_out_splinters(records: Records, member: Indices, host: Indices) -> Indices:
     """Note the splinters in sets of tracks that are one detection, and leave them out.
 
     :param member: (S, n) tracks, -1 behind the last.

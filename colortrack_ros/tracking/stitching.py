@@ -9,6 +9,7 @@ from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import LOG_2PI
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.gaussian import turned
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.association.gnn import associate
@@ -54,7 +55,7 @@ tracks; for coasting ones, which may still be elsewhere, odds of a thousand that
 is an object. Assumed."""
 
 
-def stitch(tracks: TrackTable[Bank], found: Indices, lost: NDArray[np.void]) -> None:
+def stitch(tracks: TrackTable[Bank], found: Indices, lost: Records) -> None:
     """Give new tracks, (K,), the IDs and sizes of lost ones, (K,) records."""
     records = tracks.records
     hits = records['hits'][found] + lost['hits']
@@ -110,7 +111,7 @@ def _is_repeated(
     If an object is detected twice just as it turns, its track may take the wrong detection, and the
     next ones go to the track that started on the right one.
     """
-    before, after = lost.records[one], found.records[other]
+    before, after = lost.records.take(one), found.records.take(other)
     sized = (before['extent'].sum(axis=1) > 0).all(axis=1)
     return np.asarray(sized & (after['host'] == before['track_id']))
 

@@ -184,9 +184,9 @@ class Tracker:
         chosen, probability = associate(hypotheses.track, hypotheses.blob, gain)
         pairs = hypotheses if len(chosen) == len(hypotheses) else hypotheses.take(chosen)
         hard = np.count_nonzero(probability == 1) == len(probability)
-        taken = np.zeros(count, bool)
-        taken[pairs.blob if hard else pairs.blob[probability > 0.5]] = True
-        return Association(pairs, probability, ~taken, hard)
+        free = np.ones(count, bool)
+        free[pairs.blob if hard else pairs.blob[probability > 0.5]] = False
+        return Association(pairs, probability, free, hard)
 
     def _learn_sizes(
         self, prediction: Prediction, blobs: Measurements, new: NDArray[np.intp]
@@ -202,7 +202,7 @@ class Tracker:
         records = tracks.records
         if go_on(tracks, now, config):
             if not again:
-                learned.learn_new(0, records['origin'][:0])
+                learned.learn_new()
             return
         before = records['state'].copy()
         keep = confirm(tracks, now, config)
@@ -246,7 +246,7 @@ class Tracker:
         one, other = find_stitches(
             lost, tracks.take(found), now, self._period, learned, self.config, self._population
         )
-        stitch(tracks, found[other], lost.records[one])
+        stitch(tracks, found[other], lost.records.take(one))
         learned.disappearances.learn(lost.records['seen'][one], returned=True)
         is_live = one < len(coasting)
         keep[coasting[one[is_live]]] = False

@@ -9,6 +9,7 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
 from colortrack_ros.estimation.existence import weigh_hidden
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
@@ -70,7 +71,7 @@ def update(
 ) -> None:
     """Update filters, existence and sizes, and learn from the frame."""
     pairs, probability = associated.pairs, associated.probability
-    measured = np.zeros(len(tracks), bool)
+    measured = np.zeros(len(prediction.records), bool)
     measured[pairs.track] = True
     _update_existence(prediction, pairs, measured)
     _learn_disappearances(prediction, pairs, measured, learned)
@@ -103,7 +104,8 @@ def _record_hits(
     tracks: TrackTable[Bank], taken: Hypotheses, blobs: Measurements, prediction: Prediction
 ) -> None:
     """Record which tracks were measured, where, and their sizes."""
-    records, every = tracks.records, len(taken) == len(tracks)
+    records = tracks.records
+    every = len(taken) == len(records)
     track = slice(None) if every else taken.track
     if prediction.step.again or not every:
         records['misses'] += not prediction.step.again
@@ -114,7 +116,7 @@ def _record_hits(
     record_size(records, track, blobs.rows.take(taken.blob))
 
 
-def _unsettle(records: NDArray[np.void], prediction: Prediction, taken: Hypotheses) -> None:
+def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses) -> None:
     """Record what maneuvers ignored by the filters add to the covariance of the velocity.
 
     A maneuver at the end of a frame has hardly moved the object yet, so the measurement cannot rule
@@ -144,14 +146,11 @@ def _unsettle(records: NDArray[np.void], prediction: Prediction, taken: Hypothes
     change = gain * aside - v
     weight = weight[:, None]
     weighted = weight * change
-    squares = np.add.reduce(weighted * change + weight * (variance - gain * with_position))
-    across = np.add.reduce(weighted[:, 0] * change[:, 1])
+    uu, vv = np.add.reduce(weighted * change + weight * (variance - gain * with_position))
+    uv = np.add.reduce(weighted[:, 0] * change[:, 1])
     chance = prediction.maneuvered[rows] * (taken.innovations.maneuvered <= UNLIKELY)
     chance /= 1 - chance + chance * np.add.reduce(weight[:, 0])
-    added = np.empty((len(taken), 4))
-    added[:, ::3] = (chance * squares).T
-    added[:, 1:3] = (chance * across)[:, None]
-    records['unsettled'][rows] = added.reshape(-1, 2, 2)
+    records['unsettled'][rows] = (chance * np.array([uu, uv, uv, vv])).T.reshape(-1, 2, 2)
 
 
 def _maneuver(bank: Bank, prediction: Prediction, taken: Hypotheses) -> None:

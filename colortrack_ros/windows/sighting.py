@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.windows.appearance import Appearance
 from colortrack_ros.windows.appearance import NEARBY
 from colortrack_ros.windows.appearance import RARER
@@ -24,7 +25,7 @@ SPIRAL = _GRID[np.hypot(*_GRID.T).argsort(kind='stable')].astype(float)
 
 
 def sight(
-    frame: Frame, records: NDArray[np.void], matches: Matches, valid: NDArray[np.bool_],
+    frame: Frame, records: Records, matches: Matches, valid: NDArray[np.bool_],
     predicted: Floats,
 ) -> dict[int, Sighting]:  # fmt: skip
     """Look for all targets by their appearance, save those that the next look can wait for.
@@ -41,20 +42,20 @@ def sight(
     :param predicted: (N, 2) u, v [px].
     :return: by track, those that are seen for sure.
     """
-    sightings = {}
-    for i, record in enumerate(records):
-        appearance: Appearance = record['appearance']
-        if valid[i] and record['looks'] == 0 and _is_sized(record['hits'] + 1):
+    sightings, looks, hits = {}, records['looks'], records['hits']
+    for i, appearance in enumerate(records['appearance']):
+        if valid[i] and looks[i] == 0 and _is_sized(hits[i] + 1):
             continue
         seen = appearance.look(frame, matches.z[i] if valid[i] else predicted[i])
         if appearance.likeness(seen) < NEARBY:
             if valid[i]:
                 continue
-            seen = appearance.look(frame, _elsewhere(frame, record))
+            elsewhere = _elsewhere(frame, appearance, records['seen'][i], int(looks[i]))
+            seen = appearance.look(frame, elsewhere)
             # The more places were looked at, the rarer has to be one as like.
-            if appearance.likeness(seen) < NEARBY + RARER * np.log(record['looks'] + 1):
+            if appearance.likeness(seen) < NEARBY + RARER * np.log(looks[i] + 1):
                 continue
-            records['looks'][i] = max(record['looks'], 1)  # it is lost even if it was just seen
+            looks[i] = max(looks[i], 1)  # it is lost even if it was just seen
         sightings[i] = seen
         if not appearance.is_sure(seen):
             seen = appearance.partly(seen)
@@ -65,7 +66,7 @@ def sight(
 
 
 def are_doubtful(
-    records: NDArray[np.void], matches: Matches, sightings: dict[int, Sighting]
+    records: Records, matches: Matches, sightings: dict[int, Sighting]
 ) -> NDArray[np.bool_]:
     """Which targets had been lost, and are seen again by their appearance, but not for sure, (N,).
 
@@ -78,7 +79,7 @@ def are_doubtful(
 
 
 def learn(
-    frame: Frame, records: NDArray[np.void], accepted: NDArray[np.bool_], matches: Matches,
+    frame: Frame, records: Records, accepted: NDArray[np.bool_], matches: Matches,
     sightings: dict[int, Sighting],
 ) -> None:  # fmt: skip
     """Learn what the targets look like where they are, and how large they are.
@@ -110,10 +111,10 @@ def _is_sized(hits: int) -> bool:
     return hits % 2 == 1
 
 
-def _elsewhere(frame: Frame, record: np.void) -> Floats:
+def _elsewhere(frame: Frame, appearance: Appearance, last: Floats, looks: int) -> Floats:
     """Where to look for a lost target: around its last place, in cycles twice as long each time."""
     size = np.array(frame.image.shape[1::-1])
-    place = np.clip(record['seen'], 0, size - 1) + SPIRAL * record['appearance'].reach
+    place = np.clip(last, 0, size - 1) + SPIRAL * appearance.reach
     place = place[((place >= 0) & (place < size)).all(axis=1)]
-    turn = int(record['looks']) + 1
+    turn = looks + 1
     return np.asarray(place[(turn - (1 << turn.bit_length() - 1)) % len(place)])
