@@ -54,6 +54,19 @@ def rows_of(
     return rows
 
 
+def inside(row: NDArray[np.void], templates: list[BlobTemplate]) -> NDArray[np.void]:
+    """The row of a blob, (1,), whose things cannot be told apart: each is anywhere inside its box.
+
+    Uniformly distributed, so that its variance on an axis is a twelfth of the square of the room.
+    """
+    least = np.min([template.box[2:] for template in templates], axis=0)
+    row = row.copy()
+    for axis, name in enumerate(('u', 'v')):
+        room = max(float(row[f'box_{"wh"[axis]}'][0] - least[axis]), 0.0)
+        row[f'cov_{name}{name}'] += room**2 / 12
+    return row
+
+
 def replaced(rows: NDArray[np.void], parts: dict[int, NDArray[np.void]]) -> NDArray[np.void]:
     """The rows with others in the places of some, largest area first."""
     kept = np.delete(whole_rows(rows), list(parts))
