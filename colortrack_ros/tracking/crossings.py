@@ -23,6 +23,7 @@ from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.sizes import Sizes
 from colortrack_ros.tracking.stitching import log_likelihood_ratio
 
 Floats = NDArray[np.float64]
@@ -159,7 +160,7 @@ def _remember(prediction: Prediction, one: Indices, other: Indices) -> None:
     records['before'][fresh], records['before_cov'][fresh] = mean[fresh, :4], cov[fresh, :4, :4]
     again = one[records['rival'][one] == ids[other]]
     records['apart'][again] = stamp
-    records['sums'][again] = records['scans'][again] = 0
+    records['sums'][again] = records['scans'][again] = records['size_log_ratio'][again] = 0
 
 
 def tell_apart(
@@ -176,6 +177,8 @@ def tell_apart(
     if not np.count_nonzero(records['rival']):
         return
     _sum_up(records, pairs, stamp)
+    if prediction.sized:
+        _sum_up_sizes(records, pairs.track, prediction.sizes, stamp)
     one = np.flatnonzero(records['rival'])
     other = records['track_id'].searchsorted(records['rival'][one])
     other = np.minimum(other, len(records) - 1)
@@ -188,8 +191,9 @@ def tell_apart(
         return
     since = (stamp - records['met'][one]) / NANOSECONDS
     chance = config.maneuvers * maneuver_chance(records['rate'][one], since)
-    ratio = _compare(records, one, other, chance, prediction, stamp) * (chance < UNSTEADY)
-    ratio += _compare_sizes(records, one, other, prediction)
+    ratio = _compare(records, one, other, chance, prediction, stamp)
+    ratio *= chance < UNSTEADY
+    ratio += records['size_log_ratio'][one] + records['size_log_ratio'][other]
     decided = (np.abs(ratio) > CLEAR) | (scans >= MOST_SCANS) | (ratio == 0)
     one, other, exchanged = one[decided], other[decided], ratio[decided] < 0
     _exchange(tracks, one[exchanged], other[exchanged])
@@ -205,6 +209,21 @@ def _sum_up(records: Records, pairs: Hypotheses, stamp: int) -> None:
     row = np.stack([np.ones(len(t)), t, t * t, z[:, 0], z[:, 1], t * z[:, 0], t * z[:, 1]], axis=1)
     records['sums'][track] += weight[:, None] * row
     records['scans'][track] += 1
+
+
+def _sum_up_sizes(records: Records, track: Indices, sizes: Sizes, stamp: int) -> None:
+    """Add what the sizes of the last detections of separated rivals say about who they are.
+
+    What is learned of sizes has followed the decisions that are in doubt, so it is not used.
+
+    :param track: (K,) which were measured.
+    """
+    mine = track[(records['rival'][track] > 0) & (records['apart'][track] < stamp)]
+    theirs = records['track_id'].searchsorted(records['rival'][mine])
+    theirs = np.minimum(theirs, len(records) - 1)
+    size = np.stack([records['box_w'][mine], records['box_h'][mine]], axis=1).astype(float)
+    own, other = (sizes.log_fit(records['before_size'][rows], size) for rows in (mine, theirs))
+    records['size_log_ratio'][mine] += own - other
 
 
 def _lines(records: Records, track: Indices, stamp: int) -> tuple[Floats, Floats]:
@@ -261,21 +280,6 @@ def _coasted(mean: Floats, cov: Floats, T: Floats, q: float) -> tuple[Floats, Fl
     for i, j, gain in ((0, 0, T**3 / 3), (0, 2, T**2 / 2), (2, 0, T**2 / 2), (2, 2, T)):
         cov[:, (i, i + 1), (j, j + 1)] += q * gain[:, None]
     return mean, cov
-
-
-def _compare_sizes(
-    records: Records, one: Indices, other: Indices, prediction: Prediction
-) -> Floats:
-    """Log-likelihood ratio of sizes, (P,): pairs as they are against exchanged."""
-    if not prediction.sized:
-        return np.zeros(len(one))
-    both = np.append(one, other)
-    # Of the last detections: what is learned of sizes has followed the decisions that are in doubt.
-    size = np.stack([records['box_w'][both], records['box_h'][both]], axis=1).astype(float)
-    before = records['before_size'][both]
-    own = prediction.sizes.log_fit(before, size)
-    exchanged = prediction.sizes.log_fit(before, np.roll(size, len(one), axis=0))
-    return np.asarray(SCANS * (own - exchanged).reshape(2, len(one)).sum(axis=0))
 
 
 def _exchange(tracks: TrackTable[Bank], one: Indices, other: Indices) -> None:

@@ -48,6 +48,7 @@ FIELDS = [
     ('before_size', 'f8', 2),
     ('sums', 'f8', 7),
     ('scans', 'u4'),
+    ('size_log_ratio', 'f8'),
     ('unsettled', 'f8', (2, 2)),
     *recent.RECENT_FIELDS,
     *noise.NOISE_FIELDS,
@@ -72,6 +73,7 @@ exchanged detections with, 0 for none;
 met, apart: stamp of the first frame and of the last in which they were near each other [ns];
 before, before_cov, before_size: its state as predicted for the first, the covariance, and its size
 [px]; sums: of the weighted line through its scans measurements since the last, see crossings;
+size_log_ratio: sum over these of the log-likelihood ratio of its sizes, own against rival;
 unsettled: what maneuvers that hardly show yet add to the covariance of the velocity [px^2/s^2].
 """
 
