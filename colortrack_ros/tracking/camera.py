@@ -1,7 +1,7 @@
-"""The camera's own motion: it goes on as it was, and takes all tracks along.
+"""Camera: its motion from frame to frame, assumed to continue, carries all tracks along.
 
-The filters then hold what objects do beside it. Published are velocities in the picture, so that
-nothing depends on whose motion it is that all share.
+The filters hold the motion of objects relative to it. Published velocities are those in the
+picture, so nothing depends on how common motion is split between camera and objects.
 """
 
 from typing import NamedTuple
@@ -23,32 +23,31 @@ from colortrack_ros.tracking.recent import Z
 Floats = NDArray[np.float64]
 
 UNSTEADINESS_MEMORY = 5
-"""Frames over which the changes of its motion are averaged. Assumed: a pan starts and ends."""
+"""Frames over which changes of the camera's motion are averaged. Assumed: a pan starts and ends."""
 
 STEADY_FRAMES = 3
-"""Frames after which a motion that has not changed is given to the objects as their own, since the
-filters of all know it better than what two frames say. Assumed."""
+"""Frames without a change after which the camera's motion is added to that of the objects: the
+filters of all of them estimate it better than two frames do. Assumed."""
 
 
 CAMERA_FIELDS = [('nearness', 'f8'), ('left', 'i8')]
-"""What is recorded of a track: one over the distance of its object from a camera of which it is
-known where it is [1/m]; stamp of the last frame that it was outside of by that camera's motion
-[ns]."""
+"""Camera fields of a track: inverse distance of its object from a camera of known pose [1/m]; stamp
+of the last frame in which the motion of that camera left the object outside the picture [ns]."""
 
 SEEN_OUTSIDE = 0.02
-"""Probability that an object can be seen though it is predicted outside the picture: what is
-predicted from odometry is off by a few pixels at the border. Assumed."""
+"""Probability that an object predicted outside the picture is visible: predictions from odometry
+are off by a few pixels at the border. Assumed."""
 
 
 class Turn(NamedTuple):
-    """What two known viewpoints make of positions.
+    """Motion of positions between two known viewpoints.
 
-    Objects that the picture shows are taken to stand on the ground, with their lower edges; others
-    to be where they were seen last.
+    Objects in the picture are assumed to stand on the ground with their lower edges; others, to be
+    where they were last seen.
 
-    :param last: of the last frame.
-    :param now: of this one.
-    :param stamp: of this one [ns].
+    :param last: viewpoint of the last frame.
+    :param now: viewpoint of this frame.
+    :param stamp: of this frame [ns].
     """
 
     last: Viewpoint
@@ -56,12 +55,13 @@ class Turn(NamedTuple):
     stamp: int
 
     def take(self, x: Floats, records: Records) -> EgoMotion:
-        """What it does to tracks, each with an A and a shift of its own.
+        """Return the motion of tracks, with an A and a shift for each.
 
-        It is noted how near they have come, how large they look by that, and which are outside.
+        Updates the recorded inverse distance, the extent that follows from it, and which tracks are
+        outside the picture.
 
-        :param x: (N, 2) where they were in the last frame [px].
-        :param records: (N,) theirs.
+        :param x: (N, 2) positions in the last frame [px].
+        :param records: (N,) of the tracks.
         """
         near = _nearness(self.last, x, records)
         moved, A, now = self.now.moved(x, self.last, near)
@@ -77,22 +77,22 @@ class Turn(NamedTuple):
         return EgoMotion(A, moved - _turned(A, x))
 
     def way(self, x: Floats, records: Records) -> Floats:
-        """How far tracks have come, (N, 2) [px], of where they are now."""
+        """Return the displacements that led to the present positions x, (N, 2) [px]."""
         return x - self.last.moved(x, self.now, _nearness(self.now, x, records))[0]
 
 
 def _nearness(view: Viewpoint, x: Floats, records: Records) -> Floats:
-    """Of tracks at x, (N, 2), by their lower edges; unseen ones as it was: (N,) [1/m]."""
+    """Return the inverse distances of tracks at x, (N, 2): (N,) [1/m].
+
+    They follow from the lower edges of objects; those out of view keep the recorded value.
+    """
     reach = records['extent']
     feet = x + reach[:, 1] * [0.0, 1.0]
     return np.where(view.shows(x, reach), view.nearness(x, feet), records['nearness'])
 
 
 class Camera:
-    """How the camera moved in the last frame.
-
-    :ivar is_known: whether somebody tells where it is.
-    """
+    """Motion of the camera in the last frame."""
 
     def __init__(self) -> None:
         self._motion: EgoMotion | Turn = STANDING
@@ -102,11 +102,11 @@ class Camera:
 
     @property
     def is_known(self) -> bool:
-        """Whether somebody tells where it is."""
+        """Whether the pose of the camera is given."""
         return self._viewpoint is not None
 
     def turn(self, viewpoint: Viewpoint | None, stamp: int, dt: float) -> None:
-        """Go to the next frame, of which it is known where it is taken; None: not known.
+        """Advance to the next frame, taken from a given viewpoint; None: unknown.
 
         :param stamp: of the frame [ns].
         :param dt: since the last frame [s].
@@ -116,14 +116,15 @@ class Camera:
 
     @property
     def stands(self) -> bool:
-        """Whether it did not."""
+        """Whether the camera did not move."""
         return self._motion is STANDING
 
     def follow(self, expected: Floats, variance: Floats, z: Floats, dt: float) -> None:
-        """Go to the next frame; what is seen there corrects the motion.
+        """Advance to the next frame, and correct the motion by its detections.
 
-        :param expected: (N, 2) predictions, without it, of objects measured in the last frame [px].
-        :param variance: (N, 2) of these and of measurements [px^2].
+        :param expected: (N, 2) positions predicted without the camera's motion, of objects measured
+            in the last frame [px].
+        :param variance: (N, 2) of the predictions plus the measurements [px^2].
         :param z: (M, 2) detections [px].
         :param dt: since the last frame [s].
         """
@@ -142,18 +143,18 @@ class Camera:
 
     @property
     def is_steady(self) -> bool:
-        """Whether it moves, but in the last frames alike."""
+        """Whether the camera moves, without a change in the last STEADY_FRAMES frames."""
         known = isinstance(self._motion, Turn)
         return not known and not self.stands and self._steady >= STEADY_FRAMES
 
     def stop(self) -> None:
-        """Stand from now on."""
+        """Assume that the camera stands from now on."""
         self._motion, self._viewpoint = STANDING, None
 
     def give(self, tracks: TrackTable[Bank], recent: Recent, now: int) -> None:
-        """Let tracks have its motion as their own: what is recorded of their past moves back by it.
+        """Add the camera's motion to that of tracks, and move their recorded past back accordingly.
 
-        :param recent: where the frames are in the records.
+        :param recent: slots of the frames in the records.
         :param now: stamp of the frame [ns].
         """
         if self.stands or not len(tracks):
@@ -176,7 +177,7 @@ class Camera:
         records['probe'][:, 1] += way[..., None]
 
     def carry(self, tracks: TrackTable[Bank]) -> None:
-        """Take tracks, and all that is recorded of their past, to where the camera has them now."""
+        """Move tracks, with their recorded past, as the camera's motion has moved the picture."""
         if self.stands or not len(tracks):
             return
         records = tracks.records
@@ -202,9 +203,9 @@ class Camera:
         records['probe'] = probe
 
     def publish(self, rows: NDArray[np.void], tracks: TrackTable[Bank]) -> None:
-        """Add the motion to the velocities of published tracks, of dtype TRACK.
+        """Add the camera's motion to the velocities of published tracks, of dtype TRACK.
 
-        :param tracks: all of them.
+        :param tracks: all tracks.
         """
         if self.stands or not len(rows):
             return
@@ -217,11 +218,11 @@ class Camera:
         rows['covariance'][:, (2, 3), (2, 3)] += self._change2
 
     def _way(self, tracks: TrackTable[Bank]) -> Floats:
-        """What it adds to the velocities of tracks, (N, 2) [px/s]."""
+        """Return what the camera's motion adds to the velocities of tracks, (N, 2) [px/s]."""
         x = tracks.filters.estimate()[0][:, :2]
         return self._motion.way(x, tracks.records) / self._dt
 
 
 def _turned(A: Floats, x: Floats) -> Floats:
-    """A x of vectors, (..., 2)."""
+    """Return A x for vectors x, (..., 2)."""
     return np.asarray((A @ x[..., None])[..., 0])

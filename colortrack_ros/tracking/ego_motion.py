@@ -1,4 +1,4 @@
-"""Ego motion: the motion that all objects share is the camera's, and takes all tracks along."""
+"""Ego motion: motion shared by all objects is the camera's, and carries all tracks along."""
 
 from typing import NamedTuple
 
@@ -12,46 +12,49 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 FEWEST = 5
-"""Objects that have to agree: of few nobody can tell whose motion it is. Fitted by the labels of
-juggled balls, whose gravity is no motion of the camera: 3, 4 and 5 cost 1.2, 0.6 and 0 points of
-IDF1 beside ego_motion: none."""
+"""Least number of objects that must agree: with only a few, the motion may be their own. Fitted on
+labels of juggled balls, whose common gravity is no camera motion: 3, 4 and 5 cost 1.2, 0.6 and 0
+points of IDF1 compared with ego_motion: none."""
 
 VOTERS = 40
-"""Objects that vote on a large shift, to bound the time: its share of the votes is within 8 %."""
+"""Objects that vote on a large shift, to bound the time: the share of votes for it has a standard
+error of 8 %."""
 
 REACH = 150.0
-"""Longest shift from frame to frame that is looked for [px]: at 30 frames/s a camera that turns by
+"""Longest shift searched from frame to frame [px]: that of a camera at 30 frames/s that turns by
 half a picture of 640 px in 70 ms."""
 
 MOST = 0.8
-"""Share of the objects, or of the detections, that have to agree that the camera stands, or nothing
-else is looked for: 95 % are detected, and a few maneuver. Assumed."""
+"""Share of the objects, or of the detections if fewer, that must agree with a camera that has not
+moved to end the search: 95 % are detected, and a few maneuver. Assumed."""
 
 NEAR_SIGMAS = 3.0
-"""A detection so near its prediction agrees, on both axes; 99.5 % of the right ones are."""
+"""Largest distance, on each axis, of a detection that agrees with a prediction; 99.5 % of the
+correct ones are within it."""
 
 SIGNIFICANT = 9.2
-"""By how much a shift, and turn and zoom beyond that, have to lower the negative log-likelihood, or
-there is none: half of the quantile of chi-square with 2 degrees of freedom that a camera which
-stands exceeds once in 10,000 frames."""
+"""Least decrease of the negative log-likelihood by a shift, and again by adding turn and zoom, at
+which they are accepted: half the quantile of chi-square with 2 degrees of freedom that a standing
+camera exceeds once in 10,000 frames."""
 
 LEAST_SIGMA = 0.1
-"""Of a detection beside its prediction [px]: of what stands still to the bit."""
+"""Least standard deviation of a detection about its prediction [px], for scenes that are exactly
+static."""
 
 MAD_TO_SIGMA = 1.4826
-"""From the median of absolute deviations of a Gaussian to its standard deviation."""
+"""Ratio of the standard deviation of a Gaussian to its median absolute deviation."""
 
 SMALL_SAMPLE = 3.0
-"""What a spread found in n pairs may be too small by, times 1 / sqrt(n): three standard deviations
-of it (Rousseeuw and Croux 1993: it has an efficiency of 37 %, so 1.17)."""
+"""Relative amount by which a spread estimated from n pairs may be too small, times sqrt(n): three
+of its standard deviations (Rousseeuw and Croux 1993: it has an efficiency of 37 %, hence 1.17)."""
 
 
 class EgoMotion(NamedTuple):
-    """x -> A x + shift, what the camera's motion since the last frame makes of a position.
+    """x -> A x + shift: how the camera's motion since the last frame moves a position.
 
-    :param A: (2, 2), a turn and a zoom.
+    :param A: (2, 2) turn and zoom.
     :param shift: (2,) [px].
-    :param variance: of where it takes an object, on each axis [px^2].
+    :param variance: of a moved position, on each axis [px^2].
     """
 
     A: Floats
@@ -59,25 +62,28 @@ class EgoMotion(NamedTuple):
     variance: float = 0.0
 
     def of(self, x: Floats) -> Floats:
-        """Where positions, (..., 2) [px], have come to."""
+        """Return where positions x, (..., 2) [px], have moved."""
         return np.asarray(x @ self.A.T + self.shift)
 
     def take(self, x: Floats, _: object = None) -> 'EgoMotion':
-        """What it does to tracks at x, (N, 2) [px], each with an A and a shift of its own."""
+        """Return the motion of tracks at x, (N, 2) [px], with an A and a shift for each."""
         count = len(x)
         A, shift = np.broadcast_to(self.A, (count, 2, 2)), np.broadcast_to(self.shift, (count, 2))
         return EgoMotion(A, shift, self.variance)
 
     def way(self, x: Floats, _: object = None) -> Floats:
-        """How far positions, (..., 2) [px], have come, of where they are now."""
+        """Return the displacements that led to the present positions x, (..., 2) [px]."""
         return np.asarray(x - (x - self.shift) @ np.linalg.inv(self.A).T)
 
     def after(self, first: 'EgoMotion') -> 'EgoMotion':
-        """Both, one after the other."""
+        """Return the motion first, followed by this one."""
         return EgoMotion(self.A @ first.A, self.of(first.shift), self.variance)
 
     def during(self, share: float) -> 'EgoMotion':
-        """A share of it: of complex numbers, x -> a x + b is a turn about b / (1 - a)."""
+        """Return a share of the motion.
+
+        In complex numbers, x -> a x + b is a turn and a zoom about b / (1 - a).
+        """
         if self is STANDING:
             return self
         a, b = complex(*self.A[:, 0]), complex(*self.shift)
@@ -91,10 +97,10 @@ STANDING = EgoMotion(np.eye(2), np.zeros(2))
 
 
 def find_ego_motion(expected: Floats, variance: Floats, z: Floats) -> EgoMotion | None:
-    """The motion that most objects share beyond what was predicted of each; None if there is none.
+    """Return the motion that most objects share beyond their predictions; None if there is none.
 
     :param expected: (N, 2) predictions of objects measured in the last frame [px].
-    :param variance: (N, 2) of the predictions and of their measurements [px^2].
+    :param variance: (N, 2) of the predictions plus the measurements [px^2].
     :param z: (M, 2) detections [px].
     """
     if min(len(expected), len(z)) < FEWEST:
@@ -116,7 +122,7 @@ def find_ego_motion(expected: Floats, variance: Floats, z: Floats) -> EgoMotion 
 
 
 def _nearest(z: Floats, x: Floats) -> NDArray[np.intp]:
-    """Which of the detections, (M, 2), is nearest to each of the positions x, (N, 2)."""
+    """Return the index of the detection, of (M, 2), nearest to each position x, (N, 2)."""
     if len(z) * len(x) > DENSE:
         return np.asarray(cKDTree(z).query(x)[1])
     u, v = z[:, 0] - x[:, :1], z[:, 1] - x[:, 1:]
@@ -124,17 +130,17 @@ def _nearest(z: Floats, x: Floats) -> NDArray[np.intp]:
 
 
 def _agreeing(z: Floats, expected: Floats, sigma: Floats) -> tuple[Bools, NDArray[np.intp]]:
-    """Which predictions, (N,), have a detection beside them, and which is nearest."""
+    """Return which predictions, (N,), have a detection close by, and the index of the nearest."""
     nearest = _nearest(z, expected)
     near = np.abs(z[nearest] - expected) <= NEAR_SIGMAS * sigma
     return near[:, 0] & near[:, 1], nearest
 
 
 def _refined(z: Floats, expected: Floats, sigma: Floats, start: EgoMotion) -> EgoMotion:
-    """A motion and what turn and zoom bring predictions nearer to their nearest detections.
+    """Refine a motion by the turn and zoom that align predictions with their nearest detections.
 
-    Iterated closest points (Besl and McKay 1992), of which those beyond a shrinking reach are left
-    out: it begins with a third of the distance of neighbors, which are told apart then.
+    Iterated closest points (Besl and McKay 1992), without pairs beyond a shrinking radius. It
+    starts at a third of the distance between neighbors, which rules out mix-ups.
     """
     apart = cKDTree(expected).query(expected, 2)[0][:, 1]
     near, motion = NEAR_SIGMAS * float(np.median(sigma)), start
@@ -149,7 +155,7 @@ def _refined(z: Floats, expected: Floats, sigma: Floats, start: EgoMotion) -> Eg
 
 
 def _similarity(x: Floats, z: Floats) -> EgoMotion:
-    """The turn, zoom and shift, by least squares, that take x to z, (K, 2) each."""
+    """Return the turn, zoom and shift that take x to z, (K, 2) each, by least squares."""
     middle, other = x.mean(axis=0), z.mean(axis=0)
     x, y = x - middle, z - other
     size = max(float((x**2).sum()), 1e-9)
@@ -160,7 +166,7 @@ def _similarity(x: Floats, z: Floats) -> EgoMotion:
 
 
 def _vote(z: Floats, expected: Floats, sigma: Floats) -> Floats:
-    """The shift, (2,), that brings most predictions to a detection."""
+    """Return the shift, (2,), that brings the most predictions to a detection."""
     some = np.linspace(0, len(expected) - 1, min(len(expected), VOTERS)).astype(int)
     lists = cKDTree(z).query_ball_point(expected[some], REACH)
     who = np.repeat(some, [len(one) for one in lists])
@@ -175,7 +181,7 @@ def _vote(z: Floats, expected: Floats, sigma: Floats) -> Floats:
 
 
 def _may_be(x: Floats, error: Floats, sigma: Floats) -> bool:
-    """Whether least squares find any shift, turn or zoom, of which half would be significant.
+    """Return whether a least-squares shift, turn or zoom gains half of what is significant.
 
     :param x: (K, 2) positions, error: (K, 2) of them over sigma, (K, 2).
     """
@@ -187,7 +193,10 @@ def _may_be(x: Floats, error: Floats, sigma: Floats) -> bool:
 
 
 def _fit(expected: Floats, z: Floats, sigma: Floats) -> EgoMotion | None:
-    """The shift, or turn and zoom with it, of pairs that agree, (K, 2) each; None if it is none."""
+    """Fit a shift, or turn, zoom and shift, to agreeing pairs, (K, 2) each.
+
+    Returns None if none of them is significant.
+    """
     if not _may_be(expected, (z - expected) / sigma, sigma):
         return None
     candidates = [EgoMotion(STANDING.A, np.median(z - expected, axis=0))]
@@ -207,5 +216,5 @@ def _fit(expected: Floats, z: Floats, sigma: Floats) -> EgoMotion | None:
         now = cost(motion)
         if now < least - SIGNIFICANT:
             best, least = motion, now
-    variance = 2 * float(np.median(sigma)) ** 2 / len(z)  # twice that of a mean: it turns as well
+    variance = 2 * float(np.median(sigma)) ** 2 / len(z)  # twice that of a mean, for the turn
     return None if best is None else best._replace(variance=variance)
