@@ -1,4 +1,4 @@
-"""Third differences of the last measurements of tracks: the evidence of how noisy they are."""
+"""Third differences of the last measurements of tracks: the evidence on measurement noise."""
 
 import math
 
@@ -20,56 +20,57 @@ Indices = NDArray[np.intp]
 
 DIFFERENCES, LOG, RISE, GIVEN_LOG, LEAN, LOOKS, TWO_APART, FIVE_APART, STAIRS, RISERS = range(10)
 SUMS = 10
-"""What evidence sums up: differences; over these the logarithms of their squares, the differences
-of their cosines, the logarithms of the variances given, and half of those of the ratio of the
-squares by axis; looks; over these by how much squares of differences two and five frames apart
-have larger logarithms; single changes of a coordinate that else stays, and their squares."""
+"""Sums that make up the evidence: the number of differences; over these, the log squares, the
+differences of cosines, the log variances given, and half the log ratios of the squares by axis; the
+number of looks; over these, the excess of the log squares of differences two and five frames apart;
+the number of single steps of an otherwise constant coordinate, and their squares."""
 
 COMPARED = 6
-"""Measurements that a difference takes which is compared with those one and two before."""
+"""Measurements that a difference and the two before it, with which it is compared, span."""
 
 TOGETHER = EVERY + COMPARED - 1
-"""Measurements that are looked at together: what is new since the last look, and what it takes."""
+"""Measurements processed together: those new since the last look, and those that their differences
+reach back to."""
 
 FIVES = 5 * np.arange(4)
-"""Measurements five frames apart; those between may be missing."""
+"""Measurements five frames apart; those in between may be missing."""
 
 ALL_FOURS = np.array(
     [i + apart * np.arange(4) for apart in (1, 2) for i in range(TOGETHER - 3 * apart)] + [FIVES]
 )
-"""The fours of measurements whose third differences are taken."""
+"""Quadruples of measurements whose third differences are taken."""
 
 ONE_APART, OTHERS_APART = slice(0, TOGETHER - 3), (slice(TOGETHER - 3, -1), slice(-1, None))
-"""Which of these are in a row, and which two and five apart."""
+"""Quadruples in a row, and those two and five frames apart."""
 
 CORRELATIONS = np.linspace(-1, 1, 401)
 COSINES = mean_cosine(CORRELATIONS)
-"""A table, because the hypergeometric function takes long; between its rows the error is 1e-4."""
+"""Table of mean_cosine(), as the hypergeometric function is slow. Interpolation is off by 1e-4."""
 
 LEAST_SQUARE = 1e-4
-"""Of a normalized difference: of what stands still to the bit."""
+"""Least square of a normalized difference, for objects that are exactly at rest."""
 
 
 SURE_TURN = 0.6
-"""Probability of a maneuver from which a look tells nothing of lasting errors. Assumed: with 0.9 a
-crowd that bounces is taken to have errors that last in one of ten runs, with 0.3 those with rho 0.3
-are found later, as they pass for turns."""
+"""Probability of a maneuver above which a look says nothing about lasting errors. Assumed: with 0.9
+a bouncing crowd appears to have lasting errors in one run of ten; with 0.3, errors with rho 0.3 are
+found later because they pass for turns."""
 
 
 def tell(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Floats) -> Floats:
-    """What the last frames tell of tracks, (K, SUMS).
+    """Return the evidence from the last frames of tracks, (K, SUMS).
 
     :param measured: (K, RING, columns) see recent, the newest first.
     :param stamps: (RING,) [s].
-    :param in_a_row: (K,) how many measurements there were.
-    :param lean: (K,) what is known of it.
+    :param in_a_row: (K,) number of measurements in a row.
+    :param lean: (K,) log ratio of the noise by axis to its mean, as learned so far.
     """
     told = _tell_in_a_row(measured, stamps, in_a_row, lean)
     fewer = (in_a_row < TOGETHER).nonzero()[0]
     if len(fewer):
         count = np.count_nonzero(measured[fewer, :, WHOLE], axis=1)
         wholly = np.count_nonzero(measured[fewer, :, UNMEASURED], axis=1) <= count
-        # Where it was merged or cut in between, what is left next to that is no clean sample.
+        # Next to a merged or cut measurement the others are no clean sample either.
         missed = fewer[wholly & (count >= COMPARED) & (count > in_a_row[fewer])]
         if len(missed):
             told[missed] = tell_of_gaps(measured[missed], stamps, lean[missed])
@@ -77,7 +78,7 @@ def tell(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Floats) -> F
 
 
 def _tell_in_a_row(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Floats) -> Floats:
-    """The same, of those measured in every frame of the last TOGETHER ones."""
+    """Return the evidence from up to TOGETHER measurements in a row; see tell()."""
     z = measured[..., Z]
     given = np.maximum(measured[..., GIVEN], 1e-12)
     variance = given * np.exp(lean[:, None] * [1, -1])[:, None]
@@ -88,7 +89,7 @@ def _tell_in_a_row(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Fl
     each = _of_each(one, length, given[:, :TOGETHER], lean)
     counted = in_a_row[:, None] >= np.arange(COMPARED, COMPARED + EVERY)
     each = (each * counted).sum(axis=2)
-    # A turn in a window is told from errors that last by nothing else, and is in more of the long.
+    # A turn looks like lasting errors, and is in more of the long differences.
     steady = measured[..., MANEUVERED].max(axis=1) < SURE_TURN
     level, full = length[:, :EVERY].mean(axis=1), (in_a_row >= TOGETHER) & steady
     full &= measured[:, FIVES, WHOLE].all(axis=1)
@@ -101,9 +102,10 @@ def _tell_in_a_row(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Fl
 
 
 def _of_each(one: Floats, length: Floats, given: Floats, lean: Floats) -> Floats:
-    """What each of the newest differences adds to the first five sums, (5, K, EVERY).
+    """Return what each of the newest differences adds to the first five sums, (5, K, EVERY).
 
-    :param one: (K, EVERY + 2, 2) differences, normalized; length: (K, EVERY + 2) of these.
+    :param one: (K, EVERY + 2, 2) normalized differences; length: (K, EVERY + 2) see
+        _log_half_square().
     :param given: (K, TOGETHER, 2) variances of the measurements; lean: (K,).
     """
     logs = np.log(np.maximum(one[:, :EVERY] ** 2, LEAST_SQUARE))
@@ -117,11 +119,11 @@ def _of_each(one: Floats, length: Floats, given: Floats, lean: Floats) -> Floats
 
 
 def tell_of_gaps(measured: Floats, stamps: Floats, lean: Floats) -> Floats:
-    """The same, of tracks that were missed now and then: their last measurements, whenever made.
+    """Return the evidence from the last measurements of tracks with missed detections; see tell().
 
-    What cosines are of noise and of motion depends on the times between, see _usual_rises(). A rise
-    counts for the evenly spaced one of the same share of motion, and by how well the two are told
-    apart, as in a weighted regression.
+    The cosines of noise and of motion depend on the times between measurements, see _usual_rises().
+    Each rise is mapped to that of evenly spaced measurements with the same share of motion, and
+    weighted by how well noise and motion are told apart, as in a weighted regression.
     """
     known = measured[..., WHOLE] > 0
     order = np.argsort(~known, axis=1, kind='stable')[:, :TOGETHER]
@@ -146,10 +148,10 @@ def tell_of_gaps(measured: Floats, stamps: Floats, lean: Floats) -> Floats:
 
 
 def _usual_rises(W: Floats, variance: Floats, t: Floats) -> tuple[Floats, Floats]:
-    """Rises, (K, EVERY), of noise alone, and of white acceleration alone.
+    """Return the rises, (K, EVERY), of noise alone, and of white acceleration alone.
 
-    That makes positions at s and t, s < t, of covariance s^2 (3 t - s) / 6; starts and velocities
-    before do not matter to third differences.
+    Under white acceleration, positions at s < t have the covariance s^2 (3 t - s) / 6. The initial
+    position and velocity cancel in third differences.
 
     :param W: (K, EVERY + 2, TOGETHER) weights; variance: (K, TOGETHER) of the measurements.
     :param t: (K, TOGETHER) their stamps [s].
@@ -162,9 +164,9 @@ def _usual_rises(W: Floats, variance: Floats, t: Floats) -> tuple[Floats, Floats
 
 
 def rise_of(covariance: Floats) -> Floats:
-    """Mean cosine between normal vectors of those covariances two places apart, less that of one.
+    """Return the mean cosine between normal vectors two places apart, minus that one place apart.
 
-    :param covariance: (..., D, D), by axis.
+    :param covariance: (..., D, D) of the vectors, by axis.
     :return: (..., D - 2).
     """
     i = np.arange(covariance.shape[-1] - 2)
@@ -177,7 +179,7 @@ def rise_of(covariance: Floats) -> Floats:
 
 
 def _normalized(z: Floats, variance: Floats, W: Floats) -> Floats:
-    """Differences of measurements over their standard deviations by axis, (K, D, 2).
+    """Return differences of measurements over their standard deviations by axis, (K, D, 2).
 
     :param z, variance: (K, RING, 2).
     :param W: (D, RING) weights.
@@ -186,16 +188,16 @@ def _normalized(z: Floats, variance: Floats, W: Floats) -> Floats:
 
 
 def _log_half_square(difference: Floats) -> Floats:
-    """Logarithms of half of the squared length, (K, D), of normalized differences, (K, D, 2)."""
+    """Return logs of half the squared length, (K, D), of normalized differences, (K, D, 2)."""
     square = difference[..., 0] ** 2 + difference[..., 1] ** 2
     return np.log(np.maximum(square, LEAST_SQUARE) / 2)
 
 
 def third_differences(t: Floats, four: Indices) -> Floats:
-    """Weights of measurements in third divided differences, (..., D, R).
+    """Return the weights of measurements in third divided differences, (..., D, R).
 
-    :param t: (..., R) their stamps, the newest first [s].
-    :param four: (D, 4) the measurements of each.
+    :param t: (..., R) stamps of the measurements, the newest first [s].
+    :param four: (D, 4) measurements of each difference.
     """
     unit = np.maximum(t[..., 0] - t[..., 1], 1e-6)[..., None, None, None]
     times = t[..., four]

@@ -1,10 +1,10 @@
-"""How noisy the detections are: factors on the covariance that they bring, learned from them.
+"""Measurement noise: factors on the covariance of the detections, learned from the detections.
 
-Four measurements in a row say how noisy they are, whatever filter is run on them: their third
-difference holds nothing of a position, a velocity or an acceleration that stays. (Autocovariance
-least squares, Odelson, Rajamani and Rawlings 2006, takes the innovations of a filter; those of a
-filter that explains noise by maneuvers would say that there is none.) Measurements that lie further
-apart tell whether errors last longer than a frame, see lasting_errors.
+The third difference of four successive measurements shows their noise, whatever filter runs on
+them: a constant position, velocity or acceleration cancels in it. (Autocovariance least squares,
+Odelson, Rajamani and Rawlings 2006, uses the innovations of a filter. If the filter explains noise
+by maneuvers, its innovations show none.) Measurements further apart show whether errors last longer
+than a frame, see lasting_errors.
 """
 
 import math
@@ -39,62 +39,65 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 NOISE_MEMORY = 10.0
-"""Time after which what was learned counts 1/e [s]. Assumed: detections change with light and
-distance, in seconds."""
+"""Time after which evidence has decayed to 1/e [s]. Assumed: light and distance, and with them the
+noise, change within seconds."""
 
 PRIOR = 3.0
-"""Measurements that a factor of 1 is worth at first. Assumed: what is given is soon doubted."""
+"""Weight of the initial factor of 1 in measurements. Assumed: given covariances are soon
+doubted."""
 
 CROWD = 60.0
-"""Measurements of its own that let a track count as much as all of its color. Assumed: two seconds
-of them tell its variance within a fifth."""
+"""Measurements after which a track's own evidence weighs as much as that of its color. Assumed: two
+seconds of them give its variance within a fifth."""
 
 MEAN_LOG = -0.5772156649
-"""Mean of ln X for X of an exponential distribution of mean 1, as the squared length of a pair of
-normal variables has: minus the Euler-Mascheroni constant. A mean of logarithms is hardly moved by
-the few differences that a maneuver is in."""
+"""Mean of ln X for an exponential X of mean 1, such as half the squared length of a pair of
+standard normal variables: minus the Euler-Mascheroni constant. A mean of logs is robust against the
+few differences that contain a maneuver."""
 
 DOUBTED, BELIEVED = 0.25, 0.75
-"""Shares of measurement noise in the differences, between which what was given is given up: where
-motion hides the noise, no more is known than that it is not larger. Assumed: half,
-and half as much to both sides."""
+"""Shares of measurement noise in the differences between which the given variance is replaced by
+the learned one. Where motion hides the noise, the differences only show that it is not larger.
+Assumed: one half, plus and minus half of it."""
 
 FACTOR_RANGE = (0.01, 1e4)
-"""Where the factor stays. Covariances are to be mended that are too large or too small by 10, and a
-standard deviation of 1 px where nothing is given and 100 px is true."""
+"""Range of the factor. It has to correct covariances that are off by 10 either way, and a standard
+deviation of 1 px, the default, where 100 px is true."""
 
 LEAST_VARIANCE = 0.1**2
-"""No factor makes a variance smaller than this [px^2]: centroids err by shading and by the grid of
-pixels as well, slowly, of which differences see nothing. About twice centroid_bias."""
+"""Least variance after applying a factor [px^2]: shading and the pixel grid cause further errors,
+too slow to show in differences. About twice centroid_bias."""
 
 OWN_RANGE = 1 / 4, 16.0
-"""A track's own factor stays within these of its color's. With 4 at most, of things whose noise
-differs by 20, the ellipse of 95 % holds less (`worlds "noise by size"`), with 64 as much as with
-16; with 1/16 at least what is rounded and stands still nearly is taken for exact."""
+"""Range of a track's own factor relative to that of its color. With an upper bound of 4, and
+objects whose noise differs by 20, the 95 % ellipse covers less (`worlds "noise by size"`); 64
+covers as much as 16. With a lower bound of 1/16, rounded positions of an object nearly at rest pass
+for exact ones."""
 
 LEAN_RANGE = math.log(10.0)
-"""Bound of the log of the factors' ratio to their mean, by axis: noise of 0.5 and 5 px. Assumed."""
+"""Bound of the log ratio of the factors by axis to their mean: noise of 0.5 and 5 px. Assumed."""
 
 CHANCE = 2.0
-"""Standard errors by which axes differ for nothing."""
+"""Standard errors by which the axes may differ by chance."""
 
 LEVEL_VARIANCE, RATIO_VARIANCE = 3.06, 4.0
-"""Of the logarithms, for each difference: of the squared length, and of half of the ratio of the
-squares by axis. Found by drawing white errors, whose successive differences are alike."""
+"""Variances, per difference, of the log squared length, and of half the log ratio of the squares by
+axis. Found by drawing white errors, whose successive differences are correlated."""
 
 CHANGED = 4.0
-"""Standard errors by which two looks in a row differ from what was learned, both in the same sense,
-when it holds no longer: once in 10^8 looks at white errors."""
+"""Standard errors by which two successive looks must deviate from what was learned, in the same
+direction, to discard it: once in 10^8 looks at white errors."""
 
 LEAST_STAIRS = 3
-"""Such changes after which positions are taken for rounded ones. Assumed."""
+"""Least number of single steps at which positions count as rounded. Assumed."""
 
 ROUNDED = 3 / 12
-"""Variance of an error of rounding over the square of the step: 1/12, and that for three frames or
-so it stays alike. Assumed."""
+"""Variance of rounding errors over the square of the step: 1/12, and three times that because an
+error stays the same for about three frames. Assumed."""
 
 NOISE_FIELDS = [('evidence', 'f8', SUMS), ('own_factor', 'f8')]
-"""What is recorded of a track: its evidence; and its own factor over that of its color, less 1."""
+"""Noise fields of a track: its evidence, and its own factor relative to that of its color, minus
+1."""
 
 
 class MeasurementNoise:
@@ -109,12 +112,12 @@ class MeasurementNoise:
         self._shrinks = self._lasts = False
 
     def factors(self, colors: NDArray[np.uint32], variance: Floats) -> tuple[Floats, Floats]:
-        """The factors of detections by axis, (M, 2), and the variance of usual ones, (M, 2) [px^2].
+        """Return the factors by axis, (M, 2), and variances of typical detections, (M, 2) [px^2].
 
-        What is usual is 0 where it is not known. A variance larger than usual says what is unusual
-        about a detection, and that no factor takes away.
+        The typical variance is 0 while unknown. A given variance above it marks an unusual
+        detection, and no factor takes that away.
 
-        :param colors: (M,), those never met have a factor of 1.
+        :param colors: (M,); unknown ones have a factor of 1.
         :param variance: (M,) given, the mean of both axes [px^2].
         """
         if not len(self._colors):
@@ -130,18 +133,18 @@ class MeasurementNoise:
         return factor, of_usual
 
     def _look_up(self, colors: NDArray[np.uint32]) -> tuple[Indices, NDArray[np.bool_]]:
-        """Rows of colors, (M,), and whether it is theirs."""
+        """Return the rows of colors, (M,), and whether each color is known, (M,)."""
         row = np.minimum(self._colors.searchsorted(colors), len(self._colors) - 1)
         return row, self._colors[row] == colors
 
     def learn(self, records: Records, track: Indices, recent: Recent, predicted: Floats) -> Floats:
-        """Take the differences of the last frames.
+        """Learn from the differences of the last frames.
 
         :param records: (N,) of all tracks, with NOISE_FIELDS and those of Recent.
-        :param track: (K,) which were measured in the last frame.
+        :param track: (K,) tracks measured in the last frame.
         :param predicted: (K,) variance of their predictions on each axis [px^2].
-        :param recent: where the frames are in the records.
-        :return: (K,) by how much the factors of their colors have grown, 1 for those that have not.
+        :param recent: slots of the frames in the records.
+        :return: (K,) growth of the factors of their colors; 1 for those that have not grown.
         """
         colors = records['color'][track]
         row = self._rows(colors)
@@ -169,7 +172,7 @@ class MeasurementNoise:
         new: Floats,
         remembered: float,
     ) -> None:
-        """Add evidence to that of tracks, and of the rows of their colors; draw factors from it."""
+        """Add evidence to that of tracks and of their colors' rows, and update the factors."""
         added = np.zeros_like(self._evidence)
         np.add.at(added, row, new)
         self._evidence *= remembered
@@ -188,7 +191,10 @@ class MeasurementNoise:
         records['own_factor'][track] = own - 1
 
     def _is_over(self, added: Floats) -> NDArray[np.bool_]:
-        """For which colors, (C,), what was learned is over, by the evidence of a look, (C, 10)."""
+        """Return for which colors, (C,), what was learned is obsolete.
+
+        :param added: (C, 10) evidence of one look.
+        """
         both = (
             np.maximum(self._evidence[:, DIFFERENCES], 1e-9),
             np.maximum(added[:, DIFFERENCES], 1e-9),
@@ -200,7 +206,7 @@ class MeasurementNoise:
         return np.asarray(over)
 
     def _conclude(self) -> None:
-        """Draw the factors from the evidence of the colors."""
+        """Compute the factors from the evidence of the colors."""
         count = self._evidence[:, DIFFERENCES]
         level = _means(self._evidence, LOG) - MEAN_LOG * (count > 0)
         rise, lean = _means(self._evidence, RISE), _means(self._evidence, LEAN)
@@ -223,7 +229,7 @@ class MeasurementNoise:
         self._shrinks = bool(self._factors.min() < 1)
 
     def _rows(self, colors: NDArray[np.uint32]) -> Indices:
-        """Where the colors, (K,), stand in the evidence; new ones are added."""
+        """Return the rows of colors, (K,), in the evidence; add unknown ones."""
         known = self._colors
         if len(known):
             row, theirs = self._look_up(colors)
@@ -239,12 +245,12 @@ class MeasurementNoise:
 
 
 def _means(evidence: Floats, column: int) -> Floats:
-    """(C,) of a column over the differences that it sums up, 0 where there were none."""
+    """Return the mean of a column per difference, (C,); 0 without differences."""
     return np.asarray(evidence[:, column] / np.maximum(evidence[:, DIFFERENCES], 1e-9))
 
 
 def _factor(log_level: Floats, rise: Floats) -> Floats:
-    """Factors, by the mean log of the squares, as of noise alone, and the mean rise, (C,)."""
+    """Return factors, (C,), from mean log squares, as if all were noise, and mean rises, (C,)."""
     share = (rise - WANDERING) / (RISES[0] - WANDERING)
     log_noise = log_level + np.log(share.clip(0.1, 1.0))
     belief = ((share - DOUBTED) / (BELIEVED - DOUBTED)).clip(0, 1)
