@@ -1,9 +1,9 @@
-"""Fast starts: objects faster than anything so far, found by three detections on a line.
+"""Fast starts: initiation of objects faster than any so far, from three detections on a line.
 
-What is faster than is believed possible is in nobody's gate: each of its detections begins a track
-that ends with the next. Three detections of nobody in successive frames, evenly spaced on a line,
-tell of one where hardly any lie about by chance (three-point initiation; Bar-Shalom and Li 1995,
-3.3).
+An object faster than believed possible is in no gate: each of its detections starts a track that
+ends with the next. Three unassociated detections in successive frames, evenly spaced on a line,
+indicate such an object where clutter hardly ever forms one (three-point initiation; Bar-Shalom and
+Li 1995, 3.3).
 """
 
 from typing import NamedTuple
@@ -26,24 +26,24 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 COINCIDENCES = 1e-4
-"""Expected number of other lines as good as this one, among detections that lie about by chance,
-below which it is an object. Assumed: one mistake in minutes."""
+"""Expected number of equally good lines in random clutter below which a line is an object. Assumed:
+one false start in minutes."""
 
 ENDED = np.iinfo(np.int32).max
 """Misses of a track that is no object: more than any confirm_window."""
 
 MOST_NEXT = 10
-"""Second detections that are looked at for each first one, to bound the time. Assumed."""
+"""Second detections considered for each first one, to bound the time. Assumed."""
 
 
 class ThreePoints(NamedTuple):
     """L lines of three detections.
 
-    :param first, second: (L,) tracks that began on the first two, and ended with them.
+    :param first, second: (L,) single-hit tracks on the first two detections.
     :param blob: (L,) the third.
     :param velocity: (L, 2) [px/s].
-    :param aside: (L,) how far the third is from where the first two point, noise included [px].
-    :param by_chance: (L,) expected number of others as good.
+    :param aside: (L,) distance of the third from the line's extrapolation, noise included [px].
+    :param by_chance: (L,) expected number of equally good lines in clutter.
     """
 
     first: Indices
@@ -61,14 +61,14 @@ def start_fast(
     new: Indices,
     learned: Adaptation,
 ) -> Indices:
-    """Begin tracks, as of three detections, on what goes fast.
+    """Start tracks of fast objects from three detections; return the blobs left over.
 
-    How fast objects are is learned of these tracks as of all others, not at once: now and then
-    three false detections are on a line.
+    The speed of objects is learned from these tracks as from all others, not at once: now and then
+    three false detections form a line.
 
     :param tracks: after their update.
-    :param new: blobs of no track.
-    :return: those of them that are left.
+    :param new: unassociated blobs.
+    :return: those left over.
     """
     records = tracks.records
     if not len(new) or prediction.step.again:
@@ -77,7 +77,7 @@ def start_fast(
     first, second = ((once & (records['misses'] == count)).nonzero()[0] for count in (2, 1))
     if not len(first) or not len(second):
         return new
-    density = max(learned.density, (len(new) - 1) / learned.area)  # clutter may have begun now
+    density = max(learned.density, (len(new) - 1) / learned.area)  # clutter may just have set in
     lines = _find(prediction, blobs, first, second, new, density)
     if not len(lines.blob):
         return new
@@ -88,7 +88,7 @@ def start_fast(
 def _start(
     tracks: TrackTable[Bank], lines: ThreePoints, blobs: Measurements, prediction: Prediction
 ) -> None:
-    """Let the first track of each line go on as one of three measurements."""
+    """Continue the first track of each line with three measurements, and end the second."""
     records, track, z = tracks.records, lines.first, blobs.z[lines.blob]
     spread = np.zeros(tracks.filters.model.size)
     spread[2:] = lines.aside.max() / prediction.step.period
@@ -112,9 +112,9 @@ def _find(
     new: Indices,
     density: float,
 ) -> ThreePoints:
-    """The lines, each detection in one, the least likely by chance first.
+    """Return the lines, each detection in one at most, the least likely by chance first.
 
-    :param density: of detections that belong to no track [1/px^2].
+    :param density: of unassociated detections [1/px^2].
     """
     records, now = prediction.records, prediction.step.now
     seen, since = records['seen'], (now - records['updated']) / NANOSECONDS
@@ -147,7 +147,7 @@ def _find(
 def _are_alike(
     prediction: Prediction, blobs: Measurements, one: Indices, other: Indices, blob: Indices
 ) -> NDArray[np.bool_]:
-    """Whether tracks that began on one detection each and a blob have one color, and one size."""
+    """Return whether two single-hit tracks and a blob agree in color and in size."""
     color = prediction.records['color']
     alike = (color[one] == color[other]) & (color[one] == blobs.rows['color'][blob])
     if prediction.sized:

@@ -1,4 +1,4 @@
-"""Merge and split: blobs that broke into pieces, and blobs that several objects share."""
+"""Merge and split: blobs that broke into pieces, and blobs shared by several objects."""
 
 from dataclasses import replace
 
@@ -22,11 +22,12 @@ Indices = NDArray[np.intp]
 def merge_split(
     prediction: Prediction, blobs: Measurements, associated: Association, overlaps: Overlaps
 ) -> tuple[Measurements, Association]:
-    """Join the pieces of broken blobs, and let tracks that merged share a blob.
+    """Join the pieces of broken blobs, and let merged tracks share a blob.
 
-    :param overlaps: whether detections merge at all; it learns here.
-    :return: the blobs with joined ones in the places of the wholes, and the pairs with those of the
-        tracks that share; pieces are no longer free.
+    :param overlaps: whether detections merge at all; updated here.
+    :return: the blobs, with each joined one in place of the blob that its track took; and the
+        association, with pairs for the tracks that share, and without the pieces among the free
+        blobs.
     """
     records, pairs, probability = prediction.records, associated.pairs, associated.probability
     if not prediction.sized:
@@ -58,14 +59,14 @@ def merge_split(
 def find_pieces(
     prediction: Prediction, blobs: Measurements, taken: Indices, free: Indices
 ) -> tuple[Indices, Indices]:
-    """Find free blobs that, put together with a known object's blob, fit into its size.
+    """Find free blobs that, joined with the blob of a known object, fit into its size.
 
     :param prediction: of N tracks.
     :param blobs: of the frame.
-    :param taken: (N,) the blob of each track, -1 for none, -2 for none since it was
-        measured at this stamp before.
-    :param free: indices of the blobs that no track has taken.
-    :return: (K,) pieces, each once, and (K,) blobs that they belong to.
+    :param taken: (N,) the blob of each track; -1 for none, -2 for none because it was measured at
+        this stamp before.
+    :param free: indices of the unassociated blobs.
+    :return: (K,) pieces, each once, and (K,) the blobs that they belong to.
     """
     if not len(free):
         return free, free
@@ -89,13 +90,13 @@ def find_pieces(
 def find_guests(
     prediction: Prediction, blobs: Measurements, taken: NDArray[np.intp]
 ) -> tuple[Indices, Indices]:
-    """Find known objects without a blob that lie inside one too wide for the track that has it.
+    """Find known objects without a blob inside a blob that is too wide for its track.
 
     :param prediction: of N tracks.
     :param blobs: of the frame.
-    :param taken: (N,) the blob of each track, -1 for none, -2 for none since it was
-        measured at this stamp before.
-    :return: (K,) tracks, each once, and (K,) blobs that they share.
+    :param taken: (N,) the blob of each track; -1 for none, -2 for none because it was measured at
+        this stamp before.
+    :return: (K,) tracks, each once, and (K,) the blobs that they share.
     """
     records = prediction.records
     lost = np.flatnonzero((taken == -1) & (records['state'] != TENTATIVE))
@@ -112,14 +113,14 @@ def find_guests(
 
 
 def _join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:
-    """Add pieces of broken blobs to the blobs that their tracks have taken.
+    """Add the pieces of broken blobs to the blobs that their tracks have taken.
 
-    What is missing between them draws the centroid aside, so the middle of the box replaces it.
+    The gap between pieces biases the centroid, so the center of the joint box replaces it.
 
     :param blobs: (M,).
     :param piece: (K,) indices of the pieces.
     :param whole: (K,) index of the blob that each belongs to.
-    :return: (M,) with the joint boxes in the places of the wholes.
+    :return: (M,) with each joint box in place of the blob that its track took.
     """
     z, R, box = blobs.z.copy(), blobs.R.copy(), blobs.box.copy()
     np.minimum.at(box[:, 0], whole, box[piece, 0])
@@ -134,7 +135,7 @@ def _join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:
 def _once(
     one: Indices, other: Indices, color: NDArray[np.uint32], colors: NDArray[np.uint32]
 ) -> tuple[Indices, Indices]:
-    """Leave out pairs of unlike color, and keep the first pair of each other."""
+    """Drop pairs of different colors, and keep only the first pair of each `other`."""
     same = color == colors[other]
     other, first = np.unique(other[same], return_index=True)
     return one[same][first], other

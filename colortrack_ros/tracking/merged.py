@@ -1,4 +1,4 @@
-"""Which side of a merged blob is whose."""
+"""Merged blobs: which side of the box belongs to which object."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,24 +10,23 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 EDGE_VARIANCE = 1.0
-"""Of the place of a box's side [px^2]: that of a whole pixel, 1/12, and of its threshold and
-the learned extent. Assumed."""
+"""Variance of the position of a box's side [px^2]: 1/12 for whole pixels, plus the errors of its
+threshold and of the learned extent. Assumed."""
 
 LEAN_VARIANCE = 0.04
-"""Of the correlation of u and v in a blob of two: a standard deviation of 0.2. Assumed."""
+"""Variance of the correlation of u and v in a blob of two: a standard deviation of 0.2. Assumed."""
 
 
 def sides_of_several(
     blobs: Measurements, blob: Indices, center: Floats, expected: Floats, variance: Floats
 ) -> Floats:
-    """Probabilities of the three centers of objects that share blobs.
+    """Return the probabilities, (3, K, 2), of the possible centers of objects that share blobs.
 
     :param blobs: of the frame.
-    :param blob: (K,) which of them; each at least twice.
+    :param blob: (K,) index of the shared blob; each occurs at least twice.
     :param center: (3, K, 2) see centers.centers() [px].
     :param expected: (K, 2) predicted centers [px].
     :param variance: (K, 2) of the predictions [px^2].
-    :return: (3, K, 2).
     """
     weight = _by_order(blob, expected, variance)
     order = np.argsort(blob, kind='stable')
@@ -41,10 +40,10 @@ def sides_of_several(
 
 
 def _by_order(blob: Indices, expected: Floats, variance: Floats) -> Floats:
-    """By each axis the object predicted lowest owns the low side, the highest the high side.
+    """Return the probabilities of the centers, (3, K, 2), by the predicted order on each axis.
 
-    That with the probability that the prediction has them in the right order. The objects between
-    can be anywhere.
+    The lowest object owns the low side and the highest the high side, if the prediction has them in
+    the right order. Those in between can be anywhere.
     """
     weight = np.full((3, *expected.shape), 1 / 3)
     for axis in range(2):
@@ -61,14 +60,13 @@ def _by_order(blob: Indices, expected: Floats, variance: Floats) -> Floats:
 
 
 def _lean(blobs: Measurements, blob: Indices, one: Floats, other: Floats) -> Floats:
-    """Log-likelihood that two objects lie along the main diagonal of their blob, not the other.
+    """Return the log-likelihood that two objects lie along the main diagonal of their blob, (P,).
 
-    Both fill the same box. But the covariance of the centroid, if the detector made it from the
-    blob's second moments, shows how the blob leans: two discs of radius r, (a, b) apart, have the
-    correlation a b / sqrt((r^2 + a^2) (r^2 + b^2)), or minus that.
+    The box is the same for both diagonals. If the detector derives the covariance of the centroid
+    from second moments, its correlation shows the diagonal: two discs of radius r, (a, b) apart,
+    have a b / sqrt((r^2 + a^2) (r^2 + b^2)) on the main one, and minus that on the other.
 
     :param one, other: (3, P, 2) their centers.
-    :return: (P,).
     """
     R = blobs.R[blob]
     correlation = R[:, 0, 1] / np.sqrt(R[:, 0, 0] * R[:, 1, 1])
@@ -81,10 +79,11 @@ def _lean(blobs: Measurements, blob: Indices, one: Floats, other: Floats) -> Flo
 def _by_place(
     center: Floats, expected: Floats, variance: Floats, one: Indices, other: Indices, lean: Floats
 ) -> Floats:
-    """Of two objects on a blob the probability that the first owns the low side, (P, 2).
+    """Return the probability that the first of two objects on a blob owns the low side, (P, 2).
 
-    The first is low or high by u, low or high by v, and the second opposite: four places, each as
-    likely as it agrees with both predictions and with how the blob leans.
+    The first is low or high in u, low or high in v, and the second is opposite. Each of the four
+    arrangements is as likely as it agrees with both predictions and with the correlation of the
+    blob.
     """
     d2 = (center - expected) ** 2 / (variance + EDGE_VARIANCE)
     low, high = -(d2[0, one] + d2[2, other]) / 2, -(d2[2, one] + d2[0, other]) / 2

@@ -1,8 +1,8 @@
-"""Overlaps: whether detections of objects before each other overlap, or merge.
+"""Overlaps: whether the detections of objects in front of each other overlap, or merge.
 
-Of touching blobs of one color a threshold makes one, with one box around all. Who looks for whole
-objects, as networks do, has a box for each, and the boxes overlap. There a box of another size is
-not a merged blob, nor a cut one, nor is a small one beside it a piece: it is an error of the box.
+A threshold turns touching blobs of one color into a single blob with a single box. A detector of
+complete objects, such as a network, gives each object a box, and the boxes overlap. Then a box of
+another size is neither merged nor cut, and a small one next to it is no piece: the box is in error.
 """
 
 import numpy as np
@@ -13,31 +13,31 @@ from colortrack_ros.tracking.rectangles import points_inside
 Floats = NDArray[np.float64]
 
 LIKE_SIDES = 2.0
-"""Boxes are compared of which no side is more than so many times as long as the other's: what is
-smaller is a piece, or lies on what it is compared with. Assumed."""
+"""Largest ratio of the sides of two boxes that are compared: a smaller one is a piece, or lies on
+the other. Assumed."""
 
 RESOLVED_SHARE = 0.2
-"""Of overlapping and merged ones, from which objects are said to be resolved. Assumed: of those
-that a network does not tell apart, many seem to be merged. With 0.5 pedestrians of two detectors
-lose 3 points of IDF1."""
+"""Share of overlapping objects among overlapping and merged ones above which objects count as
+resolved. Assumed: many objects that a network fails to separate look merged. With 0.5, pedestrians
+of two detectors lose 3 points of IDF1."""
 
 FIRST_MERGED = 10.0
-"""Objects taken for merged before any are seen. Assumed: three overlap before that is believed."""
+"""Initial count of merged objects. Assumed: it takes three overlapping ones to outweigh it."""
 
 SEEN_EVERY = 5
 """Frames from one look at the boxes to the next, to save time. Assumed, as recent.EVERY."""
 
 REMAINING = 0.99
-"""Of what was counted, at each look: a memory of 500 frames. Assumed, as resolution.LEFT."""
+"""Share of the counts kept at each look: a memory of 500 frames. Assumed, as resolution.LEFT."""
 
 MOST_OVERLAPPING = 8
 """Boxes compared with each, to bound the time. Assumed."""
 
 
 class Overlaps:
-    """Counts detections that overlap, and objects that share one.
+    """Counts detections that overlap, and objects that share a detection.
 
-    :ivar are_resolved: whether objects before each other have detections of their own.
+    :ivar are_resolved: whether objects in front of each other have detections of their own.
     """
 
     def __init__(self) -> None:
@@ -45,7 +45,7 @@ class Overlaps:
         self._overlapping, self._merged, self._frame = 0.0, 0.0, 0
 
     def look(self, box: Floats, color: NDArray[np.uint32]) -> None:
-        """Count, every few frames, boxes of which one has the center of another in it.
+        """Count, every few frames, the boxes that contain the center of another.
 
         :param box: (M, 2, 2) see Measurements; color: (M,) of the detections.
         """
@@ -65,5 +65,5 @@ class Overlaps:
         )
 
     def count_merged(self, count: int) -> None:
-        """Take the objects of a frame that seem to share the detections of others."""
+        """Add the objects of a frame that appear to share a detection."""
         self._merged += count

@@ -1,4 +1,4 @@
-"""Populations: how many objects of a color there are, where that is known, and their IDs."""
+"""Population: the number of objects of each color, where known, and their IDs."""
 
 from collections.abc import Sequence
 
@@ -11,9 +11,9 @@ Indices = NDArray[np.intp]
 
 
 class Population:
-    """Gives the IDs 1 to n to n objects, color by color.
+    """Assigns the IDs 1 to n to n objects, color by color.
 
-    :param counts: number of objects of each color; 0 where it is not known.
+    :param counts: number of objects of each color; 0 for unknown.
     """
 
     def __init__(self, counts: Sequence[int]) -> None:
@@ -25,20 +25,22 @@ class Population:
         """Number of objects, and the last of their IDs."""
 
     def is_counted(self, color: Colors) -> Bools:
-        """Of which colors, (K,), the number is known, (K,)."""
+        """Return for which colors, (K,), the number of objects is known, (K,)."""
         return np.asarray(self._counts[self._place(color)] > 0)
 
     def is_complete(self, color: Colors) -> Bools:
-        """Of which colors, (K,), all objects have been seen, (K,)."""
+        """Return for which colors, (K,), all objects have been seen, (K,)."""
         place = self._place(color)
         return self.is_counted(color) & (self._next[place] == self._ends[place])
 
     def is_unnamed(self, track_id: NDArray[np.uint32], color: Colors) -> Bools:
-        """Which tracks, (K,), of counted colors are not known to be one of the objects, (K,)."""
+        """Return which tracks, (K,), of counted colors are not yet identified with an object,
+        (K,).
+        """
         return self.is_counted(color) & (track_id > self.total)
 
     def name(self, color: Colors) -> NDArray[np.uint32]:
-        """IDs for objects seen for the first time, (K,); 0 for those that are too many.
+        """Return IDs for objects seen for the first time, (K,); 0 for surplus ones.
 
         :param color: (K,), each counted.
         """
@@ -50,5 +52,5 @@ class Population:
         return ids
 
     def _place(self, color: Colors) -> Indices:
-        """In the list of counts; those beyond it are at its end."""
+        """Return the indices of colors in the counts; those beyond the counts get the last."""
         return np.minimum(color.astype(np.intp), len(self._counts) - 1)
