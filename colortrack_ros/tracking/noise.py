@@ -96,8 +96,7 @@ ROUNDED = 3 / 12
 error stays the same for about three frames. Assumed."""
 
 NOISE_FIELDS = [('evidence', 'f8', SUMS), ('own_factor', 'f8')]
-"""Noise fields of a track: its evidence, and its own factor relative to that of its color, minus
-1."""
+"""Noise fields of a track: its evidence, and its own factor over that of its color, minus 1."""
 
 
 class MeasurementNoise:

@@ -1,10 +1,10 @@
-"""How unsteady each object is: its process noise, learned beside its filter.
+"""Process noise of each object, learned by probe filters that run beside its own.
 
-A row of alpha-beta filters of fixed gains follows each track (Bar-Shalom, Li and Kirubarajan 2001,
-6.5). Each is the best for one ratio of process to measurement noise, and the one whose innovations
-are smallest tells the ratio: maximum likelihood with the level of the noise left open (multiple
-model adaptive estimation, Magill 1965). The filter of the track itself
-has no part in it, so nothing that it wrongly believes keeps it from learning better.
+A bank of alpha-beta filters with fixed gains follows each track (Bar-Shalom, Li and Kirubarajan
+2001, 6.5). Each filter is optimal for one ratio of process to measurement noise, and the one with
+the smallest innovations indicates the ratio: maximum likelihood with the level of the noise left
+free (multiple model adaptive estimation, Magill 1965). The track's own filter takes no part, so its
+errors cannot keep it from learning better.
 """
 
 import math
@@ -27,54 +27,55 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 INDICES = 10.0 ** np.arange(-5, 4.1, 0.5)
-"""Tracking indices q dt^3 / r of the probes, half a decade apart: from what is straight for seconds
-to what no filter can smooth."""
+"""Tracking indices q dt^3 / r of the probes, half a decade apart: from objects that move straight
+for seconds to motion that no filter can smooth."""
 
 EFFICIENCY = 6 / math.pi**2
-"""What the mean logarithm of a squared normal pair is worth beside its mean as a measure of its
-variance: the variance of ln X is pi^2 / 6 where that of X, exponential of mean 1, is 1."""
+"""Efficiency of the mean log of a squared normal pair, relative to its mean, as an estimate of its
+variance: ln X has the variance pi^2 / 6 if X, exponential with mean 1, has 1."""
 
 STEP_MEMORY = 5.0
-"""Time after which an innovation counts 1/e [s]. Assumed."""
+"""Time after which an innovation has decayed to 1/e [s]. Assumed."""
 
 CROWD_WORTH = 30.0
-"""Innovations that all others together are worth for a track. Assumed: a second of its own counts
-as much."""
+"""Weight, in innovations, of all other tracks together in the estimate for one. Assumed: a second
+of its own counts as much."""
 
 FORMED_AGE = 5
-"""Measurements after which the innovations of a probe are counted. Assumed: the first few
-have the errors of its start in them."""
+"""Measurements after which the innovations of a probe count. Assumed: the first few contain the
+errors of its initiation."""
 
 FIRST_NOISE, SPREAD = 1000.0, math.log(10)
-"""Process noise before any is learned [px/s^2], and the standard deviation of its logarithm.
-Assumed."""
+"""Initial process noise [px/s^2], and the standard deviation of its log. Assumed."""
 
 LOG_RANGE = math.log(30.0), math.log(1e5)
-"""Where the logarithm of the process noise stays. Anything may stray by a pixel a second from one
-frame to the next, however straight it went so far. Assumed."""
+"""Range of the log process noise. However straight it has moved, any object may deviate by a pixel
+per second from one frame to the next. Assumed."""
 
 TURNED, SETTLED_AGE = 0.5, 15
-"""Probability of a maneuver above which the probes begin anew, unless they have done so in as many
-measurements: a filter that takes a steady pull for one maneuver after another is not believed.
-Assumed: an even chance, and half a second."""
+"""Probability of a maneuver above which the probes restart, and the number of measurements after a
+restart in which they do not: a filter that mistakes a steady acceleration for one maneuver after
+another is not believed. Assumed: an even chance, and half a second."""
 
 LEVEL_COUNT = 20.0
-"""Innovations that what is known of R is worth. Assumed: it is itself learned."""
+"""Weight, in innovations, of what is known of R. Assumed: R itself is learned."""
 
 TRACKS_AT_ONCE = 100
-"""Tracks that are worked on at once, so that what is computed of them stays in the cache."""
+"""Tracks processed at once, to keep intermediate results in the cache."""
 
 LEAST_NOISE = 1e-4
-"""Of a squared innovation over the variance of a measurement: of what stands still to the bit."""
+"""Least squared innovation over the variance of the measurement, for objects that are exactly at
+rest."""
 
 
 def _gains() -> tuple[Floats, Floats]:
-    """Alpha and beta, (AGES, G), after so many measurements.
+    """Return alpha and beta, (AGES, G), by number of measurements.
 
-    Of a growing memory, 2 (2k - 1) / (k (k + 1)) and 6 / (k (k + 1)), until the steady state of
-    the Riccati equation is reached. With Q of white-noise acceleration that has a closed form, as
-    Kalata 1984 found for a constant one: with the index L = beta^2 / (1 - alpha) and
-    x = sqrt(1 - alpha), its three equations come to a palindromic one of fourth degree,
+    They are those of a growing memory, 2 (2k - 1) / (k (k + 1)) and 6 / (k (k + 1)), until the
+    steady state of the Riccati equation is reached. For Q of white-noise acceleration it has a
+    closed form, like that of Kalata 1984 for an acceleration constant over each period. With the
+    tracking index L = beta^2 / (1 - alpha) and x = sqrt(1 - alpha), its three equations reduce to a
+    palindromic one of fourth degree,
 
         y^2 - sqrt(L) y + L / 6 - 4 = 0    y = x + 1 / x
     """
@@ -90,7 +91,7 @@ def _gains() -> tuple[Floats, Floats]:
 
 ALPHA, BETA = _gains()
 LOG_EXCESS = -np.log(1 - ALPHA[-1])
-"""Log of the covariance of an innovation over R, (G,): alpha = P / (P + R)."""
+"""Log of the innovation covariance over R, (G,): alpha = P / (P + R)."""
 
 STEP_FIELDS = [
     ('probe', 'f8', (2, 2, len(INDICES))),
@@ -99,14 +100,14 @@ STEP_FIELDS = [
     ('fit_count', 'f8', 2),
     ('log_noise', 'f8'),
 ]
-"""What is recorded of a track: positions [px] and velocities [px/s], by axis, of its probes; how
-many measurements they have taken; sums of the logarithms of their squared innovations, how many
-there were and the sum of the logarithms of the variances of the measurements; and the logarithm of
-its process noise over that of the crowd."""
+"""Process-noise fields of a track: positions [px] and velocities [px/s] of its probes, by axis;
+number of measurements that they have processed; sums of the logs of their squared innovations; the
+number of these and the sum of the log variances of the measurements; log of its process noise
+relative to that of the crowd."""
 
 
 class ProcessNoise:
-    """Learns the process noise of tracks, and of the crowd.
+    """Learns the process noise of tracks, and of the crowd, which is all of them.
 
     :ivar log_noise: log of the sigma_s of the crowd [px/s^2].
     """
@@ -116,11 +117,11 @@ class ProcessNoise:
         self.log_noise = math.log(FIRST_NOISE)
 
     def learn(self, records: Records, track: Indices, recent: Recent, period: float) -> None:
-        """Take what was measured in the last EVERY frames.
+        """Learn from the measurements of the last EVERY frames.
 
         :param records: (N,) of all tracks, with STEP_FIELDS and those of Recent.
-        :param track: (K,) which were measured in the last frame.
-        :param recent: where the frames are in the records.
+        :param track: (K,) tracks measured in the last frame.
+        :param recent: slots of the frames in the records.
         :param period: since the last frame [s].
         """
         oldest_first = recent.newest_first()[EVERY::-1]
@@ -133,10 +134,10 @@ class ProcessNoise:
         self._conclude(records, track, period)
 
     def _take(self, records: Records, slots: Indices, remembered: Floats) -> None:
-        """Take the measurements of some frames, of some of the tracks.
+        """Process the measurements of some frames for some of the tracks.
 
-        :param slots: (F,) where Recent has them, the oldest first.
-        :param remembered: (F,) what is left at each of what was learned before.
+        :param slots: (F,) of the frames in Recent, the oldest first.
+        :param remembered: (F,) share of earlier evidence that each frame keeps.
         """
         some = records['measured'][:, slots].swapaxes(0, 1)
         measured = some[..., UNMEASURED] > 0
@@ -160,7 +161,7 @@ class ProcessNoise:
         self._count += since @ count.sum(axis=1)
 
     def _conclude(self, records: Records, track: Indices, period: float) -> None:
-        """Posterior means of ln q, of crowd and tracks."""
+        """Compute the posterior means of ln sigma_s of the crowd and of tracks."""
         count, log_sum = self._count
         if count < 1:
             return
@@ -184,11 +185,11 @@ def _follow(
     measured: NDArray[np.bool_],
     age: NDArray[np.int64],
 ) -> Floats:
-    """Move the probes of all tracks by the measurements of some frames.
+    """Update the probes of all tracks with the measurements of some frames.
 
-    :param some: (F, N, RING_COLUMNS) what Recent has of them.
-    :param measured: (F, N) whether there is any.
-    :param age: (F, N) of the probes with them.
+    :param some: (F, N, RING_COLUMNS) measurements in Recent.
+    :param measured: (F, N) which tracks are measured.
+    :param age: (F, N) of the probes, with these measurements.
     :return: (F, N, G) squared innovations [px^2].
     """
     T = np.where(measured, np.maximum(some[..., UNMEASURED], 1e-6), 0.0)
@@ -209,10 +210,10 @@ def _follow(
 def _ages(
     age: NDArray[np.int64], measured: NDArray[np.bool_], turned: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
-    """Ages of probes with each of some frames, (F, N).
+    """Return the ages of probes, (F, N), at each of some frames.
 
     :param age: (N,) before.
-    :param measured: (F, N); turned: (F, N) they begin anew, if they are settled.
+    :param measured: (F, N); turned: (F, N) where the probes restart if settled.
     """
     turned = turned & measured
     if not np.count_nonzero(turned):
@@ -225,7 +226,7 @@ def _ages(
 
 
 def _log_likelihood(fit: Floats, count: Floats | float, log_variance: Floats | float) -> Floats:
-    """Of each index: by the size of its innovations, and by what it should be beside R."""
+    """Return log-likelihoods of the indices, by innovations and by their expected size given R."""
     mean = fit / np.maximum(count, 1.0)
     excess = mean - (MEAN_LOG + math.log(2) + log_variance + LOG_EXCESS)
     trusted = np.minimum(count, LEVEL_COUNT)
@@ -233,6 +234,6 @@ def _log_likelihood(fit: Floats, count: Floats | float, log_variance: Floats | f
 
 
 def _mean(log_weight: Floats, value: Floats) -> Floats:
-    """Mean over the last axis by weights of which the logarithms are given."""
+    """Return the mean of value over the last axis, weighted by exp(log_weight)."""
     weight = np.exp(log_weight - log_weight.max(axis=-1, keepdims=True))
     return np.asarray((weight @ value) / weight.sum(axis=-1))

@@ -1,4 +1,4 @@
-"""The last measurements of each track, kept so that what they tell is learned every few frames."""
+"""The last measurements of each track, kept in a ring buffer to learn from every few frames."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,28 +9,28 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 EVERY = 5
-"""Frames from one look at the measurements to the next, which takes all of these, to save time.
-Assumed: in a sixth of a second noise and process noise change little."""
+"""Frames from one look at the measurements to the next, which takes all new ones, to save time.
+Assumed: noise and process noise change little in a sixth of a second."""
 
 RING = 16
-"""Frames of which measurements are kept: six measurements tell how noisy they are, see differences,
-and of objects that are missed every other time eight are in so many frames."""
+"""Frames whose measurements are kept: evidence on noise takes six measurements, see differences,
+and an object missed every other time has eight in that many frames."""
 
 Z, GIVEN = slice(0, 2), slice(2, 4)
 VARIANCE, UNMEASURED, MANEUVERED, WHOLE, STEADY_CAMERA, RING_COLUMNS = range(4, 10)
-"""Columns of what is kept of a measurement: position by axis [px]; variance by axis as given, and
-their mean as used [px^2]; time since the one before [s], 0 for none; probability that the track has
-maneuvered in it; 1 if it was measured wholly; 1 if it was so and in the last frame as well."""
+"""Columns of a measurement: position by axis [px]; variance by axis as given, and their mean as
+used [px^2]; time since the previous measurement [s], 0 for none; probability that the track has
+maneuvered; 1 if the object was seen completely; 1 if so, and measured in the previous frame too."""
 
 RECENT_FIELDS = [('measured', 'f8', (RING, RING_COLUMNS)), ('in_a_row', 'i8')]
-"""What is recorded of a track: its last measurements by frame, the oldest overwritten, and how many
-there were in a row."""
+"""Recent fields of a track: its measurements in the last frames, in a ring buffer, and the number
+of them in a row."""
 
 
 class Recent:
-    """Which of the last frames is where in the records, and when it was.
+    """Slots and times of the last frames in the records.
 
-    :ivar stamps: (RING,) of the frames [s], by slot, from any time.
+    :ivar stamps: (RING,) of the frames [s], by slot, from an arbitrary origin.
     """
 
     def __init__(self) -> None:
@@ -50,10 +50,10 @@ class Recent:
         steady: NDArray[np.bool_],
         dt: float,
     ) -> bool:
-        """Take what was measured in a frame; tell whether it is time to look at it.
+        """Record the measurements of a frame; return whether a look at them is due.
 
         :param records: (N,) of all tracks, with RECENT_FIELDS.
-        :param track: (K,) which were measured, each once; for the rest see the columns.
+        :param track: (K,) tracks measured, each once; for the rest see the columns.
         :param dt: since the last frame [s].
         """
         slot = self._frame % RING
@@ -76,16 +76,16 @@ class Recent:
         return self._frame % EVERY == 0
 
     def newest_first(self) -> Indices:
-        """(RING,) slots of the last frames."""
+        """Return the slots of the last frames, (RING,)."""
         return (self._frame - 1 - np.arange(RING)) % RING
 
     def ages(self, dt: float) -> Floats:
-        """(RING,) time since the frames, by slot [s].
+        """Return the time since each frame, by slot, (RING,) [s].
 
         :param dt: since the last one [s].
         """
         return np.asarray(self.stamps[(self._frame - 1) % RING] - self.stamps + dt)
 
     def since_look(self, dt: float) -> float:
-        """Time since the last frame in which it was time to look [s]; dt as in ages()."""
+        """Return the time since the last frame with a look [s]; dt as in ages()."""
         return float(self.ages(dt)[(self._frame - 1 - self._frame % EVERY) % RING])

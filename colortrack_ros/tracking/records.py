@@ -1,4 +1,4 @@
-"""What is recorded of a track besides its filter, and what is published of it."""
+"""Records: the fields of a track besides its filter, and the rows published for it."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,28 +58,31 @@ FIELDS = [
     *CAMERA_FIELDS,
     *SPLINTER_FIELDS,
 ]
-"""What is recorded of a track besides the COMMON fields.
+"""Fields of a track besides the COMMON ones.
 
-origin, seen: where it began and where it was last measured [px]; misses: frames without a
-detection; area, box_w, box_h: of the last detection [px]; extent: reach of the object to the low
-and high side, by axis [px], see extents;
-systematic: variance by axis of what its centroids are off by in every frame alike [px^2];
-growth: of that [1/s]; partial: it has never been in sight wholly, by axis;
-outside: predicted outside the picture; visible, hidden: probability that the object exists and can,
-or cannot, be seen; hidden_share, believed_share: of what is lost there that is hidden, as it was
-believed when it was lost, and as it is now; shared: stamp of the last frame in which its detection
-was that of others as well, see unresolved, 0 for none [ns]; rival: ID of the track that it may have
-exchanged detections with, 0 for none;
-met, apart: stamp of the first frame and of the last in which they were near each other [ns];
-before, before_cov, before_size: its state as predicted for the first, the covariance, and its size
-[px]; sums: of the weighted line through its scans measurements since the last, see crossings;
-size_log_ratio: sum over these of the log-likelihood ratio of its sizes, own against rival;
-unsettled: what maneuvers that hardly show yet add to the covariance of the velocity [px^2/s^2].
+origin, seen: where it started and where it was last measured [px].
+misses: frames without a detection.
+area, box_w, box_h: of the last detection [px].
+extent: reach of the object to the low and high side, by axis [px], see extents.
+systematic: variance by axis of the error that its centroids have in common [px^2].
+growth: of the extent [1/s].
+partial: never seen completely yet, by axis.
+outside: predicted outside the picture.
+visible, hidden: probability that the object exists and is, or is not, visible.
+hidden_share, believed_share: share of objects lost there that are hidden, as believed when it was
+    lost and as believed now.
+shared: stamp of the last frame in which it shared its detection, see unresolved; 0 for none [ns].
+rival: ID of the track that it may have swapped detections with, 0 for none.
+met, apart: stamps of the first and the last frame in which the two were close [ns].
+before, before_cov, before_size: predicted state at the first, its covariance, and its size [px].
+sums: of the weighted line through its scans measurements since the last, see crossings.
+size_log_ratio: sum over those of the log-likelihood ratio of its sizes, own over rival's.
+unsettled: covariance of the velocity due to maneuvers that hardly show yet [px^2/s^2].
 """
 
 
 def record_size(records: Records, track: Indices | slice, rows: NDArray[np.void]) -> None:
-    """Note the sizes of the detections rows, (K,), that tracks have taken."""
+    """Record the sizes of the detections rows, (K,), that tracks have taken."""
     for name in ('area', 'box_w', 'box_h'):
         records[name][track] = rows[name]
 
@@ -92,10 +95,10 @@ def published(
     speed: Floats,
     existence: Floats,
 ) -> NDArray[np.void]:
-    """The tracks as they are published.
+    """Return the rows of the tracks that are published.
 
-    None that is outside the picture, that was confirmed and does probably not exist any more, or
-    that is of a known population but not known to be whom.
+    Tracks are left out if they are outside the picture, if they were confirmed and have probably
+    ceased to exist, or if they belong to a known population but have not been identified.
 
     :param stamp: now [ns].
     :param speed: (2,) standard deviation of a new velocity on each axis [px/s]; 0 for none.
@@ -124,10 +127,10 @@ def published(
 
 
 def _unseen(records: Records, rows: NDArray[np.void], speed: Floats) -> Floats:
-    """Covariances of coasting tracks, (K, 4, 4), about where they are if they go on.
+    """Return the covariances of coasting tracks, (K, 4, 4), about their predicted states.
 
-    What has been learned of how they stray unseen adds to those of their filters, and the mean
-    square of what they are off by if they have maneuvered.
+    The covariances of the filters are increased by the learned drift of unseen objects, and by the
+    mean square of the offset that a maneuver would have caused.
 
     :param records: (K,), and rows, (K,) of dtype TRACK, of these tracks.
     :param speed: see published().

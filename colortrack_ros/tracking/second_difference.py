@@ -15,20 +15,21 @@ ACCELERATION_FIELDS = [
     ('past_count', 'u1'),
     ('acceleration', 'f8', 2),
 ]
-"""What is recorded of a track: its last two positions kept, the later one first [px], when
-they were measured [ns], how many there are, and the acceleration [px/s^2], 0 until it is known."""
+"""Acceleration fields of a track: the last two positions kept, the later one first [px]; the stamps
+of their measurements [ns]; how many there are; and the acceleration [px/s^2], 0 until known."""
 
 
 def learn_acceleration(records: Records, track: Indices, z: Floats, now: int, span: float) -> None:
-    """Take the measured positions of tracks, and hold the acceleration while there are none.
+    """Update the acceleration of tracks from their measured positions.
 
-    With z_0, z_1, z_2 measured at t_0 > t_1 > t_2, what a parabola through them has::
+    It is held between measurements. With z_0, z_1, z_2 measured at t_0 > t_1 > t_2, it is that of
+    the parabola through them::
 
         a = 2 / (t_0 - t_2) ((z_0 - z_1) / (t_0 - t_1) - (z_1 - z_2) / (t_1 - t_2))
 
     :param records: (N,) of all tracks, with ACCELERATION_FIELDS.
-    :param track: (K,) which were measured, each once.
-    :param z: (K, 2) where [px].
+    :param track: (K,) tracks measured, each once.
+    :param z: (K, 2) their positions [px].
     :param now: stamp of the frame [ns].
     :param span: least time between two positions that are kept [s].
     """
