@@ -1,4 +1,4 @@
-"""Associators by name. A new one is a file beside these and a line in ASSOCIATORS."""
+"""Associators by name. To add one, add a file here and a line to ASSOCIATORS."""
 
 from colortrack_ros.tracking.association.base import Associator
 from colortrack_ros.tracking.association.gnn import associate as gnn

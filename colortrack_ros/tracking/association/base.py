@@ -1,4 +1,4 @@
-"""What every associator takes and gives."""
+"""Associator: what every associator takes and returns."""
 
 from typing import Protocol
 
@@ -17,7 +17,7 @@ class Associator(Protocol):
 
         :param track: (K,) track of each candidate pair, ascending.
         :param detection: (K,) detection of each candidate pair.
-        :param gain: (K,) log-likelihood ratio of the pair against leaving both alone.
-        :return: indices of the chosen pairs, ascending, and the probability that each is right,
-            which for hard decisions is 1.
+        :param gain: (K,) log-likelihood ratio of the pair against leaving both unassociated.
+        :return: indices of the chosen pairs, ascending, and the probability that each is correct,
+            which is 1 for hard decisions.
         """

@@ -1,4 +1,4 @@
-"""Global nearest neighbor: the assignment of greatest total gain (the Hungarian method)."""
+"""Global nearest neighbor: the assignment with the largest total gain (the Hungarian method)."""
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -9,16 +9,17 @@ from colortrack_ros.tracking.association.base import Floats
 from colortrack_ros.tracking.association.base import Indices
 
 SMALL = 10_000
-"""Entries up to which a dense table is solved rather than a sparse one, which has more overhead.
-In crowds they take 52 and 94 us at 10,000, 94 and 106 at 25,000, 260 and 150 at 60,000."""
+"""Number of entries up to which a dense table is solved instead of a sparse one, which has more
+overhead. In crowds they take 52 and 94 us at 10,000, 94 and 106 at 25,000, 260 and 150 at
+60,000."""
 
 
 def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
-    """Choose the pairs with the greatest sum of gains; see Associator.
+    """Choose the pairs with the largest sum of gains; see Associator.
 
-    Pairs worth more than all the alternatives of their track and of their detection together are
-    in every best assignment: exchanging them can only lose. Nearly all pairs are, and are taken in
-    bulk; what is left is solved as one problem.
+    A pair that gains more than all alternatives of its track and of its detection together is in
+    every optimal assignment, as exchanging it can only lose. Nearly all pairs do, and are taken in
+    bulk; the rest is solved as one problem.
     """
     left = (gain > 0).nonzero()[0]
     chosen = []
@@ -43,9 +44,9 @@ def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices
 
 
 def _solve(track: Indices, detection: Indices, gain: Floats) -> Indices:
-    """The best assignment by the method of Jonker and Volgenant 1987, on a table or sparse costs.
+    """Return the best assignment by the method of Jonker and Volgenant 1987, dense or sparse.
 
-    In a sparse one each track has a column of its own for a miss, so that every row is matched.
+    In the sparse table each track has a column of its own for a miss, so that every row is matched.
     """
     row, n = _numbered(track)
     column, m = _numbered(detection)
@@ -57,7 +58,7 @@ def _solve(track: Indices, detection: Indices, gain: Floats) -> Indices:
     most = gain.max() + 1
     order = (row * m + column).argsort()
     end = (np.bincount(row) + 1).cumsum()
-    place = np.arange(len(row)) + row  # each row before has an entry more, for a miss
+    place = np.arange(len(row)) + row  # each earlier row has one more entry, for a miss
     cost, columns = np.full(end[-1], most), np.empty(end[-1], np.int32)
     cost[place] = most - gain[order]
     columns[place], columns[end - 1] = column[order], m + np.arange(n)
@@ -67,7 +68,7 @@ def _solve(track: Indices, detection: Indices, gain: Floats) -> Indices:
 
 
 def _numbered(names: Indices) -> tuple[Indices, int]:
-    """Number those that occur from 0, in their order: of each, (K,), and how many there are."""
+    """Number the distinct names from 0, in order; return the numbers, (K,), and their count."""
     occurs = np.zeros(names.max() + 1, bool)
     occurs[names] = True
     number = occurs.cumsum()

@@ -1,4 +1,4 @@
-"""Joint probabilistic data association: every pair by its probability."""
+"""Joint probabilistic data association (JPDA): every pair, weighted by its probability."""
 
 import numpy as np
 
@@ -6,22 +6,22 @@ from colortrack_ros.tracking.association.base import Floats
 from colortrack_ros.tracking.association.base import Indices
 
 ROUNDS = 50
-"""Rounds of messages at most. They converge geometrically; 50 bound the time of a frame."""
+"""Most rounds of messages. They converge geometrically; 50 bound the time of a frame."""
 
 NEGLIGIBLE_SHARE = 1e-4
-"""Probability below which a pair is dropped, and change of a message that ends the rounds."""
+"""Probability below which a pair is dropped, and change of messages below which the rounds end."""
 
 LARGEST = 25.0
-"""Bound of a gain: exp(25) and 1 are still summed to 5 digits."""
+"""Bound of a gain: exp(25) and 1 still add up to 5 digits."""
 
 
 def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
-    """The marginal probability of each pair over all joint events; see Associator.
+    """Return the marginal probability of each pair over all joint events; see Associator.
 
-    JPDA (Fortmann, Bar-Shalom and Scheffe 1983; Vidal 2009, 2.3.2) sums over all ways to give
-    detections to tracks, which are exponentially many. Belief propagation finds the marginals with
-    messages between tracks and detections, always converges, and is exact where there are no
-    cycles (Williams and Lau 2014).
+    JPDA (Fortmann, Bar-Shalom and Scheffe 1983; Vidal 2009, 2.3.2) sums over all joint events,
+    whose number is exponential. Belief propagation finds the marginals with messages between tracks
+    and detections. It always converges, and is exact if there are no cycles (Williams and Lau
+    2014).
     """
     if not len(track):
         return track, gain

@@ -1,4 +1,4 @@
-"""Nearest neighbor: each track takes the detection that is best for itself."""
+"""Nearest neighbor: each track takes its own best detection."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from colortrack_ros.tracking.association.base import Indices
 
 
 def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
-    """Choose for each track its best pair, and of tracks at one detection the best; see Associator.
+    """Choose the best pair of each track, and the best track of each detection; see Associator.
 
-    A track that has lost its detection to another gets none.
+    A track that loses its detection to another gets none.
     """
     order = np.flatnonzero(gain > 0)
     order = order[np.argsort(-gain[order], kind='stable')]
