@@ -34,9 +34,7 @@ class Population:
         return self.is_counted(color) & (self._next[place] == self._ends[place])
 
     def is_unnamed(self, track_id: NDArray[np.uint32], color: Colors) -> Bools:
-        """Return which tracks, (K,), of counted colors are not yet identified with an object,
-        (K,).
-        """
+        """Return which tracks, (K,), of counted colors are unidentified, (K,)."""
         return self.is_counted(color) & (track_id > self.total)
 
     def name(self, color: Colors) -> NDArray[np.uint32]:

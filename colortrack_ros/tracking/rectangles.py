@@ -1,4 +1,4 @@
-"""All points inside rectangles."""
+"""Rectangles: finds all points inside each of them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,24 +8,24 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 DENSE = 10_000
-"""Up to this many pairs all are compared with all, which has less overhead than sorting.
-Measured: at 10,000 both take 50 us, at 5,000 30 and 45, at 20,000 104 and 56."""
+"""Number of pairs up to which all are compared, which has less overhead than sorting. Measured: 50
+us either way at 10,000; 30 against 45 us at 5,000; 104 against 56 us at 20,000."""
 
 
 def points_inside(
     center: Floats, half: Floats, points: Floats, most: int = 0
 ) -> tuple[Indices, Indices]:
-    """All points inside each of N rectangles.
+    """Find all points inside each of N rectangles.
 
-    Few are compared all with all. Else the points are sorted into horizontal strips, and by u
-    within a strip; what a rectangle holds of a strip is then one run of them, which two binary
-    searches find.
+    If there are few pairs, all are compared. Otherwise the points are sorted into horizontal
+    strips, and by u within a strip. The points of a strip inside a rectangle are then a single run,
+    which two binary searches find.
 
     :param center: (N, 2) [px].
-    :param half: (N, 2) half width and half height [px]; what is below 0 holds nothing.
+    :param half: (N, 2) half width and half height [px]; with a negative one, a rectangle is empty.
     :param points: (M, 2) [px].
-    :param most: where there may be more than this for a rectangle on average, so many that are
-        nearest to its center; 0 for all.
+    :param most: if rectangles may hold more points than this on average, only this many nearest to
+        each center are considered; 0 for all.
     :return: indices (K,) of rectangles, ascending, and (K,) of points.
     """
     if len(center) * len(points) <= DENSE:
@@ -63,7 +63,7 @@ def _compare_all(center: Floats, half: Floats, points: Floats) -> tuple[Indices,
 def _nearest_inside(
     center: Floats, half: Floats, points: Floats, most: int
 ) -> tuple[Indices, Indices]:
-    """As points_inside, of each the nearest by the larger of the two distances."""
+    """Find the nearest points inside each rectangle, by the larger of the two distances."""
     reach = float(half.max(initial=0.0)) * (1 + 1e-9) + 1e-9
     tree = cKDTree(points)
     _, found = tree.query(center, most, p=np.inf, distance_upper_bound=reach)
@@ -74,14 +74,14 @@ def _nearest_inside(
 
 
 def _within(x: Floats, last: float) -> Floats:
-    """The nearest number of -1 to last + 1."""
+    """Clip x to -1 ... last + 1."""
     return np.minimum(np.maximum(x, -1.0), last + 1.0)
 
 
 def runs(first: NDArray, length: Indices) -> tuple[Indices, NDArray]:
-    """Runs of successive numbers, one after the other.
+    """Concatenate runs of successive numbers.
 
-    :param first: (N,) where each run starts.
+    :param first: (N,) start of each run.
     :param length: (N,) of each run.
     :return: (K,) index of the run, and (K,) the number.
     """

@@ -1,4 +1,4 @@
-"""Resolution: how near two objects are of which a detector makes one detection."""
+"""Resolution: the distance at which a detector merges two objects into one detection."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,36 +12,37 @@ RADII = np.geomspace(1.0, 200.0, 24)
 """Radii that are compared [px]: from a pixel to objects that fill a third of a picture."""
 
 STEEPNESS = 4
-"""Of the probability in the distance. Objects of one size merge all at one distance, those of two
-sizes at several. Assumed; 2, as in the source, and 8 change IDF1 of merging points by a point."""
+"""Exponent of the distance in the probability. Objects of one size all merge at one distance, those
+of two sizes at several. Assumed; 2, as in the source, and 8 change IDF1 of merging points by a
+point."""
 
 BY_CHANCE = 1e-3
-"""Of what seems to be merged, whatever the distance, so much is not. Assumed."""
+"""Share of apparent mergers, at any distance, that are none. Assumed."""
 
 MOST_BESIDE = 8
-"""Detections around each whose distances are looked at, to bound the time. Assumed."""
+"""Neighbors of each detection whose distances are counted, to bound the time. Assumed."""
 
 PRIOR_LOG_ODDS = 5.0
-"""Log of the odds of the least radius over each other before anything is learned, so that a
-merger among clutter is not believed before it has been seen how near objects are resolved. Assumed;
-without it 40 objects among as many false detections lose up to 10 points of IDF1."""
+"""Initial log odds of the smallest radius against any other. A merger in clutter is then not
+believed before it is known how close resolved objects get. Assumed; without it 40 objects among as
+many false detections lose up to 10 points of IDF1."""
 
 POSSIBLE = 1e-3
-"""A radius less probable than this is out of the question. Assumed."""
+"""Probability below which a radius is ruled out. Assumed."""
 
 LOOK_EVERY = 5
 """Frames from one look at the distances to the next, to save time. Assumed, as recent.EVERY."""
 
 LEFT = 0.99
-"""Of what was learned, at each look: a memory of 500 frames. Assumed."""
+"""Share of the evidence kept at each look: a memory of 500 frames. Assumed."""
 
 
 class Resolution:
-    """Objects at a distance d are unresolved with probability exp(-(d/r)^4); learns r.
+    """Learns r: objects at a distance d are unresolved with probability exp(-(d/r)^4).
 
     (After Koch and van Keuk 1997, who have a square there.)
 
-    :ivar reach: how far an object may be from the mean of those that it is merged with [px].
+    :ivar reach: largest distance of an object from the mean of those that it merges with [px].
     """
 
     def __init__(self) -> None:
@@ -56,14 +57,14 @@ class Resolution:
         self.reach = 1.5 * float(RADII[self._weight > POSSIBLE].max())
 
     def log_chance(self, apart: Floats) -> Floats:
-        """Log of the probability that objects so far apart [px] are unresolved."""
+        """Return the log of the probability that objects at distances apart [px] are unresolved."""
         return np.asarray(np.log(np.maximum(_chance(apart) @ self._weight, 1e-300)))
 
     def learn(self, z: Floats, apart: Floats) -> None:
-        """Look, every few frames, at how far objects are apart.
+        """Learn, every few frames, from distances between objects.
 
-        :param z: (K, 2) detections of those that are resolved [px].
-        :param apart: (J,) distances of those that are not [px].
+        :param z: (K, 2) detections of resolved objects [px].
+        :param apart: (J,) distances between unresolved ones [px].
         """
         self._frame += 1
         if self._frame % LOOK_EVERY or len(z) + len(apart) < 2:
@@ -80,12 +81,12 @@ class Resolution:
 
 
 def _chance(apart: Floats) -> Floats:
-    """Probability that objects so far apart, (...) [px], are unresolved, by radius, (..., G)."""
+    """Return the probability, (..., G), of being unresolved at distances (...) [px], by radius."""
     return np.asarray(np.exp(-((apart[..., None] / RADII) ** STEEPNESS)))
 
 
 EDGES = np.geomspace(RADII[0], RADII[-1], 2 * len(RADII))
-"""Distances are counted between these [px]."""
+"""Edges of the bins in which distances are counted [px]."""
 
 RESOLVED = np.log(BY_CHANCE + (1 - BY_CHANCE) * (1 - _chance(np.append(EDGES[0] / 2, EDGES))))
-"""Log-likelihood of a resolved pair between them, by radius."""
+"""Log-likelihood of a resolved pair in each bin, by radius."""

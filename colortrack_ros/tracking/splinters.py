@@ -1,8 +1,8 @@
-"""Splinters: pieces of a broken object that are followed, where no boxes tell what they are.
+"""Splinters: pieces of a broken object tracked as objects, where there are no boxes to tell.
 
-A pole before a disc makes two detections of it. Without sizes (see merge_split) the piece that no
-track takes begins one of its own, which merges with that of the object when it is whole again.
-Where both have been tells it from an object that met another: that came from afar.
+A pole in front of a disc splits it into two detections. Without sizes (see merge_split) the piece
+that no track takes starts one of its own, which merges with the object's when the disc is whole
+again. Its history tells it from an object that met another: that one came from afar.
 """
 
 import numpy as np
@@ -19,12 +19,12 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 AWAY = 2.0
-"""What has been so many times as far from the track that it began beside as it is when they merge
-is an object of its own. Assumed: pieces stay within the outline of what they are of."""
+"""Ratio of the largest distance of a track from the one beside which it started to that at their
+merger, above which it is an object of its own. Assumed: pieces stay within the object's outline."""
 
 LONGEST_PIECE = 1.0
-"""What was seen for longer is an object of its own [s]. Assumed: with half of it pieces, and pairs
-that hover where they merge, have the same IDF1; with twice, such pairs lose 10 points."""
+"""Time after which a track is an object of its own [s]. Assumed: half of it does equally well for
+pieces, and for pairs that hover where they merge; twice costs such pairs 10 points of IDF1."""
 
 SPLINTER_FIELDS = [
     ('host', 'u4'),
@@ -33,14 +33,14 @@ SPLINTER_FIELDS = [
     ('noted', 'i8'),
     ('splinter', '?'),
 ]
-"""What is recorded of a track: ID of the confirmed one that it began beside, where there are boxes
-of the one that it began inside (see initiation), 0 for none; the
-largest distance from it so far, and that when both were last seen [px]; stamp of when it began
-[ns]; and whether it has been taken for a piece since it was last seen alone."""
+"""Splinter fields of a track: ID of the confirmed track beside which it started (with boxes, inside
+which it started, see initiation), 0 for none; the largest distance between the two so far, and that
+when both were last seen [px]; stamp of its start [ns]; and whether it has counted as a piece since
+it was last seen alone."""
 
 
 def note_hosts(records: Records, prediction: Prediction) -> None:
-    """Note beside which track each new one begins.
+    """Record beside which track each new one starts.
 
     :param records: (K,) of the new tracks.
     """
@@ -56,10 +56,10 @@ def note_hosts(records: Records, prediction: Prediction) -> None:
 
 
 def find_hosts(prediction: Prediction, reach: float) -> Indices:
-    """Find the tracks that were never far from those that they began beside.
+    """Find the tracks that have never been far from the one beside which they started.
 
-    :param reach: beyond it nothing merges, see Resolution [px].
-    :return: (N,) rows of those that they began beside, -1 for objects of their own.
+    :param reach: distance beyond which nothing merges, see Resolution [px].
+    :return: (N,) rows of the tracks beside which they started, -1 for objects of their own.
     """
     records = prediction.records
     host = np.full(len(records), -1)
@@ -87,9 +87,9 @@ def find_hosts(prediction: Prediction, reach: float) -> Indices:
 
 
 def leave_out_splinters(records: Records, member: Indices, host: Indices) -> Indices:
-    """Note the splinters in sets of tracks that are one detection, and leave them out.
+    """Record and remove the splinters in sets of tracks that share a detection.
 
-    :param member: (S, n) tracks, -1 behind the last.
+    :param member: (S, n) tracks, -1 after the last.
     :param host: (N,) see find_hosts().
     :return: (S, n) as member.
     """

@@ -1,10 +1,10 @@
-"""Strays: detections that lie too far from a track for what is known of it, and yet are its.
+"""Strays: detections that lie outside the gate of a track, and yet belong to it.
 
-Noise is not normal, and changes: a light goes out, a detector meets another background. Nor are
-velocities: where things mostly stand, one is pushed all at once. A settled track that nothing fits,
-and a detection that fits nobody, are then one object more likely than one that went as another came
-(a second association among what is left, as of Zhang et al. 2022, by the likelihood of a mixture
-of narrow and wide, Tukey 1960).
+Noise is not normal, and changes: a light goes out, a detector meets another background. Velocities
+are not normal either: among objects mostly at rest, one is suddenly pushed. If nothing fits a
+settled track, and a detection fits no track, they are more likely one object than one that
+disappeared just as another appeared (a second association among the rest, as in Zhang et al. 2022,
+with the likelihood of a mixture of a narrow and a wide Gaussian, Tukey 1960).
 """
 
 from dataclasses import replace
@@ -30,16 +30,16 @@ from colortrack_ros.tracking.prediction import Prediction
 Indices = NDArray[np.intp]
 
 STRAYING = 0.01
-"""Probability that a detection strays. Assumed: as of an outage of all."""
+"""Probability that a detection strays. Assumed: that of an outage."""
 
 STRAY_SPREAD = 5.0**2
-"""Variance of what strays over that of what does not. Assumed: with 10 single errors of 20 standard
-deviations break no track either, but turns are taken for strays."""
+"""Variance of strays over that of other detections. Assumed: with 10 single errors of 20 standard
+deviations do not break tracks either, but turns pass for strays."""
 
 SUDDEN = 0.1
-"""Share of maneuvers that come as often, and are as fast, as is assumed before any are seen
-(maneuvers.FIRST_RATE, Adaptation.sudden_speed), whatever was learned since. Assumed: with 1 the
-tracks of real cups are the same."""
+"""Share of maneuvers with the rate and the speed assumed before any are seen (maneuvers.FIRST_RATE,
+Adaptation.sudden_speed), whatever has been learned since. Assumed: with 1 the tracks of real cups
+are the same."""
 
 SETTLED_HITS = 12
 """Hits after which the noise of a track is known, see maneuvers.FORMED_RATE."""
@@ -52,10 +52,10 @@ def take_strays(
     shared: Indices,
     config: TrackerConfig,
 ) -> Association:
-    """Give free blobs to settled tracks that have none, with the covariance of what strays.
+    """Associate free blobs with settled tracks that have none, with the covariance of strays.
 
     :param shared: tracks that share a blob, -1 for none.
-    :return: the association with these pairs as well.
+    :return: the association with these pairs added.
     """
     records, pairs = prediction.records, associated.pairs
     if len(pairs) >= len(records) or prediction.step.again:
@@ -88,7 +88,7 @@ def take_strays(
 def _find_noisy(
     prediction: Prediction, blobs: Measurements, missed: NDArray[np.bool_], config: TrackerConfig
 ) -> tuple[Hypotheses, NDArray[np.float64]]:
-    """Which blobs of the size of a track are its, measured badly; see _choose()."""
+    """Find badly measured tracks: blobs of the right size within a wider gate; see _choose()."""
     wide = replace(blobs, R=STRAY_SPREAD * blobs.R)
     track, blob = gate(prediction, wide, config)
     mine = missed[track]
@@ -101,9 +101,9 @@ def _find_noisy(
 def _find_sudden(
     prediction: Prediction, blobs: Measurements, missed: NDArray[np.bool_], config: TrackerConfig
 ) -> tuple[Hypotheses, NDArray[np.float64]]:
-    """Which tracks have gone off fast, and to which blobs; these are predicted anew. See _choose().
+    """Find tracks that have suddenly moved fast, and replace their predictions; see _choose().
 
-    What is that fast is smeared, so it need not have its size.
+    An object that fast is smeared, so its blob need not have its size.
     """
     chance = SUDDEN * maneuver_chance(np.array(FIRST_RATE), prediction.unmeasured)
     speed = np.maximum(prediction.speed, prediction.sudden_speed)
@@ -125,9 +125,10 @@ def _choose(
     missed: NDArray[np.bool_],
     config: TrackerConfig,
 ) -> tuple[Hypotheses, NDArray[np.float64]]:
-    """Associate tracks, (K,), with blobs, (K,), and tell how probable each pair is.
+    """Associate tracks, (K,), with blobs, (K,); return hypotheses and their probabilities.
 
-    :param log_prior: log of the probability of what makes them one.
+    :param log_prior: log of the prior probability of a stray or of a sudden start.
+    :param missed: (N,) tracks without a measurement.
     """
     found = hypothesize(prediction, blobs, track, blob)
     found.innovations.log_likelihood[:] += log_prior
@@ -141,9 +142,9 @@ def _choose(
 def _is_alone(
     prediction: Prediction, found: Hypotheses, missed: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Whether no other track that was missed is within twice as far of what is found, (K,).
+    """Return whether no other missed track is within twice the distance of what is found, (K,).
 
-    What lies between two is of both (see unresolved), or nobody knows whose it is.
+    A blob between two tracks belongs to both (see unresolved), or to either.
     """
     known = prediction.center[missed]
     aside = found.z - prediction.center[found.track]

@@ -1,8 +1,8 @@
-"""Unresolved measurements: objects so near to each other that one detection is of all of them.
+"""Unresolved measurements: one detection of several objects that are too close to be resolved.
 
-Where detections have no boxes (see merge_split) a merged one tells itself by where it is: at the
-mean of objects that are missed otherwise (Koch and van Keuk 1997). Their tracks coast, as nobody
-sees what each of them does, but exist for certain and are held to this mean.
+Without boxes (see merge_split) a merged detection shows by its position: it lies at the mean of
+objects that would otherwise be missed (Koch and van Keuk 1997). Their tracks coast, because the
+objects are not seen one by one. They certainly exist, though, and are held to this mean.
 """
 
 from typing import NamedTuple
@@ -34,21 +34,21 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 MOST_MERGED, MOST_NEAR = 4, 8
-"""Objects that are looked for in one detection, and among how many, to bound the time. Assumed."""
+"""Most objects in one detection, and most candidates for it, to bound the time. Assumed."""
 
 SIGMAS = 3.0
-"""How much farther than the resolution a candidate may be, in standard deviations of where it is
-predicted: 99.7 % on an axis."""
+"""Margin of a candidate beyond the resolution, in standard deviations of its predicted position:
+99.7 % on an axis."""
 
 
 class Shared(NamedTuple):
     """S sets of tracks that share blobs; no two have a track or a blob in common.
 
-    :param member: (S, MOST_MERGED) tracks, -1 behind the last.
-    :param blob: (S,) which blob each set shares.
-    :param gain: (S,) its log-likelihood ratio against what would be without it.
-    :param visible: (N,) of all tracks: probability before the frame that the object can be seen.
-    :param hidden: (N,) that it exists and cannot.
+    :param member: (S, MOST_MERGED) tracks, -1 after the last.
+    :param blob: (S,) blob shared by each set.
+    :param gain: (S,) log-likelihood ratio of the set against the association without it.
+    :param visible: (N,) of all tracks: probability before the frame that the object is visible.
+    :param hidden: (N,) probability before the frame that it exists and is not.
     """
 
     member: Indices
@@ -61,11 +61,11 @@ class Shared(NamedTuple):
 def share_centroids(
     prediction: Prediction, blobs: Measurements, associated: Association, resolution: Resolution
 ) -> tuple[Association, Shared | None]:
-    """Find missed tracks that share the blob which lies at the mean of where they are predicted.
+    """Find missed tracks that share a blob at the mean of their predictions.
 
-    :param resolution: how near objects have to be for that; it learns here.
-    :return: the association without the pairs of tracks that share, their blobs no longer free; and
-        those tracks, None for none, where there are boxes, or where decisions are not hard.
+    :param resolution: how close objects have to be to merge; updated here.
+    :return: the association without the pairs of tracks that share, and without their blobs among
+        the free ones; and those tracks, None if there are none, with boxes, or with soft decisions.
     """
     records, pairs = prediction.records, associated.pairs
     if prediction.sized or not len(records) or not associated.hard:
@@ -74,7 +74,7 @@ def share_centroids(
     sure = records['state'] != TENTATIVE
     resolved = blobs.z[pairs.blob[sure[pairs.track]]]
     missed = sure & (prediction.unmeasured > 0)
-    # Nothing is taken to be hidden in another for longer than it has been seen: pieces are not.
+    # An object counts as merged no longer than it was seen before: if brief, it may be a piece.
     forgotten = prediction.unseen > records['hits'] * prediction.step.period
     records['shared'][forgotten] = 0
     missed &= ~forgotten
@@ -100,9 +100,10 @@ def share_centroids(
 def _leave_out_splinters(
     prediction: Prediction, blobs: Measurements, shared: Shared, host: Indices
 ) -> tuple[Shared, Hypotheses]:
-    """The sets without splinters; where that leaves one object, its blob is no longer shared.
+    """Remove splinters from the sets; if that leaves a single object, its blob is no longer shared.
 
     :param host: (N,) see splinters.find_hosts().
+    :return: the sets that still share a blob, and hypotheses for the single objects.
     """
     member = leave_out_splinters(prediction.records, shared.member, host)
     several, alone = ((member[:, 1] >= 0) == some for some in (True, False))
@@ -120,7 +121,7 @@ def _choose(
     missed: Bools,
     resolution: Resolution,
 ) -> Shared | None:
-    """Choose the best sets; None where there are none.
+    """Choose the best sets; None if there are none.
 
     :param missed: (N,) which tracks have no blob.
     """
@@ -152,11 +153,13 @@ def _choose(
 def _find_candidates(
     prediction: Prediction, blobs: Measurements, missed: Bools, owner: Indices, reach: float
 ) -> tuple[Indices, Indices]:
-    """Tracks, (K,), that may share blobs, (K,), ascending by blob: its owner, and those missed.
+    """Return candidate tracks, (K,), and the blobs they may share, (K,), ascending by blob.
 
-    :param missed: (N,) which tracks are.
+    These are the owner of each blob, first, and the missed tracks nearby.
+
+    :param missed: (N,) which tracks have no blob.
     :param owner: (M,) track of each blob, -1 for none.
-    :param reach: how far a track may be from the blob that it shares [px].
+    :param reach: largest distance of a track from the blob that it shares [px].
     """
     missing = missed.nonzero()[0]
     half = reach + SIGMAS * np.sqrt(prediction.variance[missing])
@@ -176,10 +179,10 @@ def _find_candidates(
 
 
 def _list_sets(track: Indices, blob: Indices, owner: Indices) -> tuple[Indices, Indices]:
-    """All sets of two to MOST_MERGED candidates of the same blob, with its owner if it has one.
+    """List all sets of two to MOST_MERGED candidates of a blob, with its owner if it has one.
 
     :param track, blob: (K,) candidates, ascending by blob.
-    :return: (S, MOST_MERGED) tracks, -1 behind the last, and (S,) the blob of each set.
+    :return: (S, MOST_MERGED) tracks, -1 after the last, and (S,) the blob of each set.
     """
     end = blob.searchsorted(blob, side='right')
     place = np.arange(len(blob))
@@ -197,9 +200,9 @@ def _list_sets(track: Indices, blob: Indices, owner: Indices) -> tuple[Indices, 
 
 
 def _nearest(prediction: Prediction, member: Indices) -> Floats:
-    """Distances of all members but one to their nearest neighbors, (S, MOST_MERGED), else 0.
+    """Return distances of all members but one to their nearest neighbors, (S, MOST_MERGED), else 0.
 
-    :param member: (S, MOST_MERGED) tracks, -1 behind the last.
+    :param member: (S, MOST_MERGED) tracks, -1 after the last.
     """
     center = prediction.center[member]
     apart = center[:, :, None] - center[:, None]
@@ -215,9 +218,9 @@ def _nearest(prediction: Prediction, member: Indices) -> Floats:
 def _measure(
     bank: Bank, blobs: Measurements, member: Indices, blob: Indices
 ) -> tuple[Indices, Indices, Floats, Floats]:
-    """What shared blobs measure of each member: n times the centroid, less where the others are.
+    """Return what shared blobs measure of each member: n times the centroid, less the others.
 
-    It does with each filter what a measurement of the mean does if they are independent.
+    If the filters are independent, its effect on each of them is that of measuring the mean.
 
     :return: (K,) set and (K,) track of each member, (K, 2) position and its covariance (K, 2, 2).
     """
@@ -234,7 +237,7 @@ def _measure(
 
 
 def _compare(prediction: Prediction, blobs: Measurements, member: Indices, blob: Indices) -> Floats:
-    """Log-likelihood ratios of sets, (S,), against their tracks missed and a blob of no track.
+    """Return the log-likelihood ratios of sets, (S,), against missed tracks and a free blob.
 
     One of the members may have maneuvered.
     """
@@ -251,9 +254,9 @@ def _compare(prediction: Prediction, blobs: Measurements, member: Indices, blob:
 def follow_shared(
     tracks: TrackTable[Bank], shared: Shared, prediction: Prediction, blobs: Measurements
 ) -> None:
-    """Let tracks go on by what they share, after all others have been updated.
+    """Update tracks by the blobs they share, after all others have been updated.
 
-    That one of them has maneuvered is as likely as its innovation makes it, beside the others'.
+    Which of them has maneuvered is weighed by their innovations.
     """
     records, bank = tracks.records, tracks.filters
     name, track, z, R = _measure(bank, blobs, shared.member, shared.blob)
