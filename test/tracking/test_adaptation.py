@@ -1,4 +1,4 @@
-"""What the tracker learns of the scene, and that it serves as well as what a person knows."""
+"""What the tracker learns of the scene does as well as known values."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ DT = 1 / 24
 
 
 def wandering(acceleration, turns, frames=200, count=12, speed=150.0, seed=0):
-    """Truth (frames, count, 2) of objects far from each other."""
+    """Return the true positions (frames, count, 2) of objects far from each other."""
     rng = np.random.default_rng(seed)
     x = np.arange(count)[:, None] * [3000.0, 0.0]
     v = rng.normal(0, speed, (count, 2))
@@ -26,7 +26,7 @@ def wandering(acceleration, turns, frames=200, count=12, speed=150.0, seed=0):
 
 
 def errors(config, paths, seed=1):
-    """Root mean square of the position's error after the first 50 frames, and the tracker."""
+    """Return the RMS position error after the first 50 frames, and the tracker."""
     rng = np.random.default_rng(seed)
     tracker, squares = Tracker(config), []
     for k, x in enumerate(paths):

@@ -18,7 +18,7 @@ random_tables = given(
 
 
 def table_of(seed, shape, density, levels):
-    """Gains of tracks by detections, 0 where there is no pair; with few levels many are alike."""
+    """Return gains of tracks by detections, 0 for no pair; with few levels many gains are equal."""
     rng = np.random.default_rng(seed)
     table = np.where(rng.random(shape) < density, rng.exponential(5, shape), 0)
     return np.ceil(table * levels / 20) if levels else table
@@ -60,7 +60,10 @@ def test_nearest_gives_each_track_its_own_best_or_none(seed, shape, density, lev
 
 
 def marginals(table):
-    """Of each pair, over all joint events; exp(gain) is its weight, that of a miss is 1."""
+    """Return the probability of each pair over all joint events.
+
+    A pair has the weight exp(gain), a miss has 1.
+    """
     sums, total = np.zeros(table.shape), 0.0
     for event in product(range(-1, table.shape[1]), repeat=table.shape[0]):
         hit = [(i, j) for i, j in enumerate(event) if j >= 0]
@@ -75,7 +78,7 @@ def marginals(table):
 
 
 def jpda(table):
-    """Shares of a table of gains, -inf where there is no pair."""
+    """Return the probabilities of a table of gains, -inf for no pair."""
     track, detection = np.nonzero(table > -np.inf)
     found = np.zeros(table.shape)
     chosen, share = ASSOCIATORS['jpda'](track, detection, table[track, detection])
@@ -84,7 +87,7 @@ def jpda(table):
 
 
 def test_jpda_has_nearly_the_marginals_of_all_joint_events():
-    """Of crowds worse than any picture: up to four tracks, each beside nearly all detections."""
+    """Crowds are worse than in any picture: up to four tracks, each near almost all detections."""
     rng = np.random.default_rng(0)
     errors = []
     for _ in range(300):
@@ -98,7 +101,7 @@ def test_jpda_has_nearly_the_marginals_of_all_joint_events():
 
 
 def test_jpda_is_exact_without_cycles():
-    """Two tracks at one detection, the second at another as well."""
+    """Two tracks compete for one detection; the second has another one, too."""
     table = np.array([[2.0, -np.inf], [1.0, 0.5]])
     np.testing.assert_allclose(jpda(table), marginals(table), atol=1e-3)
 

@@ -1,4 +1,4 @@
-"""Where the picture ends, when nobody tells its size."""
+"""Where the picture ends if its size is not given."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from colortrack_ros.tracking.measurements import accept
 
 
 def row_of(u, v, width, height, sigma=20.0):
-    """A detection with its low corner there [px], and a centroid that uncertain [px]."""
+    """Return a detection with this low corner and this standard deviation of the centroid [px]."""
     rows = np.zeros(1, DETECTION)
     rows['box_u'], rows['box_v'], rows['box_w'], rows['box_h'] = u, v, width, height
     rows['u'], rows['v'] = u + (width - 1) / 2, v + (height - 1) / 2
@@ -22,7 +22,7 @@ def row_of(u, v, width, height, sigma=20.0):
 
 
 def cut(boxes, **options):
-    """By axis, whether the last of some boxes is taken for cut; the size is not known."""
+    """Return, by axis, whether the last of some boxes counts as cut; the size is unknown."""
     learned = Adaptation()
     for box in boxes:
         blobs = accept(row_of(*box, **options), TrackerConfig(), learned)
@@ -56,7 +56,7 @@ def test_a_box_at_a_line_whose_center_is_well_known_is_whole():
 
 @pytest.mark.parametrize('sigma', [5.0, 10.0])
 def test_noise_of_a_quarter_of_the_box_is_smoothed_where_the_size_is_not_known(sigma):
-    """As told, it is in every detection; half of it is left (0.9 if each is taken for cut)."""
+    """Each detection has the noise it claims; half of it remains (0.9 if all count as cut)."""
     rng, tracker, squares = np.random.default_rng(0), Tracker(), []
     for k in range(150):
         x = 60.0 + 120 * np.arange(6)[:, None] * [0, 1] + [2.0 * k, 0]

@@ -1,7 +1,7 @@
-"""Monte Carlo: with the model matched, errors are what the covariances say.
+"""Monte Carlo: with a matched model, errors are as large as the covariances say.
 
-Bar-Shalom, Li and Kirubarajan 2001, 5.4: the average over runs of the normalized squared error of
-a consistent filter is chi-square distributed. Each run is a track of one bank.
+Bar-Shalom, Li and Kirubarajan 2001, 5.4: the normalized squared error of a consistent filter,
+averaged over runs, is chi-square distributed. Each run is a track of a single bank.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ GRAVITY = (30.0, 900.0)
 
 
 class Simulation:
-    """Truth and bank of RUNS objects of one motion model."""
+    """Truth and filter bank of RUNS objects with one motion model."""
 
     def __init__(self, name, seed):
         self.rng = np.random.default_rng(seed)
@@ -34,7 +34,7 @@ class Simulation:
         return self.x[:, :2] + self.rng.normal(0, SIGMA_W, (RUNS, 2))
 
     def step(self, measured=True):
-        """Move, predict, and correct; return the normalized innovations squared."""
+        """Move, predict, and correct; return the normalized innovations squared (NIS)."""
         switch = np.cumsum(self.model.switching(DT)[self.mode], axis=1)
         if not self.model.selected:
             self.mode = (self.rng.random((RUNS, 1)) > switch).sum(axis=1)
@@ -63,9 +63,9 @@ def squared(e, S):
 
 
 def within(values, freedom):
-    """The average over all runs lies within the 95 % interval of BATCH runs.
+    """Return whether the average over all runs is within the 95 % interval of BATCH runs.
 
-    A right filter's average over BATCH runs would be outside in one test of twenty.
+    The average of a correct filter over BATCH runs would be outside in one test of twenty.
     """
     low, high = chdtri(BATCH * freedom, [0.975, 0.025]) / BATCH
     return low < values.mean() < high
@@ -97,7 +97,7 @@ def test_nees_after_coasting(name, coasting):
 @pytest.mark.slow
 @pytest.mark.parametrize('name', MOTION_MODELS)
 def test_covariances_stay_symmetric_and_positive(name):
-    """A hundred thousand steps of a filter; steps of 1 ms to 10 s, every third unmeasured."""
+    """A filter makes 100,000 steps of 1 ms to 10 s, every third without a measurement."""
     rng = np.random.default_rng(0)
     bank, steps, tracks = Bank(MOTION_MODELS[name](GRAVITY)), 1000, 100
     R = np.broadcast_to(0.003 * np.eye(2), (tracks, 2, 2))

@@ -1,4 +1,4 @@
-"""What the tracker publishes holds the truth as often as it says, seen and unseen."""
+"""Published ellipses contain the truth as often as they claim, for seen and unseen objects."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from colortrack_ros.tracking import Tracker
 
 RATE, FRAMES = 30, 240
 ELLIPSE = 5.991
-"""Squared Mahalanobis distance that holds 95 % (chi-square, 2)."""
+"""Squared Mahalanobis distance of the 95 % ellipse (chi-square, 2 degrees of freedom)."""
 
 
 def straight(rng, t):
@@ -36,10 +36,11 @@ def stopping(rng, t):
 
 
 def watch(motion, seed, noise=1.0):
-    """Squared normalized errors of position, seen and coasting, of velocity and of both while seen.
+    """Return lists of normalized squared errors.
 
-    Eight objects in lanes so far apart that who is who is no question; each is hidden for 16
-    frames, once in 60.
+    They are of position for seen and for coasting objects, and of velocity and of both for seen
+    ones. Eight objects move in lanes too far apart for mix-ups; each is hidden for 16 frames in
+    every 60.
     """
     rng = np.random.default_rng(seed)
     t = np.arange(FRAMES)[:, None] / RATE
@@ -82,12 +83,12 @@ def test_ellipses_hold_the_truth_seen_and_unseen(motion):
     assert np.mean(seen) >= 0.9
     assert np.mean(speeds) >= 0.88
     assert np.mean(coasting) >= 0.88
-    # Position and velocity, 4 degrees of freedom: less between maneuvers, which may come any time.
+    # Position and velocity have 4 degrees of freedom; NEES is less between possible maneuvers.
     assert 2.0 <= np.mean(both) <= 5.0
 
 
 def turning(rng, t):
-    """Position and velocity of what turns about once in a second, between pictures as well."""
+    """Return positions and velocities of objects that turn about once a second, at any time."""
     fine, dt = 20 * len(t), (t[1, 0] - t[0, 0]) / 20
     turn = np.where(rng.random((fine, 8)) < dt, rng.uniform(0.5, 2.0, (fine, 8)), 0)
     angle = np.cumsum(turn * rng.choice([-1, 1], (fine, 8)), axis=0)
@@ -109,9 +110,10 @@ def gliding(rng, t):
     + [(gliding, rate, 1.5, 1.5) for rate in (10, 30, 60)],
 )
 def test_errors_and_innovations_are_as_large_as_published(motion, rate, least, loose):
-    """NEES of states, and NIS of positions: of z - x the covariance is R - P, as z is in x.
+    """NEES of states, and NIS of positions: z - x has the covariance R - P, as x contains z.
 
-    At 10 Hz what turns once in a second is hardly smoothed: z is nearly in x, and z - x is small.
+    At 10 Hz an object that turns once a second is hardly smoothed: x is nearly z, and z - x is
+    small.
     """
     rng, errors, innovations = np.random.default_rng(5), [], []
     t = np.arange(2 * FRAMES)[:, None] / rate
@@ -129,7 +131,7 @@ def test_errors_and_innovations_are_as_large_as_published(motion, rate, least, l
             errors += list(squared(error, rows['covariance']))
             settled = (
                 rows['covariance'][:, 0, 0] < 0.8
-            )  # after a turn the state is z, and R - P none
+            )  # after a turn the state is z, and R - P vanishes
             left = (np.eye(2) - rows['covariance'][:, :2, :2])[settled]
             innovations += list(squared((z - state[:, :2])[settled], left))
     assert least <= np.mean(errors) <= 4.7  # 4, less before maneuvers are learned

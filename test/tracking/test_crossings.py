@@ -1,4 +1,4 @@
-"""Who is who, after two have been so near that a frame could not tell."""
+"""Identities after two objects were too close for a single frame to tell them apart."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ T = (np.arange(FRAMES) - FRAMES / 2) / RATE
 
 
 def play(position, size=(0.0, 0.0), seen=None, seed=0):
-    """The IDs of two objects, (FRAMES, 2, 2) [px], at the start and at the end.
+    """Return the IDs of two objects, (FRAMES, 2, 2) [px], at the start and at the end.
 
     :param size: of their boxes, (2,) or in each frame, (FRAMES, 2) [px].
     :param seen: (FRAMES,) frames in which they are detected.
@@ -45,7 +45,7 @@ def test_two_that_go_straight_through_one_point_keep_their_ids(degrees):
 
 @pytest.mark.slow
 def test_what_is_not_clear_yet_after_a_flat_crossing_is_decided_later():
-    """At 5 degrees lines part by 0.4 px a frame, noise is 1 px; 5 are wrong if decided at once."""
+    """At 5 degrees lines part by 0.4 px a frame, noise is 1 px; an early decision is wrong in 5."""
     angle, wrong = np.radians([0, 5]), 0
     way = 150 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     for seed in range(30):

@@ -1,4 +1,4 @@
-"""Boxes of a network that end at the border of the picture: centers are those of whole objects."""
+"""Boxes of a network that end at the picture's border keep the centers of complete objects."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ RATE = 30
 
 
 def crossing(frames):
-    """Centers (frames, 4, 2) [px]: two that pass each other, two that go out by half and back."""
+    """Return centers (frames, 4, 2) [px]: two objects pass, two leave by half and return."""
     t = np.arange(frames)[:, None] / RATE
     passing = np.stack([320 + [[-40.0, 40.0]] * (t - 1), 240 + 0 * t + [[-15.0, 15.0]]], axis=2)
     out = np.abs(np.array([[180.0, 300.0]]) - 90 * t)
@@ -24,7 +24,7 @@ def crossing(frames):
 
 
 def message(centers, k, *, clip):
-    """Boxes around centers, clipped at the border or going beyond it, without covariances."""
+    """Return boxes around centers, clipped at the border or reaching over it; no covariances."""
     low, high = centers - SIZE / 2, centers + SIZE / 2
     if clip:
         low, high = np.maximum(low, 0), np.minimum(high, PICTURE)

@@ -1,4 +1,4 @@
-"""How often objects are detected is learned, and tells how long missed ones are believed in."""
+"""The detection rate is learned, and decides how long missed objects are believed to exist."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def test_what_was_hidden_for_long_does_not_count():
 
 
 def boxes(seen, jitter, k, rng):
-    """Those of frame k, around places, whose sides err by a share."""
+    """Return the boxes of frame k around the places seen; the sides jitter by a share."""
     rows = np.zeros(len(seen), DETECTION)
     rows['u'], rows['v'] = (seen + rng.normal(0, 1, seen.shape)).T
     rows['box_w'], rows['box_h'] = 60 * rng.lognormal(0, jitter, (2, len(seen)))
@@ -60,7 +60,7 @@ def test_what_is_often_missed_is_shown_all_the_same(chance, jitter):
 
 @pytest.mark.parametrize(('jitter', 'least', 'most'), [(0.0, 20, 40), (0.15, 1, 6)])
 def test_what_a_network_loses_is_shown_for_a_few_frames_only(jitter, least, most):
-    """Outlines that disappear are hidden more often than not; boxes of networks mostly not."""
+    """Objects that vanish from outlines are mostly hidden; from boxes of networks, mostly gone."""
     rng, tracker, shown = np.random.default_rng(8), Tracker(TrackerConfig(image_size=(640, 400))), 0
     for k in range(120):
         seen = PLACES[: 5 if k < 80 else 4]

@@ -1,4 +1,4 @@
-"""What hides is told from what is gone, by what has become of others."""
+"""Hidden objects are told from gone ones by what became of others."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_what_is_long_ago_is_forgotten():
 
 @pytest.mark.parametrize('share', [0.02, 0.5, HIDDEN_SHARE, 0.99])
 def test_weighed_by_the_share_existence_of_what_is_missed_goes_to_it(share):
-    """Missed at once often enough that it is not visible, before it could have come out again."""
+    """It has just been missed often enough to be invisible, and could not have reappeared yet."""
     one = np.ones(1)
     visible, hidden = predict_existence(one, 0 * one, 1e-3, 1.5)
     visible, hidden = update_existence(visible, hidden, 1e-9 * one)
@@ -50,7 +50,7 @@ def test_weighed_by_the_share_existence_of_what_is_missed_goes_to_it(share):
 
 
 def shown(config, come_back):
-    """In how many frames out of sight the sixth is shown, after five that did or did not return."""
+    """Return for how many unseen frames the sixth is shown, after five did or did not return."""
     tracker, count = Tracker(config), 0
     for k in range(40 * 12):
         turn, t = divmod(k, 80)
@@ -81,7 +81,7 @@ def test_a_track_that_is_not_published_any_more_comes_back_with_its_id():
 
 
 def least_score(seen):
-    """Of any of eight in the last frame of some in which those seen, a slice, are detected."""
+    """Return the least score of eight objects after ten frames in which z[seen] is detected."""
     tracker, z = Tracker(TrackerConfig(min_score=0.0)), [(100 * i, 200) for i in range(8)]
     for k in range(30):
         tracker.update(points(z, k * FRAME))
@@ -95,7 +95,7 @@ def test_to_be_missed_with_all_others_says_less_than_to_be_missed_alone():
 
 
 def test_that_several_do_not_come_back_is_seen_long_before_their_time_is_over():
-    """Eight of twelve are taken away, one every second frame; ten frames later nobody waits."""
+    """Eight of twelve are removed, one every second frame; ten frames later none is coasted."""
     tracker, z = Tracker(), [(100 * i + 50, 200) for i in range(12)]
     for k in range(55):
         left = z[min(max(k - 28, 0) // 2, 8) :]

@@ -1,4 +1,4 @@
-"""Pegoretti's bank of filters: one of them by his equations, and what his method lacks."""
+"""Pegoretti's bank of filters: one filter by his equations, and what his method lacks."""
 
 from hypothesis import example
 from hypothesis import given
@@ -29,9 +29,9 @@ PEGORETTI = TrackerConfig(
 
 
 def textbook(z, dt, sigma_s=1.0, sigma_w=1.0, speed=1.0):
-    """Pegoretti 2021, (2.19)-(2.32), in the order (u, v, du, dv), Joseph form.
+    """Pegoretti 2021, (2.19)-(2.32), in the order (u, v, du, dv), in Joseph form.
 
-    But for Q, which is that of continuous white noise (Bar-Shalom et al. 2001, 6.2.2).
+    Q, however, is that of continuous white noise (Bar-Shalom et al. 2001, 6.2.2).
     """
     F = np.eye(4)
     F[0, 2] = F[1, 3] = dt
@@ -66,7 +66,7 @@ def test_a_lone_track_is_the_textbook_filter(seed, period):
 
 
 def test_as_in_the_document_a_false_detection_takes_somebodys_filter():
-    """3.1.2 has neither gate nor cost of a miss; with both, the track coasts."""
+    """3.1.2 has neither a gate nor a cost of a miss; with both, the track coasts."""
     for config, ids in ((PEGORETTI, [1]), (TrackerConfig(), [1, 2])):
         tracker = Tracker(config)
         for k in range(5):

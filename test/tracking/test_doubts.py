@@ -1,4 +1,4 @@
-"""A detection that strayed is told from a turn by the next one."""
+"""The next detection tells a stray from a turn."""
 
 import numpy as np
 import pytest
@@ -9,11 +9,11 @@ from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
 FALL = 3000.0
-"""Acceleration of what falls [px/s^2]."""
+"""Acceleration of a falling object [px/s^2]."""
 
 
 def played(path, strays, rng):
-    """What is confirmed of one object after each frame, of which some detections stray."""
+    """Yield the confirmed tracks of one object after each frame; some detections stray."""
     tracker = Tracker()
     for k, x in enumerate(path):
         off = strays.get(k, (0.0, 0.0))
@@ -50,7 +50,7 @@ def test_a_stray_before_a_gap_is_told_after_it():
 
 
 def test_what_falls_is_doubted_falling():
-    """After a gap of two frames, in which falling makes 300 px/s, it has the velocity of a fall."""
+    """After a gap of two frames, in which a fall adds 300 px/s, it has the velocity of the fall."""
     t, errors = np.arange(44)[:, None] / RATE, []
     path = (100.0, 4000.0) + t * (240.0, -4000.0) + t**2 / 2 * (0.0, FALL)
     for seed in range(5):

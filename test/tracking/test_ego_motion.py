@@ -1,4 +1,4 @@
-"""A camera that moves takes all tracks along."""
+"""A moving camera carries all tracks along."""
 
 import numpy as np
 import pytest
@@ -71,7 +71,7 @@ def test_of_one_or_two_nobody_can_tell_whose_motion_it_is(count):
 
 
 def ids(moves, ego_motion):
-    """Which IDs six objects at rest are given while the picture jumps about, one of them hidden."""
+    """Return the last rows of six objects at rest in a jumping picture, one hidden meanwhile."""
     tracker = Tracker(TrackerConfig(ego_motion=ego_motion))
     place = np.array([(40 * k + 20, 60 + 17 * (k % 3)) for k in range(6)], float)
     for k, move in enumerate(moves):
@@ -81,7 +81,7 @@ def ids(moves, ego_motion):
 
 
 def test_tracks_keep_their_ids_and_hidden_ones_their_place_when_the_picture_jumps():
-    """By up to the distance of neighbors, in every frame."""
+    """It jumps in every frame, by up to the distance between neighbors."""
     moves = np.random.default_rng(0).uniform(-20, 20, (60, 2))
     rows = ids(moves, 'detections')
     assert rows['track_id'].tolist() == [1, 2, 3, 4, 5, 6]
@@ -91,10 +91,10 @@ def test_tracks_keep_their_ids_and_hidden_ones_their_place_when_the_picture_jump
 
 
 def filmed(motions, ego_motion, count=10, seed=0):
-    """Tracks of objects that drift about, as a camera with these motions shows them, by frame.
+    """Yield, by frame, the tracks of drifting objects as seen by a camera with these motions.
 
-    :param motions: of degrees, zoom and shift since the first frame.
-    :return: rows of tracks, positions and velocities in the picture, (count, 2).
+    :param motions: degrees, zoom and shift since the first frame.
+    :return: rows of tracks, and positions and velocities in the picture, (count, 2).
     """
     rng, tracker = np.random.default_rng(seed), Tracker(TrackerConfig(ego_motion=ego_motion))
     at = rng.permutation([(100 + 120 * (k % 4), 60 + 120 * (k // 4)) for k in range(12)])[:count]
@@ -113,7 +113,7 @@ def rolling(frames=90):
 
 
 def panning(frames=90):
-    """By 20 px a frame, on and off twice in a second."""
+    """Return a pan of 20 px a frame that starts and stops twice a second."""
     steps = 20.0 * (np.arange(frames) // 12 % 2) * (1 - 2 * (np.arange(frames) // 24 % 2))
     return [(0, 1, (shift, 0)) for shift in np.cumsum(steps)]
 
@@ -130,7 +130,7 @@ def test_a_camera_that_pans_turns_and_zooms_costs_no_id(motions):
 
 
 def test_published_velocities_are_those_in_the_picture():
-    """Whatever the camera has in them."""
+    """They include the camera's motion."""
     inside = []
     for k, (rows, x, v) in enumerate(filmed(panning(), 'detections')):
         if k >= 24:

@@ -1,4 +1,4 @@
-"""What is faster than anything before is found by three detections on a line."""
+"""An object faster than any before is found by three detections on a line."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_a_fast_newcomer_is_published_with_its_velocity_at_the_third_detection()
 
 
 def test_one_line_of_false_detections_makes_no_other_object_fast():
-    """What stands and is missed then is as certain as without the line."""
+    """A missed object at rest is as certain as without the line."""
     sigma = []
     for line in (False, True):
         rng, tracker = np.random.default_rng(0), Tracker()

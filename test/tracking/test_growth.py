@@ -1,4 +1,4 @@
-"""What comes nearer, goes away or turns is where its centroid is, whatever its box does."""
+"""Objects that approach, recede or turn are where their centroids are, whatever their boxes do."""
 
 import numpy as np
 import pytest
@@ -14,9 +14,9 @@ FIRST = 15
 
 
 def frames_of(growth, seed, first_size):
-    """Places, (K, 4, 2), and detections of four things whose sides grow by a share a frame.
+    """Return places, (K, 4, 2), and detections of four objects whose sides grow by a share a frame.
 
-    They go straight on until they are five times as large, or as small, but for 90 frames at most.
+    They move straight until they are five times as large or as small, for 90 frames at most.
 
     :param growth: (2,) of width and height.
     """
@@ -38,7 +38,7 @@ def frames_of(growth, seed, first_size):
 
 
 def rmse(place, frames, **options):
-    """Of tracks 1 to 4 on an axis, and whether there are others."""
+    """Return the RMS error of tracks 1 to 4 on an axis; fail if there are others."""
     tracker, squares = Tracker(TrackerConfig(**options)), []
     for truth, message in zip(place, frames, strict=True):
         rows = tracker.update(message).rows

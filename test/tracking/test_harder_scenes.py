@@ -1,4 +1,4 @@
-"""Identities where others lose them, at default parameters."""
+"""Identities, at default parameters, in scenes where other trackers lose them."""
 
 import itertools
 
@@ -22,7 +22,7 @@ from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
 SEEN = 0.25
-"""An object of which no such part is visible is hidden: no track can be asked for."""
+"""Least visible part of an object that needs a track; with less it counts as hidden."""
 
 JUGGLING = DATA / 'juggling_centroids'
 
@@ -44,7 +44,7 @@ def live(tracker, detections):
 
 
 def played(scene, *detections):
-    """The score of each way to detect, which take turns: so each picture is rendered once."""
+    """Return a score for each series of detections; each picture is rendered only once."""
     games = [(Tracker(TrackerConfig(image_size=(scene.width, scene.height))), Tally(20.0))
              for _ in detections]  # fmt: skip
     for k, ones in enumerate(zip(*detections, strict=True)):
@@ -77,7 +77,7 @@ def test_objects_keep_their_tracks(name, idf1):
     ],
 )
 def test_objects_keep_their_tracks_as_a_perfect_detector_or_a_bad_one_sees_them(name, worse, idf1):
-    """The flickering balls fade below the detector's threshold; what it sees then is not theirs."""
+    """The flickering balls fade below the detector's threshold; what it then finds is no ball."""
     scene = open_scene(name)
     found = (detections_of(scene, k, **worse) for k in range(len(scene)))
     (score,) = played(scene, found)

@@ -1,4 +1,4 @@
-"""A tracker that is told where the camera is."""
+"""A tracker that knows the pose of the camera."""
 
 from dataclasses import replace
 import sys
@@ -22,7 +22,7 @@ from world import MOUNT
 
 
 def of_a_robot_that_turns(yaws, ego_motion, place, seed=0):
-    """By frame the tracks, and the pixels of things that stand at place, (K, 3), NaN unseen."""
+    """Yield, by frame, the tracks and the pixels of objects at place, (K, 3); NaN if unseen."""
     rng, tracker = np.random.default_rng(seed), Tracker(TrackerConfig(ego_motion=ego_motion))
     for k, yaw in enumerate(yaws):
         view = View(CAMERA, Pose.of_rpy((0, 0, 0), (0, 0, yaw)), MOUNT)
@@ -35,7 +35,7 @@ def of_a_robot_that_turns(yaws, ego_motion, place, seed=0):
 
 
 def ids_of_things(frames):
-    """The IDs that each thing has had."""
+    """Return the IDs that each object has had."""
     ids = {}
     for rows, z in frames:
         for row in rows[rows['state'] == CONFIRMED]:
@@ -46,7 +46,7 @@ def ids_of_things(frames):
 
 AROUND = np.array([(2.5, -0.6, 0.1), (3.0, 0.5, 0.1), (4.0, 1.8, 0.3), (2.0, 1.9, 0.1)])
 TO_AND_FRO = np.radians(45) * np.cumsum(np.sign(np.sin(0.1 + np.arange(240) / 19))) * FRAME / 1e9
-"""At 45 degrees/s for 2.5 s, and back."""
+"""Yaw: 45 degrees/s for 2.5 s, and back."""
 
 
 @pytest.mark.slow
@@ -65,7 +65,7 @@ def test_after_a_whole_turn_everything_has_its_id_again():
 
 
 def test_a_known_turn_that_begins_at_once_is_followed_with_few_objects():
-    """Two would not be enough to find it from what they do."""
+    """Two objects would be too few to estimate the turn from their motion."""
     jerks = np.radians(3) * (np.arange(60) // 5 % 2)
     for rows, z in of_a_robot_that_turns(jerks, 'odometry', AROUND[:2]):
         at = np.stack([rows['u'], rows['v']], axis=1)
@@ -93,7 +93,7 @@ BALLS = np.array([(2.5, -0.4, RADIUS), (3.0, 1.5, RADIUS), (1.5, 2.5, RADIUS), (
 
 
 def driving(seconds, speed=0.5, turn=60.0, period=4.0):
-    """Poses of a robot that drives to and fro and swings, by frame: x, y, yaw."""
+    """Yield poses of a robot that drives back and forth and swings, by frame: x, y, yaw."""
     x, y, yaw = 0.0, 0.0, 0.0
     for k in range(round(seconds * 1e9 / FRAME)):
         t = k * FRAME / 1e9
@@ -104,7 +104,7 @@ def driving(seconds, speed=0.5, turn=60.0, period=4.0):
 
 
 def blobs(view, balls, rng):
-    """What a detector finds of balls, (K, 3); pixels of each, NaN where it is not seen."""
+    """Return the detections of balls, (K, 3), and the pixels of each, NaN if unseen."""
     optical = view.optical.inverse().apply(balls)
     z = CAMERA.project(optical)
     radius = CAMERA.K[0, 0] * RADIUS / np.where(optical[:, 2] > 0.1, optical[:, 2], np.inf)
@@ -119,10 +119,10 @@ def blobs(view, balls, rng):
 
 
 def of_a_robot_that_drives(poses, balls_at=lambda k: BALLS, odometry=lambda pose: pose, **config):
-    """By frame the tracks, and the pixels of balls, NaN unseen.
+    """Yield, by frame, the tracks and the pixels of balls, NaN if unseen.
 
-    :param balls_at: where they are in a frame, (K, 3).
-    :param odometry: what it tells of a pose.
+    :param balls_at: returns the positions of the balls in a frame, (K, 3).
+    :param odometry: maps a pose to the one that odometry reports.
     """
     rng, tracker = np.random.default_rng(0), Tracker(TrackerConfig(**config))
     for k, pose in enumerate(poses):
@@ -137,7 +137,7 @@ def of_a_robot_that_drives(poses, balls_at=lambda k: BALLS, odometry=lambda pose
 @pytest.mark.slow
 @pytest.mark.parametrize(('seconds', 'turn'), [(12, 60), (12, 40), (16, 80)])
 def test_balls_alike_keep_their_ids_while_a_robot_drives_and_swings(seconds, turn):
-    """Each leaves the picture and comes back within five seconds, seen from another place."""
+    """Each leaves the picture and returns within five seconds, seen from another place."""
     poses = [*driving(seconds, turn=turn)]
     ids = ids_of_things(of_a_robot_that_drives(poses, ego_motion='odometry'))
     assert sorted(ids) == [0, 1, 2, 3]
@@ -148,7 +148,7 @@ def test_balls_alike_keep_their_ids_while_a_robot_drives_and_swings(seconds, tur
 
 @pytest.mark.slow
 def test_odometry_that_turns_and_drives_too_little_costs_no_id():
-    """By 3 %, as of worn wheels."""
+    """It reports 3 % too little, as with worn wheels."""
     ids = ids_of_things(
         of_a_robot_that_drives(
             driving(12), odometry=lambda pose: tuple(0.97 * p for p in pose), ego_motion='odometry'
@@ -159,7 +159,7 @@ def test_odometry_that_turns_and_drives_too_little_costs_no_id():
 
 @pytest.mark.slow
 def test_a_ball_that_was_put_elsewhere_while_nobody_looked_is_another():
-    """By a meter and a half, where nothing was."""
+    """It is moved by a meter and a half, to where nothing was."""
     moved = BALLS.copy()
     moved[0] = (2.2, 0.9, RADIUS)
     frames = of_a_robot_that_drives(
@@ -186,7 +186,7 @@ def test_what_stands_is_published_with_the_velocity_that_driving_gives_it_in_the
 
 
 def unseen(poses, hidden, **config):
-    """How far off the first ball's track is, in the last of the frames in which it is hidden."""
+    """Return the error of the first ball's track in the last frame in which it is hidden."""
     away = np.array([[0.0, 0.0, -50.0]])
     frames = of_a_robot_that_drives(
         poses, lambda k: BALLS[:1] + away * (k in hidden), ego_motion='odometry', **config
@@ -199,7 +199,7 @@ def unseen(poses, hidden, **config):
 
 
 def test_an_acceleration_that_is_the_cameras_is_not_taken_for_an_objects():
-    """The ball is hidden as a turn that has just begun ends."""
+    """The ball is hidden just as a short turn ends."""
     yaws = np.cumsum(np.interp(np.arange(60), (15, 30, 31), (0, 0.03, 0)))
     poses = [(0.0, 0.0, yaw) for yaw in yaws]
     model = {'motion_model': 'known_acceleration', 'acceleration_span': 0.2}
@@ -208,6 +208,6 @@ def test_an_acceleration_that_is_the_cameras_is_not_taken_for_an_objects():
 
 @pytest.mark.slow
 def test_a_ball_that_is_hidden_as_the_robot_stops_stays_where_it_is():
-    """Its middle is above the ground: how near it is follows from its lower edge."""
+    """Its center is above the ground, so its distance follows from its lower edge."""
     poses = [(min(0.5 * k * FRAME / 1e9, 1.2), 0.0, 0.0) for k in range(90)]
     assert unseen(poses, range(60, 80)) < 6

@@ -1,4 +1,4 @@
-"""Objects that come back long after their tracks were deleted."""
+"""Objects that return long after their tracks were deleted."""
 
 import numpy as np
 import pytest
@@ -17,14 +17,14 @@ from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.records import FIELDS
 
 SEEN = 40
-"""Frames in which objects are seen, before and after."""
+"""Frames in which objects are seen, before and after the gap."""
 
 
 def ids(way, seconds, other=None, color=0, **options):
-    """IDs before and after some seconds without a detection, each time in the last frame.
+    """Return the IDs in the last frames before and after some seconds without a detection.
 
-    :param way: (u, v) of a time in frames.
-    :param other, color: the way and the color of what comes afterwards; the same way if None.
+    :param way: returns (u, v) at a time in frames.
+    :param other, color: way and color of the object seen afterwards; the same way if None.
     """
     tracker, hidden = Tracker(TrackerConfig(image_size=(640, 480), **options)), round(24 * seconds)
     for k in range(SEEN):

@@ -1,4 +1,4 @@
-"""Objects that cross, fall, rest and start, by each model of motion."""
+"""Objects that cross, fall, rest and start, with each motion model."""
 
 from dataclasses import replace
 
@@ -61,7 +61,7 @@ def test_an_object_that_has_rested_long_is_not_lost_when_it_starts():
 
 @pytest.mark.parametrize('seed', range(2, 8))
 def test_what_a_first_detection_could_not_decide_three_do(seed):
-    """Amid clutter a lost object is not known again by one detection, but by its velocity."""
+    """In clutter a lost object is recognized by its velocity, not by a single detection."""
     tracker = Tracker()
     rng = np.random.default_rng(seed)
     ids = []

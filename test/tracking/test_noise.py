@@ -1,4 +1,4 @@
-"""How noisy detections are is learned from them, whatever they say of it themselves."""
+"""Measurement noise is learned from the detections, whatever covariance they claim."""
 
 import numpy as np
 import pytest
@@ -13,11 +13,11 @@ from colortrack_ros.tracking.recent import Recent
 from colortrack_ros.tracking.recent import RECENT_FIELDS
 
 LEARNED = 24
-"""Frames at the start that are not judged: a second."""
+"""Frames at the start that are not evaluated: a second."""
 
 
 def factor(noise, given, acceleration=0.0, count=8, frames=90, steps=None, seed=0):
-    """What is learned of detections with that noise that bring a variance given^2."""
+    """Return the learned factors for detections with this noise that claim a variance given^2."""
     rng = np.random.default_rng(seed)
     records = np.zeros(count, [('color', 'u4'), *RECENT_FIELDS, *NOISE_FIELDS])
     learned, recent, track = MeasurementNoise(), Recent(), np.arange(count)
@@ -44,7 +44,7 @@ def test_a_factor_makes_given_variances_the_true_ones(noise, given):
 
 
 def test_uneven_frames_make_no_noise():
-    """Divided differences: at 200 px/s a frame 10 ms late would be an error of 2 px."""
+    """Divided differences: at 200 px/s, taking a frame as 10 ms late would be an error of 2 px."""
     steps = np.random.default_rng(3).uniform(0.023, 0.043, 90)
     assert factor(1.0, 1.0, steps=steps)[0] == pytest.approx(1.0, rel=0.25)
 
@@ -73,7 +73,7 @@ def test_colors_do_not_tell_of_each_other():
 @pytest.mark.parametrize('given', [0.0, 0.3, 1.0, 3.0])
 @pytest.mark.parametrize('noise', [0.5, 2.0, 5.0])
 def test_ellipses_hold_what_they_say_whatever_is_given(noise, given):
-    """The 95 % ellipse of eight on straight lines, three seeds."""
+    """95 % ellipses of eight objects on straight lines, with three seeds."""
     inside, names = [], []
     for seed in range(3):
         rng, tracker = np.random.default_rng(seed), Tracker()
@@ -92,7 +92,7 @@ def test_ellipses_hold_what_they_say_whatever_is_given(noise, given):
 @pytest.mark.parametrize('missed', [0.3, 0.5, 0.65])
 @pytest.mark.parametrize('noise', [0.5, 3.0])
 def test_ellipses_hold_what_they_say_whatever_is_missed(noise, missed):
-    """Of those that are seen in hardly six frames in a row: four seeds, from 2 s on."""
+    """Objects that are hardly seen in six frames in a row; four seeds, from 2 s on."""
     inside, names = [], []
     for seed in range(4):
         rng, tracker = np.random.default_rng(seed), Tracker()
@@ -108,7 +108,7 @@ def test_ellipses_hold_what_they_say_whatever_is_missed(noise, missed):
 
 
 def errors_squared(rows, truth):
-    """Normalized by the covariance of the nearest track's position."""
+    """Return squared errors of the nearest tracks, normalized by their position covariances."""
     at = np.stack([rows['u'], rows['v']], axis=1)
     e = truth - at[((truth[:, None] - at) ** 2).sum(-1).argmin(axis=1)]
     P = rows['covariance'][((truth[:, None] - at) ** 2).sum(-1).argmin(axis=1), :2, :2]
@@ -116,7 +116,7 @@ def errors_squared(rows, truth):
 
 
 def boxed(shift, noise, given, seed=0):
-    """Share in the 95 % ellipse of eight with boxes of 40 px, shifted and measured with noise."""
+    """Return the coverage of the 95 % ellipses of eight shifted, noisy boxes of 40 px."""
     rng, tracker, inside = np.random.default_rng(seed), Tracker(), []
     x, v = np.arange(8)[:, None] * [0.0, 150.0], rng.uniform(-80, 80, (8, 2)) * [1, 0.1]
     for k in range(120):
@@ -131,17 +131,17 @@ def boxed(shift, noise, given, seed=0):
 
 
 def test_what_is_given_and_does_not_show_is_alike_in_every_frame():
-    """Shading shifts centroids for good, and a detector that knows it says so."""
+    """Shading shifts centroids permanently, and a detector that knows this claims it."""
     assert boxed(shift=0.25, noise=0.05, given=0.3) > 0.9
 
 
 def test_what_is_given_is_believed_no_further_than_shading_shifts():
-    """Ten times the true variance, and three times that of the largest shift of 40 px."""
+    """Given: ten times the true variance, three times that of the largest shift of 40 px."""
     assert 0.9 < boxed(shift=0.0, noise=1.0, given=10**0.5) < 0.997
 
 
 def test_what_is_said_to_be_known_is_not_learned():
-    """Without detection_covariance the variance of a track is that of measurement_noise."""
+    """Without detection_covariance a track has the variance of measurement_noise."""
     rng, sigmas = np.random.default_rng(0), []
     for told in (True, False):
         tracker = Tracker(TrackerConfig(detection_covariance=told, process_noise=100.0))
@@ -153,7 +153,7 @@ def test_what_is_said_to_be_known_is_not_learned():
 
 
 def test_unusual_detections_leave_it_finite():
-    """Standing still to the bit, and jumps across the picture."""
+    """One object is exactly at rest, another jumps across the picture."""
     tracker = Tracker()
     for k in range(200):
         z = [(100.0, 100.0), (500.0 + 200 * (k % 7 == 0), 300.0)]

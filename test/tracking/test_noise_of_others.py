@@ -1,4 +1,4 @@
-"""Detections as others make them: with errors that have an axis, last, are rounded, or change."""
+"""Detections of other detectors: errors differ by axis, last, are rounded, or change."""
 
 import numpy as np
 import pytest
@@ -13,18 +13,18 @@ from colortrack_ros.tracking.lasting_errors import RHO
 
 RATE, COUNT, FRAMES = 30, 8, 240
 FORMED = 45
-"""Frames at the start that are not judged: a second and a half, in which noise is learned."""
+"""Frames at the start that are not evaluated: a second and a half, in which noise is learned."""
 
 
 def lines(rng):
-    """Positions of objects that go straight, (FRAMES, COUNT, 2) [px]."""
+    """Return positions of objects that move straight, (FRAMES, COUNT, 2) [px]."""
     t = np.arange(FRAMES)[:, None, None] / RATE
     start = np.stack([rng.uniform(300, 900, COUNT), 100 + 110.0 * np.arange(COUNT)], axis=1)
     return start + t * np.stack([rng.uniform(-60, 120, COUNT), rng.uniform(-4, 4, COUNT)], axis=1)
 
 
 def circles(rng):
-    """Positions of objects that go round, (FRAMES, COUNT, 2) [px]."""
+    """Return positions of objects that move in circles, (FRAMES, COUNT, 2) [px]."""
     t, place = np.arange(FRAMES)[:, None] / RATE, np.arange(COUNT)
     angle = rng.uniform(0, 6.28, COUNT) + rng.uniform(0.8, 1.6, COUNT) * t
     middle = np.stack([200 + place % 4 * 400.0, 250 + place // 4 * 450.0], axis=1)
@@ -36,7 +36,7 @@ def white(rng, sigma):
 
 
 def lasting(rng, sigma, rho):
-    """Errors of which that share stays from frame to frame."""
+    """Return errors with the autocorrelation rho from frame to frame."""
     e = white(rng, sigma)
     for k in range(1, FRAMES):
         e[k] = rho * e[k - 1] + np.sqrt(1 - rho**2) * e[k]
@@ -58,7 +58,7 @@ def rows_of(z, size=None):
 
 
 def score(x, z, size=None, judged=range(FORMED, FRAMES)):
-    """Share of the 95 % ellipses that hold the object, RMS error [px], and IDs of an object."""
+    """Return the coverage of the 95 % ellipses, the RMS error [px], and the IDs per object."""
     tracker, inside, squares, names = Tracker(), [], [], set()
     for k in range(FRAMES):
         rows = rows_of(z[k], None if size is None else size[k])
@@ -89,7 +89,7 @@ def test_noise_that_differs_by_axis_is_learned_by_axis(motion, sigma):
 @pytest.mark.parametrize('motion', [lines, circles])
 @pytest.mark.parametrize(('side', 'size'), [(1.0, 20.0), (2.0, 40.0), (5.0, 60.0)])
 def test_boxes_that_jitter_are_believed_no_more_than_their_centers(motion, side, size):
-    """Both sides of each are off by as much, so sizes jitter, and the center is half as wrong."""
+    """Both sides of a box err alike, so its size jitters, and its center errs half as much."""
     rng = np.random.default_rng(1)
     x = motion(rng)
     low = x - size / 2 + white(rng, side)
@@ -115,7 +115,7 @@ def test_positions_that_are_rounded_are_not_taken_for_exact(motion, step):
 @pytest.mark.parametrize('motion', [lines, circles])
 @pytest.mark.parametrize(('rho', 'least'), [(0.3, 0.9), (0.5, 0.9), (0.7, 0.9), (0.9, 0.75)])
 def test_errors_that_last_are_doubted(motion, rho, least):
-    """Of errors that last, 9 in 10 of it, half a second hardly tells all: 10 % were inside once."""
+    """With rho 0.9, half a second can hardly show all of it: coverage was once 10 %."""
     rng = np.random.default_rng(3)
     x = motion(rng)
     inside, _, names = score(x, x + lasting(rng, 2.0, rho))
@@ -125,7 +125,7 @@ def test_errors_that_last_are_doubted(motion, rho, least):
 
 @pytest.mark.parametrize('gain', [0.1, 0.3, 0.8])
 def test_what_a_filter_passes_on_of_errors_that_last_is_computed(gain):
-    """An alpha-beta filter, run: beta is that of the steady state, by Riccati's equation."""
+    """Against a simulated alpha-beta filter, with beta of the steady state (Riccati equation)."""
     F, Q = np.array([[1.0, 1.0], [0.0, 1.0]]), np.array([[1 / 3, 1 / 2], [1 / 2, 1.0]])
 
     def gains(q):
@@ -151,7 +151,7 @@ def test_what_a_filter_passes_on_of_errors_that_last_is_computed(gain):
 @pytest.mark.parametrize('motion', [lines, circles])
 @pytest.mark.parametrize('change', [(1.0, 3.0), (1.0, 5.0), (0.5, 4.0), (5.0, 1.0)])
 def test_noise_that_changes_at_once_is_learned_anew(motion, change):
-    """From a second after it on; no track breaks."""
+    """Evaluated from a second after the change on; no track breaks."""
     rng = np.random.default_rng(4)
     x = motion(rng)
     sigma = np.repeat(change, FRAMES // 2)[:, None, None]
@@ -163,7 +163,7 @@ def test_noise_that_changes_at_once_is_learned_anew(motion, change):
 
 @pytest.mark.slow
 def test_detections_that_stray_break_no_track():
-    """One in 20 is 10 px off: too far for its noise, yet nobody else's."""
+    """One in 20 is 10 px off: too far for its noise, but no other track's either."""
     for seed in range(3):
         rng = np.random.default_rng(seed)
         x = lines(rng)
@@ -175,7 +175,7 @@ def test_detections_that_stray_break_no_track():
 
 
 def test_what_strays_is_taken_by_the_track_alone_that_has_nothing():
-    """Not where the object is seen as well, nor by one that is long unseen."""
+    """Not if the object is seen as well, and not by a track that has long been unseen."""
     x, tracker = lines(np.random.default_rng(6)), Tracker()
     for k in range(60):
         far = x[k][:1] + np.array([0.0, 10.0])
@@ -198,7 +198,7 @@ def test_things_whose_noise_differs_by_twenty_have_their_own():
 
 
 def falls(rng):
-    """Positions of balls that bounce on the floor, in columns, (FRAMES, COUNT, 2) [px]."""
+    """Return positions of balls that bounce on the floor, in columns, (FRAMES, COUNT, 2) [px]."""
     speed, t = rng.uniform(600, 1000, COUNT), np.arange(FRAMES)[:, None] / RATE
     s = (t + rng.uniform(0, 1, COUNT)) % (2 * speed / 1500)
     u = 80 + 160.0 * np.arange(COUNT) + 0 * s
@@ -207,7 +207,7 @@ def falls(rng):
 
 @pytest.mark.slow
 def test_bounces_are_not_taken_for_errors_that_last():
-    """A bounce is in more of the differences that span more frames, as what lasts is."""
+    """Like a lasting error, a bounce shows more in differences that span more frames."""
     for seed in range(6):
         rng, tracker, most = np.random.default_rng(seed), Tracker(), 0.0
         z = falls(rng) + white(rng, 1.0)
@@ -220,7 +220,7 @@ def test_bounces_are_not_taken_for_errors_that_last():
 
 
 def test_what_stands_still_to_the_bit_is_not_taken_for_rounded():
-    """Nor is what then moves as smoothly: no coordinate changes alone."""
+    """Nor is one that then moves equally smoothly: no coordinate changes alone."""
     x = np.repeat(lines(np.random.default_rng(5))[:1], FRAMES, axis=0)
     x[FRAMES // 2 :] += 2.0 * np.arange(FRAMES - FRAMES // 2)[:, None, None]
     tracker = Tracker()
@@ -231,7 +231,7 @@ def test_what_stands_still_to_the_bit_is_not_taken_for_rounded():
 
 @pytest.mark.parametrize('side', [20, 96])
 def test_a_box_that_goes_with_its_center_makes_it_no_surer(side):
-    """A fit that is unsure says so in its covariance, and its box is off by as much."""
+    """An uncertain fit says so in its covariance, and its box is off by as much."""
     rng, tracker, still = np.random.default_rng(0), Tracker(), np.array([[300.4, 200.2]])
     for k in range(91):
         unsure = k == 90

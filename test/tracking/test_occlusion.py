@@ -18,7 +18,7 @@ SHAPE, RADIUS, SPEED = (240, 480), 15, 80.0
 
 
 def scene(paths, frames, bar=None):
-    """Truth and detections of discs on their paths, functions of time [s]."""
+    """Return truth and detections of discs that move on paths, functions of time [s]."""
     truth, detections = [], []
     for k in range(frames):
         centers = np.array([path(k / 24) for path in paths])
@@ -61,7 +61,7 @@ def test_two_objects_that_cross_come_out_on_their_own_sides():
 
 
 def test_objects_that_merge_share_the_blob():
-    """Side by side for two seconds, as one blob: each is measured at its own side."""
+    """Two discs are a single blob for two seconds; each is measured at its own side."""
     paths = [
         lambda t, i=i: (40 + SPEED * t, 100 + (2 * i - 1) * (13 + 4 * abs(t - 2))) for i in range(2)
     ]

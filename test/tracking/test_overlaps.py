@@ -1,4 +1,4 @@
-"""Boxes of who looks for whole objects overlap where those of a threshold merge."""
+"""Boxes of complete objects overlap where the blobs of a threshold merge."""
 
 import numpy as np
 import pytest
@@ -14,13 +14,13 @@ RATE = 25
 
 
 def corners(*boxes):
-    """(M, 2, 2) of boxes, each center and size (u, v, width, height) [px]."""
+    """Return the corners, (M, 2, 2), of boxes with center and size (u, v, width, height) [px]."""
     box = np.array(boxes, float)
     return np.stack([box[:, :2] - box[:, 2:] / 2, box[:, :2] + box[:, 2:] / 2], axis=1)
 
 
 def after(frames, box, color=(0, 0), merged=0):
-    """What is known after some frames alike."""
+    """Return whether objects count as resolved after some equal frames."""
     overlaps = Overlaps()
     for _ in range(frames):
         overlaps.look(corners(*box), np.array(color, np.uint32))
@@ -53,7 +53,7 @@ def test_a_few_are_not_believed_where_many_merge():
 
 
 def walkers(noise, count=60):
-    """Two rows of three who walk through each other, of boxes that jitter by a tenth."""
+    """Yield boxes of two rows of three that walk through each other; sizes jitter by a tenth."""
     rng = np.random.default_rng(5)
     for k in range(count):
         u = np.array([100 + 4 * k, 160 + 4 * k, 220 + 4 * k, 500 - 4 * k, 440 - 4 * k, 380 - 4 * k])
@@ -81,7 +81,7 @@ def test_a_small_box_beside_a_person_is_one_of_its_own():
 
 @pytest.mark.parametrize('seed', range(3))
 def test_centers_of_boxes_are_good_whose_sizes_are_not(seed):
-    """Some show half of a person for moments, some a person and a half, around the same center."""
+    """For moments some boxes show half a person or one and a half, about the same center."""
     rng, tracker = np.random.default_rng(seed), Tracker(TrackerConfig(image_size=(640, 480)))
     off, variance, shown = [], [], np.ones((2, 2))
     for k in range(100):

@@ -1,4 +1,4 @@
-"""Colors of which it is known how many objects there are."""
+"""Colors with a known number of objects."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def tracker_of(*population, **options):
 
 
 def play(tracker, z, frames, begin=0, color=0):
-    """Show z, (N, 2), for some frames; the rows of the last one."""
+    """Show z, (N, 2), for some frames; return the rows of the last one."""
     for k in range(begin, begin + frames):
         rows = tracker.update(points(z, k * FRAME, 0.5, color)).rows
     return rows

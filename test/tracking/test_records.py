@@ -1,4 +1,4 @@
-"""Lines through detections of rivals, and what a moving camera makes of all that is recorded."""
+"""Lines through the detections of rivals, and how camera motion changes all that is recorded."""
 
 from types import SimpleNamespace
 
@@ -21,7 +21,10 @@ PERIOD = 0.05
 
 
 def summed_up(records, rng):
-    """Six measurements of two rivals within a second: stamps, positions, standard deviations."""
+    """Sum up six measurements of two rivals within a second.
+
+    Returns their stamps, positions and standard deviations.
+    """
     records['rival'] = 2, 1
     stamps = np.sort(rng.integers(1, SECOND, 6))
     z, sigma = rng.normal(0, 100, (6, 2, 2)), rng.uniform(0.5, 3, (6, 2))
@@ -73,7 +76,7 @@ def test_a_motion_that_stays_becomes_the_tracks_own_and_leaves_them_where_they_a
     for name, age in (('before', 0.5), ('anchor', 0.25)):
         np.testing.assert_allclose(records[name][:, :2], before[name][:, :2] - age * way)
         np.testing.assert_allclose(records[name][:, 2:], before[name][:, 2:] + way)
-    # the eighteenth frame is in the second slot, and three frames before it was time to look
+    # the eighteenth frame is in the second slot, and the last look was three frames earlier
     ages = PERIOD * (1 + (1 - np.arange(RING)) % RING)
     expected = before['measured'][..., Z] - ages[:, None] * way
     np.testing.assert_allclose(records['measured'][..., Z], expected)

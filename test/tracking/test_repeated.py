@@ -1,4 +1,4 @@
-"""A detector that finds things twice takes no ID from them, least of all where they bounce."""
+"""A detector that finds objects twice costs no ID, least of all where they bounce."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,10 @@ RATE = 30
 
 
 def bouncing(rng, count, frames):
-    """Positions (frames, count, 2) [px] of what bounces between the borders at 150 to 250 px/s."""
+    """Return positions (frames, count, 2) [px] of objects that bounce between the borders.
+
+    Their speed is 150 to 250 px/s.
+    """
     speed, angle = rng.uniform(150, 250, count), rng.uniform(0, 2 * np.pi, count)
     velocity = speed[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     way = rng.uniform(0, SIZE, (count, 2)) + np.arange(frames)[:, None, None] / RATE * velocity
@@ -31,7 +34,7 @@ def message(z, k):
 
 
 def names(paths, detections):
-    """The IDs that each of the paths, (K, N, 2), had within 20 px, a set for each."""
+    """Return the sets of IDs that the paths, (K, N, 2), had within 20 px."""
     tracker, owned = Tracker(), [set() for _ in range(paths.shape[1])]
     for k, z in enumerate(detections):
         rows = tracker.update(message(z, k)).rows
@@ -46,7 +49,7 @@ def names(paths, detections):
 @pytest.mark.parametrize('aside', [8.0, 14.0])
 @pytest.mark.parametrize('seed', range(4))
 def test_what_is_found_twice_keeps_its_id(seed, aside):
-    """One in 17 is found a second time, a fifth or a third of its size aside, in any order."""
+    """One in 17 is found again, off by a fifth or a third of its size; the order is random."""
     rng = np.random.default_rng(seed)
     paths, detections = bouncing(rng, 6, 300), []
     for centers in paths:
@@ -59,7 +62,7 @@ def test_what_is_found_twice_keeps_its_id(seed, aside):
 
 
 def test_what_comes_out_before_another_is_an_object_of_its_own():
-    """Both are detected whole, as networks do, the second from within the first one's box on."""
+    """Both are detected whole, as by networks; the second starts inside the first one's box."""
     k = np.arange(90)[:, None, None]
     first, second = np.array([[[100.0, 200.0]]]), np.array([[[100.0, 210.0]]])
     paths = np.concatenate([first + k * [2.0, 0.0], second + (k - 30) * [5.0, 0.0] + [62, 0]], 1)

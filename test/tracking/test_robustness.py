@@ -1,4 +1,4 @@
-"""Whatever comes in, no exception comes out, and what comes out are finite numbers."""
+"""Whatever comes in raises no exception, and all that comes out is finite."""
 
 import warnings
 
@@ -73,7 +73,7 @@ def test_tracks_torn_between_detections_a_million_pixels_apart_are_stitched_with
 
 
 def test_rows_that_were_joined_without_their_padding_are_taken():
-    """np.concatenate leaves the padding of DETECTION out."""
+    """np.concatenate drops the padding of DETECTION."""
     rows = np.concatenate([np.zeros(1, DETECTION), np.zeros(1, DETECTION)])
     rows['u'] = 10.0, 200.0
     assert rows.dtype.itemsize < DETECTION.itemsize

@@ -1,4 +1,4 @@
-"""Which messages and which detections a tracker takes: late, repeated, broken, too many."""
+"""Which messages and detections a tracker accepts: late, repeated, broken, too many."""
 
 import time
 
@@ -28,7 +28,7 @@ def test_stamps_that_are_out_of_order_start_afresh_and_say_why(step, why):
 
 
 def test_detections_of_one_moment_may_come_in_several_messages():
-    """The second brings what the first did not have; nobody is missed for not being in both."""
+    """Each part adds what the others lack; a track not in all of them is not missed."""
     whole, parts = Tracker(), Tracker()
     for k in range(12):
         z = np.array([(10.0 + k, 10), (200 - 2 * k, 50), (90, 90 + k)])
@@ -101,7 +101,7 @@ def test_of_too_many_detections_the_largest_are_taken_and_the_others_counted():
 
 
 def test_detections_that_crowd_on_one_point_do_not_hold_up_the_others():
-    """A crowd of N has N^2 pairs; they took 23 s for 3000, and take a tenth for half of them."""
+    """A crowd of N has N^2 pairs; 3000 took 23 s, and half of them takes a tenth of that."""
     tracker, rng = Tracker(), np.random.default_rng(0)
     start = time.process_time()
     for k in range(3):

@@ -19,7 +19,7 @@ def parabola(t):
 
 
 def last_error(seen, hidden, **parameters):
-    """How far a ball in flight is from where it is said to be, after so many frames."""
+    """Return the position error of a ball in flight after frames seen and frames hidden."""
     tracker = Tracker(TrackerConfig(process_noise=50.0, **parameters))
     for k in range(seen + hidden):
         z = parabola(k / 24)
@@ -52,7 +52,7 @@ def test_positions_closer_than_the_span_are_not_compared():
 
 
 def test_the_first_filter_follows_the_measurement_as_much_as_it_is_told_to():
-    """A straight way, and a last measurement 10 px aside."""
+    """A straight path, with the last measurement 10 px off."""
     aside = []
     for trust in (1.0, 10.0, 1000.0):
         config = TrackerConfig(

@@ -1,4 +1,4 @@
-"""What the sizes of blobs say about whose they are, and what they do not say."""
+"""What the sizes of blobs reveal about the object they belong to, and what they do not."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ RATE = 30
 
 
 def blobs(*boxes):
-    """Detections of boxes, each center and size (u, v, width, height) [px]."""
+    """Return detections of boxes with center and size (u, v, width, height) [px]."""
     rows = np.zeros(len(boxes), DETECTION)
     for row, (u, v, width, height) in zip(rows, boxes, strict=True):
         row['u'], row['v'], row['box_w'], row['box_h'] = u, v, width, height
@@ -25,7 +25,7 @@ def blobs(*boxes):
 
 
 def play(frames):
-    """The tracker after some frames, and the rows of the last."""
+    """Return the tracker after some frames, and the rows of the last."""
     tracker = Tracker()
     for k, rows in enumerate(frames):
         tracks = tracker.update(Detections(rows, round(k * 1e9 / RATE)))
@@ -51,7 +51,7 @@ def test_an_object_that_was_whole_does_not_take_the_size_of_what_it_merges_with(
 
 
 def test_objects_that_are_found_again_after_a_gap_tell_nothing_of_jitter():
-    """In the frame in which it is time to look, none was measured in the one before: it failed."""
+    """When a look is due, no object was measured in the previous frame, which used to fail."""
     tracker, rows = Tracker(), blobs((100, 100, 20, 20))
     for k in range(12):
         seen = rows if k in (0, 1, 3, 4, 6, 8, 10) else rows[:0]

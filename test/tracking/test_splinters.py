@@ -1,4 +1,4 @@
-"""Objects that are two detections for moments, of which no box tells that they are one."""
+"""Objects that are two detections for moments, without boxes to show that they are one."""
 
 import numpy as np
 import pytest
@@ -9,10 +9,10 @@ from colortrack_ros.tracking import Tracker
 
 
 def breaking(rng, rate, width, count=6, seconds=10.0):
-    """Objects on lanes of their own that break in two every other second, for a third of it.
+    """Return objects on separate lanes that break in two every other second, for a third of it.
 
-    :param width: of the objects, of which the pieces lie beyond a quarter [px].
-    :return: position, (K, N, 2), and how far the pieces are apart, (K, N), 0 for wholes [px].
+    :param width: of the objects; the pieces lie more than a quarter of it from the center [px].
+    :return: position, (K, N, 2), and distance of the pieces, (K, N), 0 for a whole object [px].
     """
     t = np.arange(round(seconds * rate))[:, None] / rate
     speed = rng.uniform(60, 140, count) * rng.choice([-1, 1], count)
@@ -24,7 +24,7 @@ def breaking(rng, rate, width, count=6, seconds=10.0):
 
 
 def play(position, apart, rng, rate, noise=0.5):
-    """The score of the tracker over detections without boxes or covariances."""
+    """Return the score of the tracker over detections without boxes or covariances."""
     tracker, tally = Tracker(), Tally(20.0)
     for k, (truth, gap) in enumerate(zip(position, apart, strict=True)):
         aside = np.column_stack([gap, 0 * gap]) / 2
@@ -40,7 +40,7 @@ def play(position, apart, rng, rate, noise=0.5):
 @pytest.mark.slow
 @pytest.mark.parametrize(('rate', 'width'), [(30, 30.0), (15, 24.0), (60, 40.0)])
 def test_pieces_do_not_live_on_in_what_is_whole_again(rate, width):
-    """While an object is in pieces there are two tracks, and hardly longer."""
+    """There are two tracks while an object is in pieces, and hardly longer."""
     idf1, rows = [], []
     for seed in range(4):
         rng = np.random.default_rng(seed)
@@ -53,7 +53,7 @@ def test_pieces_do_not_live_on_in_what_is_whole_again(rate, width):
 
 
 def test_two_that_were_seen_apart_for_long_are_no_pieces():
-    """A pair that begins as one detection parts, and is one again for a second."""
+    """A pair that starts as one detection parts, and is a single detection again for a second."""
     t = np.arange(240)[:, None] / 30
     gap = np.interp(t[:, 0], [1.0, 1.01, 3.0, 3.01, 4.0, 4.01], [0, 30, 30, 0, 0, 30])[:, None]
     position = np.stack([100 + 50 * t, 300 + 0 * t], axis=-1)

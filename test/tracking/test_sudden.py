@@ -1,4 +1,4 @@
-"""What stands still for long and is pushed all at once keeps its ID, and clutter pulls nobody."""
+"""An object that is pushed after a long rest keeps its ID, and clutter attracts no track."""
 
 import numpy as np
 import pytest
@@ -14,9 +14,9 @@ AT_REST = np.array([[80.0, 200.0], [420.0, 80.0], [560.0, 195.0]])
 
 
 def tracks_of(frames, rate, noise=1.0, seed=0, scale=1):
-    """The rows of each frame of centers, (N, 2), of boxes 84x130 seen with some noise.
+    """Return the rows of each frame of centers, (N, 2), of boxes 84x130 with some noise.
 
-    In a picture that is as many times as wide and high, all is as many times as large.
+    :param scale: enlarges the picture and all in it.
     """
     rng, size = np.random.default_rng(seed), tuple(scale * side for side in SIZE)
     tracker, found = Tracker(TrackerConfig(image_size=size)), []
@@ -51,7 +51,7 @@ def test_what_is_pushed_keeps_its_id(rate, speed, beside, scale):
 
 @pytest.mark.parametrize('seed', range(3))
 def test_false_detections_draw_away_nobody_who_is_missed(seed):
-    """As many false ones as true, and a fifth of the true ones missed."""
+    """As many false detections as true ones, and a fifth of the true ones missed."""
     rng = np.random.default_rng(seed)
     frames = []
     for _ in range(300):

@@ -1,4 +1,4 @@
-"""A second is a second, in however many frames it comes."""
+"""A second is a second, however many frames it has."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def test_steps_add_up_to_one_step_of_their_sum(name):
 
 @pytest.mark.parametrize('empties', [1, 7, 200])
 def test_a_second_unseen_is_as_uncertain_in_any_number_of_messages(empties):
-    """Process noise is set, so that no more than time can make a difference."""
+    """Process noise is given, so that only time can make a difference."""
 
     def sigma(count):
         tracker = Tracker(TrackerConfig(process_noise=200.0, maneuvers=False))

@@ -1,4 +1,4 @@
-"""The life of a track, what its row says, and what keeps it apart from others."""
+"""The life of a track, the content of its row, and its separation from other tracks."""
 
 from dataclasses import replace
 
@@ -102,7 +102,7 @@ def test_another_color_is_another_object_if_color_gates(gating, ids):
     ],
 )
 def test_a_track_that_has_left_the_picture_is_not_coasted_back_in(typed, told, coasting):
-    """At 4 px a frame, to the right; seen until u = 96. What is typed in holds."""
+    """It moves right by 4 px a frame and is seen until u = 96. A typed size has priority."""
     tracker = Tracker(TrackerConfig(image_size=typed, min_score=0.0))
     for k in range(15, 25):
         tracker.update(replace(points([(4 * k, 20)], k * FRAME), image_size=told))
@@ -121,7 +121,7 @@ def test_a_track_that_nobody_knows_the_place_of_is_deleted():
 
 
 def test_where_color_does_not_gate_it_decides_between_two_as_near():
-    """They rest side by side, and are once seen a little past each other."""
+    """They rest side by side, and are seen slightly past each other once."""
     found = []
     for gating in (True, False):
         tracker = Tracker(TrackerConfig(color_gating=gating))

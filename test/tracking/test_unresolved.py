@@ -1,4 +1,4 @@
-"""Objects that come so near to each other that the detector makes one detection of them."""
+"""Objects that come so close that the detector merges them into one detection."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ ROOM = np.array([800.0, 600.0])
 
 
 def crowd(rng, count, frames, rate):
-    """Positions, (K, N, 2), of what goes to and fro in a room, bouncing off its walls [px]."""
+    """Return positions, (K, N, 2), of objects that bounce between the walls of a room [px]."""
     velocity = rng.uniform(-150, 150, (count, 2))
     t = np.arange(frames)[:, None, None] / rate
     way = (rng.uniform(0, ROOM, (count, 2)) + t * velocity) % (2 * ROOM)
@@ -23,7 +23,7 @@ def crowd(rng, count, frames, rate):
 
 
 def merged(z, touch):
-    """The means of all that touch, through others as well."""
+    """Return the means of all that touch, directly or through others."""
     near = np.hypot(*(z[:, None] - z).T) < touch
     near = np.linalg.matrix_power(near.astype(float), len(z)) > 0
     groups = near.argmax(axis=1)
@@ -31,7 +31,7 @@ def merged(z, touch):
 
 
 def frames_of(position, rng, rate, noise, touch, missed=0.0, clutter=0):
-    """Detections of each frame, without boxes or covariances."""
+    """Yield the detections of each frame, without boxes or covariances."""
     for k, truth in enumerate(position):
         z = truth + rng.normal(0, noise, truth.shape)
         z = z[rng.random(len(z)) >= missed]
@@ -41,7 +41,7 @@ def frames_of(position, rng, rate, noise, touch, missed=0.0, clutter=0):
 
 
 def play(position, rng, *, rate=30, noise=1.0, touch=30.0, **others):
-    """The tracker and its score over the frames."""
+    """Return the tracker and its score over the frames."""
     tracker, tally = Tracker(), Tally(25.0)
     for k, detections in enumerate(frames_of(position, rng, rate, noise, touch, **others)):
         rows = tracker.update(detections).rows
@@ -52,7 +52,7 @@ def play(position, rng, *, rate=30, noise=1.0, touch=30.0, **others):
 
 
 def pair(apart, slow=20.0, frames=150):
-    """Two that meet, pass each other at a distance, and part again, (K, 2, 2) [px]."""
+    """Return two objects that meet, pass each other at a distance, and part, (K, 2, 2) [px]."""
     t = (np.arange(frames) - frames / 2) / 30
     one = np.stack([400 + slow * t, 300 + 0 * t], axis=1)
     return np.stack([one, np.stack([400 - slow * t, 300 + apart + 0 * t], axis=1)], axis=1)
@@ -76,7 +76,7 @@ def test_two_that_stay_together_longer_than_a_track_is_kept_are_still_two():
 
 
 def compare(monkeypatch, count, frames, rate, **detector):
-    """The resolution, and the mean IDF1 of three crowds with shared detections and without."""
+    """Return the resolution, and mean IDF1 of three crowds with and without shared detections."""
     both, reach = {True: [], False: []}, []
     for seed in range(3):
         position = crowd(np.random.default_rng(seed), count, frames, rate)

@@ -1,4 +1,4 @@
-"""How much the tracker does for a frame: counted, so that neither load nor machine counts."""
+"""The tracker's work per frame, counted, so that neither load nor machine matters."""
 
 import dis
 from functools import cache
@@ -17,25 +17,25 @@ from colortrack_ros.data import Detections
 from colortrack_ros.tracking.tracker import Tracker
 
 WORK = ('BINARY_', 'INPLACE_', 'UNARY_', 'COMPARE_', 'CALL', 'STORE_SUBSCR', 'STORE_SLICE')
-"""What bytecodes that call something, or may work on an array, begin with."""
+"""Prefixes of bytecodes that call something, or may operate on an array."""
 
 MOST = 1040
-"""Of them in a frame in which nothing happens: 1037 with Python 3.11, two more with 3.13.
-It keeps work from being added unseen; how long each takes it does not tell."""
+"""Most of them in an uneventful frame: 1037 with Python 3.11, two more with 3.13. It keeps work
+from being added unnoticed; it does not tell how long each takes."""
 
 
 PACKAGE = str(Path(colortrack_ros.__file__).parent)
-"""Not the clone around it, which may be a folder of the same name: as in a colcon workspace."""
+"""Not the clone around it, which may be a folder of the same name, as in a colcon workspace."""
 
 
 @cache
 def works(code: CodeType) -> frozenset[int]:
-    """Offsets of such bytecodes."""
+    """Return the offsets of such bytecodes."""
     return frozenset(i.offset for i in dis.get_instructions(code) if i.opname.startswith(WORK))
 
 
 def count_work(call: Any) -> int:
-    """How many such bytecodes of the package are run."""
+    """Return how many such bytecodes of the package are run."""
     count = 0
 
     def trace(frame: FrameType, event: str, _: object) -> Any:
@@ -56,7 +56,7 @@ def count_work(call: Any) -> int:
 
 
 def far_apart(count: int, k: int) -> Detections:
-    """Objects with boxes, each on its own line, as seen in frame k."""
+    """Return objects with boxes, each on its own line, as seen in frame k."""
     rows, noise = np.zeros(count, DETECTION), np.random.default_rng(k).normal(0, 0.5, (2, count))
     rows['u'], rows['v'] = 60 + 2.0 * k + noise[0], 40.0 * (1 + np.arange(count)) + noise[1]
     rows['cov_uu'] = rows['cov_vv'] = 0.25
