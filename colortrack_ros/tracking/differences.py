@@ -26,7 +26,8 @@ number of looks; over these, the excess of the log squares of differences two an
 the number of single steps of an otherwise constant coordinate, and their squares."""
 
 COMPARED = 6
-"""Measurements that a difference and the two before it, with which it is compared, span."""
+"""Measurements spanned by a difference together with the two before it, with which it is
+compared."""
 
 TOGETHER = EVERY + COMPARED - 1
 """Measurements processed together: those new since the last look, and those that their differences
@@ -41,7 +42,7 @@ ALL_FOURS = np.array(
 """Quadruples of measurements whose third differences are taken."""
 
 ONE_APART, OTHERS_APART = slice(0, TOGETHER - 3), (slice(TOGETHER - 3, -1), slice(-1, None))
-"""Quadruples in a row, and those two and five frames apart."""
+"""Quadruples of successive measurements, and of measurements two and five frames apart."""
 
 CORRELATIONS = np.linspace(-1, 1, 401)
 COSINES = mean_cosine(CORRELATIONS)
@@ -104,9 +105,10 @@ def _tell_in_a_row(measured: Floats, stamps: Floats, in_a_row: Indices, lean: Fl
 def _of_each(one: Floats, length: Floats, given: Floats, lean: Floats) -> Floats:
     """Return what each of the newest differences adds to the first five sums, (5, K, EVERY).
 
-    :param one: (K, EVERY + 2, 2) normalized differences; length: (K, EVERY + 2) see
-        _log_half_square().
-    :param given: (K, TOGETHER, 2) variances of the measurements; lean: (K,).
+    :param one: (K, EVERY + 2, 2) normalized differences.
+    :param length: (K, EVERY + 2) of these, see _log_half_square().
+    :param given: (K, TOGETHER, 2) variances of the measurements.
+    :param lean: (K,) see tell().
     """
     logs = np.log(np.maximum(one[:, :EVERY] ** 2, LEAST_SQUARE))
     ratio = (logs[..., 0] - logs[..., 1]) / 2 + lean[:, None]

@@ -26,11 +26,11 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 COINCIDENCES = 1e-4
-"""Expected number of equally good lines in random clutter below which a line is an object. Assumed:
-one false start in minutes."""
+"""Expected number of equally good lines in random clutter below which a line counts as an object.
+Assumed: one false start in minutes."""
 
 ENDED = np.iinfo(np.int32).max
-"""Misses of a track that is no object: more than any confirm_window."""
+"""Misses of a track that proved to be no object: more than any confirm_window."""
 
 MOST_NEXT = 10
 """Second detections considered for each first one, to bound the time. Assumed."""

@@ -42,8 +42,8 @@ def sides_of_several(
 def _by_order(blob: Indices, expected: Floats, variance: Floats) -> Floats:
     """Return the probabilities of the centers, (3, K, 2), by the predicted order on each axis.
 
-    The lowest object owns the low side and the highest the high side, if the prediction has them in
-    the right order. Those in between can be anywhere.
+    With the probability that the predictions are in the right order, the lowest object owns the low
+    side, and the highest the high side. Those in between can be anywhere.
     """
     weight = np.full((3, *expected.shape), 1 / 3)
     for axis in range(2):
@@ -82,7 +82,7 @@ def _by_place(
     """Return the probability that the first of two objects on a blob owns the low side, (P, 2).
 
     The first is low or high in u, low or high in v, and the second is opposite. Each of the four
-    arrangements is as likely as it agrees with both predictions and with the correlation of the
+    arrangements is weighted by its agreement with both predictions and with the correlation of the
     blob.
     """
     d2 = (center - expected) ** 2 / (variance + EDGE_VARIANCE)

@@ -23,8 +23,8 @@ AWAY = 2.0
 merger, above which it is an object of its own. Assumed: pieces stay within the object's outline."""
 
 LONGEST_PIECE = 1.0
-"""Time after which a track is an object of its own [s]. Assumed: half of it does equally well for
-pieces, and for pairs that hover where they merge; twice costs such pairs 10 points of IDF1."""
+"""Time after which a track is an object of its own [s]. Assumed: with half of it, IDF1 is the same
+for pieces and for pairs that hover where they merge; with twice, such pairs lose 10 points."""
 
 SPLINTER_FIELDS = [
     ('host', 'u4'),

@@ -33,7 +33,7 @@ STRAYING = 0.01
 """Probability that a detection strays. Assumed: that of an outage."""
 
 STRAY_SPREAD = 5.0**2
-"""Variance of strays over that of other detections. Assumed: with 10 single errors of 20 standard
+"""Variance of strays over that of other detections. Assumed: with 10, single errors of 20 standard
 deviations do not break tracks either, but turns pass for strays."""
 
 SUDDEN = 0.1

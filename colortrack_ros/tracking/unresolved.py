@@ -256,7 +256,7 @@ def follow_shared(
 ) -> None:
     """Update tracks by the blobs they share, after all others have been updated.
 
-    Which of them has maneuvered is weighed by their innovations.
+    At most one member of a set has maneuvered; the innovations weigh which.
     """
     records, bank = tracks.records, tracks.filters
     name, track, z, R = _measure(bank, blobs, shared.member, shared.blob)
