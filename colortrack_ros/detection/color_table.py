@@ -8,6 +8,7 @@ remembered.
 """
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import cv2
 import numpy as np
@@ -24,6 +25,7 @@ from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.survivors import Survivors
 
 CUT, UNKNOWN = 255, 0
 """Entry of a cell whose colors may not belong together; of a color not yet computed, the label of
@@ -108,6 +110,7 @@ class ColorTable:
         self.overlaps = bool((touched[np.logical_not(self._inverted)].sum(axis=0) > 1).any())
         self.touched: NDArray[np.bool_] = np.logical_or.reduce(touched)
         self._column_filter = None if HAS_16_BIT_LUT else ColumnFilter(touched)
+        self._survivors = Survivors(self.overlaps)
         self._exact = np.zeros(1 << 24, np.uint8)
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
 
@@ -202,50 +205,59 @@ class ColorTable:
         mine[other <= mine] = np.inf
         return mine
 
-    def label(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
+    def label(self, picture: NDArray[np.uint8], encoding: str, erosion: int = 1) -> LabelImage:
         """The labels of a picture.
 
-        The strips stay in the processor's cache from step to step. Those of several threads are
-        longer: handing over the interpreter costs more than that saves.
-
         :param picture: (H, W, channels) or (H, W), not empty; rows may be padded.
+        :param erosion: side of the square of an erosion that follows: what does not outlast it need
+            not be labeled [px].
+        """
+        height, width = picture.shape[:2]
+        if encoding == 'mono8':
+            image = LabelImage.empty(height, width)
+            cv2.LUT(picture.reshape(height, width), self._gray, dst=image.pixels)
+            return image
+
+        def label_pixels(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+            labels = np.empty(pixels.shape[:2], np.uint8)
+            look_up(self._cells, cells_of(pixels, encoding), labels)
+            return labels
+
+        label_rows = partial(self._label_strips, encoding=encoding)
+        survivors = self._survivors.label(picture, erosion, label_rows, label_pixels)
+        image = survivors or label_rows(picture)
+        image.filled, found = image.content()
+        (cut,) = (found.reshape(-1) == CUT).nonzero()
+        if cut.size:
+            self._look_closer(picture, encoding, image, image.filled, cut)
+        return image
+
+    def _label_strips(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
+        """The labels of a picture, or CUT, strip by strip.
+
+        They stay in the processor's cache from step to step. Those of several threads are longer:
+        handing over the interpreter costs more than that saves.
         """
         height, width = picture.shape[:2]
         image = LabelImage.empty(height, width)
         strips = round(height * width / (STRIP if self._threads == 1 else LONG_STRIP))
         rows = -(-height // min(max(strips, 1), height))
 
-        def label_strip(top: int) -> NDArray[np.intp]:
+        def label_strip(top: int) -> None:
             bottom = top + rows
-            filled = self._label_strip(picture[top:bottom], encoding, image.strip(top, bottom))
-            return filled + top * (image.stride // WORD)
+            self._label_strip(picture[top:bottom], encoding, image.strip(top, bottom))
 
-        if encoding == 'mono8':
-            cv2.LUT(picture.reshape(height, width), self._gray, dst=image.pixels)
-        else:
-            image.filled = np.concatenate(list(self._map(label_strip, range(0, height, rows))))
+        list(self._map(label_strip, range(0, height, rows)))
         return image
 
-    def _label_strip(
-        self, picture: NDArray[np.uint8], encoding: str, image: LabelImage
-    ) -> NDArray[np.intp]:
-        """Set the labels of an image.
-
-        :returns: the words that may hold any.
-        """
+    def _label_strip(self, picture: NDArray[np.uint8], encoding: str, image: LabelImage) -> None:
         if self._column_filter is None:
             look_up(self._cells, cells_of(picture, encoding), image.pixels)
-        else:
-            image.padded[...] = 0
-            parts = self._column_filter.parts(picture, encoding)
-            for left, right in parts:
-                cells = cv2.cvtColor(picture[:, left:right], TO_CELL[encoding]).view(np.uint16)
-                look_up(self._cells, cells[..., 0], image.pixels[:, left:right])
-        words, found = image.content()
-        (cut,) = (found.reshape(-1) == CUT).nonzero()
-        if cut.size:
-            self._look_closer(picture, encoding, image, words, cut)
-        return words
+            return
+        image.padded[...] = 0
+        for left, right in self._column_filter.parts(picture, encoding):
+            cells = cv2.cvtColor(picture[:, left:right], TO_CELL[encoding]).view(np.uint16)
+            look_up(self._cells, cells[..., 0], image.pixels[:, left:right])
 
     def _look_closer(
         self,

@@ -39,6 +39,11 @@ class DetectorConfig(
     mask: str = parameter('', 'Path of a picture that is dark where not to look; empty for none.')
     method: str = parameter('color', 'How objects are told from the rest.', choices=METHODS)
 
+    @property
+    def erosion_alone(self) -> bool:
+        """And no region cuts blobs, for then what was cut off counts."""
+        return super().erosion_alone and not self.regions and not self.mask
+
     def check(self) -> None:
         """The least area of each color is at most its greatest."""
         super().check()

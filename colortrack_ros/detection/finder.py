@@ -102,7 +102,7 @@ class ColorFinder:
         stamp = frame.stamp
         elapsed = (stamp - self._looked) / NANOSECONDS
         complete = len(self._found) == len(self._sought)
-        if complete and 0 <= elapsed < LOOK_SECONDS:
+        if not self._sought or (complete and 0 <= elapsed < LOOK_SECONDS):
             return False
         frame = plain(frame)
         cells, now = sample_colors(frame.image, frame.encoding)

@@ -56,8 +56,8 @@ class UsualSkewness:
         away = now - usual
         self._usual[seen] = usual + away.clip(-step, step)
         self._deviation[seen] += (np.abs(away) - self._deviation[seen]).clip(-step, step)
-        limit = np.nan_to_num(self._usual + SPREADS * self._deviation)
-        beyond = np.maximum(skewness - limit[label], 0)
+        limit = (self._usual + SPREADS * self._deviation)[label]
+        beyond = np.maximum(skewness - np.where(np.isnan(limit), 0, limit), 0)
         return beyond + USUAL_SHARE * (skewness - beyond)
 
 

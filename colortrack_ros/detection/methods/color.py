@@ -96,6 +96,11 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
         audience=EXPERT,
     )
 
+    @property
+    def erosion_alone(self) -> bool:
+        """Whether nothing but the erosion reads the labels before it."""
+        return self.closing_size == 1 and self.grow == 1 and not self.moving_only
+
     def check(self) -> None:
         """There are 1 to 254 colors, each with a name of its own."""
         super().check()
@@ -183,7 +188,8 @@ class ColorDistance:
             if image is not None:
                 return image
             frame = plain(frame)
-        return self._table.label(frame.image, frame.encoding)
+        erosion = self._config.erosion_size if self._config.erosion_alone else 1
+        return self._table.label(frame.image, frame.encoding, erosion)
 
     def _is_within(
         self, image: LabelImage, position: NDArray[np.intp], label: NDArray[np.uint8]
