@@ -60,7 +60,8 @@ class Survivors:
         self._pause = max(self._pause - 1, 0)
         if size == 1 or height * width < WORTHWHILE_PIXELS or self._pause:
             return None
-        if height < 2 * size or width < WORD:
+        step, pixel = picture.strides[0], picture.shape[2]
+        if height < 2 * size or width < WORD or picture.strides[1:] != (pixel, 1) or step < 0:
             return None
         image = LabelImage.empty(height, width)
         image.padded[:-size] = 0

@@ -96,6 +96,17 @@ def test_any_encoding_will_do(encoding, everywhere, monkeypatch):
     assert sum(everywhere) == 1
 
 
+@pytest.mark.parametrize('view', ['[::-1]', '[:, ::-1]', '[..., ::-1]', '[::2, ::2]', '[::3]'])
+def test_views_of_a_picture_are_read_as_their_copies_are(view, everywhere):
+    picture = clutter(np.random.default_rng(4), 180, 260, 2)
+    part = eval(f'picture{view}', {'picture': picture})
+    config = DetectorConfig(colors=colors(2), min_area=1)
+    rows, expected = (Detector(config).detect(Frame(x)).rows for x in (part, part.copy()))
+    assert len(rows) or view == '[..., ::-1]'
+    assert rows.tobytes() == expected.tobytes()
+    assert everywhere[1]
+
+
 @pytest.mark.parametrize('change', [
     {'closing_size': 3}, {'grow': 1.5}, {'moving_only': True}, {'erosion_size': 1},
     {'regions': (Region('all', ((0, 0), (999, 0), (999, 999))),)},
