@@ -190,7 +190,7 @@ class Detector:
         doubt = _of_label(self._method.doubt, blobs.label)
         profiles = Profiles.of(blobs)
         blur = outline_blur(frame, blobs, profiles)
-        sided = self._one_sidedness(frame, blobs.label, profiles, blur)
+        sided = self._one_sidedness(frame, blobs, profiles, blur)
         return centroid_covariance(
             blobs, (height, width), score, blur, sided, part, skewness, doubt
         )
@@ -198,23 +198,27 @@ class Detector:
     def _one_sidedness(
         self,
         frame: Frame,
-        label: NDArray[np.uint8],
+        blobs: BlobTable,
         profiles: Profiles,
         blur: NDArray[np.float64],
     ) -> NDArray[np.float64]:
-        """(N, 2, 2) see centroid_covariance(); 0 where the outline is sharp."""
+        """(N, 2, 2) see centroid_covariance(); 0 where the outline is sharp.
+
+        And where all of a blob is outline: its middle is a mix as well.
+        """
         sided = np.zeros((*blur.shape, 2))
-        is_blurred = blur.max(axis=1) > SHARP
+        width = blur.max(axis=1)
+        is_blurred = (width > SHARP) & (width < 2 * np.sqrt(blobs.axes[0]))
         if not is_blurred.any():
             return sided
         profiles, blur = profiles.take(is_blurred), blur[is_blurred]
-        width = size_of(frame)[1]
+        columns = size_of(frame)[1]
         inside, outside = outline_sides(frame, profiles, blur)
         end = self._method.end_share(
             frame,
-            np.divmod(inside.reshape(-1), width),
-            np.divmod(outside.reshape(-1), width),
-            label[is_blurred].repeat(inside[0].size),
+            np.divmod(inside.reshape(-1), columns),
+            np.divmod(outside.reshape(-1), columns),
+            blobs.label[is_blurred].repeat(inside[0].size),
         ).reshape(inside.shape)
         shift = (end[..., 1] - end[..., 0]) / 2
         error = np.sqrt(shift.var(axis=2, ddof=1) / shift.shape[2])

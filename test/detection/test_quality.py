@@ -111,6 +111,26 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
     assert row['cov_uu'] > 2 * row['cov_vv']
 
 
+def squared_errors(radius, smear, tolerance):
+    """(2,) of u and v over their variances, of balls that are lit from above, means over 12."""
+    red = ReferenceColor.from_rgb('red', (205, 58, 34), tolerance)
+    found = []
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        center = np.array([120, 80]) + random.random(2)
+        image = np.full((160, 240, 3), (110, 105, 100), np.uint8)
+        draw_ball(image, center, np.array(smear), radius, np.array((34, 58, 205), np.float32))
+        image = np.clip(image + random.normal(0, 2.5, image.shape), 0, 255).astype(np.uint8)
+        (row,) = Detector(DetectorConfig(colors=(red,))).detect(Frame(image)).rows
+        u, v = row['u'] - center[0], row['v'] - center[1]
+        found.append((u**2 / row['cov_uu'], v**2 / row['cov_vv']))
+    return np.mean(found, axis=0)
+
+
+def test_a_ball_that_is_smeared_over_all_of_itself_is_not_thought_worse_for_its_lack_of_an_inside():
+    assert squared_errors(8.0, (12.0, 6.0), 50.0).mean() > 0.8
+
+
 def test_a_blurred_ball_before_things_like_it_is_known_worse():
     sigmas = []
     for corner in ((110, 105, 100), (60, 75, 150)):
