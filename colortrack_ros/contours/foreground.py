@@ -16,6 +16,7 @@ from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.displaced import is_displaced
 from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.scene_change import SceneChange
+from colortrack_ros.contours.shadows import without_shadows
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import DetectorConfig
@@ -115,6 +116,10 @@ class Foreground:
             return None
         still = self._clutter > CLUTTER_SHARE
         mask = np.where(still, np.uint8(0), self._mask)
+        picture = channels_of(frame)
+        if self._config.start == 'background' and self._background.knows(picture):
+            least, threshold = self._config.min_area, self._config.difference_threshold
+            mask = without_shadows(mask, picture, self._background.recent, least, threshold)
         areas = find_areas(mask, self._config.min_area, known)
         return areas.take(~self._is_background(areas, frame, known))
 
