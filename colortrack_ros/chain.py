@@ -1,8 +1,8 @@
-"""How pictures become tracks: the stages, and who hands on to whom.
+"""How pictures become tracks: the stages, and how they are connected.
 
 The nodes, ``pipeline``, ``replay``, and :class:`ColorTracker` all run the chains of this file. They
-bring the stages, which work in the caller's thread (:class:`Stage`) or in one of their own
-(:class:`Worker`), and take the results of each by :meth:`Stage.then`.
+provide the stages, which run in the caller's thread (:class:`Stage`) or in their own
+(:class:`Worker`), and receive the results of each through :meth:`Stage.then`.
 """
 
 from typing import Any
@@ -27,13 +27,13 @@ BOX = ('box_u', 'box_v', 'box_w', 'box_h')
 
 
 class DetectionsTaker(Protocol):
-    """What makes the tracks: a stage, or what stands before one."""
+    """Takes detections and makes tracks: a stage, or an intake in front of one."""
 
     def put(self, item: Detections, context: Any = None) -> None:
         """Take the next detections."""
 
     def flush(self) -> None:
-        """Work on all that waits: nothing more comes."""
+        """Process everything that is waiting; the input has ended."""
 
 
 class ColorChain:
@@ -48,14 +48,14 @@ class ColorChain:
         detection.then(tracking.put)
 
     def put(self, item: Frame | Detections, context: Any = None) -> None:
-        """Take the next frame, or its detections; the context goes along through all stages."""
+        """Take the next frame, or its detections; the context is passed on through all stages."""
         if isinstance(item, Detections):
             self._detection.hand_on(item, context)
         else:
             self._detection.put(item, context)
 
     def settle(self) -> None:
-        """Wait until every item whose turn has come is done."""
+        """Wait until every item that is due has been processed."""
         self._detection.settle()
 
     def flush(self) -> None:
@@ -65,13 +65,13 @@ class ColorChain:
 
 
 class ImageChain:
-    """From frames to tracks, by a tracker of pictures whose targets detections may start.
+    """From frames to tracks, by a tracker of pictures; detections may start its targets.
 
-    :param pictures: hands on each frame whose turn it is.
+    :param pictures: passes on each frame when it is due.
     :param tracking: makes the tracks after a pair.
     :param detects: whether frames wait for their detections.
-    :param detection: makes them here; None if :meth:`put` gets those of another node.
-    :param most: frames that wait for their detections.
+    :param detection: makes them here; None if another node does, and :meth:`put` takes them.
+    :param most: how many frames may wait for their detections.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class ImageChain:
             detection.then(self._pairing.put_detections)
 
     def put(self, item: Frame | Detections, context: Any = None) -> None:
-        """Take the next frame, or detections of another node."""
+        """Take the next frame, or detections from another node."""
         if isinstance(item, Detections):
             self._pairing.put_detections(item)
             return
@@ -109,7 +109,7 @@ class ImageChain:
 
 
 def track_pair(tracker: Any, pair: Pair) -> Tracks:
-    """The tracks after a picture; its detections, if any, may start targets."""
+    """The tracks after a picture; its detections, if it has any, may start targets."""
     if pair.detections is not None:
         rows = pair.detections.rows
         tracker.offer(np.stack([rows[name] for name in BOX], axis=1))
@@ -118,7 +118,7 @@ def track_pair(tracker: Any, pair: Pair) -> Tracks:
 
 
 class ColorTracker:
-    """Detector and tracker as one function: a frame in, the tracks after it out.
+    """Detector and tracker as one function: takes a frame and returns the tracks after it.
 
     >>> from colortrack_ros.chain import ColorTracker
     >>> from colortrack_ros.sources import open_source
@@ -146,7 +146,7 @@ class ColorTracker:
     def __call__(self, frame: Frame) -> Tracks:
         """Take the next frame.
 
-        A stamp that has gone back starts the tracker afresh, as in a recording that loops; see
+        If the stamp has gone back, as in a recording that loops, the tracker restarts; see
         ``Tracks.restarted``.
         """
         self._chain.put(frame)

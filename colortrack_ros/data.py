@@ -1,10 +1,10 @@
-"""What passes from room to room: Frame, Detections, Tracks, Locations; what tables are made of.
+"""The data that rooms exchange: Frame, Detections, Tracks, Locations; and the base class of tables.
 
 Pixel coordinates are (u, v): u to the right, v down, the center of the top left pixel is (0, 0).
-Time is an integer number of nanoseconds, so that the same stamps give the same results to the bit.
+Times are integer nanoseconds, so the same stamps give bit-identical results.
 
 The rows of Detections, Tracks and Locations have the memory layout of the point clouds that carry
-them (little-endian, fixed offsets), so a message is one copy of the array's bytes.
+them (little-endian, fixed offsets), so a message takes a single copy of the array's bytes.
 """
 
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 NANOSECONDS = 1_000_000_000
 
 ENCODINGS = {'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4, 'mono8': 1}
-"""Image encodings (names of sensor_msgs/image_encodings) that have red, green and blue, or a gray
-level, at each pixel, and their bytes a pixel; encodings.py has the others."""
+"""Bytes per pixel of the image encodings (as named in sensor_msgs/image_encodings) that store a
+color or a gray level for every pixel; for the others see encodings.py."""
 
 DETECTION = np.dtype(
     {
@@ -60,8 +60,8 @@ TRACK = np.dtype(
 u, v: estimated position [px]; du, dv: estimated velocity [px/s]; covariance: posterior covariance
 of (u, v, du, dv); track_id: from 1, never used twice in a run; color: of the track; state:
 TENTATIVE, CONFIRMED or COASTING; age: since the first detection [s]; time_since_update: since the
-last detection [s], 0 when measured in this frame; hits: number of detections taken; area, box_w,
-box_h: of the last detection [px]; score: 0..1, existence confidence.
+last detection [s], 0 when measured in this frame; hits: number of detections assigned to it; area,
+box_w, box_h: of the last detection [px]; score: 0..1, existence confidence.
 """
 
 LOCATION = np.dtype(
@@ -86,16 +86,16 @@ confidence.
 """
 
 OUTLINE_POINT = np.dtype([('track_id', '<u4'), ('u', '<f4'), ('v', '<f4')])
-"""One point of the closed outline of a track: whose it is, and where [px]."""
+"""One point of a track's closed outline: ID of the track, and position [px]."""
 
 TENTATIVE, CONFIRMED, COASTING = 0, 1, 2
-"""Values of a track's state: not yet confirmed; confirmed; confirmed and not measured in this
+"""Values of a track's state: not yet confirmed; confirmed; confirmed but not measured in this
 frame."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A picture and when it was taken.
+    """A picture and the time it was taken.
 
     :param image: uint8, (H, W, channels), or (H, W) for one channel, or (3 H / 2, W) for nv12 and
         nv21; rows may be padded (a strided view).
@@ -113,34 +113,34 @@ class Frame:
 
 
 class Viewpoint(Protocol):
-    """Where the camera is and looks when a picture is taken."""
+    """The pose of the camera when a picture is taken."""
 
     def shows(self, pixels: NDArray[np.float64], reach: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Whether any part of objects would be inside of the picture, (N,).
+        """Whether any part of each object would be inside the picture, (N,).
 
-        :param pixels: (N, 2) in the picture, or beside it [px].
-        :param reach: (N, 2, 2) of the objects to the low and the high side, by axis [px].
+        :param pixels: (N, 2) in the picture, or outside it [px]. :param reach: (N, 2, 2) extent of
+            each object toward lower and higher coordinates, by axis [px].
         """
 
     def nearness(
         self, pixels: NDArray[np.float64], feet: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """How near things that stand on the ground are, (N,) [1/m]; 0 for what is far away.
+        """Inverse distance of objects on the ground, (N,) [1/m]; 0 for distant ones.
 
-        :param pixels: (N, 2) of their centers in the picture [px].
-        :param feet: (N, 2) of their lowest points [px].
+        :param pixels: (N, 2) their centers in the picture [px].
+        :param feet: (N, 2) their lowest points [px].
         """
 
     def moved(
         self, pixels: NDArray[np.float64], since: Any, nearness: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Where in this picture is what stands where an earlier one shows it, as far as is known.
+        """Where this picture shows stationary points that an earlier picture shows.
 
-        :param pixels: (N, 2) in the earlier picture, or beside it [px].
+        :param pixels: (N, 2) in the earlier picture, or outside it [px].
         :param since: the Viewpoint of the earlier picture.
-        :param nearness: (N,) of what is there to the camera then [1/m].
-        :return: (N, 2), in this picture or beside it [px], the Jacobian, (N, 2, 2), and the
-            nearness now, (N,).
+        :param nearness: (N,) inverse distances from the camera at that time [1/m].
+        :return: (N, 2), in this picture or outside it [px], the Jacobian, (N, 2, 2), and the
+            inverse distances now, (N,).
         """
 
 
@@ -151,8 +151,8 @@ class Detections:
     :param rows: (N,) of dtype DETECTION.
     :param stamp: of the frame [ns].
     :param frame_id: of the frame.
-    :param image_size: width and height of the picture [px]; 0 where nobody knows.
-    :param viewpoint: of the camera, None where nobody knows.
+    :param image_size: width and height of the picture [px]; 0 if unknown.
+    :param viewpoint: of the camera; None if unknown.
     """
 
     rows: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, DETECTION))
@@ -169,10 +169,10 @@ class Tracks:
     :param rows: (N,) of dtype TRACK.
     :param stamp: of the frame [ns].
     :param frame_id: of the frame.
-    :param restarted: why the tracker started afresh with this frame, dropping every earlier
-        track; empty when it did not.
+    :param restarted: why the tracker restarted with this frame and dropped all tracks; empty if it
+        did not.
     :param outlines: (N, P, 2) points u, v along the closed outline of each track [px]; (0, 0, 2)
-        from trackers that know none.
+        from trackers without outlines.
     """
 
     rows: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, TRACK))
@@ -187,7 +187,7 @@ class Locations:
     """The objects in the world after one frame, ascending track_id.
 
     :param rows: (N,) of dtype LOCATION.
-    :param stamp: of the picture, or of the time that they are predicted to [ns].
+    :param stamp: of the picture, or the time to which they are predicted [ns].
     :param frame_id: the fixed frame.
     """
 
@@ -203,14 +203,14 @@ Table = TypeVar('Table', bound='Columns')
 
 
 class Columns:
-    """Base of dataclasses whose arrays have one row for each of the same things.
+    """Base of dataclasses whose arrays share their rows: one for each object, track, and so on.
 
-    Fields that are arrays, or Columns themselves, are columns. All others, such as the width of
-    a picture, hold for the whole table and are left alone.
+    Fields that are arrays or Columns are columns. All others, such as the width of a picture,
+    belong to the whole table and are left unchanged.
     """
 
     axis: ClassVar[int] = 0
-    """The axis of the arrays that counts the rows."""
+    """The axis of the arrays along which the rows lie."""
 
     def columns(self) -> dict[str, Any]:
         """The columns by name."""
@@ -225,17 +225,17 @@ class Columns:
         raise TypeError(f'{type(self).__name__} has no columns')
 
     def take(self: Table, rows: Selection) -> Table:
-        """A table of some rows, in the order asked for."""
+        """A table of the selected rows, in that order."""
         table = type(self).__new__(type(self))
         vars(table).update(self._chosen(rows))
         return table
 
     def keep(self, rows: Selection) -> None:
-        """Drop all other rows from this table."""
+        """Keep only these rows."""
         vars(self).update(self._chosen(rows))
 
     def extend(self: Table, other: Table) -> None:
-        """Add the rows of another table below these."""
+        """Append the rows of another table."""
         theirs = vars(other)
         for name, column in self.columns().items():
             if isinstance(column, Columns):
@@ -244,7 +244,7 @@ class Columns:
                 vars(self)[name] = join(column, theirs[name], self.axis)
 
     def put(self: Table, rows: Selection, other: Table) -> None:
-        """Write the rows of another table over some of these.
+        """Replace some rows by those of another table.
 
         :param rows: (K,) or a mask with K True, the rows to replace.
         :param other: K rows.
@@ -257,7 +257,7 @@ class Columns:
                 whole_rows(column)[(slice(None),) * self.axis + (rows,)] = whole_rows(theirs[name])
 
     def _chosen(self, rows: Selection) -> dict[str, Any]:
-        """All fields by name, columns with some rows alone."""
+        """All fields by name, with only the selected rows of columns."""
         index = rows.nonzero()[0] if rows.dtype == bool else rows
         return {
             name: field.take(index, axis=self.axis)
@@ -268,15 +268,15 @@ class Columns:
 
 
 def whole_rows(table: NDArray[Any]) -> NDArray[Any]:
-    """A view of structured rows without fields: NumPy copies rows in one piece, not by field.
+    """A view of structured rows as raw bytes: NumPy then copies rows whole, not field by field.
 
-    What has no fields, or fields that are objects, is given back as it is.
+    Arrays without fields, or with fields of objects, are returned unchanged.
     """
     in_one_piece = table.dtype.names and not table.dtype.hasobject
     return table.view((np.void, table.itemsize)) if in_one_piece else table
 
 
 def join(table: NDArray[Any], below: NDArray[Any], axis: int = 0) -> NDArray[Any]:
-    """Both, of the same type, the rows of the second after those of the first."""
+    """Concatenate two arrays of the same type by rows."""
     rows = np.concatenate([whole_rows(table), whole_rows(below)], axis=axis)
     return rows.view(table.dtype) if table.dtype.names else rows

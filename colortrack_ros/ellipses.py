@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 ELLIPSE_95 = -2 * np.log(0.05)
-"""Squared Mahalanobis distance that holds 95 % of the distribution: chi-squared with two degrees
-of freedom is exponential with mean 2."""
+"""Squared Mahalanobis distance of the ellipse that holds 95 % of the distribution: chi-squared with
+two degrees of freedom is exponential with mean 2."""
 
 
 def ellipses(
@@ -15,8 +15,8 @@ def ellipses(
 
     :param covariance: (N, 2, 2); a variance below zero counts as zero.
     """
-    # Not by LAPACK, whose last bits differ by where the arrays lie; so do those of NumPy 1's
-    # arctan2 (and exp, log, power) for columns of a table, which are copied for it.
+    # Not by LAPACK, whose last bits depend on memory alignment; so do those of NumPy 1's arctan2
+    # (and exp, log, power) on columns of a table, hence the copies.
     a, b, c = covariance[:, 0, 0], covariance[:, 0, 1].copy(), covariance[:, 1, 1]
     mean, half = (a + c) / 2, (a - c) / 2
     spread = np.sqrt(half * half + b * b)
@@ -27,7 +27,7 @@ def ellipses(
 def outlines(
     centers: NDArray[np.float64], covariance: NDArray[np.float64], points: int
 ) -> NDArray[np.float64]:
-    """Closed lines that hold 95 % of the distributions, (N, points, 2).
+    """Closed polylines, the ellipses that hold 95 % of each distribution, (N, points, 2).
 
     :param centers: (N, 2); covariance: (N, 2, 2).
     """

@@ -1,4 +1,6 @@
-"""Reads files that users name, which may not end or block a program; and writes files whole."""
+"""Reads files that users name, so that no file can hang or end a program; writes files
+atomically.
+"""
 
 from collections.abc import Callable
 import errno
@@ -16,10 +18,10 @@ from typing import TypeVar
 Answer = TypeVar('Answer')
 
 TIME_TO_READ = 2.0
-"""How long reading a file may take [s]: one on a dead network drive never ends."""
+"""How long reading a file may take [s]: on a dead network drive it never returns."""
 
 NEW_FILE = 0o644
-"""Permissions of a file that was not there: all may read it, as umask has it nearly everywhere."""
+"""Permissions of a new file: readable by all, as with the usual umask of 022."""
 
 
 MAX_PARAMS_FILE = 1 << 20
@@ -27,7 +29,7 @@ MAX_PARAMS_FILE = 1 << 20
 
 
 def require_file(path: str | Path) -> None:
-    """Refuse what is no regular file, without opening it: that may wait, or do something.
+    """Refuse what is not a regular file, without opening it, which may block or have side effects.
 
     :raises OSError: there is no such file, or it is a folder, a pipe, a socket or a device.
     """
@@ -49,8 +51,8 @@ def read_file(path: str | Path, most: int) -> bytes:
     """The content of a regular file, read in a thread of its own.
 
     :param most: size of the largest file that is read [bytes].
-    :raises ValueError: there is no such file, it is no regular file, is too large, or
-        does not come in time; the reason says which.
+    :raises ValueError: there is no such file, it is not a regular file, is too large, or cannot be
+        read in time; the reason says which.
     """
     try:
         return in_time(lambda: _read(Path(path), most), TIME_TO_READ)
@@ -65,17 +67,17 @@ def read_file(path: str | Path, most: int) -> bytes:
 def read_params_file(path: str | Path) -> str:
     """The text of a params file.
 
-    :raises ValueError: as :func:`read_file`, or it is no UTF-8.
+    :raises ValueError: as :func:`read_file`, or it is not UTF-8.
     """
     return read_file(path, MAX_PARAMS_FILE).decode()
 
 
 def resolved(path: Path) -> Path:
-    """Where a path leads to, through links.
+    """The target of a path, with links followed.
 
-    Of a link to itself Path.resolve raises RuntimeError before Python 3.13, and nothing since.
+    For a link to itself, Path.resolve raises RuntimeError before Python 3.13 and nothing since.
 
-    :raises OSError: a link leads to itself.
+    :raises OSError: a link points to itself.
     """
     found = Path(os.path.realpath(path))
     if found.is_symlink():
@@ -84,12 +86,12 @@ def resolved(path: Path) -> Path:
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Write a file as a whole or not at all: beside its place, then moved there.
+    """Write a file completely or not at all: to a temporary file beside it, which is then renamed.
 
-    What was there keeps its permissions; where a link was, what it points to is replaced.
+    A file that is replaced keeps its permissions; a link stays, and its target is replaced.
 
-    :raises OSError: it cannot be written, or is there and no regular file; what was there stays,
-        and nothing is left beside it.
+    :raises OSError: it cannot be written, or exists and is not a regular file; then the old file
+        stays and nothing is left beside it.
     """
     path = resolved(path)
     if path.exists():
@@ -107,7 +109,7 @@ def write_file(path: Path, content: bytes) -> None:
 
 
 def in_time(call: Callable[[], Answer], seconds: float) -> Answer:
-    """What a call returns or raises, made in a thread of its own, which is left behind if it hangs.
+    """Make a call in a thread of its own, which is abandoned if it hangs.
 
     :raises TimeoutError: it takes longer than that many seconds.
     """

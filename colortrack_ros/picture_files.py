@@ -1,4 +1,6 @@
-"""Picture files that others wrote: what one claims is read before anything is decoded."""
+"""Reads picture files from elsewhere; the size that a file claims is checked before it is
+decoded.
+"""
 
 from pathlib import Path
 import re
@@ -12,32 +14,33 @@ from numpy.typing import NDArray
 from colortrack_ros.files import read_file
 
 MAX_PIXELS = 1 << 26
-"""Most pixels of a picture: 8192x8192, more than industrial cameras have, and half a second of
+"""Maximum number of pixels: 8192x8192, more than industrial cameras have, and half a second of
 decoding. A file of 120 kB can claim ten times as many."""
 
 MAX_PICTURE_BYTES = 1 << 28
-"""Size of the largest picture file: MAX_PIXELS of four bytes."""
+"""Maximum size of a picture file [bytes]: MAX_PIXELS of four bytes."""
 
 PNG_START, PNG_SIZE = b'\x89PNG\r\n\x1a\n', struct.Struct('>16xII')
-"""The signature; width and height in the chunk IHDR, which comes first (ISO/IEC 15948)."""
+"""The signature; width and height in the first chunk, IHDR (ISO/IEC 15948)."""
 
 JPEG_START, JPEG_END = b'\xff\xd8', b'\xff\xd9'
 """SOI and EOI (ITU-T T.81, B.1.1.3)."""
 
 PNM_SIZE = re.compile(rb'P[1-6](?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)')
-"""The kind, width and height, with comments between them (netpbm)."""
+"""The magic number, width and height, with comments between them (netpbm)."""
 
 TIFF_WIDTH, TIFF_HEIGHT, TIFF_SHORT = 256, 257, 3
-"""Tags of ImageWidth and ImageLength, and the type of 16 bits; the other is of 32 (TIFF 6.0)."""
+"""Tags of ImageWidth and ImageLength, and the type SHORT, 16 bits; otherwise LONG, 32 (TIFF
+6.0)."""
 
 TIFF_KIND, TIFF_REDUCED = 254, 1
-"""Tag of NewSubfileType, and its bit of a smaller version of another picture (TIFF 6.0)."""
+"""Tag of NewSubfileType, and its bit for a reduced version of another picture (TIFF 6.0)."""
 
 TIFF_ENTRY = 12
-"""Bytes of an entry of a directory (TIFF 6.0)."""
+"""Bytes of a directory entry (TIFF 6.0)."""
 
 FLAGS, ANIMATED = 20, 0x02
-"""Place of the flags of an extended WebP, and the one of an animation (RFC 9649, 2.7)."""
+"""Offset of the flags of an extended WebP, and the animation flag (RFC 9649, 2.7)."""
 
 _NO_LENGTH = {0x01, *range(0xD0, 0xD9)}
 _FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
@@ -49,7 +52,7 @@ def read_picture(path: str | Path, flags: int) -> NDArray[np.uint8]:
     """The picture in a file: PNG, JPEG, BMP, TIFF, WebP, PGM or PPM.
 
     :param flags: of cv2.imdecode.
-    :raises ValueError: there is no such file, it does not come in time, claims more than
+    :raises ValueError: there is no such file, it cannot be read in time, claims more than
         MAX_PIXELS, or cannot be decoded; the reason says which.
     """
     content = read_file(path, MAX_PICTURE_BYTES)
@@ -61,7 +64,7 @@ def read_picture(path: str | Path, flags: int) -> NDArray[np.uint8]:
     width, height = size
     if width * height > MAX_PIXELS:
         raise ValueError(f'expected at most {MAX_PIXELS} pixels, got {width}x{height}')
-    picture: Any  # cv2 has None, or pixels of any kind, for its type
+    picture: Any  # cv2's type allows None and any dtype
     try:
         picture = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
     except (cv2.error, MemoryError):
@@ -72,7 +75,7 @@ def read_picture(path: str | Path, flags: int) -> NDArray[np.uint8]:
 
 
 def claimed_size(data: bytes) -> tuple[int, int] | None:
-    """Width and height that a picture claims [px]; None where it is no picture, or cut short."""
+    """Width and height that a picture claims [px]; None if it is not a picture, or is truncated."""
     try:
         if data.startswith(PNG_START):
             width, height = PNG_SIZE.unpack_from(data)
@@ -93,7 +96,7 @@ def claimed_size(data: bytes) -> tuple[int, int] | None:
 
 
 def read_jpeg_header(data: bytes) -> tuple[tuple[int, int] | None, int]:
-    """Width and height in the frame header, None without one, and where the first scan begins."""
+    """Width and height in the frame header, None without one, and the offset of the first scan."""
     size, at = None, len(JPEG_START)
     while at + 9 <= len(data) and data[at] == 0xFF:
         marker = data[at + 1]
@@ -110,19 +113,21 @@ def read_jpeg_header(data: bytes) -> tuple[tuple[int, int] | None, int]:
 
 
 def _tiff_size(data: bytes) -> tuple[int, int] | None:
-    """The size in the first directory of a TIFF."""
+    """The size given in the first directory of a TIFF."""
     tags, _ = _tiff_directory(data, _tiff_start(data))
     has_size = {TIFF_WIDTH, TIFF_HEIGHT} <= tags.keys()
     return (tags[TIFF_WIDTH], tags[TIFF_HEIGHT]) if has_size else None
 
 
 def _tiff_start(data: bytes) -> int:
-    """Where the first directory of a TIFF is."""
+    """Offset of the first directory of a TIFF."""
     return int.from_bytes(data[4:8], 'little' if data.startswith(b'II') else 'big')
 
 
 def _tiff_directory(data: bytes, start: int) -> tuple[dict[int, int], int]:
-    """First values of a directory of a TIFF by their tags, and where the next is, 0 if none is."""
+    """The first value of each tag in a directory of a TIFF, and the offset of the next directory, 0
+    if there is none.
+    """
     order = '<' if data.startswith(b'II') else '>'
     (count,) = struct.unpack_from(f'{order}H', data, start)
     tags, at = {}, start + 2
@@ -135,7 +140,7 @@ def _tiff_directory(data: bytes, start: int) -> tuple[dict[int, int], int]:
 
 
 def _has_pages(data: bytes) -> bool:
-    """Whether a TIFF has a second picture that is not a smaller version of the first."""
+    """Whether a TIFF has a second picture that is not a reduced version of the first."""
     try:
         _, second = _tiff_directory(data, _tiff_start(data))
         return second > 0 and not _tiff_directory(data, second)[0].get(TIFF_KIND, 0) & TIFF_REDUCED
@@ -144,10 +149,10 @@ def _has_pages(data: bytes) -> bool:
 
 
 def moving_kind(data: bytes) -> str:
-    """The format of a file that holds several pictures, of which OpenCV gives one; else empty.
+    """The format of a file that holds several pictures, of which OpenCV reads one; otherwise empty.
 
-    Of PNG that is the chunk acTL before the first of data (PNG, 3rd edition, 11.3.6.1), of TIFF a
-    second directory (TIFF 6.0, section 2), of WebP a flag (RFC 9649, 2.7).
+    In PNG a chunk acTL before the first data chunk says so (PNG, 3rd edition, 11.3.6.1), in TIFF a
+    second directory (TIFF 6.0, section 2), in WebP a flag (RFC 9649, 2.7).
     """
     if data.startswith(PNG_START):
         return 'PNG' if b'acTL' in data[: data.find(b'IDAT')] else ''
@@ -158,7 +163,7 @@ def moving_kind(data: bytes) -> str:
 
 
 def _webp_size(data: bytes) -> tuple[int, int] | None:
-    """The size in the first chunk of a WebP (RFC 9649, 2.5 to 2.7)."""
+    """The size given in the first chunk of a WebP (RFC 9649, 2.5 to 2.7)."""
     kind = data[12:16]
     if kind == b'VP8X':
         low, middle, wide, high = struct.unpack_from('<HBHB', data, 24)

@@ -1,23 +1,23 @@
-"""The signals that end a program in order."""
+"""The signals that shut a program down in an orderly way."""
 
 from collections.abc import Callable
 import signal
 
 
 def ending_signals() -> tuple[signal.Signals, ...]:
-    """SIGINT, SIGTERM, and SIGHUP, which a closed terminal sends; not that if nohup ignores it."""
+    """SIGINT, SIGTERM, and SIGHUP, which a closed terminal sends, unless nohup has it ignored."""
     usual = signal.SIGINT, signal.SIGTERM
     ignored = signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
     return usual if ignored else (*usual, signal.SIGHUP)
 
 
 def on_ending_signals(call: Callable[[], object]) -> None:
-    """Have them call a function, in the main thread."""
+    """Install a handler for them, in the main thread."""
     for number in ending_signals():
         signal.signal(number, lambda *_: call())
 
 
 def ignore_ending_signals() -> None:
-    """From now on, for a program that is ending anyway."""
+    """Ignore them from now on, in a program that is already ending."""
     for number in ending_signals():
         signal.signal(number, signal.SIG_IGN)

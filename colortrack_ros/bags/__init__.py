@@ -1,4 +1,4 @@
-"""bags: recordings of messages on disk (rosbag2, in mcap or sqlite3), as bytes with their times."""
+"""bags: recordings of messages (rosbag2, in mcap or sqlite3), as bytes with log times."""
 
 from colortrack_ros.bags.bag_file import STORAGES
 from colortrack_ros.bags.bag_file import Topic

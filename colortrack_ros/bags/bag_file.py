@@ -1,22 +1,22 @@
-"""What an open recording is, whichever library reads it."""
+"""The interface of an open recording, whichever library reads it."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
 from typing import Protocol
 
 BAG_SUFFIXES = ('.mcap', '.db3')
-"""What the files of a rosbag2 end in, by storage plugin: mcap, sqlite3."""
+"""Suffixes of the files of a rosbag2, by storage plugin: mcap, sqlite3."""
 
 STORAGES = ('mcap', 'sqlite3')
-"""What a bag may be stored in; the first is what `ros2 bag record` takes."""
+"""The storage plugins; the first is the default of `ros2 bag record`."""
 
 
 MAX_METADATA = 1 << 26
-"""Size of the largest metadata.yaml [bytes]: that of a bag of 100,000 files."""
+"""Maximum size of metadata.yaml [bytes]: that of a bag of 100,000 files."""
 
 
 class Topic(NamedTuple):
-    """What a bag holds of one topic.
+    """One topic of a bag.
 
     :param name: of the topic, with its namespace.
     :param kind: type of its messages, such as ``sensor_msgs/msg/Image``.
@@ -38,4 +38,4 @@ class BagFile(Protocol):
         """Log time [ns] and serialized content of each message of a topic."""
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""

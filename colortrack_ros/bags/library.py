@@ -11,15 +11,15 @@ from colortrack_ros.bags.bag_file import BagFile
 
 
 def has_ros() -> bool:
-    """Whether bags are read and written as ROS itself does."""
+    """Whether ROS's own library reads and writes bags."""
     return find_spec('rosbag2_py') is not None
 
 
 class BagToWrite(Protocol):
-    """A bag that is written."""
+    """A bag that is being written."""
 
     def write(self, topic: str, log_time: int, cdr: bytes) -> None:
-        """Add a message of one of its topics."""
+        """Add a message to one of its topics."""
 
     def close(self) -> None:
         """Write the index and the metadata."""
@@ -28,7 +28,7 @@ class BagToWrite(Protocol):
 def open_bag(path: Path) -> BagFile:
     """Open a bag, or one of its files.
 
-    :raises Exception: it cannot be opened; of whatever kind the library has.
+    :raises Exception: it cannot be opened; the type depends on the library.
     """
     if has_ros():
         from colortrack_ros.bags.native import NativeFile
@@ -42,7 +42,7 @@ def open_bag(path: Path) -> BagFile:
 def create_bag(
     path: Path, topics: Mapping[str, str], storage: str, mark: tuple[str, str]
 ) -> BagToWrite:
-    """Begin a bag.
+    """Create a bag.
 
     :param topics: type of the messages of each topic, by the topic's name.
     :param storage: one of STORAGES.
@@ -58,9 +58,9 @@ def create_bag(
 
 
 def canonical(cdr: bytes, kind: str) -> bytes:
-    """The same message with zeros between its fields, where Fast CDR leaves what was in memory.
+    """The same message with its padding set to zeros, where Fast CDR leaves what was in memory.
 
-    Without rosbags, on a robot, it stays as it is: equal but for those bytes.
+    Without rosbags, as on a robot, the message is returned unchanged.
 
     :param cdr: a serialized message.
     :param kind: its type.
@@ -71,7 +71,7 @@ def canonical(cdr: bytes, kind: str) -> bytes:
 
 @cache
 def _rewriter() -> Callable[[bytes, str], bytes] | None:
-    """What writes messages anew; looked for once, not for each message."""
+    """The function that reserializes messages; looked up once, not for each message."""
     if find_spec('rosbags') is None:
         return None
     from colortrack_ros.bags.portable import rewritten

@@ -1,4 +1,4 @@
-"""Bags as ROS itself reads and writes them, by rosbag2_py: where ROS is installed."""
+"""Bags by ROS's own library, rosbag2_py, where ROS is installed."""
 
 from collections.abc import Iterator
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ import rosbag2_py
 from colortrack_ros.bags.bag_file import Topic
 
 CDR = rosbag2_py.ConverterOptions('cdr', 'cdr')
-"""Messages as they are on the wire: nothing is converted."""
+"""Messages as they are on the wire, without conversion."""
 
 
 class NativeFile:
@@ -27,7 +27,7 @@ class NativeFile:
         self._kind = (
             rosbag2_py.SequentialCompressionReader if compressed else rosbag2_py.SequentialReader
         )
-        self._open()  # what cannot be opened is told now
+        self._open()  # raises now if it cannot be opened
         self.duration = int(metadata.duration.nanoseconds)
         self.topics = [
             Topic(t.topic_metadata.name, t.topic_metadata.type, t.message_count)
@@ -49,11 +49,11 @@ class NativeFile:
             yield log_time, cdr
 
     def close(self) -> None:
-        """Nothing is open between two loops over messages."""
+        """Nothing stays open between two loops over messages."""
 
 
 class NativeBag:
-    """A bag that is written; see :class:`~colortrack_ros.bags.BagWriter`."""
+    """A bag that is being written; see :class:`~colortrack_ros.bags.BagWriter`."""
 
     def __init__(
         self, path: Path, topics: Mapping[str, str], storage: str, mark: tuple[str, str]

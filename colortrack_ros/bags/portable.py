@@ -1,4 +1,4 @@
-"""Bags by the library rosbags, in plain Python: where there is no ROS."""
+"""Bags by the library rosbags, in plain Python, where ROS is not installed."""
 
 from collections.abc import Iterator
 from collections.abc import Mapping
@@ -35,13 +35,13 @@ _QOS = Qos(
     liveliness_lease_duration=_INFINITE,
     avoid_ros_namespace_conventions=False,
 )
-"""What `ros2 bag play` publishes with: every subscriber hears a reliable publisher."""
+"""The QoS that `ros2 bag play` will publish with: a reliable publisher matches every subscriber."""
 
 _TYPES = get_typestore(Stores.ROS2_JAZZY)
 
 
 def rewritten(cdr: bytes, kind: str) -> bytes:
-    """A serialized message of a type, read and serialized again, with zeros between its fields."""
+    """Deserialize and reserialize a message, which sets its padding to zeros."""
     return bytes(_TYPES.serialize_cdr(_TYPES.deserialize_cdr(cdr, kind), kind))
 
 
@@ -69,12 +69,12 @@ class PortableFile:
             yield log_time, bytes(cdr)
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         self._reader.close()
 
 
 class PortableBag:
-    """A bag that is written, with message definitions, type hashes and QoS as Jazzy has them."""
+    """A bag that is being written, with message definitions, type hashes and QoS as in Jazzy."""
 
     def __init__(
         self, path: Path, topics: Mapping[str, str], storage: str, mark: tuple[str, str]

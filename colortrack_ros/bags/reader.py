@@ -18,7 +18,7 @@ from colortrack_ros.files import require_file
 
 
 def is_bag(path: Path) -> bool:
-    """Whether the path means a bag: one of its files, or a folder of them."""
+    """Whether the path is a bag: one of its files, or a folder of them."""
     if path.is_dir():
         return any(p.name == 'metadata.yaml' or p.suffix in BAG_SUFFIXES for p in path.iterdir())
     return path.suffix in BAG_SUFFIXES
@@ -27,7 +27,7 @@ def is_bag(path: Path) -> bool:
 class BagReader:
     """A rosbag2: a folder with its metadata.yaml, or a single .mcap or .db3 file.
 
-    Of one that was cut short it reads what is there.
+    If the recording was cut short, it reads what is left.
 
     :ivar topics: with at least one message, by name.
     :ivar duration: from the first message to the last [ns].
@@ -61,7 +61,8 @@ class BagReader:
     def messages(self, topic: Topic) -> Iterator[tuple[int, bytes]]:
         """Log time [ns] and serialized content of each message of a topic, in order of log times.
 
-        :raises BagError: the file is broken or ends there, after what could be read.
+        :raises BagError: the file is broken or truncated; raised after all messages that could be
+            read.
         """
         with self._explained():
             for file in self._files:
@@ -75,13 +76,15 @@ class BagReader:
             )
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         for file in self._files:
             file.close()
 
     @contextlib.contextmanager
     def _explained(self) -> Iterator[None]:
-        """Errors of the library as BagError: a broken file raises nearly anything in there."""
+        """Turn errors of the library into BagError: a broken file can raise nearly anything
+        there.
+        """
         try:
             yield
         except Exception as error:
@@ -89,14 +92,14 @@ class BagReader:
 
 
 def _salvaged(path: Path) -> list[BagFile]:
-    """What is left of each file of a bag, by number; nothing without the libraries for it."""
+    """The readable part of each file of a bag, by number; empty without the libraries for it."""
     try:
         from colortrack_ros.bags.salvage import salvage
-    except ImportError:  # on a robot, which has rosbag2_py alone
+    except ImportError:  # on a robot, which has only rosbag2_py
         return []
     files: list[BagFile] = []
     for part in sorted(files_of(path), key=lambda p: (len(p.name), p.name)):
-        with contextlib.suppress(Exception):  # of which nothing is left
+        with contextlib.suppress(Exception):  # nothing of it can be read
             files.append(salvage(part))
     return files
 
@@ -107,7 +110,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 def _recorded(path: Path) -> Counter[tuple[str, str]]:
-    """How many messages a bag had of each topic and type, as far as its metadata.yaml tells."""
+    """Number of messages of each topic and type, according to metadata.yaml."""
     counts: Counter[tuple[str, str]] = Counter()
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
         metadata = yaml.safe_load(read_file(path / 'metadata.yaml', MAX_METADATA))

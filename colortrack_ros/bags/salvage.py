@@ -1,4 +1,4 @@
-"""What is left of a recording that was cut short: by a crash, a full disk, or a copy that ended."""
+"""Reads recordings that were cut short by a crash, a full disk, or a broken copy."""
 
 from collections.abc import Iterator
 import contextlib
@@ -18,28 +18,28 @@ MAGIC = b'\x89MCAP0\r\n'
 RECORD = struct.Struct('<BQ')
 """Opcode and length of each record of MCAP (https://mcap.dev/spec)."""
 CLOSING = frozenset((0x02, 0x0F))
-"""Opcodes after which there are no messages: footer, data end."""
+"""Opcodes that end the messages: footer, data end."""
 FOOTER = RECORD.pack(0x02, 20) + bytes(20) + MAGIC
-"""Of a file without an index: its readers scan it."""
+"""Footer of a file without an index, which makes readers scan the file."""
 CHUNK = 0x06
-"""Opcode of a record that holds others."""
+"""Opcode of a chunk, a record that holds others."""
 UNCOMPRESSED = 37, bytes(4), 49
-"""Where in a chunk its compression stands, what stands there for none, and where its records begin:
+"""Offset of the compression in a chunk, its value for none, and the offset of the chunk's records:
 after opcode, length, two times, size, checksum, compression, and size."""
 SKIPPED = RECORD.pack(0x80, UNCOMPRESSED[2] - RECORD.size)
-"""Beginning of a private record, which readers skip, as long as that of such a chunk."""
+"""Header of a private record, which readers skip, as long as the header of such a chunk."""
 
 
 def salvage(path: Path) -> BagFile:
-    """The part of an .mcap or .db3 file that can still be read.
+    """Open the part of an .mcap or .db3 file that can still be read.
 
-    :raises Exception: nothing of it can be read; of whatever kind the libraries have.
+    :raises Exception: nothing of it can be read; the type depends on the library.
     """
     return CutDatabase(path) if path.suffix == '.db3' else PortableFile(CutMcap(path))
 
 
 class CutMcap:
-    """The whole records of an .mcap file, ended by a footer: what rosbags takes for a path."""
+    """The complete records of an .mcap file with a footer added; a path to rosbags."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -54,7 +54,7 @@ class CutMcap:
 
 
 class _Mended(io.RawIOBase):
-    """A file whose last records are missing, ended as one that never had an index."""
+    """A file whose last records are missing, completed by the footer of a file without an index."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file, self._at = file, 0
@@ -85,7 +85,7 @@ class _Mended(io.RawIOBase):
         return len(content)
 
     def _next(self, size: int) -> bytes:
-        """What stands from here on, up to the next part that is replaced."""
+        """The bytes from here up to the next part that is replaced."""
         for start, content in self._replaced:
             if self._at < start:
                 self._file.seek(self._at)
@@ -100,9 +100,9 @@ class _Mended(io.RawIOBase):
 
 
 def _end_of_records(file: BinaryIO, at: int) -> int:
-    """Offset after the last record from an offset on that is there as a whole.
+    """Offset of the end of the last complete record, counting from an offset.
 
-    Records after which there are no messages do not count.
+    Records that end the messages do not count.
     """
     size = file.seek(0, io.SEEK_END)
     while True:
@@ -117,7 +117,7 @@ def _end_of_records(file: BinaryIO, at: int) -> int:
 
 
 class _WholePages(apsw.VFS):
-    """Files without the page at their end that is there in part, which SQLite fills with zeros."""
+    """Files without the incomplete page at their end, which SQLite would fill with zeros."""
 
     NAME = 'colortrack_ros_whole_pages'
 
@@ -137,7 +137,7 @@ class _WholePagesFile(apsw.VFSFile):
 
 
 PAGES = _WholePages()
-"""Registered with SQLite for as long as it lives."""
+"""Registered with SQLite as long as this object lives."""
 
 
 class CutDatabase:
@@ -149,7 +149,7 @@ class CutDatabase:
             flags=apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI,
             vfs=PAGES.NAME,
         )
-        # Without it, SQLite reads nothing of a file that is shorter than its header says.
+        # Without it, SQLite refuses a file that is shorter than its header says.
         self._database.execute('PRAGMA writable_schema=ON')
         kinds = self._database.execute('SELECT id, name, type FROM topics').fetchall()
         self._numbers = {(name, kind): number for number, name, kind in kinds}

@@ -15,18 +15,18 @@ from colortrack_ros.bags.library import create_bag
 from colortrack_ros.files import read_file
 
 MARK = 'written_by', 'colortrack_ros'
-"""Key and value in the metadata of what this package has written, and may therefore replace."""
+"""Key and value in the metadata of bags that this package has written and may therefore replace."""
 
 
 class BagWriter:
     """A rosbag2 as Jazzy writes it, with message definitions, type hashes and QoS.
 
-    The same messages give the same bytes. What is written can be read after :meth:`close` alone.
+    The same messages give the same bytes. The bag can be read only after :meth:`close`.
 
-    :param path: a folder that is not there yet.
+    :param path: a folder that does not exist yet.
     :param topics: type of the messages of each topic, by the topic's name.
     :param storage: a key of STORAGES.
-    :raises BagError: the folder is there already or cannot be made.
+    :raises BagError: the folder exists or cannot be created.
     """
 
     def __init__(self, path: Path, topics: Mapping[str, str], storage: str = 'mcap') -> None:
@@ -34,7 +34,7 @@ class BagWriter:
             raise BagError(f'{path}: is there already; it is not overwritten')
         try:
             self._bag = create_bag(path, topics, storage, MARK)
-        except Exception as error:  # the libraries raise of all kinds
+        except Exception as error:  # the libraries raise all kinds of errors
             reason = error.strerror if isinstance(error, OSError) else error
             raise BagError(f'{path}: cannot be written: {reason}') from error
 
@@ -60,7 +60,7 @@ class BagWriter:
 
 @contextlib.contextmanager
 def _explained() -> Iterator[None]:
-    """Errors of the library, which are those of the storage below, in one line."""
+    """Turn errors of the library and its storage into one line."""
     try:
         yield
     except Exception as error:

@@ -16,13 +16,14 @@ from colortrack_ros.batch.tasks import Work
 def run_on_cluster(
     work: Work, tasks: Sequence[Task], stop: threading.Event, *, scheduler: str
 ) -> Iterator[Outcome]:
-    """Have the workers of a Dask scheduler do them.
+    """Run them on the workers of a Dask scheduler, which see the same files under the same names
+    and have this package.
 
-    They see the same files under the same names, and have this package. What a worker that dies had
-    begun goes to another one, by Dask's ``allowed-failures`` up to four times.
+    If a worker dies, another takes over its task, at most as often as Dask's ``allowed-failures``
+    says (3 by default).
 
     :param scheduler: its address, such as ``tcp://host:8786``.
-    :raises BatchError: Dask is not there, or the scheduler does not answer.
+    :raises BatchError: Dask is not installed, or the scheduler does not answer.
     """
     try:
         from distributed import Client
@@ -34,7 +35,8 @@ def run_on_cluster(
     except (OSError, ValueError) as error:
         raise BatchError(f'--scheduler {scheduler}: does not answer: {error}') from error
     with client:
-        # By key, the same task of two batches would be done once and its files be missed.
+        # With keys, Dask would run the same task of two batches only once, and its files would be
+        # missing.
         pending = {client.submit(_do, work, task, pure=False): task for task in tasks}
         try:
             while pending and not stop.is_set():
@@ -53,5 +55,5 @@ def run_on_cluster(
 
 
 def _do(work: Work, task: Task) -> Outcome:
-    """What a worker does: one task, to its end."""
+    """Run one task on a worker."""
     return attempt(work, task, threading.Event())

@@ -1,4 +1,4 @@
-"""The options that every command for many recordings has."""
+"""The options of every command that takes many recordings."""
 
 import argparse
 from functools import partial
@@ -13,13 +13,13 @@ from colortrack_ros.files import require_file
 
 
 class FilesParser(argparse.ArgumentParser):
-    """Takes @FILE for the arguments in it, one a line."""
+    """A parser that replaces @FILE by the arguments in it, one a line."""
 
     def __init__(self, prog: str, **options: Any) -> None:
         super().__init__(prog, fromfile_prefix_chars='@', **options)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse them; a file that would have to be waited for is an error."""
+        """Parse them; a file that would block is an error."""
         words = sys.argv[1:] if args is None else list(args)
         for word in words:
             try:
@@ -42,7 +42,7 @@ def add_batch_options(parser: argparse.ArgumentParser) -> None:
 
 
 def workers_of(arguments: argparse.Namespace) -> Workers | None:
-    """Who does the work, as the options say; None if they do not."""
+    """The executor that the options ask for; None if they do not."""
     if arguments.scheduler:
         return partial(run_on_cluster, scheduler=arguments.scheduler)
     return partial(run_local, jobs=arguments.jobs) if arguments.jobs else None

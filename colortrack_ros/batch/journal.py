@@ -1,4 +1,4 @@
-"""The report of a batch, which is also what a run that was stopped goes on from."""
+"""The report of a batch, from which an interrupted run can be resumed."""
 
 from collections.abc import Sequence
 import contextlib
@@ -17,11 +17,11 @@ from colortrack_ros.files import write_file
 class Journal:
     """A file with one line of JSON for each outcome: name, key, error, and result.
 
-    While a batch runs there are lines as well for tasks that have begun, which have no result yet.
+    While a batch runs, it also has lines without a result for tasks that have begun.
 
-    :param path: of the file; None keeps nothing.
-    :param fresh: whether what earlier runs left there is forgotten.
-    :raises BatchError: it cannot be written, is no such file, or another batch writes it.
+    :param path: of the file; None: no file.
+    :param fresh: whether results of earlier runs are discarded.
+    :raises BatchError: it cannot be written, is not such a file, or another batch is writing it.
     """
 
     def __init__(self, path: Path | None, *, fresh: bool = False) -> None:
@@ -46,7 +46,7 @@ class Journal:
         self._file.seek(0)
         text = self._file.read()
         for line in text.splitlines():
-            with contextlib.suppress(ValueError):  # the last line of a run that was killed
+            with contextlib.suppress(ValueError):  # cut short by a kill
                 entry = json.loads(line)
                 if isinstance(entry, dict) and isinstance(entry.get('key'), str):
                     self._lines[entry['key']] = entry
@@ -56,11 +56,11 @@ class Journal:
             self._file.write('\n')
 
     def has_begun(self, task: Task) -> bool:
-        """Whether an earlier run, that was killed, may have left part of its results."""
+        """Whether an earlier run that was killed may have left part of its results."""
         return 'result' not in self._lines.get(task.key, {'result': None})
 
     def outcome(self, task: Task) -> Outcome | None:
-        """What an earlier run has made of it; None: nothing that holds."""
+        """The outcome of an earlier run; None if there is none that is still valid."""
         line = self._lines.get(task.key, {})
         return Outcome(task, line['result'], line['error']) if line.get('result') else None
 
@@ -69,7 +69,7 @@ class Journal:
         self._write({'name': task.name, 'key': task.key})
 
     def add(self, outcome: Outcome) -> None:
-        """Note what came of a task."""
+        """Note the outcome of a task."""
         self._write(_line(outcome))
 
     def _write(self, line: dict[str, Any]) -> None:
@@ -82,7 +82,7 @@ class Journal:
             raise BatchError(f'{self._path}: {error.strerror}') from error
 
     def tidy(self, outcomes: Sequence[Outcome]) -> None:
-        """Leave one line for each of these, in this order."""
+        """Rewrite the file with one line for each of these, in this order."""
         if self._path is None:
             return
         text = ''.join(json.dumps(_line(o)) + '\n' for o in outcomes)
@@ -92,7 +92,7 @@ class Journal:
             raise BatchError(f'{self._path}: {error.strerror}') from error
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         if self._path is not None:
             self._file.close()
 

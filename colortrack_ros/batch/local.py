@@ -1,4 +1,4 @@
-"""Tasks in processes of this machine, so that none that ends its process takes another with it."""
+"""Runs tasks in separate processes, so that a crash of one leaves the others alone."""
 
 from collections import Counter
 from collections import deque
@@ -23,12 +23,12 @@ from colortrack_ros.batch.tasks import TRIES
 from colortrack_ros.batch.tasks import Work
 
 GRACE = 8.0
-"""How long a task may take to end once it is told to [s]: half of it for a drive that does not
+"""How long a task may take to stop when told to [s]: half of it is for a drive that does not
 answer."""
 
 
 def run_here(work: Work, tasks: Sequence[Task], stop: threading.Event) -> Iterator[Outcome]:
-    """Do one after the other in this process: for few that are soon done."""
+    """Run one after the other in this process, for a few short tasks."""
     for task in tasks:
         if not stop.is_set():
             yield attempt(work, task, stop)
@@ -37,9 +37,9 @@ def run_here(work: Work, tasks: Sequence[Task], stop: threading.Event) -> Iterat
 def run_local(
     work: Work, tasks: Sequence[Task], stop: threading.Event, *, jobs: int
 ) -> Iterator[Outcome]:
-    """Do so many tasks at a time, in processes that are forked from one with all imports.
+    """Run several tasks at a time, in processes forked from one that has imported everything.
 
-    A task whose process dies is done again, in another one. Processes end with this one, however it
+    If a process dies, another one repeats its task. All processes end with this one, however it
     ends.
     """
     context = multiprocessing.get_context('forkserver')
@@ -74,7 +74,7 @@ def run_local(
 
 
 def _started(context: ForkServerContext, work: Work) -> tuple[Connection, BaseProcess]:
-    """A process that waits for tasks."""
+    """A worker process."""
     connection, other = context.Pipe()
     process = context.Process(target=_do_all, args=(work, other))
     process.start()
@@ -85,7 +85,7 @@ def _started(context: ForkServerContext, work: Work) -> tuple[Connection, BasePr
 def _hand_out(
     waiting: deque[Task], connection: Connection, running: dict[Connection, Task]
 ) -> None:
-    """Give a process its next task; where there is none, or it has just died, let go of it."""
+    """Give a process its next task; let it go if there is none or it has just died."""
     if waiting:
         with contextlib.suppress(OSError):
             connection.send(waiting[0])
@@ -95,7 +95,7 @@ def _hand_out(
 
 
 def _received(connection: Connection, task: Task) -> Outcome | None:
-    """What a process has found out; None if it died before."""
+    """The outcome that a process reports; None if it has died."""
     try:
         answer: Outcome = connection.recv()
     except (EOFError, OSError):
@@ -106,16 +106,16 @@ def _received(connection: Connection, task: Task) -> Outcome | None:
 
 def _end(workers: dict[Connection, BaseProcess]) -> None:
     for connection in workers:
-        connection.close()  # which tells them to end
+        connection.close()  # tells them to end
     for process in workers.values():
         process.join(GRACE)
         process.kill()
 
 
 def _do_all(work: Work, connection: Connection) -> None:
-    """What a process does: one task after the other, until the other end is closed."""
+    """The main loop of a process: one task after the other until the other end is closed."""
     for number in (signal.SIGINT, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the terminal sends it to all; the first decides
+        signal.signal(number, signal.SIG_IGN)  # the parent decides
     stop, tasks = threading.Event(), queue.SimpleQueue[Task | None]()
     threading.Thread(target=_listen, args=(connection, tasks, stop), daemon=True).start()
     while task := tasks.get():
@@ -127,7 +127,7 @@ def _do_all(work: Work, connection: Connection) -> None:
 def _listen(
     connection: Connection, tasks: queue.SimpleQueue[Task | None], stop: threading.Event
 ) -> None:
-    """Pass on tasks; at the end tell the one that is being done to end, and end the process."""
+    """Pass on tasks; at the end stop the one that is running, and end the process."""
     with contextlib.suppress(EOFError, OSError):
         while True:
             tasks.put(connection.recv())

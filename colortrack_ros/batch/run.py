@@ -1,4 +1,4 @@
-"""A batch from its first task to its last."""
+"""Runs a batch of tasks."""
 
 from collections.abc import Callable
 from collections.abc import Iterator
@@ -32,11 +32,11 @@ def run_batch(
     fresh: bool = False,
     refuse: Callable[[Task], str] = lambda _: '',
 ) -> list[Outcome]:
-    """Do all tasks that an earlier run has not done.
+    """Run all tasks that an earlier run has not completed.
 
-    :param report: where the outcomes are kept, and were; see Journal.
-    :param fresh: whether those of an earlier run are done again.
-    :param refuse: why a task that no earlier run has begun must not begin; empty if it may.
+    :param report: file of the outcomes, of earlier runs too; see Journal.
+    :param fresh: whether tasks that an earlier run completed are run again.
+    :param refuse: returns why a task that no earlier run has begun must not start; empty if it may.
     :return: in the order of the tasks, without those that were stopped.
     :raises BatchError: the report cannot be written, or there are no workers.
     """
@@ -76,7 +76,9 @@ def _outcomes(
 
 @contextlib.contextmanager
 def _progress(total: int) -> Iterator[Callable[[int, int], None]]:
-    """A bar for all if this is a terminal; yields what sets it to the done and the failed."""
+    """A progress bar if this is a terminal; yields a function that takes the numbers of completed
+    and failed tasks.
+    """
     columns = TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn()
     console = Console(stderr=True)
     bar = Progress(

@@ -1,4 +1,4 @@
-"""What is done once for each recording, and what came of it."""
+"""Tasks, one for each recording, and their outcomes."""
 
 from collections.abc import Callable
 from collections.abc import Iterator
@@ -11,28 +11,28 @@ from typing import Any
 from typing import NamedTuple
 
 TRIES = 3
-"""Workers that a task may take with it: a machine that fails does so once, a task that is too large
-for its machine always does."""
+"""How many workers may die with a task before it fails: a bad machine fails once, a task too large
+for its machine fails every time."""
 
 
 STOP_PERIOD = 0.2
-"""How often is looked whether the batch is to stop [s]."""
+"""Interval of the check whether the batch is to stop [s]."""
 
 
 class BatchError(Exception):
-    """The batch cannot begin, or cannot go on: one line, what was given and what would work."""
+    """The batch cannot start or continue: in one line, what was given and what would work."""
 
 
 class TaskError(Exception):
-    """A task has failed, as it would again: one line that says why."""
+    """A task has failed and would fail again: why, in one line."""
 
 
 class Task(NamedTuple):
     """One recording.
 
     :param name: for tables.
-    :param key: of all that the result depends on; no two tasks of a batch have the same.
-    :param given: what the work takes; can be pickled.
+    :param key: hash of everything that the result depends on; unique within a batch.
+    :param given: input of the work; can be pickled.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Task(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What came of a task.
+    """The outcome of a task.
 
     :param result: None if there is none; can be written as JSON.
     :param error: why it failed, or what is wrong with the result; empty if all is well.
@@ -53,16 +53,17 @@ class Outcome(NamedTuple):
 
 
 Work = Callable[[Any, threading.Event], tuple[dict[str, Any] | None, str]]
-"""Takes what a task gives, and an event after which it ends soon, without a trace. Returns result
-and error, or raises TaskError. A function of a module, so that other processes can import it."""
+"""Takes the input of a task, and an event; once that is set, it stops soon and leaves nothing
+behind. Returns result and error, or raises TaskError. It is a function at module level, so that
+other processes can import it."""
 
 Workers = Callable[[Work, Sequence[Task], threading.Event], Iterator[Outcome]]
-"""Does the work for all tasks and yields each outcome once, in any order; all but some if it is
+"""Runs the work for all tasks and yields each outcome once, in any order; fewer if it is
 stopped."""
 
 
 def attempt(work: Work, task: Task, stop: threading.Event) -> Outcome:
-    """Do a task; whatever it raises is its own failure, not that of the batch."""
+    """Run a task; any exception is a failure of the task, not of the batch."""
     try:
         return Outcome(task, *work(task.given, stop))
     except TaskError as error:
@@ -72,7 +73,7 @@ def attempt(work: Work, task: Task, stop: threading.Event) -> Outcome:
 
 
 def key_of(given: Any, paths: Sequence[Path]) -> str:
-    """The key of what is given and of files and folders as they are now.
+    """The key of the given input and of the present state of files and folders.
 
     :param given: can be written as text.
     """

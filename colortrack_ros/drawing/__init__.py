@@ -1,4 +1,4 @@
-"""drawing: tracks onto a picture, for people."""
+"""drawing: draws tracks onto pictures for people to look at."""
 
 from colortrack_ros.drawing.overlay import draw_tracks
 from colortrack_ros.drawing.overlay import track_color

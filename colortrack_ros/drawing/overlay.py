@@ -1,6 +1,6 @@
 """Tracks drawn onto a picture.
 
-Everything is a polyline of points with a fraction of a pixel; the points are computed in arrays.
+Everything is a polyline with subpixel coordinates, computed in arrays.
 """
 
 from collections.abc import Sequence
@@ -22,20 +22,21 @@ FRACTION_BITS = 4
 antialiasing."""
 
 DRAW_LIMIT = 20_000.0
-"""Points farther out are drawn here [px]: beyond any picture, and 2^4 times that is far within the
-32 bits of OpenCV's coordinates."""
+"""Coordinates are clipped to this [px]: it is beyond any picture, and 2^4 times it fits OpenCV's
+32-bit coordinates."""
 
 FADE_STEPS = 10
-"""Steps in which a trail fades, of five positions each: one polyline a step."""
+"""Steps in which a trail fades, one polyline of five positions each."""
 
 TENTATIVE_GRAY = (170, 170, 170)
 """Visible on a dark and on a light picture."""
 
 GOLDEN_RATIO = 0.61803398875
-"""Turns of the hue between consecutive IDs, (sqrt(5) - 1) / 2: no two of a few come near."""
+"""Step of the hue between consecutive IDs [turns], (sqrt(5) - 1) / 2: hues of nearby IDs differ
+clearly."""
 
 LUMA = (0.114, 0.587, 0.299)
-"""Brightness of blue, green and red (ITU-R BT.601)."""
+"""Weights of blue, green and red in the luma (ITU-R BT.601)."""
 
 _CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) / 2
 
@@ -45,11 +46,11 @@ BGR = tuple[int, int, int]
 def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> None:
     """Draw trail, 95 % covariance ellipse, box or outline, and ID of each track, in place.
 
-    Confirmed tracks are drawn in a color of their own, coasting ones dashed in it, tentative ones
-    thin and gray and without an ID.
+    Each confirmed track has its own color, coasting ones are dashed, and tentative ones are thin,
+    gray, and without an ID.
 
-    :param image: (H, W, 3) BGR, contiguous, writable.
-    :param tracks: rows without NaN; an outline of NaN is none.
+    :param image: (H, W, 3) BGR, contiguous, writable. :param tracks: rows without NaN; an outline
+        of NaN is not drawn.
     :param trails: updated with these tracks.
     """
     rows = tracks.rows
@@ -80,7 +81,7 @@ def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> Non
 
 
 def track_color(track_id: int) -> BGR:
-    """Return the color of a track, bright, the same in every frame, unlike its neighbors'."""
+    """The color of a track: bright, constant over time, and unlike that of neighboring IDs."""
     hue = track_id * GOLDEN_RATIO % 1
     saturation = (0.75, 0.5, 0.95)[track_id % 3]
     red, green, blue = colorsys.hsv_to_rgb(hue, saturation, 1.0)
@@ -98,7 +99,7 @@ def _centers(rows: NDArray[np.void]) -> NDArray[np.float64]:
 
 
 def _dashed(outline: NDArray[np.float64], dashes: int) -> NDArray[np.float64]:
-    """Return (dashes, 2, 2), every other piece of an outline (n, 2), each piece equally long."""
+    """Dashes of an outline (n, 2), all of equal length, (dashes, 2, 2)."""
     corners = np.linspace(0, 1, len(outline))
     ends = np.linspace(0, 1, 2 * dashes + 1)
     points = np.stack([np.interp(ends, corners, column) for column in outline.T], axis=1)
@@ -115,7 +116,7 @@ def _fixed(points: NDArray[np.float64]) -> Sequence[NDArray[np.int32]]:
 def _draw_trails(
     image: NDArray[np.uint8], trails: Trails, colors: dict[int, BGR], scale: float
 ) -> None:
-    """Blend the trails into the picture, the older the fainter."""
+    """Blend the trails into the picture; older parts are fainter."""
     painted, opacity = image.copy(), np.zeros(image.shape[:2], np.uint8)
     width = max(1, round(2.5 * scale))
     for track_id, points in zip(trails.ids.tolist(), trails.points, strict=True):
@@ -138,7 +139,9 @@ def _draw_trails(
 def _draw_label(
     image: NDArray[np.uint8], text: str, row: np.void, color: BGR, scale: float
 ) -> None:
-    """Write the text on a plate above the box, inside the picture; none for a box outside it."""
+    """Write the text on a plate above the box, but inside the picture; nothing for a box outside
+    it.
+    """
     height, width = image.shape[:2]
     left, top = row['u'] - row['box_w'] / 2, row['v'] - row['box_h'] / 2
     if not (-row['box_w'] < left < width and -row['box_h'] < top < height):

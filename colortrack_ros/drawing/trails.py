@@ -1,4 +1,4 @@
-"""Where each track has been."""
+"""Recent positions of each track."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ TRAIL_LENGTH = 50
 
 
 class Trails:
-    """The last positions of the tracks that are alive.
+    """The last positions of live tracks.
 
     :ivar ids: (N,) ascending track IDs.
     :ivar points: (N, TRAIL_LENGTH, 2) u, v [px], oldest first; NaN before the first position.

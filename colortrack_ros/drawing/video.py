@@ -1,4 +1,4 @@
-"""Drawn pictures on disk, one by one or as a video."""
+"""Writes pictures to disk, one by one or as a video."""
 
 import errno
 from pathlib import Path
@@ -12,7 +12,7 @@ from colortrack_ros.files import write_file
 
 
 class VideoFile:
-    """MPEG-4, of which :meth:`close` makes sure that all of it is there: OpenCV does not tell.
+    """An MPEG-4 video. :meth:`close` checks that it is complete, since OpenCV reports no errors.
 
     :param path: ends in .mp4.
     :param rate: frames a second [Hz].
@@ -30,7 +30,7 @@ class VideoFile:
             raise OSError(errno.EINVAL, reason, str(path))
 
     def write(self, image: NDArray[np.uint8]) -> None:
-        """Add a picture in bgr8, scaled to the size of the video where it has another."""
+        """Add a picture in bgr8, scaled to the size of the video if necessary."""
         if image.shape[1::-1] != self._size:
             image = np.asarray(cv2.resize(image, self._size), np.uint8)
         self._writer.write(image)
@@ -51,7 +51,7 @@ class VideoFile:
 
 
 def write_picture(path: Path, image: NDArray[np.uint8]) -> None:
-    """Write a picture in bgr8, in the format that the name of the file ends in.
+    """Write a picture in bgr8, in the format of the file's suffix.
 
     :raises OSError: it cannot be written.
     """
