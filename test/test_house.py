@@ -2,8 +2,10 @@
 
 import ast
 from collections import Counter
+import functools
 from graphlib import CycleError
 from graphlib import TopologicalSorter
+import json
 from pathlib import Path
 import subprocess
 import sys
@@ -76,16 +78,28 @@ MAX_FILE, MAX_FUNCTION = 299, 39
 """Lines of a file and of a function that two screens and one screen hold."""
 
 
+@functools.cache
+def tree_of(file):
+    """The syntax tree of a file."""
+    return ast.parse(file.read_text())
+
+
+@functools.cache
 def file_of(module):
-    """The file of a module of the package, None where there is no such module."""
+    """The file of a module of the package, None if there is no such module."""
     path = PACKAGE.parent.joinpath(*module.split('.'))
     candidates = (path / '__init__.py', path.with_suffix('.py'))
     return next((file for file in candidates if file.is_file()), None)
 
 
+@functools.cache
 def imported_by(file):
-    """The files of the package that a file imports, wherever in it the import stands."""
-    for node in ast.walk(ast.parse(file.read_text())):
+    """The files of the package that a file imports, anywhere in it."""
+    return set(_imports_of(file))
+
+
+def _imports_of(file):
+    for node in ast.walk(tree_of(file)):
         if isinstance(node, ast.Import):
             modules = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -105,7 +119,7 @@ def room_of(file):
 
 @pytest.mark.slow
 def test_no_files_import_each_other_in_a_circle():
-    graph = {file: set(imported_by(file)) for file in FILES}
+    graph = {file: imported_by(file) for file in FILES}
     try:
         tuple(TopologicalSorter(graph).static_order())
     except CycleError as error:
@@ -132,7 +146,7 @@ def test_every_room_has_one_floor():
 
 
 def constants_of(file):
-    for node in ast.parse(file.read_text()).body:
+    for node in tree_of(file).body:
         for target in getattr(node, 'targets', [getattr(node, 'target', None)]):
             names = target.elts if isinstance(target, ast.Tuple) else [target]
             yield from (name.id for name in names if getattr(name, 'id', '').isupper())
@@ -147,7 +161,7 @@ def test_files_and_functions_fit_on_the_screen():
         long += [name] if len(text.splitlines()) > MAX_FILE else []
         long += [
             f'{name}: {node.name}'
-            for node in ast.walk(ast.parse(text))
+            for node in ast.walk(tree_of(file))
             if isinstance(node, ast.FunctionDef)
             if node.end_lineno - node.lineno + 1 > MAX_FUNCTION
         ]
@@ -157,10 +171,7 @@ def test_files_and_functions_fit_on_the_screen():
 @pytest.mark.slow
 def test_no_two_classes_have_one_name():
     names = Counter(
-        node.name
-        for file in FILES
-        for node in ast.parse(file.read_text()).body
-        if isinstance(node, ast.ClassDef)
+        node.name for file in FILES for node in tree_of(file).body if isinstance(node, ast.ClassDef)
     )
     assert [name for name, count in names.items() if count > 1] == []
 
@@ -171,23 +182,45 @@ def test_no_two_constants_have_one_name():
     assert [name for name, count in names.items() if count > 1] == []
 
 
+def errors_of_imports(modules, missing):
+    """Import modules without others: the error of each, None if there is none.
+
+    One process imports all of them, and forgets the package before each: libraries take long.
+    """
+    code = (
+        'import importlib, json, sys, traceback\n'
+        f'sys.modules.update(dict.fromkeys({missing!r}))\n'
+        'errors = {}\n'
+        f'for module in {modules!r}:\n'
+        f'    for name in [name for name in sys.modules if name.startswith({PACKAGE.name!r})]:\n'
+        '        del sys.modules[name]\n'
+        '    try:\n'
+        f'        errors[module] = importlib.import_module("{PACKAGE.name}." + module) and None\n'
+        '    except ImportError:\n'
+        '        errors[module] = traceback.format_exc()\n'
+        'print(json.dumps(errors))\n'
+    )
+    command = [sys.executable, '-c', code]
+    done = subprocess.run(command, check=True, cwd=PACKAGE.parent, stdout=subprocess.PIPE)
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope='module')
+def errors_without_ros():
+    return errors_of_imports(ROOMS_WITHOUT_ROS, ['rclpy', 'sensor_msgs', 'std_msgs'])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('room', ROOMS_WITHOUT_ROS)
-def test_a_room_imports_without_ros(room):
-    code = (
-        'import sys\n'
-        "sys.modules.update(dict.fromkeys(['rclpy', 'sensor_msgs', 'std_msgs'], None))\n"
-        f'import colortrack_ros.{room}\n'
-    )
-    subprocess.run([sys.executable, '-c', code], check=True, cwd=PACKAGE.parent)
+def test_a_room_imports_without_ros(room, errors_without_ros):
+    assert errors_without_ros[room] is None
 
 
 @pytest.mark.slow
 def test_nodes_that_need_no_scipy_start_without_it():
     """It takes longer to import than all the rest."""
-    code = "import sys; sys.modules['scipy'] = None; from colortrack_ros.nodes import "
-    for name in ('camera', 'detector', 'follower', 'overlay', 'simulator'):
-        subprocess.run([sys.executable, '-c', code + name], check=True, cwd=PACKAGE.parent)
+    nodes = [f'nodes.{n}' for n in ('camera', 'detector', 'follower', 'overlay', 'simulator')]
+    assert errors_of_imports(nodes, ['scipy']) == dict.fromkeys(nodes)
 
 
 @pytest.mark.parametrize('room', ALLOWED)
