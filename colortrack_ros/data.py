@@ -118,8 +118,9 @@ class Viewpoint(Protocol):
     def shows(self, pixels: NDArray[np.float64], reach: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether any part of each object would be inside the picture, (N,).
 
-        :param pixels: (N, 2) in the picture, or outside it [px]. :param reach: (N, 2, 2) extent of
-            each object toward lower and higher coordinates, by axis [px].
+        :param pixels: (N, 2) in the picture, or outside it [px].
+        :param reach: (N, 2, 2) extent of each object toward lower and higher coordinates, by axis
+            [px].
         """
 
     def nearness(

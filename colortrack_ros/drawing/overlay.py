@@ -49,8 +49,8 @@ def draw_tracks(image: NDArray[np.uint8], tracks: Tracks, trails: Trails) -> Non
     Each confirmed track has its own color, coasting ones are dashed, and tentative ones are thin,
     gray, and without an ID.
 
-    :param image: (H, W, 3) BGR, contiguous, writable. :param tracks: rows without NaN; an outline
-        of NaN is not drawn.
+    :param image: (H, W, 3) BGR, contiguous, writable.
+    :param tracks: rows without NaN; an outline of NaN is not drawn.
     :param trails: updated with these tracks.
     """
     rows = tracks.rows

@@ -1,4 +1,4 @@
-"""Parameters that every tracker has."""
+"""The parameters of every tracker."""
 
 from dataclasses import dataclass
 
@@ -20,7 +20,7 @@ class TimeLimits(Config):
     )
     max_dt: float = parameter(
         2.0,
-        'A longer jump of the stamps starts the tracker afresh.',
+        'The tracker restarts if the stamps jump by more than this.',
         unit='s',
         minimum=1e-3,
         maximum=3600.0,

@@ -1,4 +1,4 @@
-"""evaluation: how tracks compare with the truth, or what can be told of them without it."""
+"""evaluation: measures of tracks, against ground truth or without it."""
 
 from colortrack_ros.evaluation.comparison import compare
 from colortrack_ros.evaluation.comparison import Comparison

@@ -22,16 +22,16 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 VISIBLE = 0.3
-"""Share of an object in sight from which on it has to be found."""
+"""Least visible share of an object that has to be found."""
 
 
 class Event(NamedTuple):
-    """A switch, or what else a report points to.
+    """An ID switch, or another event that a report points to.
 
     :param frame: from 0.
-    :param object: whose track it is.
+    :param object: its ID.
     :param before, after: IDs of its tracks.
-    :param u, v: where [px].
+    :param u, v: position [px].
     """
 
     frame: int
@@ -43,12 +43,12 @@ class Event(NamedTuple):
 
 
 class FalseTrack(NamedTuple):
-    """A track that is no object in most of its frames.
+    """A track that matches no object in most of its frames.
 
-    :param frame: the first in which it is none.
+    :param frame: the first without a match.
     :param track: its ID.
-    :param frames: in which it is none.
-    :param u, v: where, in the first of them [px].
+    :param frames: number of frames without a match.
+    :param u, v: position in the first of them [px].
     """
 
     frame: int
@@ -59,14 +59,15 @@ class FalseTrack(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """What came out.
+    """The result.
 
     :param measures: by name, for tables and thresholds.
-    :param objects: by ID, the measures of each.
+    :param objects: the measures of each object, by ID.
     :param matches: (K, 3) frame, object and track of each match.
-    :param switches: where an object was taken over by another track.
-    :param false_tracks: with their places, in the order in which they appear.
-    :param counts: (F, 4) each frame judged: its number, objects, those found, and false rows.
+    :param switches: times and places of ID switches.
+    :param false_tracks: with their places, in order of appearance.
+    :param counts: (F, 4) for each frame evaluated: its number, objects, objects found, and false
+        rows.
     """
 
     measures: dict[str, float]
@@ -85,11 +86,12 @@ def compare(
     iou: float = 0.5,
     visible: float = VISIBLE,
 ) -> Comparison:
-    """Compare the frames of the truth.
+    """Compare the frames that the truth covers.
 
-    :param radius: a match's centers are no farther apart [px]; 0: its boxes overlap.
-    :param iou: intersection over union that they have at least.
-    :param visible: objects less in sight need not be found, and tracks on them are not false.
+    :param radius: largest distance of a match's centers [px]; 0: match boxes by their overlap.
+    :param iou: least intersection over union of a match.
+    :param visible: objects with a smaller visible share need not be found, and tracks on them are
+        not false.
     """
     limit = radius or 1 - iou
     clear, hota, found, spare, counts = Tally(limit), HotaTally(), [], [tracks.rows[:0]], []
@@ -131,16 +133,16 @@ def _in_sight(
     limit: float,
     visible: float,
 ) -> tuple[NDArray[np.void], NDArray[np.void], Floats]:
-    """Objects that have to be found, tracks that are judged, and how far they are apart."""
+    """The objects to be found, the tracks to be evaluated, and the distances between them."""
     far = _distance(objects, shown, radius)
     hidden = objects['visible'] < visible
-    # A track nearest to what is hidden is neither right nor wrong.
+    # A track nearest to a hidden object counts neither as right nor as wrong.
     on_hidden = _on_hidden(far, hidden, limit)
     return objects[~hidden], shown[~on_hidden], far[np.ix_(~hidden, ~on_hidden)]
 
 
 def _false_tracks(spare: NDArray[np.void], names: Sequence[int]) -> Iterator[FalseTrack]:
-    """Where they are, by the rows that are no objects, frame by frame."""
+    """Their places, from the rows without a match in each frame."""
     for name in names:
         rows = spare[spare['id'] == name]
         first = rows[0]
@@ -148,7 +150,7 @@ def _false_tracks(spare: NDArray[np.void], names: Sequence[int]) -> Iterator[Fal
 
 
 def _distance(objects: NDArray[np.void], shown: NDArray[np.void], radius: float) -> Floats:
-    """Between centers [px], or 1 less the intersection over union of the boxes; (N, M)."""
+    """(N, M) distances between centers [px], or 1 minus the intersection over union of boxes."""
     a, b = objects[:, None], shown[None, :]
     if radius:
         return np.hypot(a['u'] - b['u'], a['v'] - b['v'])
@@ -161,12 +163,12 @@ def _distance(objects: NDArray[np.void], shown: NDArray[np.void], radius: float)
 
 
 def _similarity(far: Floats, radius: float) -> Floats:
-    """0..1, as HOTA takes it."""
+    """Similarity for HOTA, 0..1."""
     return np.maximum(1 - far / radius, 0) if radius else 1 - far
 
 
 def _on_hidden(far: Floats, hidden: NDArray[np.bool_], limit: float) -> NDArray[np.bool_]:
-    """Which tracks are nearest to an object that need not be found."""
+    """Mask of the tracks whose nearest object need not be found."""
     if not hidden.any() or not far.shape[1]:
         return np.zeros(far.shape[1], bool)
     nearest = far.argmin(axis=0)
@@ -174,13 +176,13 @@ def _on_hidden(far: Floats, hidden: NDArray[np.bool_], limit: float) -> NDArray[
 
 
 def _event(found: NDArray[np.void], takeover: Takeover) -> Event:
-    """Where it happened, among the objects found in that frame."""
+    """The place of a switch, among the objects found in that frame."""
     (row,) = found[found['id'] == takeover.object]
     return Event(int(row['frame']), *takeover[1:], float(row['u']), float(row['v']))
 
 
 def _errors(right: NDArray[np.void], theirs: NDArray[np.void]) -> dict[str, float]:
-    """Of the matched positions, and whether their covariances tell it."""
+    """Errors of the matched positions, and whether the covariances account for them."""
     e = np.stack([theirs['u'] - right['u'], theirs['v'] - right['v']], axis=1)
     measures = {'rmse': _root_mean_square(e)}
     every = np.ones(len(theirs), bool)
@@ -208,7 +210,7 @@ def _of_objects(
 ) -> Iterator[tuple[int, dict[str, Any]]]:
     """The measures of each object.
 
-    :param frames: in which it should be found.
+    :param frames: number of frames in which it should be found.
     """
     for one, count in sorted(frames.items()):
         mine = right['id'] == one

@@ -1,8 +1,8 @@
-"""How well tracks follow the truth: CLEAR MOT and identity measures, in arrays.
+"""CLEAR MOT and identity measures, in arrays.
 
-The definitions are those of motmetrics (a test compares): correspondences of the last frame are
-kept while they are within the distance (Bernardin and Stiefelhagen 2008), the rest are assigned
-anew; identities are matched once over the whole sequence (Ristani et al. 2016).
+The definitions are those of motmetrics (a test compares the two): correspondences of the last frame
+are kept while they are within the distance, and all others are assigned anew (Bernardin and
+Stiefelhagen 2008); identities are matched once over the whole sequence (Ristani et al. 2016).
 """
 
 from collections.abc import Iterable
@@ -21,10 +21,10 @@ Indices = NDArray[np.intp]
 
 
 class Takeover(NamedTuple):
-    """An object is found as another track than when it was last found.
+    """An object is matched to another track than when it was last matched.
 
-    :param number: of the frame in the order in which they were added, from 0.
-    :param object: whose track it is.
+    :param number: of the frame, in the order in which frames were added, from 0.
+    :param object: its ID.
     :param before, after: IDs of its tracks.
     """
 
@@ -36,13 +36,13 @@ class Takeover(NamedTuple):
 
 @dataclass(frozen=True)
 class Score:
-    """What came out.
+    """The result.
 
-    switches: times an object was taken over by another track; fragments: times an object was found
-    again after it had been lost; idf1, precision, recall: 0..1; mota: up to 1; rmse: of the matched
-    positions, in the unit of the distance; misses: objects unmatched, over all frames; false: track
-    rows unmatched, over all frames; false_tracks: IDs of tracks unmatched in most of their frames;
-    tracks_of: for each object the IDs it had, in order.
+    switches: number of times an object was matched to another track than before; fragments: number
+    of times an object was found again after it had been lost; idf1, precision, recall: 0..1; mota:
+    up to 1; rmse: of the matched positions, in the unit of the distance; misses: unmatched objects,
+    over all frames; false: unmatched track rows, over all frames; false_tracks: IDs of tracks that
+    are unmatched in most of their frames; tracks_of: the IDs that each object had, in order.
     """
 
     switches: int
@@ -59,7 +59,7 @@ class Score:
 
 
 def score(truth: Iterable, tracks: Iterable, max_distance: float) -> Score:
-    """Compare, frame by frame.
+    """Compare tracks with the truth, frame by frame.
 
     :param truth: for each frame rows of (object, u, v).
     :param tracks: for each frame rows of (track_id, u, v).
@@ -72,7 +72,7 @@ def score(truth: Iterable, tracks: Iterable, max_distance: float) -> Score:
 
 
 class Tally:
-    """The same, a frame at a time.
+    """The same comparison, one frame at a time.
 
     :param max_distance: of a match [px].
     :ivar takeovers: so far, in order.
@@ -95,8 +95,8 @@ class Tally:
 
         :param objects: rows of (object, u, v).
         :param hypotheses: rows of (track_id, u, v).
-        :param hidden: objects that are there but cannot be seen, besides the others: so many tracks
-            that are near none of these are forgiven, the farthest first.
+        :param hidden: number of objects that are present but cannot be seen, not counting
+            ``objects``; as many unmatched tracks do not count as false, the farthest first.
         """
         truth = np.asarray(objects, float).reshape(-1, 3)
         tracks = np.asarray(hypotheses, float).reshape(-1, 3)
@@ -115,12 +115,12 @@ class Tally:
     def add_pairs(
         self, ids: Indices, names: Indices, i: Indices, j: Indices, distance: Floats
     ) -> tuple[Indices, Indices]:
-        """Take one frame of which it is known what is near what.
+        """Take one frame whose candidate pairs are known.
 
         :param ids, names: objects (N,) and tracks (M,).
         :param i, j: (K,) indices of the pairs that may correspond.
-        :param distance: (K,) of them.
-        :return: indices into ids and into names of those that do.
+        :param distance: (K,) their distances.
+        :return: indices into ids and into names of the pairs chosen.
         """
         self.seen[0].append(ids)
         self.seen[1].append(names)
@@ -147,7 +147,9 @@ class Tally:
     def _match(
         self, ids: Indices, names: Indices, i: Indices, j: Indices, distance: Floats
     ) -> Indices:
-        """Which of the K near pairs correspond: those that did before, then the nearest."""
+        """Indices of the K candidate pairs that correspond: those that did before, then the
+        nearest.
+        """
         last = np.array([self.tracks_of.get(one, [-1])[-1] for one in ids.tolist()])
         kept = np.flatnonzero(last == names)
         kept = kept[np.unique(j[kept], return_index=True)[1]]
@@ -155,7 +157,7 @@ class Tally:
         return np.append(kept, rest[best_pairs(i[rest], j[rest], distance[rest])])
 
     def score(self) -> Score:
-        """Sum up."""
+        """Return the result over all frames so far."""
         squares = np.concatenate([*self.squares, []])
         names, track_count = np.unique(np.concatenate([*self.seen[1], []]), return_counts=True)
         total, rows = sum(map(len, self.seen[0])), int(track_count.sum())
@@ -181,11 +183,11 @@ class Tally:
 
 
 def best_pairs(one: Indices, other: Indices, cost: ArrayLike, miss: float = 1e9) -> Indices:
-    """Choose pairs, each name once on each side, with the least cost.
+    """Choose pairs with the least total cost; each name is in at most one of them.
 
     :param one, other: (K,) names.
     :param cost: (K,) of the pairs.
-    :param miss: of a name in ``one`` that is in none.
+    :param miss: cost of a name in ``one`` without a pair.
     :return: indices of the pairs chosen.
     """
     cost = np.asarray(cost, float)
@@ -194,7 +196,7 @@ def best_pairs(one: Indices, other: Indices, cost: ArrayLike, miss: float = 1e9)
     rows, row = np.unique(one, return_inverse=True)
     columns, column = np.unique(other, return_inverse=True)
     n, m = len(rows), len(columns)
-    shift = 1 - min(cost.min(), miss)  # a sparse cost of 0 would be none
+    shift = 1 - min(cost.min(), miss)  # in a sparse matrix a cost of 0 would be no pair
     table = csr_matrix(
         (
             np.append(cost, np.full(n, miss)) + shift,

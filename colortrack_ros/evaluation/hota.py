@@ -10,14 +10,14 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 SIMILARITIES = np.arange(0.05, 0.99, 0.05)
-"""Similarities that a match has to have, over which all measures are means (ibid., 5)."""
+"""Similarity thresholds of a match; all measures are means over them (ibid., 5)."""
 
 EPSILON = np.finfo(float).eps
-"""Of a similarity that is a level but for rounding."""
+"""Tolerance for a similarity that equals a threshold up to rounding."""
 
 
 class Hota(NamedTuple):
-    """Accuracy, and that of detection, association, and localization; means over SIMILARITIES."""
+    """HOTA and its detection, association, and localization accuracies; means over SIMILARITIES."""
 
     hota: float
     deta: float
@@ -26,7 +26,7 @@ class Hota(NamedTuple):
 
 
 class HotaTally:
-    """Takes frames and sums up.
+    """Collects frames and computes the measures.
 
     :ivar frames: objects (N,), tracks (M,) and similarities (N, M), 0..1, of each frame.
     """
@@ -39,9 +39,9 @@ class HotaTally:
         self.frames.append((ids, names, similarity))
 
     def score(self) -> Hota:
-        """Sum up.
+        """Compute the measures.
 
-        Matches of a frame are those that bring most to the similarity of whole tracks, (7) there.
+        The matches of a frame maximize the similarity of whole tracks, (7) there.
         """
         ids, objects = np.unique(_joined([f[0] for f in self.frames]), return_counts=True)
         names, tracks = np.unique(_joined([f[1] for f in self.frames]), return_counts=True)

@@ -1,4 +1,4 @@
-"""How noisy measurements are, as told by the tracks that were made of them."""
+"""Measurement noise, estimated from tracks and the detections they were made from."""
 
 from collections.abc import Iterable
 
@@ -12,20 +12,22 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.ellipses import ELLIPSE_95
 
 MEDIAN_OF_PAIRS = 2 * np.log(2)
-"""Of the sum of two squared normal variables, chi-square with two degrees."""
+"""Median of the sum of two squared standard normal variables, chi-square with two degrees of
+freedom."""
 
 OF_DETECTION = (('area', 'area'), ('box_w', 'box_w'), ('box_h', 'box_h'), ('color', 'color'))
-"""What a track has of the last detection that it took, which tells them apart from all others."""
+"""Fields that a track copies from its last detection; together they identify the detection."""
 
 
 def noise_of(frames: Iterable[tuple[Tracks, Detections]]) -> dict[str, float]:
-    """Of the detections that confirmed tracks took.
+    """Noise of the detections that were assigned to confirmed tracks.
 
     What is left of a measurement z after the update, r = z - H x, has the covariance R - H P H^T
-    (Mehra 1970), so r r^T + H P H^T has R for its mean; medians, as some pairs are other objects.
+    (Mehra 1970), so the mean of r r^T + H P H^T is R. Medians are used, since some pairs are of
+    different objects.
 
-    :return: noise: standard deviation on an axis [px]; noise_claimed: what the detections say of
-        themselves [px]; nothing if no track took any.
+    :return: noise: standard deviation on an axis [px]; noise_claimed: the same according to the
+        detections' own covariances [px]; empty if no track has a detection.
     """
     squares, variances, claims = [], [], []
     for tracks, detections in frames:
@@ -41,11 +43,12 @@ def noise_of(frames: Iterable[tuple[Tracks, Detections]]) -> dict[str, float]:
 
 
 def innovations_of(frames: Iterable[tuple[Tracks, Detections]]) -> dict[str, float]:
-    """How well tracks foretell the detections that they take: e = z - H F x, S = H F P F^T H^T + R.
+    """How well tracks predict their detections: e = z - H F x, S = H F P F^T H^T + R.
 
-    :param frames: in their order.
+    :param frames: in order.
     :return: nis: mean of e^T S^-1 e divided by two, 1 where the covariances are right;
-        nis_coverage: share of the detections within the 95 % ellipse; nothing if none was taken.
+        nis_coverage: share of the detections within the 95 % ellipse; empty if no track has a
+        detection.
     """
     found, before = [np.zeros(0)], Tracks()
     for tracks, detections in frames:
@@ -62,7 +65,7 @@ def innovations_of(frames: Iterable[tuple[Tracks, Detections]]) -> dict[str, flo
 
 
 def _normalized(x: NDArray[np.void], z: NDArray[np.void], dt: float) -> NDArray[np.float64]:
-    """(N,) e^T S^-1 e of detections that states foretell."""
+    """(N,) e^T S^-1 e of detections against predicted states."""
     e = np.stack([z[p] - x[p] - dt * x[v] for p, v in (('u', 'du'), ('v', 'dv'))], axis=1)
     HF = np.hstack([np.eye(2), dt * np.eye(2)])
     S = HF @ x['covariance'] @ HF.T
@@ -74,7 +77,7 @@ def _normalized(x: NDArray[np.void], z: NDArray[np.void], dt: float) -> NDArray[
 
 
 def _taken(tracks: Tracks, detections: Detections) -> tuple[NDArray[np.void], NDArray[np.void]]:
-    """Confirmed tracks, and of each the detection that it took."""
+    """Confirmed tracks, and the detection of each."""
     rows = tracks.rows[tracks.rows['state'] == CONFIRMED]
     same = np.ones((len(rows), len(detections.rows)), bool)
     for ours, theirs in OF_DETECTION:

@@ -1,4 +1,4 @@
-"""How well each second of a recording was tracked."""
+"""Tracking quality in each second of a recording."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,17 +10,17 @@ from colortrack_ros.evaluation.comparison import Comparison
 from colortrack_ros.evaluation.record import Record
 
 WIDTH_OF_PLOT, HEIGHT_OF_PLOT, LEFT_OF_PLOT = 900, 110, 80
-"""As the timelines above it [px]."""
+"""As in the timelines above it [px]."""
 
 
 class Second(NamedTuple):
     """One second.
 
-    :param second: of the stamps, from the first frame on.
+    :param second: since the first frame, by the stamps.
     :param objects: to be found, over its frames.
-    :param found: of these.
-    :param false: rows of tracks that are none of them, over its frames.
-    :param switches: in it.
+    :param found: how many of these were.
+    :param false: track rows without an object, over its frames.
+    :param switches: number of ID switches.
     """
 
     second: int
@@ -31,12 +31,12 @@ class Second(NamedTuple):
 
 
 def per_second(tracks: Record, comparison: Comparison) -> list[Second]:
-    """Each second with frames that are judged; none where nobody knows when the frames were."""
+    """Each second with evaluated frames; empty if the frames have no stamps."""
     stamped = tracks.rows[tracks.rows['stamp'] >= 0]
     frames, first = np.unique(stamped['frame'], return_index=True)
     if len(frames) < 2 or not len(comparison.counts):
         return []
-    # Frames without tracks are not in every table: they lie between those that are.
+    # Some tables omit frames without tracks; their stamps lie between those of the others.
     stamps = stamped['stamp'][first]
     period = (stamps[-1] - stamps[0]) / (frames[-1] - frames[0]) / NANOSECONDS
     judged = comparison.counts[:, 0]
@@ -58,7 +58,7 @@ def per_second(tracks: Record, comparison: Comparison) -> list[Second]:
 
 
 def plot_of(seconds: Sequence[Second]) -> str:
-    """Share found as bars, false rows below them, switches as marks; SVG."""
+    """An SVG with the share found as bars, false rows below them, and switches as marks."""
     end = seconds[-1].second + 1
     scale = (WIDTH_OF_PLOT - LEFT_OF_PLOT) / end
     most = max(1, *(second.false for second in seconds))

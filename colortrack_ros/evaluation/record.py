@@ -1,4 +1,4 @@
-"""What was where in each frame: tracks, or the truth."""
+"""Tracks or ground truth: what was where in each frame."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ ROW = np.dtype(
 )  # fmt: skip
 """One object or track in one frame.
 
-frame: from 0; stamp: of the frame [ns], -1: not known; u, v: center [px]; w, h: box [px]; visible:
-share in sight, 0..1; du, dv: velocity [px/s]; covariance: of (u, v, du, dv); coasting: it was not
-measured in this frame. NaN: not known.
+frame: from 0; stamp: of the frame [ns], -1: unknown; u, v: center [px]; w, h: box [px]; visible:
+visible share, 0..1; du, dv: velocity [px/s]; covariance: of (u, v, du, dv); coasting: not measured
+in this frame. NaN: unknown.
 """
 
 
@@ -32,11 +32,11 @@ class Record:
     """Rows of all frames, in the order of the frames.
 
     :param rows: (N,) of dtype ROW.
-    :param frames: (F,) the frames that there are, ascending, also those without rows.
-    :param delays: (F,) from the stamp of each frame to when its tracks were recorded [s], or empty.
+    :param frames: (F,) all frames, ascending, including those without rows.
+    :param delays: (F,) from the stamp of each frame to the recording of its tracks [s], or empty.
     :param stamps: (F,) of each frame [ns], or empty.
-    :param conditions: what is known of the recording besides, such as the noise of measurements.
-    :param said: what its nodes warned of, with the seconds that it lasted.
+    :param conditions: further facts about the recording, such as the measurement noise.
+    :param said: warnings of its nodes, and for how many seconds each was active.
     """
 
     rows: NDArray[np.void]
@@ -48,22 +48,22 @@ class Record:
 
     @classmethod
     def of(cls, rows: NDArray[np.void], frames: Iterable[int] | None = None) -> 'Record':
-        """Sorted by frames.
+        """A record with its rows sorted by frame.
 
-        :param frames: none: those with rows.
+        :param frames: None: the frames that have rows.
         """
         rows = rows[np.argsort(rows['frame'], kind='stable')]
         known = rows['frame'] if frames is None else np.fromiter(frames, np.int64)
         return cls(rows, np.unique(known))
 
     def rows_of(self, frame: int) -> NDArray[np.void]:
-        """Those of one frame."""
+        """The rows of one frame."""
         first, last = np.searchsorted(self.rows['frame'], [frame, frame + 1])
         return self.rows[first:last]
 
 
 def empty_rows(count: int) -> NDArray[np.void]:
-    """Rows of which nothing is known."""
+    """Rows with all values unknown."""
     rows = np.zeros(count, ROW)
     for name in ('u', 'v', 'w', 'h', 'du', 'dv', 'covariance'):
         rows[name] = np.nan
@@ -84,7 +84,7 @@ def rows_of_tracks(tracks: Tracks, frame: int) -> NDArray[np.void]:
 
 
 def record_of_scene(scene: Scene) -> Record:
-    """The truth of a scene."""
+    """The ground truth of a scene."""
     parts = []
     for k in range(len(scene)):
         truth = scene.truth(k)

@@ -1,4 +1,4 @@
-"""One HTML file that stands alone: measures, who was tracked when and as what, and the switches."""
+"""A self-contained HTML report: measures, timelines of objects and tracks, and ID switches."""
 
 import base64
 from collections.abc import Iterator
@@ -28,13 +28,15 @@ TRACK_COLORS = (
     '#8a7a00',
     '#666666',
 )
-"""Told apart by people who are color-blind (Okabe and Ito 2008; a darker yellow, on white)."""
+"""Colors that color-blind people can distinguish (Okabe and Ito 2008; yellow darkened for
+white)."""
 
 WIDTH, LINE = 900, 22
-"""Of a timeline, and the height of one of its lines [px]."""
+"""Width of a timeline, and height of one of its lines [px]."""
 
 AROUND = 120
-"""Half of the side of the picture of a switch or a false track [px]."""
+"""Half the side of the picture of a switch or a false track [px]: the page shows it unscaled, up to
+240 px wide."""
 
 STYLE = """
 :root { color-scheme: light dark; --line: #8886; }
@@ -50,11 +52,11 @@ figure { display: inline-block; margin: .5em; } img { max-width: 240px; }
 
 
 class Run(NamedTuple):
-    """One run to report.
+    """One run in the report.
 
-    :param name: of it.
-    :param measures: of it.
-    :param tracks: what was tracked.
+    :param name: of the run.
+    :param measures: of the run.
+    :param tracks: its tracks.
     :param comparison: with the truth, if there is one.
     :param pictures: of some of its switches and false tracks, BGR.
     """
@@ -75,7 +77,8 @@ def page_of(
 
     :param measures: by run.
     :param sections: of the runs.
-    :param parameters: those that differ: the names of the runs, then name and values of each.
+    :param parameters: those that differ between the runs: a row with the names of the runs, then
+        the name and values of each parameter.
     """
     parts = [
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
@@ -89,12 +92,12 @@ def page_of(
 
 
 def section_of(run: Run) -> str:
-    """What the page tells of one run."""
+    """The section of one run."""
     return '\n'.join([f'<h2>{escape(run.name)}</h2>', *_run(run)])
 
 
 def _table(measures: Mapping[str, Mapping[str, float]]) -> str:
-    """One column a run, or, where these are more than the measures, one line."""
+    """A table with one column for each run, or one line if there are more runs than measures."""
     names = list(dict.fromkeys(name for some in measures.values() for name in some))
     cells = {
         run: [f'{some.get(n, float("nan")):.4g}' for n in names] for run, some in measures.items()
@@ -121,14 +124,14 @@ def _run(run: Run) -> Iterator[str]:
         lines = [[text, str(seconds)] for text, seconds in run.tracks.said.items()]
         yield _grid(['', 'seconds'], lines)
     if run.comparison is None:
-        yield '<p>When each track was there; pale: it coasted.</p>'
+        yield '<p>When each track existed; pale: coasting.</p>'
         yield _timeline([(f'track {k}', bars) for k, bars in _tracks(run.tracks)], run.tracks)
         return
-    yield '<p>As which track each object was found; empty: it was not.</p>'
+    yield '<p>The track that each object was found as; empty: not found.</p>'
     found = [(f'object {k}', bars) for k, bars in _objects(run.comparison)]
     yield _timeline(found, run.tracks)
     if seconds := per_second(run.tracks, run.comparison):
-        yield '<p>Share of the objects found in each second, false rows, and switches.</p>'
+        yield '<p>Share of objects found in each second, false rows, and switches.</p>'
         yield plot_of(seconds)
     for title, events in (
         ('Switches', run.comparison.switches),
@@ -180,11 +183,11 @@ def _tracks(record: Record) -> Iterator[tuple[int, list[Bar]]]:
 
 
 def _bars(frames: NDArray[np.int64], names: NDArray, coasting: NDArray[np.bool_]) -> list[Bar]:
-    """Frames that follow one another with the same track, and alike coasting or not."""
+    """Runs of consecutive frames with the same track and the same coasting state."""
     if not len(frames):
         return []
     new = (np.diff(names) != 0) | (np.diff(coasting.astype(int)) != 0)
-    # Truth may be labeled in every fifth frame: a gap is more than the usual step.
+    # Truth may be labeled in every fifth frame, say: a gap is longer than the usual step.
     steps = np.diff(frames)
     new |= steps > (np.median(steps) if len(steps) else 1) * 1.5
     first = np.flatnonzero(np.append(True, new))
@@ -221,7 +224,7 @@ def _timeline(lines: Sequence[tuple[str, Sequence[Bar]]], tracks: Record) -> str
 
 
 def picture_of(event: Event | FalseTrack, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """What is around a switch or a false track, with a cross where it is."""
+    """The surroundings of a switch or a false track, which a cross marks."""
     u, v = round(event.u), round(event.v)
     rows = slice(max(v - AROUND, 0), max(v + AROUND, 1))
     columns = slice(max(u - AROUND, 0), max(u + AROUND, 1))

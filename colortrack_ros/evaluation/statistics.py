@@ -1,23 +1,23 @@
-"""What can be told of tracks without the truth."""
+"""Measures of tracks without ground truth."""
 
 import numpy as np
 
 from colortrack_ros.evaluation.record import Record
 
 STRAIGHT = 1.5
-"""Frames between rows of a track that follow one another."""
+"""Largest difference between the numbers of consecutive frames: more than 1, less than 2."""
 
 JUMP_SIGMAS = 4.0
-"""Standard deviations of the prediction by the published state: by chance once in 3,000 steps of
-two axes (1 - exp(-8))."""
+"""A longer step, in standard deviations of the prediction from the published state, is a jump: by
+chance one in 3,000 is, exp(-8) in two dimensions."""
 
 
 def statistics(tracks: Record) -> dict[str, float]:
-    """Of all tracks together.
+    """Measures over all tracks.
 
     :return: frames; tracks; tracks_a_frame, mean; length, median [frames]; short: share of the
-        tracks of less than ten frames; gaps: times a track was not there between two rows;
-        coasting: share of the rows; jumps: share of the steps longer than JUMP_SIGMAS by the
+        tracks of less than ten frames; gaps: number of times a track was absent between two of its
+        rows; coasting: share of the rows; jumps: share of the steps longer than JUMP_SIGMAS by the
         track's own covariance; sigma: median standard deviation of a position [px]; and those of
         conditions().
     """
@@ -42,18 +42,18 @@ def statistics(tracks: Record) -> dict[str, float]:
 
 
 def conditions(tracks: Record) -> dict[str, float]:
-    """Of all frames together, where it is known.
+    """Measures over all frames, as far as known.
 
-    :return: delay, and delay_95: median and 95th percentile from stamp to recording [s]; lost:
-        share of the frames that are missing between the others, as their stamps tell; and the
-        conditions of the record.
+    :return: delay and delay_95: median and 95th percentile from stamp to recording [s]; lost: share
+        of frames missing between the others, judging by the stamps; and the conditions of the
+        record.
     """
     values = dict(tracks.conditions)
     if len(tracks.delays):
         values['delay'] = float(np.median(tracks.delays))
         values['delay_95'] = float(np.percentile(tracks.delays, 95))
     steps = np.diff(tracks.stamps)
-    steps = steps[steps > 0]  # not where a recording starts again
+    steps = steps[steps > 0]  # not where a recording restarts
     if len(steps):
         missing = np.round(steps / np.median(steps)) - 1
         lost = missing[steps > STRAIGHT * np.median(steps)].sum()
@@ -62,7 +62,7 @@ def conditions(tracks: Record) -> dict[str, float]:
 
 
 def _jumps(before: np.ndarray, after: np.ndarray) -> float:
-    """Share of the steps that the state before does not explain."""
+    """Share of the steps that the previous state does not explain."""
     dt = (after['stamp'] - before['stamp']) / 1e9
     far = np.zeros(len(before))
     for i, (x, dx) in enumerate((('u', 'du'), ('v', 'dv'))):

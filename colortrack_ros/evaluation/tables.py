@@ -1,4 +1,4 @@
-"""Reading tracks and truth from text: the CSV of replay, MOTChallenge, CSV of truth."""
+"""Reads tracks and truth from text: CSV written by replay, MOTChallenge, CSV of truth."""
 
 from collections.abc import Mapping
 import csv
@@ -18,22 +18,22 @@ from colortrack_ros.files import open_file
 TRUTH_COLUMNS = ('frame', 'id', 'u', 'v')
 TRACK_COLUMNS = ('frame', 'track_id', 'state', 'u', 'v', 'du', 'dv', 'box_w', 'box_h', 'stamp')
 MOT_COLUMNS = 6
-"""frame, id, left, top, width, height; what follows is of no concern here."""
+"""frame, id, left, top, width, height; further columns are ignored."""
 
 STATE_COLUMNS = ('u', 'v', 'du', 'dv')
 
 
 class RecordError(Exception):
-    """A file is not what it should be; says which, and what was expected."""
+    """A file is not what was expected; says which file, and what was expected."""
 
 
 def read_record(path: Path) -> Record:
     """Tracks or truth.
 
     A ``.txt`` is MOTChallenge, whose frames and pixels count from 1. A ``.csv`` has the columns
-    that ``replay --csv`` writes (frames from 1), or frame (from 0), id, u, v, and where it knows
-    them w, h and visible. Beside a truth ``NAME.csv``, a file ``NAME.frames`` lists the frames, one
-    a line, in which every object is labeled; only these are judged.
+    that ``replay --csv`` writes (frames from 1), or frame (from 0), id, u, v, and optionally w, h
+    and visible. Beside a truth ``NAME.csv``, a file ``NAME.frames`` lists the frames, one a line,
+    in which every object is labeled; only these are evaluated.
 
     :raises RecordError: it is none of these.
     """
@@ -98,5 +98,7 @@ def _of_truth(table: Mapping[str, NDArray[np.float64]], frames: Path) -> Record:
 
 
 def _all_frames(frames: NDArray[np.float64] | NDArray[np.int64]) -> range:
-    """From the first picture to the last with rows: a table does not tell of empty ones."""
+    """All frames from the first to the last one with rows, since a table does not list empty
+    ones.
+    """
     return range(int(frames.max()) + 1 if len(frames) else 0)

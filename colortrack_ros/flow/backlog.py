@@ -1,4 +1,4 @@
-"""The queue between the threads that deliver items and the thread that works on them."""
+"""The queue between the threads that deliver items and the thread that processes them."""
 
 from collections import deque
 import threading
@@ -13,16 +13,17 @@ Arrival = TypeVar('Arrival')
 Item = TypeVar('Item')
 
 LAST_COSTS = 20
-"""Recent costs that predict the next one: two thirds of a second at 30 Hz, so that a change of load
-shows soon."""
+"""Number of recent costs that predict the next one: two thirds of a second at 30 Hz, so that a
+change of load shows soon."""
 FEWEST_COSTS = 5
-"""Costs that a prediction needs: the first items cost more, since tables are computed for them."""
+"""Number of costs needed for a prediction: the first items cost more, since tables are computed for
+them."""
 OUTLIERS = 4
-"""The greatest cost of every four is ignored: a hiccup of the machine is no overload."""
+"""The largest of every four costs is ignored: a hiccup of the machine is not an overload."""
 
 
 class Costs:
-    """Recent costs of one step of the work [s]."""
+    """Recent processing times of one step [s]."""
 
     def __init__(self) -> None:
         self._last: deque[float] = deque(maxlen=LAST_COSTS)
@@ -33,7 +34,7 @@ class Costs:
 
     @property
     def expected(self) -> float:
-        """The mean without outliers [s]; 0 while there are fewer than FEWEST_COSTS."""
+        """Their mean without outliers [s]; 0 while there are fewer than FEWEST_COSTS."""
         if len(self._last) < FEWEST_COSTS:
             return 0.0
         usual = sorted(self._last)[: -(len(self._last) // OUTLIERS)]
@@ -41,16 +42,16 @@ class Costs:
 
 
 class Backlog(Generic[Arrival, Item]):
-    """Arrivals not yet read, and items whose turn has come, each in order.
+    """Arrivals that have not been read yet, and items that are due, each in order.
 
-    A short delay is made up for without loss. When the backlog would take longer than ``max_lag``
-    to work off, or takes too much memory, each arrival drops the oldest: a worker that is too slow
-    gets the newest item each time, not a growing delay.
+    After a short delay the worker catches up without loss. When the backlog would take longer than
+    ``max_lag`` to process, or takes too much memory, each arrival drops the oldest: a worker that
+    is too slow then always gets the newest item, and the delay does not grow.
 
-    :ivar max_lag: longest time [s] that working off the backlog may take.
+    :ivar max_lag: longest time [s] that processing the backlog may take.
     :ivar skipped: number of items skipped so far.
-    :ivar reading: cost of reading an arrival, refused or not.
-    :ivar working: cost of working on an item.
+    :ivar reading: time to read an arrival, refused or not.
+    :ivar working: time to process an item.
     """
 
     def __init__(self, max_lag: float = 0.0) -> None:
@@ -64,7 +65,7 @@ class Backlog(Generic[Arrival, Item]):
         self._changed = threading.Condition()
 
     def put(self, arrival: Arrival, size: int = 0) -> None:
-        """Add an arrival, and skip the oldest where there is no time or memory for them.
+        """Add an arrival, and skip the oldest ones that there is no time or memory for.
 
         :param size: the memory that it takes [bytes].
         """
@@ -76,7 +77,7 @@ class Backlog(Generic[Arrival, Item]):
                 self.skipped += 1
 
     def release(self, item: Item, size: int = 0) -> None:
-        """Add an item whose turn has come; it is older than whatever arrives."""
+        """Add an item that is due; it is older than all arrivals."""
         with self._changed:
             self._add(self._ready, item, size)
 
@@ -91,12 +92,12 @@ class Backlog(Generic[Arrival, Item]):
             return self._pop(self._arrivals) if self._arrivals and not self.closed else None
 
     def next_ready(self) -> Item | None:
-        """Remove and return the oldest item whose turn has come; None if there is none."""
+        """Remove and return the oldest item that is due; None if there is none."""
         with self._changed:
             return self._pop(self._ready) if self._ready and not self.closed else None
 
     def done(self) -> None:
-        """Mark the arrival or item that was removed last as done."""
+        """Mark the arrival or item that was last removed as done."""
         with self._changed:
             self._unfinished -= 1
             self._changed.notify_all()
@@ -107,7 +108,7 @@ class Backlog(Generic[Arrival, Item]):
             self._changed.wait_for(lambda: self._unfinished == 0 or self.closed)
 
     def close(self) -> None:
-        """End all waiting."""
+        """Wake everything that waits."""
         with self._changed:
             self.closed = True
             self._changed.notify_all()

@@ -1,4 +1,4 @@
-"""Items that wait until what belongs to them is known."""
+"""Holds items back until they can be completed."""
 
 from collections import deque
 from collections.abc import Callable
@@ -11,15 +11,15 @@ from typing import TypeVar
 Item = TypeVar('Item')
 
 MOST_INCOMPLETE = 1000
-"""Items that may wait, where time stands still: half a minute at 30 Hz."""
+"""How many items may wait if the clock stands still: half a minute at 30 Hz."""
 
 
 class Completion(Generic[Item]):
-    """Hands items on complete, in the order in which they came.
+    """Passes items on in their order of arrival once they are complete.
 
-    :param complete: gives the complete item, or None if it has to wait; the second argument says
+    :param complete: returns the complete item, or None if it has to wait; the second argument says
         that it must not wait any longer.
-    :param hand_on: takes each complete item, and its context.
+    :param hand_on: takes each complete item and its context.
     :param longest: how long an item waits [s].
     :param clock: the time [s] at which items arrive.
     """
@@ -39,28 +39,30 @@ class Completion(Generic[Item]):
     def put(self, item: Item, context: Any = None) -> None:
         """Take the next item.
 
-        :param context: whatever goes with it.
+        :param context: passed on with it.
         """
         with self._lock:
             self._waiting.append((item, context, self._clock()))
             self._release(over=len(self._waiting) > MOST_INCOMPLETE)
 
     def look(self) -> None:
-        """Hand on what is complete by now, and what has waited too long as it is."""
+        """Pass on items that are complete by now, and those that have waited too long, as they
+        are.
+        """
         with self._lock:
             self._release()
 
     def flush(self) -> None:
-        """Hand on all that waits: nothing more comes."""
+        """Pass on all waiting items; the input has ended."""
         with self._lock:
             while self._waiting:
                 self._release(over=True)
 
     def _release(self, *, over: bool = False) -> None:
-        """Hand on until one has to wait; over: the first must not."""
+        """Pass items on until one has to wait; over: the first must not wait."""
         while self._waiting:
             item, context, arrived = self._waiting[0]
-            # a clock that has gone back is another one: nothing comes any more
+            # the clock has gone back, so it is another playback and nothing more will come
             over = over or not 0 <= self._clock() - arrived <= self._longest
             complete = self._complete(item, over)
             if complete is None:

@@ -1,4 +1,4 @@
-"""What is said of an exception that nobody has thought of."""
+"""Describes unexpected exceptions."""
 
 import os
 from pathlib import Path
@@ -7,13 +7,13 @@ import traceback
 PACKAGE = Path(__file__).parents[1]
 STANDARD_LIBRARY = Path(os.__file__).parent
 INSTALLED = {'site-packages', 'dist-packages'}
-"""Folders of libraries."""
+"""Folders with libraries."""
 
 
 def fault_of(error: Exception) -> str:
-    """What failed, and where, in a line: why an item is refused, to be reported to us.
+    """What failed and where, in one line for a bug report.
 
-    The place is the innermost outside of libraries, which raise for what we gave them.
+    The place is the innermost one outside libraries, which raise because of what we passed to them.
     """
     frames = traceback.extract_tb(error.__traceback__)
     at = ([at for at in frames if not _is_of_library(Path(at.filename))] or frames)[-1]

@@ -1,4 +1,4 @@
-"""Items of several sources in the order of their stamps."""
+"""Merges items of several sources in the order of their stamps."""
 
 from collections.abc import Callable
 import heapq
@@ -13,18 +13,18 @@ from colortrack_ros.data import NANOSECONDS
 Item = TypeVar('Item')
 
 LONGEST_SILENCE = 0.2
-"""How long [s] the others wait for a source: two pictures at 10 Hz. Assumed: with
-half of it one lost picture at 10 Hz lets the others go ahead, with twice as much a source that has
-died holds them up for longer."""
+"""How long [s] the others wait for a source: two pictures at 10 Hz. Assumed: with half of it the
+others go ahead whenever a picture is lost at 10 Hz; with twice as much, a dead source delays them
+for longer."""
 
 
 class Interleaving(Generic[Item]):
-    """Puts the items of sources, each in its own order, into a common one.
+    """Merges the items of several sources, each of them in order.
 
-    An item goes on once every source has come as far. A source that has been silent for longer
-    than LONGEST_SILENCE is not waited for; what it brings after that, and is late, is refused.
+    An item is passed on once every source has reached its stamp. A source that has been silent for
+    longer than LONGEST_SILENCE is not waited for; items that it delivers too late are refused.
 
-    :param count: of sources. With one, everything goes on at once.
+    :param count: number of sources. With one, every item is passed on at once.
     :param hand_on: takes each item.
     :param refuse: takes the reason why an item is dropped.
     :param clock: the time [s] at which items arrive.
@@ -49,7 +49,7 @@ class Interleaving(Generic[Item]):
         :param stamp: of its picture [ns].
         """
         with self._lock:
-            if stamp < self._stamps[source]:  # time has gone back: what waits was before that
+            if stamp < self._stamps[source]:  # time has gone back: these are from before
                 self._release(1 << 62)
                 self._stamps, self._last = [stamp] * len(self._stamps), stamp
             self._stamps[source], self._arrived[source] = stamp, self._clock()
@@ -63,7 +63,7 @@ class Interleaving(Generic[Item]):
             self.look()
 
     def look(self) -> None:
-        """Hand on what nobody need wait for any more."""
+        """Pass on the items that no source can precede any more."""
         with self._lock:
             now = self._clock()
             awaited = [

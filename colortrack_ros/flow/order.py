@@ -1,4 +1,4 @@
-"""Messages in the order of their stamps, whatever the order in which they arrive."""
+"""Puts messages into the order of their stamps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,21 +16,23 @@ from colortrack_ros.parameters import parameter
 Item = TypeVar('Item')
 
 IDLE = 0.1
-"""Period [s] of the check whether messages have waited long enough."""
+"""Interval [s] at which waiting messages are checked. It matters only when the input has
+stopped."""
 MAX_ITEMS = 1000
-"""Most items that may wait: half a minute at 30 Hz, three times the longest reorder_window."""
+"""Maximum number of waiting items: half a minute at 30 Hz, three times the longest
+reorder_window."""
 MAX_BYTES = 256 * 1024**2
-"""Most memory that waiting pictures may take: a sixteenth of the 4 GiB of a small robot's computer,
+"""Maximum memory of waiting pictures [bytes]: a sixteenth of the 4 GiB of a small robot's computer,
 290 pictures of 640x480."""
 
 
 @dataclass(frozen=True)
 class OrderConfig(Config):
-    """Which messages wait for others, and which are too late."""
+    """How long messages wait for earlier ones, and when they are too late."""
 
     reorder_window: float = parameter(
         0.0,
-        'How long, by the stamps, a message waits for earlier ones that are still on their way.',
+        'How long a message waits, by the stamps, for earlier ones that are still on their way.',
         unit='s',
         minimum=0.0,
         maximum=10.0,
@@ -38,8 +40,8 @@ class OrderConfig(Config):
     )
     max_late: float = parameter(
         0.25,
-        'A message older than the last one by no more than this is late and dropped; by more, '
-        'time has gone back, as in a loop.',
+        'A message up to this much older than the last one is late and is dropped; if it is older '
+        'still, time has gone back, as in a loop.',
         unit='s',
         minimum=0.0,
         maximum=10.0,
@@ -48,12 +50,12 @@ class OrderConfig(Config):
 
 
 class Order(Generic[Item]):
-    """Releases items in the order of their stamps and refuses those that come too late.
+    """Releases items in the order of their stamps, and refuses those that come too late.
 
-    :param release: takes an item whose turn it is.
+    :param release: takes each item when it is due.
     :param refuse: takes the reason why an item is dropped.
-    :param clock: the time [s] at which items arrive: the node's, so that a bag that is paused or
-        played slowly has all the time it needs.
+    :param clock: the time [s] at which items arrive: the node's clock, so that pausing a bag or
+        playing it slowly changes nothing.
     :ivar window: parameter reorder_window [s].
     :ivar max_late: parameter max_late [s].
     """
@@ -73,13 +75,14 @@ class Order(Generic[Item]):
         self._last = self._newest = -(1 << 62)  # older than any stamp
 
     def configure(self, config: OrderConfig) -> None:
-        """Take other values into use."""
+        """Apply other values."""
         self.window, self.max_late = config.reorder_window, config.max_late
 
     def push(self, stamp: int, item: Item, size: int = 0) -> None:
         """Add an item that has just arrived.
 
-        When too many wait, or take too much memory, the oldest go before the window has passed.
+        If too many wait, or take too much memory, the oldest are released before the window has
+        passed.
 
         :param stamp: of its header [ns].
         :param size: the memory that it takes [bytes].
@@ -103,11 +106,11 @@ class Order(Generic[Item]):
             self._release_oldest()
 
     def look(self, over: Callable[[], bool] = lambda: False) -> None:
-        """Release all items if none has arrived for the length of the window.
+        """Release all items if none has arrived for as long as the window.
 
         :param over: whether the input has ended.
         """
-        # A clock that has gone back belongs to another playback: the old one has ended.
+        # The clock has gone back: it belongs to another playback, and the old one has ended.
         if self._waiting and (abs(self._clock() - self._arrived) > self.window or over()):
             self.flush()
 

@@ -1,4 +1,4 @@
-"""Play a recording in real time, or as fast as it is consumed."""
+"""Plays a recording in real time, or as fast as it is consumed."""
 
 from collections import deque
 from collections.abc import Callable
@@ -6,15 +6,16 @@ import threading
 import time
 
 MAX_BEHIND = 1.0
-"""Delay [s] beyond which the schedule restarts from now. Assumed: up to 30 frames
-at 30 Hz hurry after a pause, with half and twice the value 15 and 60."""
+"""Delay [s] beyond which the schedule restarts from now. Assumed: after a pause, at most 30 frames
+at 30 Hz are sent in a hurry, and 15 or 60 with half or twice the value."""
 
 ANSWER_TIMEOUT = 1.0
-"""How long [s] a frame waits for its answer: a detector that has skipped it never answers."""
+"""How long [s] a frame waits for its answer: if the detector has skipped it, none will come.
+Assumed: even a detector at 1 Hz answers in time."""
 
 
 class Pacer:
-    """Returns from :meth:`pace` once a period, on a schedule that small delays do not shift.
+    """Lets :meth:`pace` return once a period, on a schedule that small delays do not shift.
 
     :param sleep: waits for a time [s].
     :param clock: monotonic time [s].
@@ -28,7 +29,7 @@ class Pacer:
         self._due = -float('inf')
 
     def pace(self, period: float) -> None:
-        """Wait until one period [s] after the time that the last call waited for."""
+        """Wait until one period [s] after the scheduled time of the last call."""
         now = self._clock()
         self._due += period
         if self._due < now - MAX_BEHIND:
@@ -38,10 +39,10 @@ class Pacer:
 
 
 class Window:
-    """Limits the number of frames that have been sent and not answered.
+    """Limits the number of frames that have been sent but not answered.
 
-    :param size: that number.
-    :param patience: time [s] after which an answer no longer comes.
+    :param size: that limit.
+    :param patience: time [s] after which no answer is expected any more.
     """
 
     def __init__(self, size: int, patience: float = ANSWER_TIMEOUT) -> None:

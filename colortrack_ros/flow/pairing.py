@@ -1,4 +1,4 @@
-"""Pictures that wait for their detections."""
+"""Pairs pictures with their detections."""
 
 from collections import deque
 from collections.abc import Callable
@@ -10,11 +10,11 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 
 MAX_UNPAIRED = 30
-"""Most pictures that wait by default, as many as the queue of a subscription holds."""
+"""How many pictures may wait by default: the depth of a subscription's queue."""
 
 
 class Pair(NamedTuple):
-    """A picture and its detections, None where the detector has skipped it."""
+    """A picture and its detections; None if the detector has skipped it."""
 
     frame: Frame
     detections: Detections | None
@@ -31,14 +31,14 @@ class Pair(NamedTuple):
 
 
 class Pairing:
-    """Pairs pictures with the detections of the same stamp, whichever come first.
+    """Pairs pictures with the detections of the same stamp, whichever arrive first.
 
-    A detector may skip pictures, but works on them in order: once the detections of a later picture
-    are there, the earlier ones go on without. Order of arrival counts, not the stamps, so a
-    recording may loop. Pictures and detections may come from two threads.
+    A detector may skip pictures but processes them in order: once the detections of a later picture
+    have arrived, the earlier ones are passed on without. What counts is the order of arrival, not
+    the stamps, so a recording may loop. Pictures and detections may come from two threads.
 
     :param hand_on: takes each pair, in the order of the pictures, and the context of its picture.
-    :param most: pictures that wait: a detector that has ended holds nobody up.
+    :param most: how many pictures may wait, so that a detector that has ended blocks nothing.
     """
 
     def __init__(self, hand_on: Callable[[Pair, Any], object], most: int = MAX_UNPAIRED) -> None:
@@ -68,7 +68,7 @@ class Pairing:
             self._hand_on(Pair(frame, self._take(frame.stamp)), context)
 
     def _take(self, stamp: int) -> Detections | None:
-        """The first detections of a stamp, which are there twice where a loop is done."""
+        """The first detections of a stamp; in a looping recording there may be two."""
         for k, detections in enumerate(self._detections):
             if detections.stamp == stamp:
                 del self._detections[k]

@@ -1,4 +1,4 @@
-"""The steps of the chain: items are put into their order, worked on one at a time and handed on."""
+"""The stages of the chain: items are put in order, processed one at a time, and passed on."""
 
 from collections.abc import Callable
 import threading
@@ -16,7 +16,7 @@ from colortrack_ros.flow.order import OrderConfig
 
 
 class Stamped(Protocol):
-    """Anything with the stamp of a frame."""
+    """Anything that has the stamp of a frame."""
 
     @property
     def stamp(self) -> int:
@@ -30,9 +30,9 @@ Unread = tuple[Callable[[], In], Any]
 
 
 class Stage(Generic[In, Out]):
-    """Works on items in the order of their stamps, in the thread of whoever puts them in.
+    """Processes items in the order of their stamps, in the thread that puts them in.
 
-    :param work: makes the result of an item.
+    :param work: computes the result of an item.
     :param refuse: takes the reason why an item is dropped.
     :param clock: the time [s] at which items arrive; see :class:`Order`.
     :ivar paused: whether what arrives is dropped unread.
@@ -52,26 +52,26 @@ class Stage(Generic[In, Out]):
 
     @property
     def skipped(self) -> int:
-        """How many items have been skipped: none, where whoever puts them in waits."""
+        """Number of items skipped: none here, since the caller waits."""
         return 0
 
     def configure(self, config: OrderConfig) -> None:
-        """Take other values into use."""
+        """Apply other values."""
         self._order.configure(config)
 
     def then(self, taker: Taker) -> None:
-        """Have each result, and the context of its item, handed to this as well."""
+        """Pass each result, with the context of its item, to this function as well."""
         self._takers.append(taker)
 
     def hand_on(self, result: Out, context: Any = None) -> None:
-        """Give a result, also one that was made elsewhere, to those who take it."""
+        """Pass a result, which may have been made elsewhere, to all that take it."""
         for taker in self._takers:
             taker(result, context)
 
     def put(self, item: In, context: Any = None) -> None:
         """Take the next item that has arrived.
 
-        :param context: whatever goes with it to those who take its result.
+        :param context: passed on with its result.
         """
         if not self.paused:
             self._push(item, context)
@@ -81,7 +81,7 @@ class Stage(Generic[In, Out]):
             self._order.push(item.stamp, (item, context), _size_of(item))
 
     def look(self, over: Callable[[], bool] = lambda: False) -> None:
-        """Work on what waits when nothing has come for the time of the window; see Order."""
+        """Process the waiting items if none has arrived for as long as the window; see Order."""
         with self._lock:
             self._order.look(over)
 
@@ -104,11 +104,11 @@ class Stage(Generic[In, Out]):
 
 
 class Worker(Stage[In, Out]):
-    """A stage that works in a thread of its own, and skips the oldest items when it is too slow.
+    """A stage with a thread of its own, which skips the oldest items when it is too slow.
 
-    An item on which the work fails, with whatever exception, is refused; the next ones are not.
+    If the work on an item raises any exception, only that item is refused.
 
-    :param over: whether nothing comes any more; see :meth:`Order.look`.
+    :param over: whether the input has ended; see :meth:`Order.look`.
     :param name: of the thread.
     """
 
@@ -128,12 +128,12 @@ class Worker(Stage[In, Out]):
 
     @property
     def skipped(self) -> int:
-        """How many items have been skipped."""
+        """Number of items skipped."""
         return self._backlog.skipped
 
     @property
     def max_lag(self) -> float:
-        """How long [s] working off what waits may take."""
+        """How long [s] processing the backlog may take."""
         return self._backlog.max_lag
 
     @max_lag.setter
@@ -145,9 +145,9 @@ class Worker(Stage[In, Out]):
         self.put_unread(lambda: item, _size_of(item), context)
 
     def put_unread(self, read: Callable[[], In], size: int, context: Any = None) -> None:
-        """Take the next item, which is read by the thread unless it is skipped.
+        """Take the next item, which the thread reads unless it is skipped.
 
-        :param read: gives the item; raises ValueError with the reason why it is refused.
+        :param read: returns the item; raises ValueError with the reason if it is refused.
         :param size: the memory that it takes unread [bytes].
         """
         if self.paused:
@@ -162,7 +162,7 @@ class Worker(Stage[In, Out]):
         self._backlog.join()
 
     def flush(self) -> None:
-        """Work on all that waits, and wait until that is done."""
+        """Process everything that is waiting, and wait until that is done."""
         self.settle()
         super().flush()
         self.settle()
@@ -181,10 +181,10 @@ class Worker(Stage[In, Out]):
             while not self._backlog.closed:
                 self._step()
         finally:
-            self._backlog.close()  # nobody waits for a thread that has died
+            self._backlog.close()  # nobody must wait for a thread that has died
 
     def _step(self) -> None:
-        """Read one arrival, and work on one item whose turn it is."""
+        """Read one arrival, and process one item that is due."""
         arrival = self._backlog.next_arrival(IDLE)
         if arrival is not None:
             self._read(*arrival)
@@ -193,7 +193,7 @@ class Worker(Stage[In, Out]):
             start = time.monotonic()
             try:
                 self._work_on(*ready)
-            except Exception as error:  # of an item that nobody has thought of
+            except Exception as error:  # of any kind
                 self._refuse(fault_of(error))
             self._backlog.working.add(time.monotonic() - start)
             self._backlog.done()
@@ -214,5 +214,5 @@ class Worker(Stage[In, Out]):
 
 
 def _size_of(item: object) -> int:
-    """The memory that a frame's picture takes [bytes]; nothing else is worth counting."""
+    """Memory of a frame's picture [bytes]; everything else is negligible."""
     return int(getattr(getattr(item, 'image', None), 'nbytes', 0))

@@ -1,6 +1,6 @@
 """ROS messages <-> Frame, Detections, Tracks, Locations.
 
-A message that contradicts itself or its contract raises MessageError.
+A message that is inconsistent or violates its contract raises MessageError.
 """
 
 from colortrack_ros.messages.camera_info import camera_info_of_frame

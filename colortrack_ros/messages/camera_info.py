@@ -1,4 +1,4 @@
-"""The YAML of camera_calibration -> sensor_msgs/CameraInfo -> the size of its pictures."""
+"""YAML of camera_calibration -> sensor_msgs/CameraInfo -> picture size."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,8 +18,8 @@ from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.serialized import message_of_serialized
 
 MAX_CALIBRATION = 1 << 16
-"""Size of the largest calibration that is read or stored: thirty times what camera_calibration
-writes, and half a second of YAML."""
+"""Maximum size of a calibration file [bytes]: thirty times what camera_calibration writes, and half
+a second of YAML parsing."""
 
 _MATRICES = {
     'k': ('camera_matrix', 9),
@@ -30,11 +30,10 @@ _MATRICES = {
 
 
 def load_camera_info(url: str) -> CameraInfo:
-    """The calibration in a file; for an empty URL all zeros, which means uncalibrated.
+    """The calibration in a file; all zeros, which means uncalibrated, for an empty URL.
 
     :param url: ``file:///path``, ``package://name/path`` or a plain path.
-    :raises ValueError: there is no such file, or it is no calibration, whatever else it is; the
-        reason says which.
+    :raises ValueError: there is no such file, or it is not a calibration; the reason says which.
     """
     if not url:
         return CameraInfo()
@@ -63,7 +62,7 @@ def load_camera_info(url: str) -> CameraInfo:
 def save_camera_info(url: str, info: CameraInfo) -> None:
     """Write a calibration as camera_calibration does; :func:`load_camera_info` reads it.
 
-    If this fails, the old file stays as it was.
+    On failure the old file is unchanged.
 
     :raises ValueError: there is no URL, it cannot be written to, or the calibration is too large.
     """
@@ -93,9 +92,9 @@ def save_camera_info(url: str, info: CameraInfo) -> None:
 
 
 def camera_info_of_frame(frame: Frame, info: CameraInfo) -> CameraInfo:
-    """Complete the CameraInfo of a frame: header, and size where the camera is not calibrated.
+    """Complete the CameraInfo of a frame: header, and size if the camera is not calibrated.
 
-    :param info: the calibration, which is written to and returned.
+    :param info: the calibration, modified in place and returned.
     """
     info.header = header_of(frame.stamp, frame.frame_id)
     if not info.k[0]:
@@ -108,8 +107,8 @@ def image_size_of_serialized_camera_info(cdr: bytes) -> tuple[int, int]:
 
     They are those of its region of interest, if it has one, after binning.
 
-    :return: zeros if the camera does not say.
-    :raises MessageError: bytes of something else, or one of the two is zero.
+    :return: zeros if the message gives none.
+    :raises MessageError: these are not the bytes of a CameraInfo, or one of the two is zero.
     """
     info = message_of_serialized(cdr, CameraInfo)
     width, height = info.roi.width or info.width, info.roi.height or info.height

@@ -1,4 +1,4 @@
-"""Read serialized messages without copying their large fields."""
+"""Reads serialized messages without copying their large fields."""
 
 import struct
 
@@ -6,7 +6,7 @@ from colortrack_ros.data import NANOSECONDS
 
 
 class CdrError(ValueError):
-    """The bytes end too early, or cannot be the field that is read."""
+    """The bytes end too early, or do not form the field that is read."""
 
 
 class Reader:

@@ -57,7 +57,7 @@ def cloud_of_tracks(tracks: Tracks) -> PointCloud2:
 
 
 def cloud_of_outlines(tracks: Tracks) -> PointCloud2:
-    """One point for each point along each outline, in order, the tracks one after the other."""
+    """One point for each point of each outline, in order, track by track."""
     outlines = tracks.outlines
     points = np.zeros(outlines.shape[:2], OUTLINE_POINT)
     points['track_id'] = tracks.rows['track_id'][: len(outlines), None]
@@ -67,7 +67,7 @@ def cloud_of_outlines(tracks: Tracks) -> PointCloud2:
 
 
 def detections_of_cloud(message: PointCloud2) -> Detections:
-    """The detections of a message, in any order of its fields, further fields ignored.
+    """The detections in a message, whose fields may have any order; other fields are ignored.
 
     :raises MessageError: a field is missing or has another type, or sizes do not agree.
     """
@@ -76,7 +76,7 @@ def detections_of_cloud(message: PointCloud2) -> Detections:
 
 
 def tracks_of_cloud(message: PointCloud2) -> Tracks:
-    """The tracks of a message, in any order of its fields, further fields ignored.
+    """The tracks in a message, whose fields may have any order; other fields are ignored.
 
     :raises MessageError: a field is missing or has another type, or sizes do not agree.
     """
@@ -102,7 +102,7 @@ def tracks_of_serialized_cloud(cdr: bytes) -> Tracks:
 
 
 def outlines_of_serialized_cloud(cdr: bytes) -> tuple[int, NDArray[np.void]]:
-    """The stamp [ns] of a serialized message of outlines, and its points, (N,) of OUTLINE_POINT.
+    """The stamp [ns] and points, (N,) of OUTLINE_POINT, of a serialized message of outlines.
 
     :param cdr: as a subscription with ``raw=True`` hands it over.
     :raises MessageError: as :func:`detections_of_serialized_cloud`, and for coordinates that are
@@ -122,9 +122,9 @@ def outlines_of_serialized_cloud(cdr: bytes) -> tuple[int, NDArray[np.void]]:
 
 
 def tracks_with_outlines(tracks: Tracks, points: NDArray[np.void]) -> Tracks:
-    """Add their outlines to tracks; NaN where a track has no points.
+    """Add outlines to tracks; NaN if a track has none.
 
-    :param points: (N,) of OUTLINE_POINT, those of a track in the order along its outline.
+    :param points: (N,) of OUTLINE_POINT, in order along each outline.
     """
     points = points[np.argsort(points['track_id'], kind='stable')]
     wanted = tracks.rows['track_id']
@@ -159,7 +159,7 @@ def cloud_of_rows(rows: NDArray[np.void], stamp: int, frame_id: str) -> PointClo
 
 
 def rows_of_cloud(message: PointCloud2, dtype: np.dtype[Any]) -> NDArray[np.void]:
-    """The points as (N,) of ``dtype``, a view of the message where its layout is the same.
+    """The points as (N,) of ``dtype``, a view of the message if the layout is the same.
 
     :raises MessageError: a field is missing or has another type, or sizes do not agree.
     """
@@ -184,7 +184,7 @@ def rows_of_cloud(message: PointCloud2, dtype: np.dtype[Any]) -> NDArray[np.void
 
 
 def _dtype_of(message: PointCloud2, expected: np.dtype[Any]) -> np.dtype[Any]:
-    """The layout of the message, of the fields that ``expected`` names.
+    """The layout of the message, restricted to the fields of ``expected``.
 
     :raises MessageError: one is missing, has another type, or reaches beyond the point.
     """

@@ -40,9 +40,10 @@ def compressed_of_frame(frame: Frame, quality: int) -> CompressedImage:
 def frame_of_serialized_compressed_image(cdr: bytes, max_pixels: int = MAX_PIXELS) -> Frame:
     """The Frame of a serialized CompressedImage, decoded to bgr8.
 
-    An orientation in Exif is ignored: the CameraInfo describes the picture as the camera took it.
+    An Exif orientation is ignored, since the CameraInfo describes the picture as the camera took
+    it.
 
-    :param max_pixels: a picture that claims more is refused before it is decoded [px].
+    :param max_pixels: a picture that claims more pixels is refused before it is decoded.
     :raises MessageError: these are not the bytes of a CompressedImage, or not a whole JPEG or PNG.
     """
     try:
@@ -58,7 +59,7 @@ def frame_of_serialized_compressed_image(cdr: bytes, max_pixels: int = MAX_PIXEL
         raise MessageError(
             f'{label}: expected at most max_pixels, {max_pixels}, got {width}x{height}'
         )
-    image: Any  # cv2 has None, or pixels of any kind, for its type
+    image: Any  # cv2's type allows None and any dtype
     try:
         flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
         image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
@@ -76,7 +77,7 @@ def _size_of(data: bytes, label: str) -> tuple[int, int]:
     if not data.startswith(JPEG_START):
         raise MessageError(f'{label}: expected a JPEG or PNG')
     size, scan = read_jpeg_header(data)
-    # OpenCV 4 fills what is missing with gray.
+    # OpenCV 4 fills missing parts with gray.
     if size is None or data.rfind(JPEG_END, scan) < 0:
         raise MessageError(f'{label}: expected a whole JPEG, this one is cut short or broken')
     return size

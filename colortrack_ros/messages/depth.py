@@ -11,13 +11,13 @@ from colortrack_ros.messages.header import header_of
 from colortrack_ros.messages.images import fields_of_serialized_image
 
 ENCODED = {'16UC1': ('u2', 1e-3), '32FC1': ('f4', 1.0)}
-"""For each encoding the type of a pixel, and its unit in m."""
+"""Pixel type and unit [m] of each encoding."""
 
 
 def depth_of_serialized_image(cdr: bytes) -> tuple[int, NDArray[np.float32]]:
     """The stamp [ns] of a serialized Image, and its depths, (H, W) [m]; 0 or NaN in holes.
 
-    :raises MessageError: it is no depth picture, or size, step and data do not agree.
+    :raises MessageError: it is not a depth picture, or size, step and data do not agree.
     """
     (stamp, _), height, width, encoding, big_endian, step, data = fields_of_serialized_image(cdr)
     if encoding not in ENCODED:

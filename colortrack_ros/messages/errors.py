@@ -2,4 +2,4 @@
 
 
 class MessageError(ValueError):
-    """A message that contradicts itself or its contract: what was given, what was expected."""
+    """A message is inconsistent or violates its contract: what was given, and what was expected."""

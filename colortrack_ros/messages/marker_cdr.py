@@ -1,4 +1,4 @@
-"""Serializes many markers as a visualization_msgs/MarkerArray, by arrays.
+"""Serializes many markers as a visualization_msgs/MarkerArray, in arrays.
 
 One message object costs 0.1 ms, so the markers of 500 tracks would cost more than their picture.
 Markers of one kind differ only in numbers: they are rows of one array whose dtype has the fields of
@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 Rows = list[tuple[bytes, bytes]]
-"""Serialized markers: as one that begins at a multiple of 8 bytes, and 4 bytes after one."""
+"""Serialized markers, both for an offset of a multiple of 8 bytes and for one of 4 bytes more."""
 
 
 class MarkerKind(NamedTuple):
-    """What all markers of a kind share.
+    """The fields that all markers of a kind share.
 
     :param header: sec, nanosec and frame_id.
     :param ns: namespace.
@@ -58,7 +58,7 @@ def rows_of(kind: MarkerKind, count: int, **columns: Any) -> Rows:
 
 
 def array_of(markers: Iterable[tuple[bytes, bytes]]) -> bytes:
-    """The message that holds these markers, in order."""
+    """The message with these markers, in order."""
     parts, at, count = [], 4, 0
     for marker in markers:
         parts.append(bytes(-at % 4))
@@ -70,7 +70,7 @@ def array_of(markers: Iterable[tuple[bytes, bytes]]) -> bytes:
 
 
 def _dtype(kind: MarkerKind, phase: int) -> 'np.dtype[Any]':
-    """The fields of a Marker where they lie in one that begins at a multiple of 8, plus phase."""
+    """The fields and offsets of a Marker that begins at a multiple of 8 bytes plus phase."""
     points = [('points', '<f8', (kind.points, 3))] if kind.points else []
     fields = [
         *[('sec', '<i4'), ('nanosec', '<u4'), *_string('frame_id', len(kind.header[2]))],
@@ -96,5 +96,5 @@ def _dtype(kind: MarkerKind, phase: int) -> 'np.dtype[Any]':
 
 
 def _string(name: str, length: int = 0) -> list[tuple[Any, ...]]:
-    """A string: its length, the terminating zero included, and then its bytes."""
+    """A string: its length, including the terminating zero, then its bytes."""
     return [(f'{name}_length', '<u4'), (name, f'S{length + 1}')]

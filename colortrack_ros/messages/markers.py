@@ -20,14 +20,14 @@ ELLIPSE, ARROW, LABEL, OUTLINE = b'ellipse', b'velocity', b'id', b'outline'
 """Namespaces of the markers, one for each kind."""
 
 ELLIPSE_SIGMAS = 2.0
-"""Half axes of the ellipse, in standard deviations; 2 by the contract of the topic."""
+"""Half axes of the ellipse, in standard deviations; the contract of the topic says 2."""
 
 MEASURED_COLOR, COASTING_COLOR = (0.1, 0.8, 0.2, 0.8), (0.9, 0.7, 0.1, 0.5)
-"""Colors of tracks that are measured and of those that coast."""
+"""Colors of measured tracks and of coasting ones."""
 
 
 class MarkerWriter:
-    """Writes markers of confirmed and coasting tracks, and deletes those of tracks that are gone.
+    """Makes markers of confirmed and coasting tracks, and deletes those of tracks that are gone.
 
     Pixels become meters by ``scale``: x = scale * u, y = scale * v, z = 0 in the camera's frame.
     """
@@ -38,14 +38,16 @@ class MarkerWriter:
         self._afresh = False
 
     def skip(self) -> None:
-        """Note that nobody takes the markers of this frame: the next ones replace all before."""
+        """Note that the markers of this frame are not published: the next ones will replace all
+        earlier ones.
+        """
         self._shown.clear()
         self._afresh = True
 
     def write(self, tracks: Tracks, scale: float) -> bytes:
         """One ellipse, one arrow, and one text for each track, and its outline if it has one.
 
-        :param tracks: after a frame; a track that was written before and is absent is deleted.
+        :param tracks: after a frame; markers of tracks that are now absent are deleted.
         :param scale: m/px.
         :return: the message in CDR, as a publisher takes it and a bag holds it.
         """
@@ -138,7 +140,7 @@ def _labels(
     size: NDArray[np.float64],
     common: dict[str, NDArray],
 ) -> Rows:
-    """The IDs as texts, those with the same number of digits at once; IDs ascend."""
+    """Text markers of the IDs, grouped by number of digits; IDs ascend."""
     above = position - np.array([0.0, 0.75, 0.0]) * size[:, None]
     scale = np.array([0.0, 0.0, 0.5]) * size[:, None]
     texts = [str(i).encode() for i in rows['track_id'].tolist()]

@@ -17,7 +17,7 @@ from colortrack_ros.messages.serialized import message_of_serialized
 def odometry_on_ground(
     place: Sequence[float], speeds: Sequence[float], stamp: int, frame_id: str, child_frame_id: str
 ) -> Odometry:
-    """Of a robot on the ground.
+    """The odometry of a robot on the ground.
 
     :param place: x, y [m], yaw [rad] of the child frame.
     :param speeds: forward [m/s], to the left around z [rad/s].
@@ -31,7 +31,7 @@ def odometry_on_ground(
 
 
 def twist_of(speed: float, turn: float) -> Twist:
-    """Of a differential drive: forward [m/s], to the left around z [rad/s]."""
+    """The command of a differential drive: forward [m/s], to the left around z [rad/s]."""
     twist = Twist()
     twist.linear.x, twist.angular.z = float(speed), float(turn)
     return twist
@@ -40,7 +40,7 @@ def twist_of(speed: float, turn: float) -> Twist:
 def speeds_of_serialized_twist(cdr: bytes, *, stamped: bool) -> tuple[float, float]:
     """Forward [m/s] and around z [rad/s] of a serialized Twist or TwistStamped.
 
-    :raises MessageError: bytes of something else, or numbers that are not finite.
+    :raises MessageError: these are not the bytes of such a message, or numbers are not finite.
     """
     message = message_of_serialized(cdr, TwistStamped if stamped else Twist)
     twist = message.twist if stamped else message

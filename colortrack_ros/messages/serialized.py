@@ -12,7 +12,7 @@ from colortrack_ros.messages.errors import MessageError
 def stamp_of_serialized(cdr: bytes) -> int:
     """The stamp [ns] of a serialized message that begins with a header.
 
-    :raises MessageError: these are not the bytes of such a message, or it is no time.
+    :raises MessageError: these are not the bytes of such a message, or the stamp is invalid.
     """
     try:
         return Reader(cdr).stamp()
@@ -21,11 +21,11 @@ def stamp_of_serialized(cdr: bytes) -> int:
 
 
 def message_of_serialized(cdr: bytes, kind: type) -> Any:
-    """The message of a type from its bytes.
+    """Deserialize a message.
 
     :raises MessageError: these are not the bytes of such a message.
     """
     try:
         return deserialize_message(cdr, kind)
-    except (RuntimeError, ValueError) as error:  # of rmw; of a string that is not UTF-8
+    except (RuntimeError, ValueError) as error:  # not UTF-8
         raise MessageError(f'not a serialized {kind.__name__}: {len(cdr)} bytes') from error

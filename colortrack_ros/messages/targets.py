@@ -21,7 +21,9 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.messages.header import header_of
 
 HEADING_SPEED = 0.1
-"""Below this speed [m/s] an object has no heading, and its pose has that of the frame."""
+"""Below this speed [m/s] an object has no heading, and its pose has the orientation of the frame.
+Twice the speed that 95 % of the objects at rest are estimated below after a second
+(test/world/test_filter.py)."""
 
 UNKNOWN_DIAMETER = 0.1
 """Diameter [m] of the marker of an object of unknown size: visible, and it hides nothing."""
@@ -42,7 +44,7 @@ def pose_of(row: np.void) -> Pose:
 
 
 def covariance_of(row: np.void) -> NDArray[np.float64]:
-    """Of the pose of an object, (6, 6): nothing is known of how it is turned."""
+    """Covariance of the pose of an object, (6, 6); its orientation is unknown."""
     covariance = np.zeros((6, 6))
     covariance[:3, :3] = row['covariance'][:3, :3]
     covariance[3:, 3:] = ANY_TURN * np.eye(3)
@@ -69,7 +71,7 @@ def target_of_locations(
 
 
 class LocationMarkerWriter:
-    """A sphere, an arrow to where it will be in a second, and a text for each object."""
+    """A sphere, an arrow to the predicted position in one second, and a text for each object."""
 
     def __init__(self) -> None:
         self._shown: set[int] = set()

@@ -1,4 +1,4 @@
-"""Tracks and Locations -> vision_msgs, which a robot may have and the wheels do not."""
+"""Tracks and Locations -> vision_msgs, which robots may have but the wheels do not provide."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -21,7 +21,7 @@ except ImportError:
 def detections_2d_of_tracks(tracks: Tracks, names: Sequence[str]) -> Any:
     """A Detection2DArray: a box [px] for each confirmed or coasting track, its ID as ``id``.
 
-    The pose of its hypothesis, which would be in meters, is left alone.
+    The pose of its hypothesis, which would be in meters, is not set.
 
     :param names: of the colors, which are the classes.
     """
@@ -38,7 +38,7 @@ def detections_2d_of_tracks(tracks: Tracks, names: Sequence[str]) -> Any:
 def detections_3d_of_locations(locations: Locations, names: Sequence[str]) -> Any:
     """A Detection3DArray: a pose with covariance and a cube [m] for each object, its ID as ``id``.
 
-    The cube of an object of unknown diameter has no size.
+    If the diameter is unknown, the cube has size 0.
 
     :param names: of the colors, which are the classes.
     """

@@ -1,1 +1,1 @@
-"""node_kit: what nodes are made of: parameters, start and end, topics and QoS, diagnostics."""
+"""node_kit: what nodes share: parameters, startup and shutdown, topics and QoS, diagnostics."""

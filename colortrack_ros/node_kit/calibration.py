@@ -14,8 +14,8 @@ from colortrack_ros.messages import save_camera_info
 class CalibrationServer:
     """The CameraInfo of a camera, and the service that sets it.
 
-    cameracalibrator calls ``set_camera_info``, beside the topic, which stores the calibration in
-    the file of camera_info_url.
+    cameracalibrator calls ``set_camera_info`` in the namespace of the topic; it stores the
+    calibration in the file of camera_info_url.
 
     :param node: the camera.
     :param url: of the file, empty for none.
@@ -36,7 +36,7 @@ class CalibrationServer:
         self._info, self._url, self._warned = load_camera_info(url), url, False
 
     def beside(self, frame: Frame) -> CameraInfo:
-        """The CameraInfo of a frame; warns once if the calibration is of another size."""
+        """The CameraInfo of a frame; warns once if the calibration is for another size."""
         info = camera_info_of_frame(frame, self._info)
         height, width = size_of(frame)
         if (info.width, info.height) != (width, height) and not self._warned:

@@ -1,4 +1,4 @@
-"""What a camera and its tracker tell, brought together picture by picture."""
+"""Collects, for each picture, what a camera and its tracker publish."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -35,11 +35,11 @@ Depth = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class MountConfig(Config):
-    """Where one of several cameras is, NAME.camera_pose."""
+    """The pose of one of several cameras, NAME.camera_pose."""
 
     camera_pose: tuple[float, ...] = parameter(
         (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        'As camera_pose, of this camera.',
+        'As camera_pose, for this camera.',
         minimum=-100.0,
         maximum=100.0,
     )
@@ -50,7 +50,7 @@ class Mount:
     """One of several cameras.
 
     :param name: its namespace.
-    :param config: where it is.
+    :param config: its pose.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Mount:
 
 @dataclass(frozen=True)
 class CameraFeedConfig(Config):
-    """Where the pictures' tracks come from, of one camera or of each of several."""
+    """The topics of one camera, or of each of several."""
 
     cameras: tuple[Mount, ...] = named(
         (),
@@ -79,7 +79,7 @@ class CameraFeedConfig(Config):
     order: OrderConfig = part(OrderConfig)
 
     def check(self) -> None:
-        """One frame is not that of several cameras."""
+        """Several cameras cannot share one frame."""
         if self.cameras and self.pose.camera_frame:
             raise ValueError(
                 'camera_frame: expected none with several cameras, whose pictures tell it, got '
@@ -88,7 +88,7 @@ class CameraFeedConfig(Config):
 
     @property
     def each(self) -> tuple['CameraFeedConfig', ...]:
-        """Of every camera, with its own topics and place."""
+        """The configuration of each camera, with its own topics and pose."""
         return tuple(self._of(mount) for mount in self.cameras) or (self,)
 
     def _of(self, mount: Mount) -> 'CameraFeedConfig':
@@ -104,12 +104,12 @@ class CameraFeedConfig(Config):
 
 
 class CameraFeed:
-    """Hands on, of each picture, its tracks, detections, view and depths.
+    """Passes on the tracks, detections, view and depths of each picture.
 
     :param needs_depth: whether pictures wait for depths.
     :param release: takes them.
     :param took_in: called for each message of tracks.
-    :param refuse: takes the reason why a message is of no use.
+    :param refuse: takes the reason why a message is refused.
     """
 
     def __init__(
@@ -138,12 +138,12 @@ class CameraFeed:
             subscribe_to(node, Image, config.depth_topic, self._take_depth, refuse)
 
     def configure(self, config: CameraFeedConfig) -> None:
-        """Take another place of the camera, and another order, into use."""
+        """Apply another pose of the camera, and another order."""
         self._views.configure(config.pose)
         self._stage.configure(config.order)
 
     def look(self) -> None:
-        """Hand on what is complete by now, and give up what has waited too long."""
+        """Pass on pictures that are complete by now, and drop those that have waited too long."""
         self._stage.look(lambda: lacks_clock(self._node))
         self._waiting.look()
 

@@ -1,4 +1,4 @@
-"""The camera as it was at a time: its lens, and where it was."""
+"""The camera at a given time: its lens and its pose."""
 
 from collections.abc import Callable
 
@@ -20,13 +20,13 @@ from colortrack_ros.world.view import View
 
 
 class CameraViews:
-    """Lens by CameraInfo, place by odometry or TF.
+    """The lens from CameraInfo, the pose from odometry or TF.
 
-    :param config: where the place comes from.
-    :param info_topic: where the CameraInfo comes from.
-    :param refuse: takes the reason why a message is of no use.
-    :param came: called after each message that tells a place.
-    :raises StartError: it is to come from TF, and there is no tf2_ros.
+    :param config: source of the pose.
+    :param info_topic: of the CameraInfo.
+    :param refuse: takes the reason why a message is refused.
+    :param came: called after each message that gives a pose.
+    :raises StartError: the pose is to come from TF, and tf2_ros is not installed.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class CameraViews:
         subscribe_to(node, CameraInfo, info_topic, self._learn_lens, refuse)
 
     def configure(self, config: CameraPoseConfig) -> None:
-        """Take another camera_pose into use."""
+        """Apply another camera_pose."""
         self._poses.configure(config)
 
     def _learn_lens(self, cdr: bytes) -> None:
@@ -66,7 +66,7 @@ class CameraViews:
         """The camera at a time [ns].
 
         :param frame_id: of the picture.
-        :raises TransformError: lens or place is not known.
+        :raises TransformError: lens or pose is unknown.
         """
         if self._camera is None:
             raise TransformError(

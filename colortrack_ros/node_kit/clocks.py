@@ -10,14 +10,14 @@ from rclpy.node import Node
 from colortrack_ros.data import NANOSECONDS
 
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
-"""For timers: a simulated clock may stand still."""
+"""A clock for timers: a simulated clock may stand still."""
 
 
 def seconds_of(node: Node) -> Callable[[], float]:
-    """A function that returns the time [s] since some moment.
+    """A function that returns a time [s].
 
-    It is steady; with use_sim_time it is that of /clock, which stops while a bag is paused and goes
-    back when it loops.
+    It is monotonic; with use_sim_time it is that of /clock, which stops while a bag is paused and
+    goes back when it loops.
     """
 
     def now() -> float:
@@ -28,9 +28,9 @@ def seconds_of(node: Node) -> Callable[[], float]:
 
 
 class Elapsed:
-    """The time [s] that has passed by a node's clock, without its jumps.
+    """The time [s] that has elapsed on a node's clock, without its jumps.
 
-    It does not jump where use_sim_time changes, or where a bag loops and /clock goes back.
+    Neither a change of use_sim_time nor a looping bag, for which /clock goes back, makes it jump.
     """
 
     def __init__(self, node: Node) -> None:
@@ -38,7 +38,7 @@ class Elapsed:
         self._passed, self._last, self._simulated = 0.0, self._now(), _is_simulated(node)
 
     def __call__(self) -> float:
-        """That time, from when this was made."""
+        """The elapsed time since this object was created."""
         now, simulated = self._now(), _is_simulated(self._node)
         if simulated == self._simulated:
             self._passed += max(now - self._last, 0.0)
@@ -47,7 +47,7 @@ class Elapsed:
 
 
 def lacks_clock(node: Node) -> bool:
-    """Whether the node uses simulated time and nobody publishes it, as when a bag has ended."""
+    """Whether the node uses simulated time but nobody publishes it, as when a bag has ended."""
     return _is_simulated(node) and node.count_publishers('/clock') == 0
 
 

@@ -1,4 +1,4 @@
-"""What an operator sees of a node: counters on /diagnostics and throttled log lines."""
+"""What a node tells its operator: counters on /diagnostics and throttled log lines."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -24,18 +24,19 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
 PERIOD = 1.0
-"""Time [s] between two messages: that of diagnostic_updater."""
+"""Interval [s] between messages: that of diagnostic_updater."""
 TOLD_EVERY = 5.0
-"""Least time [s] between two log lines about refused input: a person reads them as they come."""
+"""Least interval [s] between log lines about refused input. Assumed: slow enough to read them
+all."""
 OTHER_CLOCK = 3600.0
-"""Stamps farther away from now [s] are of another clock, as in an old recording: no latency. As
-long as the longest threshold."""
+"""Stamps farther than this from now [s] are of another clock, as in an old recording, and give no
+latency. As long as the longest threshold."""
 
 NO_CLOCK = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play --clock` does'
 
 TASK = 'messages'
-"""What the status is about. Its name is that of the node without the slash, and this, as
-diagnostic_updater makes it: diagnostic_aggregator sorts by it (see params/diagnostics.yaml)."""
+"""Second part of the status name. As diagnostic_updater does, it follows the name of the node
+without the slash; diagnostic_aggregator sorts by it (see params/diagnostics.yaml)."""
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
@@ -46,7 +47,7 @@ def _limit(default: float, description: str) -> Any:
 
 @dataclass(frozen=True)
 class HealthConfig(Config):
-    """When the diagnostics of a node warn."""
+    """Thresholds of a node's diagnostics."""
 
     warn_latency: float = _limit(
         0.5, 'Median latency, since the stamp, above which diagnostics warn.'
@@ -62,7 +63,7 @@ class HealthConfig(Config):
 
 @dataclass
 class _Counts:
-    """Of one period."""
+    """The counts of one period."""
 
     taken: int = 0
     given: int = 0
@@ -71,11 +72,12 @@ class _Counts:
 
 
 class Health:
-    """Counts what a node takes in, gives out, skips and refuses, and publishes it every second.
+    """Counts what a node receives, publishes, skips and refuses, and publishes the counts every
+    second.
 
     :param node: whose health it is, with the parameters of HealthConfig.
-    :param trouble: what is wrong at the moment, empty when nothing is.
-    :param facts: further values to show, each a function that returns it.
+    :param trouble: returns what is wrong at the moment, empty if nothing is.
+    :param facts: further values to show, as functions that return them.
     """
 
     def __init__(
@@ -84,7 +86,7 @@ class Health:
         self.refused = 0
         self._node, self._trouble, self._facts = node, trouble, facts
         source = node.get_parameter_or('source')
-        self._hardware = str(source.value or 'none')  # as shown, without a password
+        self._hardware = str(source.value or 'none')  # as displayed, without a password
         self._lock = threading.Lock()
         self._counts = _Counts()
         self._reason = ''
@@ -95,13 +97,13 @@ class Health:
         node.create_timer(PERIOD, self.publish, clock=STEADY)
 
     def took_in(self) -> None:
-        """Count a message or a frame that came in."""
+        """Count a message or a frame that was received."""
         with self._lock:
             self._counts.taken += 1
             self._heard = self._seconds()
 
     def gave_out(self, stamp: int) -> None:
-        """Count a message that went out.
+        """Count a message that was published.
 
         :param stamp: of its header [ns].
         """
@@ -112,7 +114,7 @@ class Health:
                 self._counts.latencies.append(latency)
 
     def refuse(self, reason: str) -> None:
-        """Count input that cannot be right, and say why, at most once in a while."""
+        """Count invalid input, and log the reason at most once every TOLD_EVERY seconds."""
         now = STEADY.now().nanoseconds * 1e-9
         with self._lock:
             self.refused += 1
@@ -120,7 +122,7 @@ class Health:
             self._reason = reason
             tell = now - self._told >= TOLD_EVERY
             self._told = now if tell else self._told
-        if tell:  # the logger's own throttling costs more than refusing
+        if tell:  # the logger's own throttling takes longer than refusing
             self._node.get_logger().warning(f'Refused: {reason}')
 
     def publish(self) -> None:
@@ -153,7 +155,7 @@ class Health:
         self._publisher.publish(array)
 
     def _judge(self, counts: _Counts, latency: float | None, silence: float) -> tuple[bytes, str]:
-        """The level and what it is about, the worst first."""
+        """The level and its reasons, the worst first."""
         names = [field.name for field in fields(HealthConfig)]
         limit = {name: self._node.get_parameter(name).value for name in names}
         late = 0.0 if latency is None else latency
@@ -177,7 +179,7 @@ class Health:
 
 
 def rival_of(node: Node) -> str:
-    """Who else has the name of a node or publishes what it publishes; empty where nobody does."""
+    """A warning if another node has this node's name or publishes its topics; otherwise empty."""
     name = node.get_name(), node.get_namespace()
     if node.get_node_names_and_namespaces().count(name) > 1:
         return (

@@ -1,4 +1,4 @@
-"""A node that no fault in one of its callbacks ends."""
+"""A node that survives exceptions in its callbacks."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -10,22 +10,22 @@ from colortrack_ros.flow.faults import fault_of
 
 
 class GuardedNode(Node):
-    """Tells what a callback raises with its place, counts it in its health, and goes on.
+    """Logs what a callback raises, and where, counts it in the diagnostics, and continues.
 
-    It holds for timers, subscriptions and services, those of rclpy for parameters included; whoever
-    called a service gets the response as it was, which is one of failure.
+    This holds for timers, subscriptions and services, including rclpy's parameter services. The
+    caller of a service gets the response as it was, which says that the call failed.
     """
 
     def create_timer(self, timer_period_sec: float, callback: Any, *args: Any, **kw: Any) -> Any:
-        """Create a timer as rclpy does."""
+        """Create a timer, as rclpy does."""
         return super().create_timer(timer_period_sec, self._guarded(callback), *args, **kw)
 
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Any, *args: Any, **kw: Any
     ) -> Any:
-        """Create a subscription as rclpy does, but for callbacks that take a MessageInfo."""
+        """Create a subscription, as rclpy does, except for callbacks that take a MessageInfo."""
         guarded = self._guarded(callback)
-        # rclpy counts the callback's parameters
+        # rclpy inspects the callback's parameters
         return super().create_subscription(
             msg_type, topic, lambda message: guarded(message), *args, **kw
         )
@@ -33,7 +33,7 @@ class GuardedNode(Node):
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Any, *args: Any, **kw: Any
     ) -> Any:
-        """Create a service as rclpy does."""
+        """Create a service, as rclpy does."""
         guarded = self._guarded(callback)
 
         def answer(request: Any, response: Any) -> Any:
@@ -46,7 +46,7 @@ class GuardedNode(Node):
         def call(*args: Any) -> Any:
             try:
                 return callback(*args)
-            except Exception as error:  # that nobody has thought of
+            except Exception as error:  # of any kind
                 self.tell_fault(error)
 
         return call
@@ -54,6 +54,6 @@ class GuardedNode(Node):
     def tell_fault(self, error: Exception) -> None:
         """Count and report what a callback has raised."""
         health = getattr(self, 'health', None)
-        # before a node is configured nothing counts for it
+        # there are no diagnostics before a node is configured
         refuse = health.refuse if health else self.get_logger().error
         refuse(fault_of(error))

@@ -1,4 +1,4 @@
-"""What all nodes have in common that take images and publish tracks."""
+"""The base of nodes that take images and publish tracks."""
 
 from abc import ABC
 from abc import abstractmethod
@@ -36,7 +36,7 @@ Setup = TypeVar('Setup', bound='ImageTrackerSetup')
 
 @dataclass(frozen=True)
 class ImageTrackerSetup(NodeSetup):
-    """The parameters of such a node; its own come after those of its room.
+    """The parameters of such a node; its own follow those of its room.
 
     :param config: what the tracker of the room is configured with, a part.
     """
@@ -48,23 +48,24 @@ class ImageTrackerSetup(NodeSetup):
 
 
 class ImageTracker(Protocol):
-    """What the room of such a node gives it."""
+    """The interface of a tracker of images."""
 
     def update(self, frame: Frame) -> Tracks:
-        """Take the next frame."""
+        """Return the tracks after the next frame."""
 
     def configure(self, config: Any) -> None:
-        """Take another configuration."""
+        """Apply another configuration."""
 
     def reset(self, why: str) -> None:
         """Drop all tracks; the next ones are marked as restarted, with this reason."""
 
 
 class ImageTrackerNode(ManagedNode[Setup], ABC):
-    """Images in, one message of tracks and one of markers for each that it works on out.
+    """Takes images and publishes one message of tracks and one of markers for each that it
+    processes.
 
-    A node of its own has :meth:`make`, and overrides :meth:`facts`, :meth:`make_tracking` and
-    :meth:`apply` where it has more to tell or to do.
+    A subclass implements :meth:`make`, and may extend :meth:`facts`, :meth:`make_tracking` and
+    :meth:`apply`.
 
     :param name: of the node.
     :param config: its parameters.
@@ -74,7 +75,7 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         super().__init__(name, config, **options)
 
     def configure(self) -> None:
-        """Make a tracker, and what it publishes, serves and takes."""
+        """Create the tracker, publishers, services and subscriptions."""
         self.tracker = self.make(self.setup)
         self.health = Health(
             self,
@@ -100,23 +101,23 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         receive_images(self, self._pictures, self.setup.intake, self.health.refuse)
 
     def set_active(self, active: bool) -> None:
-        """Work on pictures, or drop them."""
+        """Process pictures, or drop them."""
         self._pictures.paused = not active
 
     @abstractmethod
     def make(self, setup: Setup) -> ImageTracker:
-        """The tracker of the room."""
+        """Create the tracker."""
 
     def facts(self) -> dict[str, Callable[[], object]]:
         """Further values for the diagnostics."""
         return {}
 
     def make_tracking(self) -> Stage[Pair, Tracks]:
-        """What tracks pictures that wait for nothing, in the thread that reads them."""
+        """The chain for pictures that wait for nothing; it runs in the thread that reads them."""
         return Stage(self._track, self.health.refuse)
 
     def apply(self, setup: Setup) -> None:
-        """Take changed parameters into use, while no picture is worked on."""
+        """Apply changed parameters, between two pictures."""
         if setup.config != self.setup.config:
             self.tracker.configure(setup.config)
         configure(self._pictures, setup.intake)
@@ -136,6 +137,6 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
         return 'all tracks are dropped with the next picture'
 
     def release(self) -> None:
-        """End the threads that work."""
+        """Stop the worker threads."""
         self._pictures.close()
         self._tracking.close()

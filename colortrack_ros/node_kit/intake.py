@@ -1,4 +1,4 @@
-"""Pictures on the way from a topic to the worker."""
+"""Subscribes to pictures and passes them to a worker."""
 
 from collections.abc import Callable
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ TRANSPORTS = {'raw': (Image, '{}'), 'compressed': (CompressedImage, '{}/compress
 
 
 def full_range() -> Any:
-    """The field that says what range the luma of YUV pictures has."""
+    """The field for the range of the luma of YUV pictures."""
     return parameter(
         False,
         'Whether the luma of YUV images goes from 0 to 255; else from 16 to 235, as most drivers '
@@ -46,21 +46,21 @@ def full_range() -> Any:
 
 
 class BacklogConfig(Protocol):
-    """The limits of a node's backlog."""
+    """The limits of a node's backlog and order."""
 
     @property
     def max_lag(self) -> float:
-        """Of :class:`Worker` [s]."""
+        """See :class:`Worker` [s]."""
 
     @property
     def order(self) -> OrderConfig:
-        """Of :class:`Order`."""
+        """See :class:`Order`."""
 
 
 def lag_limit(default: float, items: str) -> Any:
-    """The field that says when a node that is too slow begins to skip.
+    """The field that says when a node that is too slow starts to skip.
 
-    :param items: what it skips.
+    :param items: what it skips, in words.
     """
     return parameter(
         default,
@@ -74,7 +74,7 @@ def lag_limit(default: float, items: str) -> Any:
 
 @dataclass(frozen=True)
 class IntakeConfig(Config):
-    """Where pictures come from, and which of them are worked on."""
+    """Where pictures come from, and which of them are processed."""
 
     max_lag: float = lag_limit(0.05, 'images')
     order: OrderConfig = part(OrderConfig)
@@ -97,7 +97,7 @@ class IntakeConfig(Config):
     yuv_full_range: bool = full_range()
 
     def frame_of(self, cdr: bytes, kind: type) -> Frame:
-        """The picture in a serialized message.
+        """Deserialize a picture.
 
         :param kind: Image or CompressedImage.
         :raises MessageError: it is refused.
@@ -114,9 +114,9 @@ def worker_of(
     config: BacklogConfig,
     name: str = '',
 ) -> Worker[In, Out]:
-    """A stage that works in a thread of its own, by the clock of a node.
+    """A stage with a thread of its own and the clock of a node.
 
-    :param name: of the thread; empty: the node's.
+    :param name: of the thread; empty: the node's name.
     """
     over = partial(lacks_clock, node)
     worker = Worker(work, refuse, seconds_of(node), over, name or node.get_name())
@@ -126,7 +126,7 @@ def worker_of(
 
 @contextmanager
 def whole_updates(tracker: Any) -> Iterator[None]:
-    """Have a tracker start afresh after an update that fails: its tracks may be half updated."""
+    """Reset a tracker after an update that failed: its tracks may be half updated."""
     try:
         yield
     except Exception as error:
@@ -135,7 +135,7 @@ def whole_updates(tracker: Any) -> Iterator[None]:
 
 
 def configure(worker: Worker[Any, Any], config: BacklogConfig) -> None:
-    """Take other values into use."""
+    """Apply other values."""
     worker.configure(config.order)
     worker.max_lag = config.max_lag
 
@@ -146,7 +146,7 @@ def receive_images(
     config: IntakeConfig,
     refuse: Callable[[str], object],
 ) -> None:
-    """Subscribe to images and put them, unread, into a worker."""
+    """Subscribe to images and pass them, unread, to a worker."""
     kind, name = TRANSPORTS[config.image_transport]
 
     def receive(cdr: bytes) -> None:

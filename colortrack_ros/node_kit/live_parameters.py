@@ -1,4 +1,4 @@
-"""The parameters of a running node, checked whenever they are set."""
+"""The parameters of a running node, validated whenever they are set."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
@@ -35,24 +35,24 @@ LISTS = {
     float: Parameter.Type.DOUBLE_ARRAY,
     str: Parameter.Type.STRING_ARRAY,
 }
-"""Type of a list, by the type of its items."""
+"""Parameter type of a list, by the type of its items."""
 
 FOREIGN = ('use_sim_time', 'qos_overrides.', 'start_type_description_service')
-"""Names, or their beginnings, of the parameters that rclpy declares itself."""
+"""Names, or prefixes, of the parameters that rclpy itself declares."""
 
 FOR = {USER: '', EXPERT: ' For experts.', DOCUMENT: ' Only to reproduce a document.'}
-"""End of a description, by audience."""
+"""Suffix of a description, by audience."""
 
 
 def descriptor_of(spec: Spec) -> ParameterDescriptor:
-    """What ``ros2 param describe`` shows."""
+    """The descriptor that ``ros2 param describe`` shows."""
     descriptor = ParameterDescriptor(
         description=spec.description
         + (f' [{spec.unit}]' if spec.unit else '')
         + FOR[spec.audience],
         additional_constraints=spec.range_text,
         read_only=spec.read_only,
-        # Types are checked by Spec, which takes 30 for 30.0 and says what it expected.
+        # Spec checks types: it accepts 30 for 30.0 and says what it expected.
         dynamic_typing=True,
     )
     if spec.minimum is not None and spec.maximum is not None:
@@ -69,15 +69,16 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
 class ParameterNode(GuardedNode, Generic[Setup]):
     """A node whose parameters are the fields of a configuration.
 
-    A bad value is refused with its reason in the log (on start) or in the answer (at run time), and
-    the old one, on start the default, stays in force; with the parameter ``strict`` the node does
-    not start.
+    An invalid value is refused, with the reason in the log (on start) or in the response (at run
+    time), and the old value, on start the default, remains in force. With the parameter ``strict``
+    the node does not start.
 
     :param name: of the node.
     :param config: declares the parameters.
-    :param beside: those of the other nodes in the process: their parameters are not refused.
+    :param beside: configurations of the other nodes in the process, whose parameters are not
+        refused.
     :ivar setup: the values in force.
-    :ivar lock: held while parameters change; for work that must not see half of a change.
+    :ivar lock: held while parameters change, for code that must not see a partial change.
     :raises StartError: a value is refused, and ``strict`` is set.
     """
 
@@ -88,7 +89,7 @@ class ParameterNode(GuardedNode, Generic[Setup]):
     ) -> None:
         super().__init__(
             name,
-            allow_undeclared_parameters=True,  # so that those of a new NAME can be set
+            allow_undeclared_parameters=True,  # so that parameters of a new NAME can be set
             automatically_declare_parameters_from_overrides=True,
             **options,
         )
@@ -103,15 +104,15 @@ class ParameterNode(GuardedNode, Generic[Setup]):
         self.add_post_set_parameters_callback(live.take)
 
     def apply(self, setup: Setup) -> None:
-        """Take changed parameters into use; :attr:`setup` still holds those before."""
+        """Apply changed parameters; :attr:`setup` still holds the old ones."""
 
     def declare_parameters(
         self, namespace: str, parameters: Any, ignore_override: bool = False
     ) -> list[Parameter]:
-        """Declare parameters as rclpy does, but not those given on start, which are checked first.
+        """Declare parameters as rclpy does, except those given on start, which are validated first.
 
-        The first call is that of rclpy's constructor, with all that the command line and YAML give,
-        unknown names included.
+        The first call comes from rclpy's constructor, with everything that the command line and
+        YAML files give, including unknown names.
         """
         if self._given is None:
             self._given = {name: value for name, value, _ in parameters}
@@ -119,7 +120,9 @@ class ParameterNode(GuardedNode, Generic[Setup]):
         return super().declare_parameters(namespace, parameters, ignore_override)
 
     def _leave_to_others(self, table: ParameterTable, others: list[ParameterTable]) -> None:
-        """Drop what ``-p NAME:=VALUE`` or ``/**`` gives to all nodes and only others have."""
+        """Drop parameters of other nodes, which ``-p NAME:=VALUE`` or ``/**`` gives to all
+        nodes.
+        """
         given = self._given or {}
         theirs = [n for n in given if n not in table and any(n in other for other in others)]
         if theirs:
@@ -129,7 +132,7 @@ class ParameterNode(GuardedNode, Generic[Setup]):
     def _declare_checked(self, table: ParameterTable, make: Build) -> dict[str, Any]:
         """Declare the table's parameters; return their values."""
         given = {
-            name: [] if value is None else value  # rcl has no type for an empty list
+            name: [] if value is None else value  # rcl cannot type an empty list
             for name, value in (self._given or {}).items()
             if not name.startswith(FOREIGN)
         }
@@ -153,14 +156,14 @@ class ParameterNode(GuardedNode, Generic[Setup]):
         with self.lock:
             try:
                 self.apply(setup)
-            except Exception as error:  # such as of a file that has gone since the check
+            except Exception as error:  # such as a file that was deleted since the check
                 self.get_logger().error(f'Parameters not taken into use: {error}')
                 return
             self.setup = setup
 
 
 class LiveParameters:
-    """Callbacks of rclpy before, while, and after parameters are set.
+    """Callbacks of rclpy before, during, and after the setting of parameters.
 
     :param values: those in force.
     """
@@ -176,23 +179,23 @@ class LiveParameters:
         self._values = dict(values)
 
     def widen(self, parameters: list[Parameter]) -> list[Parameter]:
-        """Take an int for a float where the parameter is one, before it is checked."""
+        """Convert an int to a float for a float parameter, before validation."""
         return [self._widened(parameter) for parameter in parameters]
 
     def check(self, parameters: list[Parameter]) -> SetParametersResult:
-        """Accept or refuse a set of values as a whole, with a reason."""
+        """Accept or refuse a set of values as a whole, with the reason."""
         try:
             after = self._after(parameters)
             if after != self._values:
                 self._build(self._table.defaults(after))
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        except Exception as error:  # no parameter may end the node
+        except Exception as error:  # no value may end the node
             return SetParametersResult(successful=False, reason=f'{type(error).__name__}: {error}')
         return SetParametersResult(successful=True)
 
     def take(self, parameters: list[Parameter]) -> None:
-        """Use the values that have been set."""
+        """Apply the values that have been set."""
         after = self._after(parameters)
         if after != self._values:
             self._values = after

@@ -1,4 +1,4 @@
-"""Nodes that a lifecycle manager, such as Nav2's, brings up, lets work, and takes down."""
+"""Nodes that a lifecycle manager, such as Nav2's, can configure, activate, and shut down."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -20,13 +20,13 @@ Setup = TypeVar('Setup', bound=NodeSetup)
 class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
     """A node with the states of https://design.ros2.org/articles/node_lifecycle.html.
 
-    Unconfigured, it has its parameters. Inactive, it has its topics and services, and drops what
-    comes in. With the parameter ``autostart`` it is active from the start.
+    Unconfigured, it has only its parameters. Inactive, it also has its topics and services but
+    drops its input. With the parameter ``autostart`` it is active from the start.
 
-    A node of its own has :meth:`configure`, :meth:`set_active`, and, where it has more than topics
-    and services, :meth:`release`.
+    A subclass implements :meth:`configure`, :meth:`set_active`, and, if it has more than topics and
+    services, :meth:`release`.
 
-    :ivar active: whether it works.
+    :ivar active: whether it is active.
     """
 
     def __init__(
@@ -41,19 +41,21 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
         self._service_change_state.callback = lambda *call: self._answer(change, *call)
 
     def configure(self) -> None:
-        """Make what the node publishes, takes and serves, afresh.
+        """Create all publishers, subscriptions, services and so on.
 
-        :raises StartError: that cannot be.
+        :raises StartError: this is not possible.
         """
 
     def set_active(self, active: bool) -> None:
-        """Work from now on, or drop what comes in; called whenever :attr:`active` changes."""
+        """Start processing input, or drop it from now on; called whenever :attr:`active`
+        changes.
+        """
 
     def release(self) -> None:
-        """Let go of what is neither topic nor service, such as a device."""
+        """Release everything that is neither topic nor service, such as a device."""
 
     def start(self) -> None:
-        """Become active, as ``autostart`` wants it.
+        """Become active, if ``autostart`` is set.
 
         :raises StartError: the node cannot be configured.
         """
@@ -67,13 +69,13 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
         self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Make everything; where that fails, the node stays unconfigured."""
+        """Configure; if this fails, the node stays unconfigured."""
         self._before = self._ends()
         try:
             self.configure()
-        except Exception as error:  # whoever configures a node must not be able to end it
+        except Exception as error:  # a failed transition must not end the node
             self._failure = ' '.join(str(error).split()) or type(error).__name__
-            if not self._starting:  # then it ends the node, which tells it
+            if not self._starting:  # then it ends the node, which logs it
                 self.get_logger().error(f'Not configured: {self._failure}')
             self._unmake()
             return TransitionCallbackReturn.FAILURE
@@ -82,27 +84,27 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Work."""
+        """Activate."""
         self._switch(active=True)
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Drop what comes in."""
+        """Deactivate."""
         self._switch(active=False)
         return TransitionCallbackReturn.SUCCESS
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Have nothing but parameters again."""
+        """Clean up: only the parameters remain."""
         self._clean_up()
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Have nothing but parameters, for good."""
+        """Shut down: only the parameters remain, for good."""
         self._clean_up()
         return TransitionCallbackReturn.SUCCESS
 
     def close(self) -> None:
-        """Let go of everything, at the end of the process."""
+        """Release everything, at the end of the process."""
         if self._configured:
             self._switch(active=False)
             self.release()
@@ -119,12 +121,12 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
             self._unmake()
 
     def _ends(self) -> set[Any]:
-        """Publishers, subscriptions and so on that there are."""
+        """The existing publishers, subscriptions and so on."""
         kinds = self.publishers, self.subscriptions, self.services, self.clients, self.timers
         return {end for kind in kinds for end in kind}
 
     def _unmake(self) -> None:
-        """Destroy what there was not before the node was configured."""
+        """Destroy everything that was created since the node was configured."""
         made = self._ends() - self._before
         for kind in ('publisher', 'subscription', 'service', 'client', 'timer'):
             for end in made & set(getattr(self, f'{kind}s')):
@@ -137,7 +139,7 @@ class ManagedNode(LifecycleNodeMixin, ParameterNode[Setup]):
             self.setup = setup
 
     def _answer(self, change: Any, request: Any, response: Any) -> Any:
-        """Answer a call of change_state; rclpy raises for transitions that there are not."""
+        """Answer a call of change_state; rclpy raises for unknown transitions."""
         try:
             return change(request, response)
         except Exception as error:

@@ -12,7 +12,7 @@ from colortrack_ros.parameters import part
 
 @dataclass(frozen=True)
 class NodeSetup(Config):
-    """What the parameters of every node begin with."""
+    """The first parameters of every node."""
 
     strict: bool = parameter(
         False,

@@ -1,4 +1,4 @@
-"""Start nodes in this process, spin them, and end them in order on a signal."""
+"""Runs nodes in this process, and shuts them down in order on a signal."""
 
 from collections.abc import Callable
 from collections.abc import Iterable
@@ -27,39 +27,39 @@ from colortrack_ros.signals import ignore_ending_signals
 from colortrack_ros.signals import on_ending_signals
 
 TIME_TO_END = 1.5
-"""How long [s] the nodes have to end in order before the process ends without them: a signal ends a
-node within 2 s, of which the interpreter takes the rest."""
+"""How long [s] the nodes have to shut down before the process ends without them: a signal ends a
+node within 2 s, and the interpreter takes the rest."""
 TIME_TO_ARRIVE = 5.0
-"""How long [s] the last messages have to arrive: Fast DDS asks again for what is lost after its
-heartbeat period of 3 s."""
+"""How long [s] the last messages have to arrive: Fast DDS resends lost ones after its heartbeat
+period of 3 s."""
 TIME_OF_ROS = 5.0
-"""How long [s] ROS has, from then on, to take down nodes that have ended: it takes less than 0.5 s
-for one node, and more than 1.5 s for 24 in one process on a busy machine."""
+"""How long [s] ROS has after that to destroy the nodes: it takes less than 0.5 s for one node, and
+more than 1.5 s for 24 in one process on a busy machine."""
 TIME_OF_PYTHON = 5.0
-"""How long [s] Python has after that to end itself: it takes 0.2 s, and 1.3 s at a load of 15."""
+"""How long [s] Python has after that to exit: it takes 0.2 s, and 1.3 s at a load of 15."""
 HUNG = 124
-"""Exit status of a process that had to end without its nodes, that of timeout(1)."""
+"""Exit status of a process that had to end without its nodes: that of timeout(1)."""
 
 
 TOLD = ('source', 'rate', 'colors', 'method')
-"""Parameters whose values a node tells at its start."""
+"""Parameters whose values a node logs on start."""
 OF_EVERY_NODE = frozenset(('/rosout', '/parameter_events', '/diagnostics', '/clock'))
-"""Topics of every node, which say nothing about one."""
+"""Topics that every node has, and that are not logged."""
 
 
 class StartError(Exception):
-    """A node cannot start: what was given, what was expected and what to do, in one line."""
+    """A node cannot start: in one line, what was given, what was expected, and what to do."""
 
 
 END_OF_ROS = 'taking down ROS'
 
 
 class _Life:
-    """Of the process: whether it shall end, and what it is at.
+    """State of the process: whether it is to end, and its current stage.
 
-    :ivar stop: set when it shall end.
-    :ivar status: the exit status that a node has ended it with; None if none has.
-    :ivar stage: what it is at, for the message when it does not end.
+    :ivar stop: set when it is to end.
+    :ivar status: the exit status that a node has asked for; None if none has.
+    :ivar stage: what it is doing, for the message if it does not end.
     """
 
     def __init__(self) -> None:
@@ -68,7 +68,7 @@ class _Life:
         self.stage = 'the start of the nodes'
 
     def finish(self, status: int) -> None:
-        """End it because a node's work is done."""
+        """End the process because a node has finished its work."""
         self.status = status
         self.stop.set()
 
@@ -83,10 +83,10 @@ def share_file(path: str) -> Path:
 
 
 def use_transport_profile() -> None:
-    """Have Fast DDS use the package's profile, unless the environment configures it already.
+    """Make Fast DDS use the package's profile, unless the environment already configures it.
 
-    Its own shared-memory segment is smaller than one picture, and then more than 80 % of them are
-    lost.
+    Its default shared-memory segment is smaller than one picture, so more than 80 % of them would
+    be lost.
     """
     names = (
         'FASTRTPS_DEFAULT_PROFILES_FILE',
@@ -98,7 +98,7 @@ def use_transport_profile() -> None:
 
 
 def refuse_params_files(words: Iterable[str]) -> None:
-    """Refuse params files that rcl would wait for, as for the other end of a pipe.
+    """Refuse params files on which rcl would block, such as a pipe.
 
     :param words: ROS arguments.
     :raises ValueError: one of the files is no regular file, is too large, or cannot be read.
@@ -113,15 +113,15 @@ def run(
 ) -> int:
     """Spin the nodes until SIGINT, SIGTERM or SIGHUP.
 
-    A node with a method ``start`` has it called at first, one with ``close`` before it is
-    destroyed, in the opposite order.
+    If a node has a method ``start``, it is called first; if it has ``close``, that is called before
+    the node is destroyed, in reverse order.
 
-    :param make_nodes: called once ROS is there, with a function by which a node ends all of them
-        when its work is done, with the exit status; then reliable subscribers get the last messages
-        first.
+    :param make_nodes: called once ROS is initialized. Its argument is a function that a node calls
+        with an exit status when its work is done: all nodes then end, but first reliable
+        subscribers get the last messages.
     :return: the exit status: that one, 0 after a signal, or 1 when a node could not start. After a
-        signal, what has not ended within TIME_TO_END ends with the process, whose status is then
-        HUNG; a process that cannot even end itself is ended by SIGALRM. Further signals change
+        signal, nodes that have not ended within TIME_TO_END end with the process, whose status is
+        then HUNG; a process that cannot even exit is ended by SIGALRM. Further signals change
         nothing.
     """
     use_transport_profile()
@@ -138,7 +138,7 @@ def run(
         life.stage = 'sending the last messages'
         if life.status is not None:
             _send_the_last(nodes)
-    except (StartError, RuntimeError) as error:  # of rclpy, where a node cannot be made
+    except (StartError, RuntimeError) as error:  # from rclpy, if a node cannot be created
         rclpy.logging.get_logger('colortrack_ros').fatal(_one_line(error))
         return 1
     finally:
@@ -148,11 +148,11 @@ def run(
 
 
 def _initialize(args: list[str] | None) -> bool:
-    """Whether ROS could be initialized; if not, that is said."""
+    """Initialize ROS; returns whether that worked, and prints the error if not."""
     try:
         refuse_params_files(sys.argv if args is None else args)
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except Exception as error:  # rclpy has no common class for its errors
+    except Exception as error:  # rclpy's errors have no common base class
         print(f'colortrack_ros: bad ROS arguments: {_one_line(error)}', file=sys.stderr)
         return False
     return True
@@ -170,20 +170,20 @@ def _close(nodes: list[Node], life: _Life) -> None:
 
 
 def _take_down(nodes: list[Node], life: _Life) -> None:
-    """End ROS itself: the nodes' last references are those in the list."""
+    """Shut down ROS itself; the list holds the last references to the nodes."""
     life.stage = END_OF_ROS
     while nodes:
         nodes.pop().destroy_node()
     # The state machine of a managed node keeps its participant until then.
     gc.collect()
     rclpy.try_shutdown()
-    # Python takes its handlers away as it ends: one more signal would make an orderly end a death.
+    # Python removes its handlers as it exits: another signal would kill the process.
     ignore_ending_signals()
     signal.setitimer(signal.ITIMER_REAL, TIME_OF_PYTHON)
 
 
 def plan_of(node: Node) -> str:
-    """What a node will do, in a line: source, rate, colors, and topics, as far as it has them."""
+    """One line with a node's source, rate, colors, and topics, as far as it has them."""
     names = [name for name in TOLD if node.has_parameter(name)]
     plan = [f'{name} {node.get_parameter(name).value}' for name in names]
     for verb, ends in (('takes', node.subscriptions), ('gives', node.publishers)):
@@ -199,11 +199,11 @@ def _spin(nodes: Sequence[Node], stop: threading.Event) -> None:
 
     def wake() -> None:
         stop.wait()
-        executor.create_task(lambda: None)  # which ends spin_once
+        executor.create_task(lambda: None)  # this ends spin_once
 
     waker = threading.Thread(target=wake, daemon=True)
     waker.start()
-    # Not spin_until_future_complete, which keeps 300 bytes of every callback.
+    # Not spin_until_future_complete, which leaks 300 bytes for every callback.
     while rclpy.ok() and not stop.is_set():
         executor.spin_once()
     stop.set()
@@ -212,16 +212,16 @@ def _spin(nodes: Sequence[Node], stop: threading.Event) -> None:
 
 
 def _send_the_last(nodes: Sequence[Node]) -> None:
-    """Wait until every reliable subscriber has acknowledged all messages, but not for long."""
+    """Wait up to TIME_TO_ARRIVE until every reliable subscriber has acknowledged all messages."""
     end = time.monotonic() + TIME_TO_ARRIVE
     for publisher in [publisher for node in nodes for publisher in node.publishers]:
         left = max(end - time.monotonic(), 0.0)
-        with contextlib.suppress(RuntimeError):  # of a middleware that cannot tell
+        with contextlib.suppress(RuntimeError):  # from a middleware that does not support it
             publisher.wait_for_all_acked(Duration(seconds=left))
 
 
 def _on_signal(life: _Life) -> None:
-    """Have a signal set ``life.stop``, from a thread, so that it never hits a callback half way."""
+    """Make signals set ``life.stop``, from a thread, so that they never interrupt a callback."""
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     signal.set_wakeup_fd(writing)
@@ -230,7 +230,7 @@ def _on_signal(life: _Life) -> None:
     def wait() -> None:
         os.read(reading, 1)
         life.stop.set()
-        # no thread of Python runs any more while it ends itself: then Linux ends it
+        # no Python thread runs during exit, so Linux ends a process that hangs there
         signal.setitimer(signal.ITIMER_REAL, TIME_TO_END + TIME_OF_ROS + TIME_OF_PYTHON)
         seconds = TIME_TO_END
         time.sleep(TIME_TO_END)
@@ -238,7 +238,7 @@ def _on_signal(life: _Life) -> None:
             seconds += TIME_OF_ROS
             time.sleep(TIME_OF_ROS)
         text = f'{life.stage} has not ended {seconds} s after a signal: the process ends now'
-        with contextlib.suppress(OSError):  # of a terminal that is closed
+        with contextlib.suppress(OSError):  # the terminal is closed
             print(f'colortrack_ros: {text}', file=sys.stderr, flush=True)
         os._exit(HUNG)
 

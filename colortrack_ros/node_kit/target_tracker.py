@@ -1,4 +1,4 @@
-"""What nodes have in common that follow in pictures what they are told to."""
+"""The base of nodes that follow given targets in pictures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from colortrack_ros.parameters import parameter
 
 @dataclass(frozen=True)
 class TargetTrackerSetup(ImageTrackerSetup):
-    """The parameters of such a node; its own come after those of its room."""
+    """The parameters of such a node; its own follow those of its room."""
 
     targets: tuple[float, ...] = parameter(
         float,
@@ -48,28 +48,28 @@ class TargetTrackerSetup(ImageTrackerSetup):
 
 
 class TargetTracker(ImageTracker, Protocol):
-    """What such a tracker has besides what every one of pictures has."""
+    """The interface of a tracker of images with targets."""
 
     waiting: WaitingBoxes
 
     def start(self, boxes: ArrayLike) -> None:
-        """Follow what is inside the boxes in the next frame."""
+        """Follow the contents of these boxes of the next frame."""
 
 
 TargetSetup = TypeVar('TargetSetup', bound=TargetTrackerSetup)
 
 
 class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
-    """Targets of the parameter ``targets``, and those that detections start.
+    """Follows the parameter ``targets``, and targets that detections start.
 
-    With ``detections_topic``, pictures wait for their detections, and then for their turn.
-    A node of its own has :meth:`make`.
+    With ``detections_topic``, pictures wait for their detections before they are due. A subclass
+    implements :meth:`make`.
     """
 
     tracker: TargetTracker
 
     def configure(self) -> None:
-        """Make what every such node has, and take detections."""
+        """Create what every such node has, and subscribe to detections."""
         super().configure()
         if self.setup.detections_topic:
             subscribe_to(
@@ -88,17 +88,17 @@ class TargetTrackerNode(ImageTrackerNode[TargetSetup]):
         }
 
     def make_tracking(self) -> Stage[Pair, Tracks]:
-        """What tracks pictures; with detections, once it is known what is in them."""
+        """The chain for pictures; with ``detections_topic`` they wait for their detections."""
         if self.setup.detections_topic:
             name, intake = f'{self.get_name()}_pairs', self.setup.intake
             return worker_of(self, self._track, self.health.refuse, intake, name)
         return super().make_tracking()
 
     def apply(self, setup: TargetSetup) -> None:
-        """Take changed parameters into use, while no picture is worked on."""
+        """Apply changed parameters, between two pictures."""
         if setup.targets != self.setup.targets:
             self.tracker.start(setup.targets)
-            self.tracker.waiting.targets = setup.targets  # of each restart
+            self.tracker.waiting.targets = setup.targets  # for every restart
         super().apply(setup)
         if isinstance(self._tracking, Worker):
             self._tracking.max_lag = setup.intake.max_lag

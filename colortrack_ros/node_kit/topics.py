@@ -1,4 +1,4 @@
-"""Publishers and subscriptions with the package's quality of service, which can be overridden."""
+"""Publishers and subscriptions with the package's QoS, which parameters can override."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -31,12 +31,13 @@ OVERRIDABLE = (
     QoSPolicyKind.RELIABILITY,
     QoSPolicyKind.DURABILITY,
 )
-"""What parameters ``qos_overrides.TOPIC.publisher.*`` and ``.subscription.*`` may change."""
+"""The policies that parameters ``qos_overrides.TOPIC.publisher.*`` and ``.subscription.*`` may
+change."""
 
 
 @dataclass(frozen=True)
 class PictureQueueConfig(Config):
-    """The queues of a node that publishes pictures or subscribes to them."""
+    """The queue depth of a node that publishes pictures or subscribes to them."""
 
     image_queue_depth: int = parameter(
         30,
@@ -50,7 +51,7 @@ class PictureQueueConfig(Config):
 
 @dataclass(frozen=True)
 class QueueConfig(Config):
-    """The queues of any node."""
+    """The queue depth of any node."""
 
     queue_depth: int = parameter(
         100,
@@ -63,7 +64,7 @@ class QueueConfig(Config):
 
 
 def topic_name(default: str, content: str) -> Any:
-    """A field that names a topic; it may be empty only if its default is."""
+    """A field that names a topic; it may be empty only if the default is."""
 
     def valid(value: str) -> None:
         if value or default:
@@ -81,7 +82,7 @@ def _check_topic(name: str) -> None:
 
 
 def publish_on(node: Node, kind: type, name: str) -> Publisher:
-    """A reliable publisher, which every subscription can match."""
+    """Create a reliable publisher, which matches every subscription."""
     return node.create_publisher(
         kind,
         name,
@@ -97,11 +98,11 @@ def subscribe_to(
     take: Callable[[bytes], object],
     refuse: Callable[[str], object],
 ) -> Subscription:
-    """A subscription that hands over serialized bytes, so that the node can refuse bad messages.
+    """Create a subscription that delivers serialized bytes, so that the node can refuse invalid
+    messages.
 
-    It is best effort for pictures and CameraInfo: a late picture is not worth sending again.
-
-    :param take: takes a message.
+    For pictures and CameraInfo it is best effort, since a late picture is not worth resending.
+    :param take: takes each message.
     :param refuse: takes the reason of a MessageError.
     """
 

@@ -35,9 +35,10 @@ class OutlinesOutputConfig(TracksOutputConfig):
 
 
 class TracksOutput:
-    """Publishes one message of tracks, one of outlines, if any, and one of markers for each frame.
+    """Publishes one message of tracks, one of outlines, if there are any, and one of markers for
+    each frame.
 
-    Outlines and markers, which cost more than the tracks, are made only if somebody subscribes.
+    Outlines and markers, which take longer than the tracks, are made only if somebody subscribes.
 
     :param node: whose tracks they are.
     :ivar alive: number of tracks in the last message.
@@ -55,7 +56,7 @@ class TracksOutput:
         )
 
     def publish(self, tracks: Tracks, marker_scale: float) -> None:
-        """Publish, and log when the tracker has started afresh."""
+        """Publish the tracks, and log if the tracker has restarted."""
         self.alive = len(tracks.rows)
         if tracks.restarted:
             self._node.get_logger().warning(

@@ -1,4 +1,4 @@
-"""Detections on their way to the tracker; where it is asked for, they wait for the viewpoint."""
+"""Passes detections to the tracker; if asked to, it waits for their viewpoint first."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,10 +20,10 @@ from colortrack_ros.world.waiting import LONGEST_WAIT
 
 
 class ViewpointIntake:
-    """Hands detections to a stage, with the camera's viewpoint if that is asked for.
+    """Passes detections to a stage, with the camera's viewpoint if that is asked for.
 
-    :param stage: works on them.
-    :param refuse: takes what is wrong.
+    :param stage: processes them.
+    :param refuse: takes the reason if something is wrong.
     """
 
     def __init__(
@@ -36,14 +36,14 @@ class ViewpointIntake:
         self._waiting = Completion(self._complete, stage.put, LONGEST_WAIT, seconds_of(node))
 
     def clear(self) -> None:
-        """Forget the subscriptions, which have been destroyed."""
+        """Forget the subscriptions, which have already been destroyed."""
         self._views, self._asked = None, False
 
     def configure(self, config: CameraPoseConfig, info_topic: str, *, asked: bool) -> None:
-        """Ask for viewpoints, or no more.
+        """Start or stop waiting for viewpoints.
 
-        :param info_topic: where the CameraInfo comes from.
-        :raises StartError: they are to come from TF, and there is no tf2_ros.
+        :param info_topic: of the CameraInfo.
+        :raises StartError: they are to come from TF, and tf2_ros is not installed.
         """
         if asked and self._views is None:
             self._views = CameraViews(
@@ -55,14 +55,14 @@ class ViewpointIntake:
         self.look()
 
     def put(self, item: Detections, context: Any = None) -> None:
-        """Take the detections of the next picture; the context goes along."""
+        """Take the detections of the next picture; the context is passed on."""
         if not self._stage.paused:
             self._waiting.put(item, context)
 
     def put_unread(self, read: Callable[[], Detections], size: int) -> None:
-        """Take the next ones, which the stage reads itself where they need not wait.
+        """Take the next detections; the stage itself reads them if they need not wait.
 
-        :param read, size: as of :meth:`Worker.put_unread`.
+        :param read, size: as for :meth:`Worker.put_unread`.
         """
         assert isinstance(self._stage, Worker)
         if self._asked:
@@ -71,16 +71,16 @@ class ViewpointIntake:
             self._stage.put_unread(read, size)
 
     def look(self) -> None:
-        """Hand on those whose viewpoint is known, or comes too late."""
+        """Pass on those whose viewpoint is known, or is overdue."""
         self._waiting.look()
 
     def flush(self) -> None:
-        """Hand on all, and have them worked on: nothing more comes."""
+        """Pass on all, and have them processed; the input has ended."""
         self._waiting.flush()
         self._stage.flush()
 
     def _complete(self, detections: Detections, over: bool) -> Detections | None:
-        """With the viewpoint; None while it may come."""
+        """The detections with their viewpoint; None while it may still arrive."""
         if not (self._asked and self._views):
             return detections
         try:

@@ -1,4 +1,4 @@
-"""The node that draws the tracks onto the pictures."""
+"""The node that draws tracks onto pictures."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -31,8 +31,8 @@ from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.parameters import part
 
 MOST_UNPAIRED = 30
-"""Pictures that wait for their tracks, and tracks that wait for their picture: a second at 30 Hz,
-as many as the queue of images holds."""
+"""How many pictures may wait for their tracks, and tracks for their picture: a second at 30 Hz, the
+depth of the queue of images."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class OverlaySetup(NodeSetup):
 
 
 class OverlayNode(ManagedNode[OverlaySetup]):
-    """Images and tracks in; for each pair with the same stamp one Image out.
+    """Takes images and tracks, and publishes one Image for each pair with the same stamp.
 
     With ``outlines_topic``, tracks wait for their outlines.
     """
@@ -59,7 +59,7 @@ class OverlayNode(ManagedNode[OverlaySetup]):
         super().__init__('overlay', OverlaySetup, **options)
 
     def configure(self) -> None:
-        """Make what is published and taken."""
+        """Create the publisher and the subscriptions."""
         setup = self.setup
         self._trails = Trails()
         self._frames: dict[int, Frame] = {}

@@ -1,4 +1,4 @@
-"""Camera, detector and tracker in one process: a frame passes from one to the next in memory."""
+"""Camera, detector and tracker in one process: frames are passed on in memory."""
 
 from collections.abc import Callable
 from collections.abc import Sequence

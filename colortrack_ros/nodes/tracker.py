@@ -56,11 +56,11 @@ class TrackerSetup(NodeSetup):
 
 
 class TrackerNode(ManagedNode[TrackerSetup]):
-    """Detections in, one message of tracks and one of markers for each out.
+    """Takes detections, and publishes one message of tracks and one of markers for each message.
 
-    :param subscribe: whether detections come from ``detections_topic``, or into :attr:`intake`
-        alone.
-    :ivar stage: makes the tracks after detections.
+    :param subscribe: whether to subscribe to ``detections_topic``; otherwise detections are put
+        into :attr:`intake`.
+    :ivar stage: makes the tracks.
     :ivar intake: takes detections for the stage.
     """
 
@@ -78,7 +78,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         self.stage.then(self._publish)
 
     def configure(self) -> None:
-        """Make a tracker, and what it publishes, serves and takes."""
+        """Create the tracker, publishers, services and subscriptions."""
         self._tracker = Tracker(self.setup.config)
         self._dropped = self._crowded = 0
         self._image_size = 0, 0
@@ -105,11 +105,11 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         self.create_timer(IDLE, self.intake.look, clock=STEADY)
 
     def set_active(self, active: bool) -> None:
-        """Work on detections, or drop them."""
+        """Process detections, or drop them."""
         self.stage.paused = not active
 
     def release(self) -> None:
-        """Finish what has come in."""
+        """Process everything that is waiting."""
         self.intake.flush()
 
     def _refuse(self, reason: str) -> None:
@@ -165,7 +165,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         return 'all tracks are dropped with the next frame'
 
     def apply(self, setup: TrackerSetup) -> None:
-        """Take changed parameters into use."""
+        """Apply changed parameters."""
         if setup.config != self.setup.config:
             self._tracker.configure(setup.config)
         self._configure(setup)
@@ -182,7 +182,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
             self.stage.configure(setup.order)
 
     def close(self) -> None:
-        """End the thread that works."""
+        """Stop the worker thread."""
         self.stage.close()
         super().close()
 

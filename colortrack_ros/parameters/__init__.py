@@ -1,4 +1,4 @@
-"""parameters: each is declared once, as a field of the configuration that uses it."""
+"""parameters: each one is declared once, as a field of the configuration that uses it."""
 
 from colortrack_ros.parameters.config import build
 from colortrack_ros.parameters.config import Config

@@ -33,7 +33,7 @@ from colortrack_ros.parameters.spec import USER
 Built = TypeVar('Built', bound='Config')
 
 _SPEC, _NAMED, _PART = 'spec', 'named', 'part'
-"""Keys of a field's metadata, by the kind of field."""
+"""Keys of a field's metadata, one for each kind of field."""
 
 
 def parameter(
@@ -52,8 +52,8 @@ def parameter(
 ) -> Any:
     """A field that is a parameter; see :class:`Spec` for the other arguments.
 
-    :param default: a tuple means a list of that length, a list one of any length, and a type, such
-        as ``float``, a list of it that is absent, ``()``, until somebody sets it.
+    :param default: a tuple means a list of that length, a list means one of any length, and a type,
+        such as ``float``, means a list of that type that is absent, ``()``, until it is set.
     """
     absent = isinstance(default, type)
     listed = isinstance(default, tuple)
@@ -82,7 +82,7 @@ class Named:
 
     :param spec: of the list of names.
     :param each: the configuration that declares what each NAME has.
-    :param make: makes the item of the field of a name and its configuration; raises ValueError.
+    :param make: makes an item of the field from a name and its configuration; raises ValueError.
     """
 
     spec: Spec
@@ -101,9 +101,9 @@ def named(
 ) -> Any:
     """A field that is a tuple of items, each with a name and parameters of its own.
 
-    :param default: items with an attribute ``name``; none: the list is absent until it is set.
-    :param each: declares the parameters that each item has.
-    :param make: makes an item of its name and an instance of ``each``; raises ValueError.
+    :param default: items with an attribute ``name``; if empty, the list is absent until it is set.
+        :param each: declares the parameters of each item.
+        :param make: makes an item from its name and an instance of ``each``; raises ValueError.
     """
     names = [item.name for item in default]
     spec = Spec('', names or (str,), description, read_only=read_only, audience=audience)
@@ -111,13 +111,13 @@ def named(
 
 
 def part(config: type['Config']) -> Any:
-    """A field that is a configuration; its parameters keep their names."""
+    """A field that is itself a configuration; its parameters keep their names."""
     return field(default_factory=config, metadata={_PART: config})
 
 
 @dataclass(frozen=True)
 class Config:
-    """The base of all configurations: checks every parameter, then :meth:`check`.
+    """The base of all configurations: validates every parameter, then calls :meth:`check`.
 
     :raises ValueError: a value has the wrong type or is out of its range; the reason names it.
     """
@@ -131,7 +131,7 @@ class Config:
         self.check()
 
     def check(self) -> None:
-        """Raise ValueError where values do not fit together."""
+        """Raise ValueError if values contradict each other."""
 
 
 def specs_of(config: type[Config]) -> Iterator[Spec]:
@@ -146,7 +146,7 @@ def specs_of(config: type[Config]) -> Iterator[Spec]:
 
 
 def groups_of(config: type[Config]) -> Iterator[tuple[str, Named]]:
-    """For each parameter that lists names, what each NAME in it has."""
+    """For each parameter that lists names, the parameters of each NAME in it."""
     for item in fields(config):
         if _PART in item.metadata:
             yield from groups_of(item.metadata[_PART])
@@ -155,10 +155,10 @@ def groups_of(config: type[Config]) -> Iterator[tuple[str, Named]]:
 
 
 def build(config: type[Built], values: Mapping[str, Any], prefix: str = '') -> Built:
-    """Build a configuration from values of its parameters, and defaults for the others.
+    """Build a configuration from values of its parameters and defaults for the others.
 
     :param prefix: of the names in ``values``, such as ``NAME.``.
-    :raises ValueError: values do not fit together; the reason names the parameter.
+    :raises ValueError: values contradict each other; the reason names the parameter.
     """
     given: dict[str, Any] = {}
     for item in fields(config):

@@ -1,7 +1,7 @@
-"""Reads and changes values in the text of a params file: comments, order, and the rest stay.
+"""Reads and changes values in the text of a params file; comments, order, and all else stay.
 
-A file is what ``--params-file`` takes: names of nodes, ``ros__parameters`` below each, and values,
-nested or by dotted names.
+It is a file for ``--params-file``: node names, ``ros__parameters`` below each, and values, nested
+or with dotted names.
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ Pair = tuple[yaml.Node, yaml.Node]
 
 
 class Splice(NamedTuple):
-    """A piece of a text, and what replaces it."""
+    """A range of the text, and its replacement."""
 
     begin: int
     end: int
@@ -27,9 +27,9 @@ class Splice(NamedTuple):
 def given_in(text: str, kind: str) -> dict[str, Any]:
     """The values that a params file gives to a kind of node, by full name.
 
-    :param kind: the last part of the node's name, such as ``detector``; of several nodes of that
-        kind in the file, the first.
-    :raises ValueError: the text is no params file.
+    :param kind: the last part of the node's name, such as ``detector``; if the file has several
+        nodes of that kind, the first counts.
+    :raises ValueError: the text is not a params file.
     """
     block = _block(_composed(text), kind)
     if block is None:
@@ -46,7 +46,7 @@ def given_in(text: str, kind: str) -> dict[str, Any]:
 def has_node(text: str, kind: str) -> bool:
     """Whether a params file has a node of a kind.
 
-    :raises ValueError: the text is no params file.
+    :raises ValueError: the text is not a params file.
     """
     return _block(_composed(text), kind) is not None
 
@@ -54,10 +54,10 @@ def has_node(text: str, kind: str) -> bool:
 def with_values(text: str, kind: str, values: Mapping[str, Any]) -> str:
     """The text with some values changed.
 
-    :param kind: of the node; where the file has none, ``/**/kind`` is added.
+    :param kind: of the node; if the file has none, ``/**/kind`` is added.
     :param values: by full name; None removes the value from the file.
-    :raises ValueError: the text is no params file, or is written in a way that cannot be changed
-        piece by piece, such as with anchors.
+    :raises ValueError: the text is not a params file, or cannot be edited in place, for example
+        because it uses anchors.
     """
     expected = {**given_in(text, kind), **values}
     changed = text
@@ -77,7 +77,7 @@ def flow(value: Any) -> str:
 
 
 def quoted(text: str) -> str:
-    """A name as YAML, in quotes where it needs them."""
+    """A name as YAML, in quotes if needed."""
     return flow([text])[1:-1]
 
 
@@ -100,7 +100,7 @@ def _flat(tree: Mapping[Any, Any], prefix: str = '') -> Iterator[tuple[str, Any]
 
 
 def _block(node: Any, kind: str, name: str = '') -> Any:
-    """The parameters of the first node of a kind; None where there is none."""
+    """The parameters of the first node of a kind; None if there is none."""
     if not isinstance(node, yaml.MappingNode):
         return None
     for key, value in node.value:
@@ -125,13 +125,15 @@ def _splice(text: str, kind: str, name: str, value: Any) -> Splice | None:
         return None
     for part in reversed(rest.split('.')[1:]):
         value = {part: value}
-    if pair:  # a value stands where a mapping is needed
+    if pair:  # there is a value where a mapping is needed
         return _replacement(text, pair, flow({rest.split('.')[0]: value}))
     return _addition(text, mapping, {rest.split('.')[0]: value})
 
 
 def _reach(block: Any, name: str) -> tuple[list[tuple[Any, Pair | None]], str]:
-    """The mappings on the way to a name with the entry taken in each, and what is left of it."""
+    """The mappings on the path to a name, with the entry chosen in each, and the rest of the
+    name.
+    """
     way: list[tuple[Any, Pair | None]] = []
     while isinstance(block, yaml.MappingNode):
         pairs = {str(key.value): (key, value) for key, value in block.value}
@@ -178,7 +180,7 @@ def _replacement(text: str, pair: Pair, new: str) -> Splice:
 
 
 def _removal(text: str, parents: list[tuple[Any, Any]]) -> Splice:
-    """Remove the last entry, and the mappings that hold nothing else."""
+    """Remove the last entry, and mappings that hold nothing else."""
     while len(parents) > 1 and len(parents[-1][0].value) == 1:
         parents = parents[:-1]
     mapping, pair = parents[-1]
@@ -197,7 +199,7 @@ def _removal(text: str, parents: list[tuple[Any, Any]]) -> Splice:
 
 
 def _end(node: Any) -> int:
-    """Where a node ends, without the comments after it, which YAML counts to a block."""
+    """The end of a node, without the comments after it, which YAML includes in the block."""
     if isinstance(node, yaml.ScalarNode) or node.flow_style or not node.value:
         return int(node.end_mark.index)
     last = node.value[-1]

@@ -1,4 +1,4 @@
-"""One parameter: its type, default, unit, range and text, and the check of a value against them."""
+"""One parameter: its type, default, unit, range and description, and the validation of values."""
 
 from collections.abc import Callable
 from collections.abc import Sequence
@@ -7,8 +7,8 @@ import math
 from typing import Any
 
 USER, EXPERT, DOCUMENT = 'user', 'expert', 'document'
-"""Who sets a parameter: the owner of a robot; somebody who knows the method; whoever reproduces one
-of the documents that the package implements."""
+"""Who sets a parameter: the owner of a robot; somebody who knows the method; somebody who
+reproduces one of the documents that the package implements."""
 
 
 @dataclass(frozen=True)
@@ -16,19 +16,20 @@ class Spec:
     """The declaration of a parameter.
 
     :param name: of the parameter; for one of each NAME in a list, the part after the dot.
-    :param default: the value when nobody sets it, and the type. An empty tuple of a type,
-        such as ``(float,)``, is a list of that type that is absent until it is set.
+    :param default: the value if it is not set, which also determines the type. An empty tuple of a
+        type, such as ``(float,)``, is a list of that type, absent until it is set.
     :param description: one sentence.
-    :param unit: of the value, empty where it has none.
+    :param unit: of the value, empty if it has none.
     :param minimum: the least allowed value, None for no limit.
     :param maximum: the greatest allowed value, None for no limit.
     :param choices: the allowed values of a string, empty for any.
-    :param length: how many items a list must have, None for any number.
+    :param length: number of items of a list, None for any.
     :param audience: USER, EXPERT or DOCUMENT.
-    :param read_only: whether it can be set only at the start.
-    :param int_is_text: an integer stands for its digits: a name of digits is easily left unquoted.
-    :param shown: what others see of the value, such as an address without its password.
-    :param valid: raises ValueError with what was expected, where type and range are not enough.
+    :param read_only: whether it can be set only on start.
+    :param int_is_text: whether an integer means its digits, since quotes around a name of digits
+        are easily forgotten.
+    :param shown: the value as displayed, such as an address without its password.
+    :param valid: further validation; raises ValueError with what was expected.
     """
 
     name: str
@@ -47,7 +48,7 @@ class Spec:
 
     @property
     def optional(self) -> bool:
-        """Whether the parameter is absent until somebody sets it."""
+        """Whether the parameter is absent until it is set."""
         return isinstance(self.default, tuple)
 
     @property
@@ -63,12 +64,12 @@ class Spec:
 
     @property
     def type_name(self) -> str:
-        """The type in words: float, int, bool, str, or list of one of them."""
+        """The type in words: float, int, bool, str, or a list of one of these."""
         return f'list of {self.kind.__name__}' if self.many else self.kind.__name__
 
     @property
     def range_text(self) -> str:
-        """The range in words, empty when there is none."""
+        """The range in words, empty if there is none."""
         if self.choices:
             return ', '.join(choice or "''" for choice in self.choices)
         if self.minimum is None and self.maximum is None:
@@ -79,15 +80,15 @@ class Spec:
 
     @property
     def allowed_text(self) -> str:
-        """The range and the unit in words, after a comma, empty when there is no range."""
+        """The range and the unit in words, after a comma; empty if there is no range."""
         one_of = 'one of ' if self.choices else ''
         return f', {one_of}{self.range_text} {self.unit}'.rstrip() if self.range_text else ''
 
     def check(self, name: str, value: Any) -> Any:
-        """The value in the parameter's type, an int being taken for a float.
+        """The value in the parameter's type; an int is accepted for a float.
 
         :param name: the full name, for the reason.
-        :return: a list where :attr:`many`, else a scalar.
+        :return: a list if :attr:`many`, otherwise a scalar.
         :raises ValueError: it has another type, is not finite, or lies outside the range.
         """
         is_list = isinstance(value, Sequence) and not isinstance(value, str)

@@ -1,7 +1,7 @@
 """The parameters of one kind of node, by their full names.
 
-The table checks the type and the range of each value. Whether values fit together is for the
-configuration that is built of them, which raises ValueError with the reason.
+The table validates the type and range of each value. Whether values contradict each other is
+checked by the configuration built from them, which raises ValueError with the reason.
 """
 
 from collections.abc import Callable
@@ -19,8 +19,9 @@ from colortrack_ros.parameters.spec import Spec
 class ParameterTable:
     """The parameters of one kind of node.
 
-    :param specs: those that always exist.
-    :param each: for each parameter that lists names, those of each NAME in it, ``NAME.spec``.
+    :param specs: parameters that always exist.
+    :param each: for each parameter that lists names, the parameters ``NAME.spec`` of each NAME in
+        it.
     """
 
     def __init__(
@@ -32,7 +33,7 @@ class ParameterTable:
 
     @classmethod
     def of(cls, config: type[Config]) -> 'ParameterTable':
-        """The parameters that the fields of a configuration declare."""
+        """The table of the parameters that a configuration declares."""
         return cls(
             specs_of(config), {name: specs_of(group.each) for name, group in groups_of(config)}
         )
@@ -46,7 +47,7 @@ class ParameterTable:
         """The declaration of a parameter.
 
         :param name: full.
-        :raises ValueError: there is none; the reason gives the nearest name.
+        :raises ValueError: there is none; the reason suggests the nearest name.
         """
         owner, _, suffix = name.rpartition('.')
         if name not in self:
@@ -56,7 +57,7 @@ class ParameterTable:
         return self.specs.get(name) or self.each[suffix]
 
     def defaults(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The given values, and the defaults of all others."""
+        """The given values, and defaults for all others."""
         every = dict(self.specs)
         for listing, group in self.groups.items():
             names = values.get(listing, self.specs[listing].default)
@@ -69,9 +70,9 @@ class ParameterTable:
     ) -> tuple[dict[str, Any], dict[str, str]]:
         """The largest set of given values that are valid together, and why the others are not.
 
-        :param given: from the command line and the YAML files.
-        :param build: raises ValueError for values that do not fit together.
-        :return: all values, defaults included; and the reason for each refused name.
+        :param given: from the command line and YAML files.
+        :param build: raises ValueError if values contradict each other.
+        :return: all values, including defaults; and the reason for each refused name.
         """
         accepted: dict[str, Any] = {}
         refused: dict[str, str] = {}
@@ -100,7 +101,7 @@ class ParameterTable:
                     accepted[name] = value
                 except ValueError as error:
                     reasons[name] = str(error)
-            # One value may need another one to be valid, so try again as long as it helps.
+            # One value may be valid only with another, so retry as long as that helps.
             if len(reasons) in (0, len(waiting)):
                 return accepted, reasons
             waiting = {name: waiting[name] for name in reasons}
