@@ -128,6 +128,7 @@ print('reading', len(heard), flush=True)
 """
 
 
+@pytest.mark.slow
 def test_at_its_end_a_camera_waits_for_reliable_subscribers(ros, monkeypatch):
     # whose sockets hold less than this while they stand still
     monkeypatch.setenv('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')

@@ -63,6 +63,7 @@ def test_a_stream_that_goes_and_comes_back_is_taken_up_again(ros):
 OUTPUTS = {'camera': 'camera/image_raw', 'detector': 'detections', 'tracker': 'tracks'}
 
 
+@pytest.mark.slow
 def test_any_node_can_be_killed_and_started_again(ros):
     """Tracks flow within 2 s after the new node is there; starting Python comes before that."""
     tracks = ros.listen(PointCloud2, 'tracks')
@@ -126,6 +127,7 @@ def test_a_signal_during_the_start_ends_the_node_in_order(ros, name):
             assert status in (0, -number) or by_python, process.output
 
 
+@pytest.mark.slow
 def test_a_slow_detector_works_on_new_frames_and_counts_what_it_skips(ros):
     code = (
         'import time, colortrack_ros.detection as d\n'

@@ -6,10 +6,12 @@ import subprocess
 import sys
 
 import cv2
+import pytest
 from support.ros_domain import free_domain
 from support.waiting import PATIENCE
 
 
+@pytest.mark.slow
 def test_the_robot_keeps_its_distance_to_the_ball_and_leaves_a_video(tmp_path):
     domain, lock = free_domain()
     command = [sys.executable, '-m', 'colortrack_ros.tools.robot_demo', '--seconds', '3']
