@@ -102,8 +102,8 @@ def named(
     """A field that is a tuple of items, each with a name and parameters of its own.
 
     :param default: items with an attribute ``name``; if empty, the list is absent until it is set.
-        :param each: declares the parameters of each item.
-        :param make: makes an item from its name and an instance of ``each``; raises ValueError.
+    :param each: declares the parameters of each item.
+    :param make: makes an item from its name and an instance of ``each``; raises ValueError.
     """
     names = [item.name for item in default]
     spec = Spec('', names or (str,), description, read_only=read_only, audience=audience)

@@ -1,1 +1,1 @@
-"""replay: the chain of the nodes over a recording."""
+"""replay: runs the chain of the nodes over a recording."""

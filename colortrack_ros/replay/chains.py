@@ -1,4 +1,4 @@
-"""The chain of the nodes over a recording: every stage works at once and skips nothing."""
+"""The chain of the nodes over a recording: every stage runs immediately and skips nothing."""
 
 from collections.abc import Callable
 from typing import Any
@@ -26,7 +26,8 @@ IMAGE_TRACKERS: dict[str, Callable[[Any], ImageTracker]] = {
     'window_tracker': lambda setup: WindowTracker(setup.config, setup.targets),
     'contour_tracker': lambda setup: ContourTracker(setup.config, setup.targets),
 }
-"""By the name of the node that publishes the tracks; ``tracker`` takes detections."""
+"""Trackers of pictures, by the name of the node that publishes the tracks; ``tracker`` takes
+detections."""
 
 
 def make_chain(
@@ -42,8 +43,8 @@ def make_chain(
     :param detected: takes the detections of an item.
     :param tracked: takes the tracks after an item.
     :param drop: takes the reason why an item came too late.
-    :param warn: takes the detector's advice after each picture, empty when all is well.
-    :param viewpoints: of the pictures, where the tracker is to know them.
+    :param warn: takes the detector's advice after each picture, empty if all is well.
+    :param viewpoints: of the pictures, if the tracker needs them.
     """
     detection: Stage[Frame, Detections] | None = None
     if setup.detector:

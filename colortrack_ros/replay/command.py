@@ -1,4 +1,4 @@
-"""What the command line of ``replay`` asks for: one recording, or many."""
+"""Carries out the command line of ``replay``: one recording, or many."""
 
 import argparse
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from colortrack_ros.replay.setup import parse
 
 
 def replay(args: Sequence[str], stop: threading.Event) -> int:
-    """Do what the command line asks for.
+    """Carry out the command line.
 
     :param stop: once set, replay ends early, with complete files.
     :return: the exit status.

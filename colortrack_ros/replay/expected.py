@@ -21,9 +21,9 @@ from colortrack_ros.replay.outputs import Output
 from colortrack_ros.replay.recordings import Item
 
 ABSOLUTE, RELATIVE = 1e-3, 1e-4
-"""Differences that are ignored: versions of the libraries round differently."""
+"""Differences that are ignored, since versions of the libraries round differently."""
 SHOWN = 20
-"""Differences that are printed: a screen of them."""
+"""How many differences are printed: a screenful."""
 
 Line = Mapping[str, float]
 
@@ -31,8 +31,8 @@ Line = Mapping[str, float]
 class ExpectedOutput(Output):
     """Compares the tracks with a file of ``--csv``.
 
-    :ivar differences: one line for each value that differs and each track too many or too few.
-    :raises StartError: the file is no such table.
+    :ivar differences: one line for each value that differs and for each missing or extra track.
+    :raises StartError: the file is not such a table.
     """
 
     def __init__(self, path: Path) -> None:
@@ -50,7 +50,7 @@ class ExpectedOutput(Output):
             raise StartError(f'{path}: expected a table that --csv wrote: {error!r}') from error
 
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
-        """Compare a frame."""
+        """Compare the tracks of a frame."""
         expected = self._expected.pop(tracks.stamp, {})
         lines = [dict(zip(COLUMNS, line, strict=True)) for line in lines_of(number, tracks)]
         found = {int(line['track_id']): line for line in lines}
@@ -72,7 +72,7 @@ class ExpectedOutput(Output):
             ]
 
     def report(self) -> str:
-        """The first differences, and what may cause them; empty if there are none."""
+        """The first differences, and their possible cause; empty if there are none."""
         if not self.differences:
             return ''
         more = len(self.differences) - SHOWN

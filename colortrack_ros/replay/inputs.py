@@ -1,4 +1,4 @@
-"""Which recordings the command line of ``replay`` names."""
+"""The recordings that the command line of ``replay`` names."""
 
 from collections.abc import Iterator
 from collections.abc import Sequence
@@ -10,19 +10,19 @@ from colortrack_ros.sources.pictures import natural
 from colortrack_ros.sources.pictures import PICTURE_SUFFIXES
 
 VIDEO_SUFFIXES = ('.avi', '.m4v', '.mjpeg', '.mkv', '.mov', '.mp4', '.mpeg', '.mpg', '.webm')
-"""Files of a folder that are taken for videos; one that is named is opened whatever its suffix."""
+"""Suffixes of the videos in a folder; a file that is named itself may have any suffix."""
 
 
 def recordings_in(inputs: Sequence[str]) -> list[str]:
-    """The inputs, and in place of each folder of recordings these, in natural order.
+    """The inputs, with each folder of recordings replaced by its recordings in natural order.
 
-    Bags that replay itself has written are none of them, unless they are named.
+    Bags that replay itself has written are left out, unless they are named.
     """
     return [one for name in inputs for one in (list(_within(Path(name))) or [name])]
 
 
 def _within(folder: Path) -> Iterator[str]:
-    """The recordings of a folder; none if it is one itself."""
+    """The recordings in a folder; none if the folder itself is one."""
     if not folder.is_dir() or is_bag_itself(folder) or _has_pictures(folder):
         return
     for path in sorted(folder.iterdir(), key=lambda path: natural(path.name)):

@@ -1,4 +1,4 @@
-"""``replay`` over many recordings: each is a task, all results are in one table."""
+"""``replay`` over many recordings: each is a task, and all results are in one table."""
 
 import argparse
 from collections import Counter
@@ -33,11 +33,11 @@ from colortrack_ros.replay.setup import read_setup
 from colortrack_ros.replay.targets import PREFIX
 
 FAILURES = (StartError, BagError, BagWriteError, OSError)
-"""What ends the replay of a recording with one line."""
+"""Errors that end the replay of a recording, reported in one line."""
 
 OUTPUTS = ('output', 'csv', 'mot', 'video')
 NAMED = (*OUTPUTS, 'expect')
-"""Options with a name that is another one for each recording."""
+"""Options whose value differs between recordings."""
 
 COLUMNS_OF_TABLE = {
     'frames': 'frames',
@@ -49,11 +49,11 @@ COLUMNS_OF_TABLE = {
     'restarts': 'restarts',
     'warnings': 'warned',
 }
-"""What is shown of a result, and its head: nine columns on a terminal of 80 characters."""
+"""The columns of the table and their titles: nine fit a terminal of 80 characters."""
 
 
 def reason_of(error: Exception) -> str:
-    """One line that says why."""
+    """The error in one line."""
     if isinstance(error, BagWriteError):
         return f'the bag {error}'
     if isinstance(error, OSError):
@@ -63,13 +63,13 @@ def reason_of(error: Exception) -> str:
 
 
 def replay_many(arguments: argparse.Namespace, inputs: Sequence[str], stop: threading.Event) -> int:
-    """Replay them all, each in a process of its own.
+    """Replay all recordings, each in a process of its own.
 
-    :return: the exit status: 1 if one failed or it was stopped.
-    :raises StartError: two of them would be written to one place.
+    :return: the exit status: 1 if one failed or the batch was stopped.
+    :raises StartError: two of them would be written to the same place.
     :raises BatchError: the report cannot be written, or there are no workers.
     """
-    read_setup(arguments, from_bag=is_bag(Path(inputs[0])))  # refuses what would be refused in each
+    read_setup(arguments, from_bag=is_bag(Path(inputs[0])))  # refuses early
     tasks = _tasks(arguments, inputs)
     outcomes = run_batch(
         replay_task,
@@ -93,7 +93,7 @@ def replay_many(arguments: argparse.Namespace, inputs: Sequence[str], stop: thre
 
 
 def replay_task(given: dict[str, Any], stop: threading.Event) -> tuple[dict[str, Any] | None, str]:
-    """Replay one of them; see Work."""
+    """Replay one recording; see Work."""
     try:
         result = replay_recording(argparse.Namespace(**given), stop, given['task'])
     except Stopped:
@@ -122,7 +122,7 @@ def replay_task(given: dict[str, Any], stop: threading.Event) -> tuple[dict[str,
 def _tasks(arguments: argparse.Namespace, inputs: Sequence[str]) -> list[Task]:
     given = vars(arguments)
     common = {k: v for k, v in given.items() if k not in ('inputs', 'jobs', 'scheduler', 'report')}
-    common['force'] = True  # what must not be overwritten is refused before the task begins
+    common['force'] = True  # files that must not be overwritten are refused before the task begins
     tasks = []
     for one in inputs:
         path = default_output(one)

@@ -1,4 +1,4 @@
-"""What ``replay`` writes: a bag, tables of the tracks, a video."""
+"""The outputs of ``replay``: a bag, tables of the tracks, a video."""
 
 from abc import ABC
 from abc import abstractmethod
@@ -53,15 +53,15 @@ COLUMNS = (
     *(f'cov_{a}_{b}' for a, b in itertools.combinations_with_replacement(STATE, 2)),
     *AFTER,
 )
-"""Columns of the CSV: stamp [ns], number of the frame from 1, and the fields of a track; of the
-covariance the upper half."""
+"""Columns of the CSV: stamp [ns], number of the frame from 1, and the fields of a track, including
+the upper triangle of the covariance."""
 
 
 class Output(ABC):
-    """One file or folder of results."""
+    """One output file or folder."""
 
     def write_detections(self, item: Item, detections: Detections) -> None:  # noqa: B027
-        """Add the detections of a frame, if this output holds them."""
+        """Add the detections of a frame, if this output has them."""
 
     @abstractmethod
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
@@ -76,12 +76,12 @@ class Output(ABC):
 
 
 class BagOutput(Output):
-    """Detections, tracks, outlines, and markers as the nodes publish them.
+    """A bag of detections, tracks, outlines, and markers as the nodes publish them.
 
-    A CameraInfo before the first detections gives the size of the pictures, which the tracker needs
-    to make the same tracks of them again.
+    A CameraInfo before the first detections gives the picture size, which the tracker needs to
+    reproduce the tracks.
 
-    :raises BagError: the folder is there already or cannot be made.
+    :raises BagError: the folder exists or cannot be created.
     """
 
     def __init__(self, path: Path, storage: str, setup: Setup) -> None:
@@ -96,7 +96,7 @@ class BagOutput(Output):
         self._image_size = 0, 0
 
     def write_detections(self, item: Item, detections: Detections) -> None:
-        """One message; recorded detections are copied."""
+        """Write one message; recorded detections are copied."""
         if self._topics['camera_info'] and detections.image_size != self._image_size:
             width, height = self._image_size = detections.image_size
             header = header_of(detections.stamp, detections.frame_id)
@@ -105,19 +105,21 @@ class BagOutput(Output):
         self._add('detections', item, None if recorded else cloud_of_detections(detections))
 
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
-        """One message of tracks, one of outlines if the tracker has them, one of markers."""
+        """Write one message of tracks, one of outlines if the tracker has them, and one of
+        markers.
+        """
         self._add('tracks', item, cloud_of_tracks(tracks))
         if self._topics['outlines']:
             self._add('outlines', item, cloud_of_outlines(tracks))
         self._put('markers', item, self._markers.write(tracks, self._scale))
 
     def _add(self, name: str, item: Item, message: CameraInfo | PointCloud2 | None) -> None:
-        """Write a message; None for the recorded one."""
+        """Write a message; None: the recorded one."""
         recorded = message is None
         self._put(name, item, item.cdr if recorded else _serialized(message, MESSAGE_TYPES[name]))
 
     def _put(self, name: str, item: Item, cdr: bytes) -> None:
-        # A message that was reordered may have been recorded after its successors.
+        # A reordered message may have been recorded after its successors.
         self._last[name] = max(self._last[name], item.log_time)
         self._bag.write(self._topics[name], self._last[name], cdr)
 
@@ -131,7 +133,7 @@ def _serialized(message: object, kind: str) -> bytes:
 
 
 class CsvOutput(Output):
-    """One line for each track in each frame, with all digits."""
+    """A CSV file: one line for each track in each frame, with all digits."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open('w', newline='')
@@ -148,7 +150,7 @@ class CsvOutput(Output):
 
 
 def lines_of(number: int, tracks: Tracks) -> Iterator[list[Any]]:
-    """The values of COLUMNS for each track."""
+    """The values of COLUMNS, for each track."""
     for row in tracks.rows:
         values = [row[name].item() for name in (*BEFORE, *STATE)]
         values += row['covariance'][UPPER].tolist()
@@ -157,10 +159,11 @@ def lines_of(number: int, tracks: Tracks) -> Iterator[list[Any]]:
 
 
 class MotOutput(Output):
-    """MOTChallenge: frame, id, left, top, width, height, score, -1, -1, -1.
+    """A file in MOTChallenge format: frame, id, left, top, width, height, score, -1, -1, -1.
 
     Frames count from 1, and so do pixels: the center of the top left one is (1, 1). Only confirmed
-    and coasting tracks; the box is that of the last detection, centered on the estimate.
+    and coasting tracks are written; the box has the size of the last detection and is centered on
+    the estimate.
     """
 
     def __init__(self, path: Path) -> None:
@@ -183,7 +186,7 @@ class MotOutput(Output):
 
 
 class VideoOutput(Output):
-    """The pictures with the tracks drawn on them, as MPEG-4.
+    """An MPEG-4 video of the pictures with the tracks drawn on them.
 
     :param rate: frames a second [Hz].
     """
@@ -194,7 +197,7 @@ class VideoOutput(Output):
         self._video: VideoFile | None = None
 
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
-        """The picture, in the size of the first one."""
+        """Write the picture, scaled to the size of the first one."""
         assert isinstance(item.content, Frame)
         image = writable_bgr(item.content)
         self._trails.update(tracks)

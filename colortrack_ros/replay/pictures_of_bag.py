@@ -1,4 +1,4 @@
-"""The pictures of a bag, as a source of frames."""
+"""A source of frames: the pictures of a bag."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,8 +22,8 @@ from colortrack_ros.sources.base import DEFAULT_RATE
 class BagSource(Source):
     """One topic of images, raw or compressed, with the stamps of their headers.
 
-    :param topic: which; empty for the only one, or that of the camera's default.
-    :raises SourceError: the bag cannot be read, or no topic in it is the one.
+    :param topic: its name; empty for the only one, or the camera's default.
+    :raises SourceError: the bag cannot be read, or has no such topic.
     """
 
     live = False
@@ -42,11 +42,11 @@ class BagSource(Source):
 
     @staticmethod
     def accepts(spec: str) -> bool:
-        """Nothing by its name alone: whether a folder is a bag shows what is in it."""
+        """Never: a name does not tell whether a folder is a bag, its content does."""
         return False
 
     def read(self) -> Frame | None:
-        """The next picture; None at the end, and where the bag is broken."""
+        """The next picture; None at the end, and if the bag is broken."""
         try:
             _, cdr = next(self._messages)
             return IntakeConfig().frame_of(cdr, MESSAGES[self._topic.kind])
@@ -60,5 +60,5 @@ class BagSource(Source):
         self._messages: Iterator[tuple[int, Any]] = self._reader.messages(self._topic)
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         self._reader.close()

@@ -1,4 +1,4 @@
-"""Input of ``replay``: the pictures or detections of a bag, or a source of frames."""
+"""The input of ``replay``: the pictures or detections of a bag, or a source of frames."""
 
 from abc import ABC
 from abc import abstractmethod
@@ -39,8 +39,8 @@ class Item(NamedTuple):
     """A picture, or the detections of one.
 
     :param log_time: when it was recorded [ns].
-    :param content: what was recorded.
-    :param cdr: the message that was recorded, empty where there was none.
+    :param content: the frame or detections.
+    :param cdr: the recorded message, empty if there was none.
     """
 
     log_time: int
@@ -49,21 +49,21 @@ class Item(NamedTuple):
 
     @property
     def stamp(self) -> int:
-        """Of its header [ns]."""
+        """Stamp of the header [ns]."""
         return self.content.stamp
 
 
 class Recording(ABC):
     """Frames or detections in the order in which they were recorded.
 
-    :ivar label: its name for messages to the user.
+    :ivar label: its name in messages to the user.
     :ivar total: number of messages, 0 if unknown.
-    :ivar rate: frames a second [Hz].
+    :ivar rate: frames per second [Hz].
     :ivar has_pictures: whether the items are frames.
     :ivar refused: number of invalid messages or pictures so far.
     :ivar reason: of the last refusal.
     :ivar late: number of messages dropped because they came too late.
-    :ivar viewpoints: where the camera was, if the tracker is to know it.
+    :ivar viewpoints: poses of the camera, if the tracker needs them.
     """
 
     viewpoints: RecordedViewpoints | None = None
@@ -87,18 +87,18 @@ class Recording(ABC):
 
     @property
     def lost(self) -> int:
-        """Pictures that could not be read so far."""
+        """Number of pictures that could not be read so far."""
         return 0
 
     @abstractmethod
     def items(self) -> Iterator[Item]:
-        """Every frame once.
+        """All items, once.
 
         :raises BagError: the bag is broken from there on.
         """
 
     def interrupt(self) -> None:  # noqa: B027
-        """End a wait for the next item, from another thread."""
+        """Interrupt a wait for the next item, from another thread."""
 
     @abstractmethod
     def close(self) -> None:
@@ -106,7 +106,7 @@ class Recording(ABC):
 
 
 class SourceRecording(Recording):
-    """A video, pictures or a scene, stamped from zero on.
+    """A video, pictures or a scene, with stamps from zero.
 
     :param spec: as the camera takes it.
     :param camera: the values of the camera's parameters.
@@ -145,15 +145,15 @@ class SourceRecording(Recording):
 
     @property
     def lost(self) -> int:
-        """Pictures that the video or the folder should have."""
+        """Number of pictures that the video or the folder should have."""
         return self._grabber.lost
 
     def interrupt(self) -> None:
-        """Do not wait for a drive that does not answer."""
+        """Stop waiting for a drive that does not answer."""
         self._grabber.close()
 
     def close(self) -> None:
-        """End the thread that reads ahead."""
+        """Stop the thread that reads ahead."""
         self._grabber.close()
 
 
@@ -161,9 +161,9 @@ class BagRecording(Recording):
     """One topic of a bag.
 
     :param path: of the bag.
-    :param topic: the one to work on, or empty for the one that the parameters mean.
+    :param topic: the one to process, or empty for the one that the parameters name.
     :raises BagError: it cannot be opened.
-    :raises StartError: no topic in it is the one.
+    :raises StartError: it has no suitable topic.
     """
 
     def __init__(self, path: Path, topic: str, setup: Setup) -> None:
@@ -192,7 +192,7 @@ class BagRecording(Recording):
                 raise
 
     def _size_of(self, setup: Setup) -> tuple[int, int]:
-        """Size of the pictures, from the first CameraInfo beside the detections."""
+        """Picture size, from the first CameraInfo recorded with the detections."""
         name = setup.topics['camera_info']
         topic = next((t for t in self._reader.topics if t[:2] == (name, CAMERA_INFO)), None)
         if topic is None:
@@ -229,12 +229,11 @@ class BagRecording(Recording):
 
 
 def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) -> Topic:
-    """The topic to work on.
+    """The topic to process.
 
-    That is the wanted one if there is one; else that of the images, raw or compressed, or the only
+    It is the requested one, if any; otherwise that of the images, raw or compressed, or the only
     one that has images; in a bag without images that of the detections, or the only point cloud.
-
-    :raises StartError: none fits, or several do; the reason lists them.
+    :raises StartError: none is suitable, or several are; the reason lists them.
     """
     usable = [t for t in topics if t.kind in (IMAGE, COMPRESSED, CLOUD)]
     images = [t for t in usable if t.kind != CLOUD]

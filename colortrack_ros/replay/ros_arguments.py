@@ -1,4 +1,4 @@
-"""Has rcl read ROS arguments, by nodes that nobody discovers."""
+"""Lets rcl read ROS arguments, by nodes that nobody discovers."""
 
 from collections.abc import Iterable
 from collections.abc import Iterator
@@ -26,11 +26,11 @@ from colortrack_ros.node_kit.runtime import StartError
 DISCOVERY = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 RCL_ALONE = threading.Lock()
-"""What rcl reads on its way is of the whole process, whose threads may replay a recording each."""
+"""rcl reads state of the whole process, in which several threads may each replay a recording."""
 
 
 class AskedNode(Node):
-    """A node that exists only to learn what rcl gives to one of this name.
+    """A node that exists only to learn which values rcl gives to a node of this name.
 
     :ivar given: the values of parameters from files and the command line, by full name.
     """
@@ -50,10 +50,10 @@ class AskedNode(Node):
     def declare_parameters(
         self, namespace: str, parameters: Any, ignore_override: bool = False
     ) -> list[Any]:
-        """Keep what is given, which rclpy declares first; declare the rest."""
+        """Keep the given values, which rclpy declares first; declare the rest."""
         if not self._is_asked:
             self._is_asked = True
-            # rcl has no type for an empty list
+            # rcl cannot type an empty list
             self.given = {name: [] if value is None else value for name, value, _ in parameters}
             return []
         return super().declare_parameters(namespace, parameters, ignore_override)
@@ -61,21 +61,21 @@ class AskedNode(Node):
 
 @contextlib.contextmanager
 def ros_context(args: Sequence[str]) -> Iterator[Context]:
-    """A context with these ROS arguments, whose nodes nobody discovers.
+    """A context with these ROS arguments; nobody discovers its nodes.
 
     :raises StartError: rcl cannot read the arguments or a file that they name.
     """
     with RCL_ALONE:
         before = os.environ.get(DISCOVERY)
         level = get_logger_level('rcl')
-        set_logger_level('rcl', LoggingSeverity.FATAL)  # what it logs is in the exception as well
+        set_logger_level('rcl', LoggingSeverity.FATAL)  # the exception also has what it logs
         os.environ[DISCOVERY] = 'OFF'
         context = Context()
         try:
             refuse_params_files(args)
             rclpy.init(args=['--ros-args', *args], context=context)
             yield context
-        except (RuntimeError, ValueError) as error:  # of rclpy, of a params file
+        except (RuntimeError, ValueError) as error:  # from rclpy, about a params file
             text = re.sub(r'^failed to initialize rcl: |, at /\S+:\d+', '', str(error))
             raise StartError(' '.join(text.split())) from error
         finally:
@@ -87,16 +87,16 @@ def ros_context(args: Sequence[str]) -> Iterator[Context]:
 
 
 def namespaces_of(files: Iterable[Path], names: Sequence[str]) -> set[str]:
-    """The namespaces in which files of parameters name one of the nodes; the root is ``/``.
+    """The namespaces in which params files name one of the nodes; the root is ``/``.
 
-    :raises StartError: a file holds nothing of the kind.
+    :raises StartError: a file is not a params file.
     """
     owners = [owner.rpartition('/') for path in files for owner in _owners(path)]
     return {namespace or '/' for namespace, _, name in owners if name in names}
 
 
 def _owners(path: Path) -> Iterator[str]:
-    """The full names, without wildcards, of the nodes whose parameters are in a file."""
+    """The full names, without wildcards, of the nodes in a params file."""
 
     def walk(name: str, tree: yaml.Node | None) -> Iterator[str]:
         for key, content in tree.value if isinstance(tree, yaml.MappingNode) else ():
@@ -106,6 +106,6 @@ def _owners(path: Path) -> Iterator[str]:
                 yield from walk(f'{name}/{key.value.strip("/")}', content)
 
     root = yaml.compose(read_file(path, MAX_PARAMS_FILE), Loader=yaml.SafeLoader)
-    if not isinstance(root, yaml.MappingNode):  # which rcl takes for a file without parameters
+    if not isinstance(root, yaml.MappingNode):  # rcl would accept it as a file without parameters
         raise StartError(f'{path}: expected node names and their ros__parameters')
     return (name for name in walk('', root) if '*' not in name)

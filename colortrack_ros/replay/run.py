@@ -1,4 +1,4 @@
-"""Detector and tracker over a recording: what ``replay`` does."""
+"""Runs detector and tracker over a recording, for ``replay``."""
 
 import argparse
 from collections.abc import Callable
@@ -44,7 +44,7 @@ from colortrack_ros.replay.targets import Targets
 
 @dataclass
 class Answers:
-    """Counts of what has been done so far."""
+    """Counts of what has been processed so far."""
 
     frames: int = 0
     detections: int = 0
@@ -64,21 +64,21 @@ class Answers:
             self.restarts.append(tracks.restarted)
 
     def warn(self, trouble: str) -> None:
-        """Count a picture for which the detector has advice; empty if it has none."""
+        """Count a picture if the detector has advice about it; empty: it has none."""
         if trouble:
             self.warnings.append(trouble)
 
 
 @dataclass(frozen=True)
 class Replayed:
-    """What came of one recording.
+    """The result of one recording.
 
     :param recording: closed, with its counts.
     :param output: the folder of the new bag.
     :param answers: counts.
-    :param seconds: that it took.
+    :param seconds: duration of the run.
     :param interrupted: whether it was stopped early.
-    :param error: why the results are not whole; empty if they are.
+    :param error: why the results are incomplete; empty if they are complete.
     :param differences: from the expected tracks, one line each; empty if there are none.
     """
 
@@ -92,20 +92,20 @@ class Replayed:
 
 
 class Stopped(Exception):
-    """The batch is stopped: nothing of this recording is kept."""
+    """The batch has been stopped: nothing of this recording is kept."""
 
 
 def replay_recording(
     arguments: argparse.Namespace, stop: threading.Event, task: str = ''
 ) -> Replayed:
-    """Run one recording through the chain and write what the command line asks for.
+    """Run one recording through the chain and write the outputs that the command line asks for.
 
     :param stop: once set, it ends early, with complete files.
-    :param task: key of the task of a batch that this is; what an earlier attempt at it has left
-        half-written is removed.
+    :param task: key of the task, if this is part of a batch; partial outputs of an earlier attempt
+        are removed.
     :raises StartError, BagError, BagWriteError, OSError: a parameter is refused, or something
         cannot be opened or written.
-    :raises Stopped: the task is stopped.
+    :raises Stopped: the batch has been stopped.
     """
     from_bag = is_bag(Path(arguments.input))
     setup = read_setup(arguments, from_bag=from_bag)
@@ -187,7 +187,7 @@ def _progress(recording: Recording) -> Iterator[Callable[[int], None]]:
 
 
 def default_output(name: str) -> Path:
-    """Beside the input: its name with ``_tracks`` in place of the suffix.
+    """The default output, beside the input: its name with ``_tracks`` in place of the suffix.
 
     A scene, ``scene:five?rate=25``, gives ``five_tracks`` in the current folder.
     """
@@ -203,7 +203,7 @@ def default_output(name: str) -> Path:
 def open_recording(arguments: argparse.Namespace, setup: Setup, *, from_bag: bool) -> Recording:
     """The recording that the command line names.
 
-    :raises StartError: it cannot be opened, or a topic is named where there is none.
+    :raises StartError: it cannot be opened, or a topic is given for an input without topics.
     """
     if from_bag:
         return BagRecording(Path(arguments.input), arguments.topic, setup)
@@ -231,7 +231,7 @@ def _outputs(
     setup: Setup,
     writing: contextlib.ExitStack,
 ) -> list[Output]:
-    """All outputs, which are closed with the stack."""
+    """All outputs; the stack closes them."""
     outputs: list[Output] = []
 
     def add(output: Output) -> None:
@@ -251,7 +251,7 @@ def _outputs(
 
 
 def summary(result: Replayed) -> str:
-    """The result in a few lines."""
+    """Print the result in a few lines."""
     recording, tally = result.recording, result.answers
     speed = tally.frames / max(result.seconds, 1e-9)
     real_time = (tally.last - tally.first) / NANOSECONDS / max(result.seconds, 1e-9)

@@ -1,4 +1,4 @@
-"""The command line of ``replay``, and the parameters that it and its files give."""
+"""The command line of ``replay``, and the parameters that it and the params files give."""
 
 import argparse
 from collections.abc import Callable
@@ -30,10 +30,10 @@ from colortrack_ros.replay.ros_arguments import namespaces_of
 from colortrack_ros.replay.ros_arguments import ros_context
 
 TOPICS = ('camera_info', 'detections', 'tracks', 'outlines', 'markers')
-"""Those of the node that publishes the tracks, each empty where it has none."""
+"""Topics of the node that publishes the tracks, empty if it has no such topic."""
 
 ANYBODY = 'replay_asks_for_any_name'
-"""A node name that only the wildcards of a params file match."""
+"""A node name that only wildcards in a params file match."""
 
 Tables = dict[str, tuple[ParameterTable, Callable[[Mapping[str, Any]], Any]]]
 
@@ -47,7 +47,7 @@ TRACKERS: Tables = {
     'window_tracker': _of(WindowTrackerSetup),
     'contour_tracker': _of(ContourTrackerSetup),
 }
-"""What ``--tracker`` may name."""
+"""The choices of ``--tracker``."""
 
 TABLES: Tables = TRACKERS | {
     'camera': _of(CameraSetup),
@@ -58,15 +58,15 @@ TABLES: Tables = TRACKERS | {
 
 @dataclass(frozen=True)
 class Setup:
-    """What the nodes would use, given the same parameters.
+    """The configuration that the nodes would have with the same parameters.
 
-    :param node: the name of the one that publishes the tracks.
-    :param camera: values of the camera's parameters; empty where a bag is its own camera.
-    :param detector: None where the tracker takes no detections.
+    :param node: name of the node that publishes the tracks.
+    :param camera: values of the camera's parameters; empty if a bag takes its place.
+    :param detector: None if the tracker takes no detections.
     :param tracker: of that node.
     :param topics: full names by ``image``, ``camera_info``, ``detections``, ``tracks``,
-        ``outlines``, ``markers``, and, where the tracker asks for it, ``odometry``; empty where
-        there is none.
+        ``outlines``, ``markers``, and, if the tracker needs it, ``odometry``; empty if there is
+        none.
     """
 
     node: str
@@ -77,14 +77,14 @@ class Setup:
 
     @property
     def intake(self) -> IntakeConfig:
-        """How the node that takes the pictures reads them."""
+        """How the node that subscribes to the pictures reads them."""
         if isinstance(self.tracker, ImageTrackerSetup):
             return self.tracker.intake
         return self.detector.intake if self.detector else IntakeConfig()
 
     @property
     def takes_detections(self) -> bool:
-        """Whether recorded detections will do in place of pictures."""
+        """Whether recorded detections can replace pictures."""
         return isinstance(self.tracker, TrackerSetup)
 
 
@@ -94,7 +94,7 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
 
 
 def command_line() -> argparse.ArgumentParser:
-    """What ``replay`` takes."""
+    """The parser of ``replay``."""
     parser = FilesParser(
         'replay',
         description='Runs detector and tracker over recordings, every frame in the order of the '
@@ -129,7 +129,7 @@ def command_line() -> argparse.ArgumentParser:
 
 
 def add_ros_options(parser: argparse.ArgumentParser) -> None:
-    """Add the ROS arguments that say what the parameters and the topics are."""
+    """Add the ROS arguments, which give parameters and topics."""
     ros = parser.add_argument_group('ROS arguments')
     ros.add_argument('--params-file', type=Path, action='append', default=[], metavar='YAML')
     ros.add_argument('-p', '--param', action='append', default=[], metavar='[NODE:]NAME:=VALUE')
@@ -138,7 +138,7 @@ def add_ros_options(parser: argparse.ArgumentParser) -> None:
 
 
 def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:
-    """The parameters that the files and the command line give, checked as the nodes check them.
+    """The parameters from files and the command line, validated as the nodes do it.
 
     :param from_bag: whether the recording takes the place of the camera.
     :raises StartError: a value is refused, or a file cannot be read.
@@ -174,9 +174,9 @@ def read_setup(arguments: argparse.Namespace, *, from_bag: bool) -> Setup:
 
 
 def _ros_args(arguments: argparse.Namespace) -> list[str]:
-    """The ROS arguments as rcl takes them: files first, so that the command line overrides them.
+    """The ROS arguments for rcl: files first, so that the command line overrides them.
 
-    :raises StartError: one has no ``:=``, which rcl would say in other words.
+    :raises StartError: one has no ``:=``; rcl's own message would be less clear.
     """
     words = [word for path in arguments.params_file for word in ('--params-file', str(path))]
     for option, form, texts in (
@@ -191,7 +191,7 @@ def _ros_args(arguments: argparse.Namespace) -> list[str]:
 
 
 def _namespace(arguments: argparse.Namespace, nodes: Sequence[str]) -> str:
-    """The namespace that the parameters are for; a remapping of it is left to rcl.
+    """The namespace that the parameters are for; rcl itself handles a remapping of it.
 
     :raises StartError: the parameters are for several.
     """
@@ -215,7 +215,7 @@ def _values(
 ) -> dict[str, Any]:
     """The values of a node's parameters, defaults included.
 
-    :param anybody: values that wildcards give to every node, whatever its kind.
+    :param anybody: values that wildcards give to every node.
     """
     own = {}
     for name, value in node.given.items():
@@ -230,5 +230,5 @@ def _values(
 
 
 def _is_of_others(name: str, table: ParameterTable) -> bool:
-    """Whether only other kinds of nodes have such a parameter."""
+    """Whether only nodes of other kinds have such a parameter."""
     return name not in table and any(name in other for other, _ in TABLES.values())

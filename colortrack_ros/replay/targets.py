@@ -1,4 +1,4 @@
-"""Where ``replay`` writes: an old file stays until the one that replaces it is complete."""
+"""The places that ``replay`` writes to: an old file stays until its replacement is complete."""
 
 from collections.abc import Iterable
 from collections.abc import Sequence
@@ -12,19 +12,20 @@ from colortrack_ros.files import resolved
 from colortrack_ros.node_kit.runtime import StartError
 
 PREFIX = '.replay-'
-"""Prefix of the folders that hold files until they are complete."""
+"""Prefix of the folders for files that are not complete yet."""
 
 
 class Targets:
-    """The folder of the bag, and files: written beside their place and moved there at the end.
+    """The folder of the bag and further files: written to temporary folders beside their places,
+    and moved at the end.
 
     :param bag: the folder of the new bag.
     :param files: the other outputs.
     :param inputs: files, folders and patterns that are read.
-    :param force: whether what is there may be replaced.
-    :param task: a name for what is half-written, that nobody else uses: what is left of it, from an
-        attempt that was killed, is removed.
-    :raises StartError: something is there and may not be replaced, or the place is not writable.
+    :param force: whether existing files may be replaced.
+    :param task: a unique name for the temporary folders; those left by an attempt that was killed
+        are removed.
+    :raises StartError: a file exists and may not be replaced, or the place is not writable.
     """
 
     def __init__(
@@ -57,8 +58,8 @@ class Targets:
                 shutil.rmtree(folder, ignore_errors=True)
 
     def staged(self, path: Path) -> Path:
-        """Where to write the file of a path: in a temporary folder beside it."""
-        target = resolved(path)  # a link stays, and its target is replaced
+        """Where to write a file: in a temporary folder beside its place."""
+        target = resolved(path)  # a link stays; its target is replaced
         target.parent.mkdir(parents=True, exist_ok=True)
         folder = Path(tempfile.mkdtemp(prefix=self._prefix, dir=target.parent))
         self._staged[target] = folder / target.name
@@ -75,7 +76,7 @@ class Targets:
         self.discard()
 
     def discard(self) -> None:
-        """Remove what has not been moved."""
+        """Remove everything that has not been moved."""
         for staged in self._staged.values():
             shutil.rmtree(staged.parent, ignore_errors=True)
         self._staged.clear()
@@ -87,7 +88,7 @@ def _paths(name: str) -> list[Path]:
 
 
 def _check(path: Path, read: Iterable[Path], *, force: bool) -> None:
-    """Raise StartError if a path is an input, holds one, or is part of one."""
+    """Raise StartError if a path is an input, contains one, or is part of one."""
     target, there = resolved(path), path.exists()
     for source in read:
         is_part = there and source in target.parents
@@ -98,7 +99,7 @@ def _check(path: Path, read: Iterable[Path], *, force: bool) -> None:
 
 
 def _is_same(path: Path, source: Path) -> bool:
-    """Whether two names are hard links to one file, also within an input folder."""
+    """Whether two names are hard links to the same file, or one of a file in an input folder."""
     if not path.is_file():
         return False
     files = source.rglob('*') if source.is_dir() else (source,)

@@ -1,4 +1,4 @@
-"""Where the camera was when the pictures of a bag were taken, by its odometry."""
+"""The pose of the camera for each picture of a bag, from odometry."""
 
 from collections.abc import Callable
 import dataclasses
@@ -34,10 +34,10 @@ class RecordedViewpoints:
     """Reads odometry along with the pictures, as far ahead as a node would wait for it.
 
     :param path: of the bag.
-    :param config: as the tracker has it.
+    :param config: of the tracker.
     :param info_topic, odometry_topic: full names.
     :raises BagError: it cannot be opened.
-    :raises StartError: it does not hold what tells where the camera was.
+    :raises StartError: it lacks the topics that give the pose of the camera.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class RecordedViewpoints:
         self._reason = reason
 
     def _read_on(self) -> None:
-        """Read the next message of odometry; a bag that was cut short just ends."""
+        """Read the next message of odometry; a truncated bag simply ends."""
         try:
             self._next = next(self._messages, None)
         except BagError:
@@ -89,7 +89,7 @@ class RecordedViewpoints:
         """The camera at a picture.
 
         :param stamp: of the picture, log_time: when it was recorded [ns].
-        :raises TransformError: nobody knows; with the last reason why odometry was refused.
+        :raises TransformError: it is unknown; with the last reason why odometry was refused.
         """
         if not self._moves:
             return View(self._camera, Pose.of_rpy((0, 0, 0), (0, 0, 0)), self._mount)
@@ -107,15 +107,15 @@ class RecordedViewpoints:
             raise TransformError(why, later=error.later) from error
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         self._reader.close()
 
 
 class WithViewpoints:
-    """Hands detections on with the viewpoint of their picture, as far as it is known.
+    """Passes on detections with the viewpoint of their picture, if it is known.
 
     :param stage: takes them; the context of each is its item.
-    :param warn: takes the reason why a viewpoint is not known.
+    :param warn: takes the reason why a viewpoint is unknown.
     """
 
     def __init__(
@@ -139,5 +139,5 @@ class WithViewpoints:
         self._stage.put(item, context)
 
     def flush(self) -> None:
-        """Work on all that waits: nothing more comes."""
+        """Process everything that is waiting; the input has ended."""
         self._stage.flush()

@@ -1,4 +1,4 @@
-"""scenes: rendered sequences with their ground truth, the same to the bit on every machine."""
+"""scenes: rendered sequences with ground truth, bit-identical on every machine."""
 
 from collections.abc import Callable
 
@@ -67,14 +67,14 @@ SCENES: dict[str, Callable[[Options], Scene]] = {
     'red_throw': red_throw,
     'red_curve': red_curve,
 }
-"""Every scene by its name: a function that builds it."""
+"""Functions that build the scenes, by name."""
 
 
 def open_scene(spec: str) -> Scene:
-    """Return the scene of a name and, after a question mark, options: `five?width=640&noise=0`.
+    """Return the scene with a name and, after a question mark, options: `five?width=640&noise=0`.
 
-    :raises ValueError: for an unknown scene or option, or a bad value of one, naming what was
-        given and what there is.
+    :raises ValueError: for an unknown scene or option, or an invalid value; the message names what
+        was given and what is possible.
     """
     name, _, query = spec.partition('?')
     if name not in SCENES:

@@ -1,7 +1,7 @@
 """Motion as piecewise polynomials of time.
 
-Only + - * / are used: a path is the same to the bit on every machine, which the sine and cosine of
-the machines' mathematical libraries are not.
+Only + - * / are used, so that a path is bit-identical on every machine; sine and cosine differ
+between mathematical libraries.
 """
 
 import numpy as np
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 class Curve:
     """Cubic pieces c0 + c1 s + c2 s^2 + c3 s^3, s = t - start of the piece [s].
 
-    Before the first and after the last knot the outermost pieces go on.
+    Before the first and after the last knot the outermost pieces continue.
 
-    :param starts: (n,) when each piece starts [s], ascending.
+    :param starts: (n,) start time of each piece [s], ascending.
     :param coefficients: (n, 4, columns) c0..c3 of each piece.
     """
 
@@ -39,7 +39,7 @@ class Curve:
 
 
 def constant(*values: float) -> Curve:
-    """Return a curve that stays at the values."""
+    """Return a constant curve."""
     return Curve([0.0], [[values, *np.zeros((3, len(values)))]])
 
 
@@ -49,9 +49,9 @@ def polyline(times: ArrayLike, points: ArrayLike) -> Curve:
 
 
 def arcs(times: ArrayLike, points: ArrayLike, acceleration: ArrayLike) -> Curve:
-    """Return pieces of constant acceleration through the points, as of thrown balls.
+    """Return pieces of constant acceleration through the points, as for thrown balls.
 
-    :param acceleration: one for all pieces, (columns,), or of each piece, (n, columns) [1/s^2].
+    :param acceleration: for all pieces, (columns,), or for each piece, (n, columns) [1/s^2].
     """
     p, t = np.asarray(points, float), np.asarray(times, float)
     h = np.diff(t)[:, None]

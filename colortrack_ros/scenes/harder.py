@@ -1,4 +1,4 @@
-"""Scenes that trackers fail on: merging, crowds, gravity, turns, gaps and broken blobs.
+"""Scenes on which trackers fail: merging, crowds, gravity, turns, gaps and broken blobs.
 
 Points of a path are (x, y, radius): x in widths and y and radius in heights of the picture.
 """
@@ -32,7 +32,7 @@ from colortrack_ros.scenes.texture import uniform
 SKIN: Color = (205, 160, 132)
 SHIRT: Color = (62, 74, 96)
 POLE: Color = (70, 72, 78)
-"""Of a hand, a sleeve and a post; chosen."""
+"""Colors of a hand, a sleeve and a post; chosen."""
 
 TOUCH = 10 / 24
 """How long two objects of `collision` touch [s]. Chosen: ten frames at 24 Hz."""
@@ -52,11 +52,11 @@ def collision(options: Options) -> Scene:
     covering the other (bottom). Two cross, and later two come side by side and bounce apart
     (middle): while they touch, both look the same.
     """
-    wide = RADIUS * options.height / options.width  # a radius in widths
+    wide = RADIUS * options.height / options.width  # a radius in widths of the picture
     rest = 0.5 - 0.97 * wide
     bounce = [(-0.05, 0.2), (rest, 0.2), (rest, 0.2), (-0.05, 0.2)]
     bounce_times = [0.5, 4.5, 4.5 + TOUCH, 8.5 + TOUCH]
-    # Discs of radius r at a distance of 1.6 r across the way touch for 2.4 r along it.
+    # Discs of radius r whose paths are 1.6 r apart touch over 2.4 r of the way.
     speed = 1.2 * wide / TOUCH
     wait = 0.55 / speed
     passing = [(0.5 - 0.55, 0.75 - 0.8 * RADIUS), (0.5 + 0.55, 0.75 - 0.8 * RADIUS)]
@@ -90,7 +90,7 @@ def swarm(options: Options) -> Scene:
 def blackout(options: Options) -> Scene:
     """Return 20 small objects that wander, 4 to 12 px a frame at 720 lines.
 
-    The scene is the motion; what makes it hard is `detections_of` with BLACKOUT.
+    The scene provides the motion; `detections_of` with BLACKOUT makes it hard.
     """
     return scene_of('blackout', options, _wander(options, 20, 0.012, (4.0, 12.0)))
 
@@ -139,8 +139,8 @@ def juggle(options: Options) -> Scene:
 def turns(options: Options) -> Scene:
     """Return six objects that turn sharply, five of them while hidden behind two panels.
 
-    Behind a panel an object turns by 90 or 180 degrees and comes out 0.6 to 0.8 s later where
-    straight motion would never have brought it. The sixth zigzags in the open.
+    Behind a panel an object turns by 90 or 180 degrees and emerges 0.6 to 0.8 s later where
+    straight motion would never have taken it. The sixth zigzags in the open.
     """
     a, b, r = (0.3, 0.5), (0.7, 0.5), 0.04
     zigzag = [(-0.03 + 0.15 * i, 0.95 if i % 2 else 0.78) for i in range(8)]
@@ -159,10 +159,11 @@ def turns(options: Options) -> Scene:
 
 
 def flicker(options: Options) -> Scene:
-    """Return five objects, left to right, whose brightness jumps about and whose blobs break up.
+    """Return five objects, moving left to right, whose brightness flickers and whose blobs break
+    up.
 
-    Each one's brightness goes up and down by half, several times a second. Behind three thin poles
-    a disc is seen as two pieces for about 9 frames.
+    The brightness of each changes by half, several times a second. Behind three thin poles a disc
+    is seen as two pieces for about 9 frames.
     """
     lanes = [0.14, 0.32, 0.50, 0.68, 0.86]
     balls = []
@@ -177,7 +178,7 @@ def flicker(options: Options) -> Scene:
 
 
 def vanish(options: Options) -> Scene:
-    """Return eleven objects of which some disappear for good, and others hide and come back.
+    """Return eleven objects; some disappear for good, others hide and come back.
 
     A bar hides three for a third of a second; a fourth waits there for 3 s. Three are taken away
     where they rest in the open; two fall into a box; two lamps go out, one of them for 3 s.
@@ -216,9 +217,9 @@ def _ending(
     radius: float,
     again: float = 99.0,
 ) -> Curve:
-    """Return a path as of through() that leaves the world at its end, and may come back there.
+    """Return a path like through() whose object vanishes at the end, and may reappear there.
 
-    :param again: when [s]; in a time that no scene lasts if it is not given.
+    :param again: when it reappears [s]; by default later than any scene lasts.
     """
     blink, away = 1e-6, (-1.0, -1.0)
     after = [times[-1] + blink, again, again + blink, again + 99.0]
@@ -247,7 +248,8 @@ def _wander(
 ) -> list[Curve]:
     """Return smooth random walks that turn back at the picture's edges.
 
-    :param speeds: least and most, of 1/720 of the height a 1/24 s: px a frame as played normally.
+    :param speeds: least and greatest, in 1/720 of the height per 1/24 s: px a frame at the default
+        size and rate.
     """
     pace, seed, aspect = 0.5, options.seed, options.width / options.height
     places = _spread(seed, count, aspect)
@@ -270,7 +272,7 @@ def _wander(
 
 
 def _spread(seed: int, count: int, aspect: float) -> NDArray[np.float64]:
-    """Return (count, 2) places apart from each other, in heights: a grid, each shaken."""
+    """Return (count, 2) separate places, in heights: a jittered grid."""
     columns = int(np.ceil(np.sqrt(count * aspect)))
     rows = -(-count // columns)
     index = np.arange(count)

@@ -1,4 +1,4 @@
-"""What a perfect detector would see of a scene, and what a worse one makes of it."""
+"""Detections of a scene by a perfect detector, and by a worse one."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,7 +17,7 @@ from colortrack_ros.scenes.texture import uniform
 BLACKOUT: Mapping[str, Any] = {
     'detected': 0.85, 'noise': 1.0, 'clutter': 0.2, 'gap': 10, 'gap_every': 60,
 }  # fmt: skip
-"""How `blackout` is to be detected: 85 % found, 20 % clutter, 10 frames in 60 missed."""
+"""Detection of `blackout`: 85 % found, 20 % clutter, 10 of 60 frames missed."""
 
 PIXEL_SIGMA = 0.1
 """Standard deviation of the centroid of a disc of whole pixels [px]: 0.09 at a radius of 3 px, and
@@ -34,18 +34,18 @@ def detections_of(
     gap_every: int = 60,
     seed: int = 0,
 ) -> Detections:
-    """Return the detections of frame k; the same for the same arguments, in any order.
+    """Return the detections of frame k; they depend only on the arguments.
 
-    A perfect detector sees the connected parts of each color's pixels: nothing of a hidden object,
-    one blob of two that touch (about the sum of the areas, one box around both), two blobs of an
-    object behind a pole.
+    A perfect detector sees the connected components of each color's pixels: no blob of a hidden
+    object, one blob of two that touch (about the sum of the areas, one box around both), two blobs
+    of an object behind a pole.
 
     :param detected: probability that a blob is detected, 0..1.
     :param noise: standard deviation of each centroid coordinate [px].
-    :param clutter: false detections for each object in the frame, evenly over the picture, as
-        large as objects are.
+    :param clutter: false detections per object in the frame, uniform over the picture and as large
+        as objects.
     :param gap: consecutive frames in which each object is missed, once in `gap_every` frames.
-    :param seed: of everything random.
+    :param seed: of all random numbers.
     """
     truth = scene.truth(k)
     unseen = [int(i) for i in truth['id'] if _in_gap(seed, int(i), k, gap, gap_every)]
@@ -63,7 +63,7 @@ def detections_of(
 
 
 def _blobs(mask: NDArray[np.uint8], colors: int) -> NDArray[np.void]:
-    """Return the connected parts of each color, (N,) of dtype DETECTION."""
+    """Return the connected components of each color, (N,) of dtype DETECTION."""
     parts = [np.zeros(0, DETECTION)]
     for color in range(colors):
         # labels of 16 bits take a third of the time, and no mask of objects has 65,535 parts
@@ -76,13 +76,13 @@ def _blobs(mask: NDArray[np.uint8], colors: int) -> NDArray[np.void]:
             rows[name] = stats[1:, column]
         rows['color'] = color
         parts.append(rows)
-    return np.concatenate(parts, dtype=DETECTION)  # without it NumPy packs the fields anew
+    return np.concatenate(parts, dtype=DETECTION)  # without it NumPy repacks the fields
 
 
 def _clutter(
     scene: Scene, truth: NDArray[np.void], share: float, seed: tuple[int, ...]
 ) -> NDArray[np.void]:
-    """Return false detections: as many as the share of the objects, on average."""
+    """Return false detections: `clutter` for each object, on average."""
     whole = int(share)
     false = np.repeat(truth, whole + (uniform(seed, len(truth)) < share - whole))
     rows = np.zeros(len(false), DETECTION)
@@ -97,7 +97,9 @@ def _clutter(
 
 
 def _in_gap(seed: int, i: int, k: int, gap: int, every: int) -> bool:
-    """Say whether object i is missed in frame k: each `every` frames hold one gap, anywhere."""
+    """Return whether object i is missed in frame k: every `every` frames contain one gap,
+    anywhere.
+    """
     if gap == 0:
         return False
     block, offset = divmod(k, every)

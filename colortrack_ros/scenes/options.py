@@ -1,4 +1,4 @@
-"""What can be set on every scene, and how `NAME?width=640&noise=0` is read."""
+"""The options of every scene, and how `NAME?width=640&noise=0` is parsed."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -12,8 +12,8 @@ OPTION_LIMITS = {
     'seed': (0, 2**32 - 1),
     'duration': (0.01, 20.8),
 }
-"""Least and greatest value of each option: pictures up to 8K UHD; no longer than the paths of the
-scenes are, 500 frames at 24 Hz."""
+"""Least and greatest value of each option: pictures up to 8K UHD; durations up to the end of the
+scenes' paths, 500 frames at 24 Hz."""
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,10 @@ class Options:
     """Options of a scene.
 
     :param width, height: of the picture [px]; the motion scales with it.
-    :param rate: frames a second; the motion in pixels a second stays.
+    :param rate: frames per second; the motion in pixels per second is unchanged.
     :param noise: standard deviation of the sensor noise [grey levels].
-    :param seed: of everything random: texture, noise, and where a scene throws dice.
-    :param duration: how much of the scene is played [s].
+    :param seed: of all random numbers: texture, noise, and random choices of a scene.
+    :param duration: of the part that is played [s].
     """
 
     width: int = 1280
@@ -42,14 +42,15 @@ class Options:
 
     @property
     def count(self) -> int:
-        """The number of frames: those with k / rate < duration."""
+        """The number of frames k with k / rate < duration."""
         return math.ceil(Fraction(str(self.duration)) * Fraction(str(self.rate)))
 
 
 def parse_options(query: str) -> Options:
     """Return the options of a query such as `width=640&height=480`.
 
-    :raises ValueError: for an unknown name or a bad value, naming what was given and what works.
+    :raises ValueError: for an unknown name or an invalid value; the message names what was given
+        and what is possible.
     """
     kinds = {name: type(low) for name, (low, _) in OPTION_LIMITS.items()}
     values: dict[str, float] = {}

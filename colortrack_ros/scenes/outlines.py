@@ -31,7 +31,7 @@ ROBOTS: dict[str, Color] = {
     'robot_c': (46, 60, 46),
     'robot_d': (56, 56, 60),
 }
-"""Dark on light, as in De Bem 2007, 6.1; chosen."""
+"""Colors, dark on light as in De Bem 2007, 6.1; chosen."""
 
 DIAGONAL = math.sqrt(0.5)
 PERSON = np.concatenate(
@@ -51,9 +51,8 @@ QUADRILATERAL = [(-1.0, -0.8), (0.9, -1.0), (1.1, 0.9), (-0.9, 1.0)]
 def silhouette(options: Options) -> Scene:
     """Return head and shoulders of a person, and a quadrilateral, dark on light (De Bem 2007, 6.1).
 
-    After a second of the background alone they come in from the sides within another. Then the
-    person moves up and down and across, and the quadrilateral goes away from the camera and moves
-    up and down.
+    After one second of empty background they come in from the sides within another. Then the person
+    moves up, down and across, and the quadrilateral recedes from the camera and moves up and down.
     """
     times = [0.2, 1.2, 2.2, 4.2, 6.2, 8.7, 11.2, 13.7, 16.0, 18.5, 21.0]
     person = [
@@ -75,9 +74,9 @@ def silhouette(options: Options) -> Scene:
 
 
 def approach(options: Options) -> Scene:
-    """Return four robots that come towards the camera and grow fourfold (De Bem 2007, 6.2).
+    """Return four robots that approach the camera and grow fourfold (De Bem 2007, 6.2).
 
-    After a second of the background alone they come in from the sides, far away, within two more.
+    After one second of empty background they come in from the sides, far away, within two more.
     """
     times = [0.2, 1.2, 2.2, 3.2, 5.0, 8.5, 12.0, 16.0, 19.0, 22.0]
     y = [0.18, 0.18, 0.18, 0.19, 0.22, 0.31, 0.43, 0.56, 0.64, 0.70]

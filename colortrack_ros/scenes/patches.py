@@ -1,6 +1,6 @@
-"""Squares of texture that turn and change their size.
+"""Textured squares that rotate and change their size.
 
-As of everything in a scene, their pictures are the same to the bit on every machine.
+Like everything in a scene, their pictures are bit-identical on every machine.
 """
 
 from dataclasses import dataclass
@@ -24,10 +24,10 @@ TEXTURE_CONTRAST = 0.7
 
 @dataclass(frozen=True)
 class Patch(Ball):
-    """A square with a texture; its radius is half its side.
+    """A textured square; its radius is half its side.
 
     :param texture: (TEXTURE_SIDE, TEXTURE_SIDE, 3) BGR.
-    :param turn: tangent of half the angle by which it is turned to the right, over time.
+    :param turn: tangent of half its angle of rotation to the right, over time.
     """
 
     texture: NDArray[np.float64] = field(
@@ -53,7 +53,7 @@ def texture(bumps: NDArray[np.float64], color: Color) -> NDArray[np.float64]:
 def draw_patch(
     image: NDArray[np.uint8], center: NDArray[np.float64], half: float, turn: float, patch: Patch
 ) -> None:
-    """Draw a patch, anti-aliased, in place; the shutter is so fast that nothing is smeared.
+    """Draw a patch, anti-aliased, in place, without motion blur.
 
     :param image: (H, W, 3) BGR.
     :param center: (2,) u, v [px].
@@ -92,7 +92,7 @@ def _turned(
 
 
 def _sample(picture: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float64]:
-    """Return the texture at x, y in [-1, 1], interpolated between its four nearest points."""
+    """Return the texture at x, y in [-1, 1], interpolated bilinearly."""
     column, row = (
         np.clip((p + 1) * ((TEXTURE_SIDE - 1) / 2), 0, TEXTURE_SIDE - 1.001) for p in (x, y)
     )

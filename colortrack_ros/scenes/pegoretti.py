@@ -24,8 +24,8 @@ COLORS: dict[str, Color] = {'red': (205, 58, 34)}
 WALL: Color = (128, 134, 142)
 BAR_COLOR: Color = (52, 124, 66)
 RADIUS = 0.045
-"""Of a ball, in heights of the picture. Size and colors are chosen; the document shows its videos
-and gives neither."""
+"""Radius of a ball, in heights of the picture. Size and colors are chosen; the document shows
+pictures of its videos but gives neither."""
 
 
 def in_pixels(options: Options, points: ArrayLike) -> NDArray[np.float64]:
@@ -35,7 +35,7 @@ def in_pixels(options: Options, points: ArrayLike) -> NDArray[np.float64]:
 
 
 def wall(options: Options) -> NDArray[np.uint8]:
-    """Return the textured background (H, W, 3), read-only: scenes of one size share it."""
+    """Return the textured background (H, W, 3), read-only, since scenes of one size share it."""
     return _wall(options.seed, options.height, options.width)
 
 
@@ -57,7 +57,7 @@ def scene_of(
 def single(options: Options) -> Scene:
     """Return example 1 (4.1): one object, in the picture from the first frame to the last.
 
-    It rises to the top right corner at 8 s, coming nearer, and lies still at the end.
+    It rises to the top right corner at 8 s, coming nearer, and rests at the end.
     """
     times = [-1.0, 0.0, 4.0, 8.1, 12.0, 16.0, 19.5, 20.5, 21.5]
     points = [
@@ -69,7 +69,7 @@ def single(options: Options) -> Scene:
 
 
 def enter_exit(options: Options) -> Scene:
-    """Return example 2 (4.2): one object comes in at about 3 s and leaves before the end."""
+    """Return example 2 (4.2): one object enters at about 3 s and leaves before the end."""
     times = [2.0, 4.0, 8.0, 12.0, 16.0, 18.5, 20.5, 22.5]
     points = [
         (-0.09, 0.30, RADIUS), (0.10, 0.34, RADIUS), (0.40, 0.72, RADIUS), (0.62, 0.30, RADIUS),
@@ -84,9 +84,9 @@ def five(options: Options) -> Scene:
 
 
 def crossing(options: Options) -> Scene:
-    """Return example 4 (4.4): two objects on uneven ways that cross; both leave before the end.
+    """Return example 4 (4.4): two objects on uneven paths that cross; both leave before the end.
 
-    The first passes the crossing point shortly before the second: they come near, and never touch.
+    The first passes the crossing point shortly before the second: they come close but never touch.
     """
     first = [
         (-0.12, 0.20, RADIUS), (0.14, 0.22, RADIUS), (0.40, 0.38, RADIUS), (0.58, 0.66, RADIUS),

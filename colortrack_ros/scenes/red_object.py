@@ -26,10 +26,10 @@ from colortrack_ros.scenes.texture import Color
 from colortrack_ros.scenes.texture import plaster
 
 BOARD_COLOR: Color = (96, 104, 84)
-"""Of what hides the object; chosen."""
+"""Color of what hides the object; chosen."""
 
 RED_DETAILS = ((0.10, 0.12, 0.012), (0.93, 0.25, 0.016), (0.06, 0.80, 0.014))
-"""Small red things on the wall, as the document expects; chosen."""
+"""Places and radii of small red things on the wall, as the document expects; chosen."""
 
 BALL_RADIUS, CLOSE_RADIUS = 0.06, 0.25
 """Radius of the object far away, and right before the camera: there it is 2.5 times as high as the
@@ -39,11 +39,11 @@ BEHIND_BOARD = 0.5
 """How long the board hides all of the object [s]; the document says fast occlusions."""
 
 THROW_SECONDS = 1.6
-"""From one end of a throw to the other [s]; chosen."""
+"""Duration of a throw [s]; chosen."""
 
 
 def red_object(options: Options) -> Scene:
-    """Return one object that is moved about, and held right before the camera (figure 11)."""
+    """Return one object that is moved around, and held close to the camera (figure 11)."""
     times = [-1.0, 0.0, 3.0, 6.0, 8.0, 10.0, 12.5, 15.0, 18.0, 21.0, 22.0]
     size = [BALL_RADIUS, 0.16, CLOSE_RADIUS, 0.12, 0.08, 0.10]
     points = [
@@ -57,8 +57,8 @@ def red_object(options: Options) -> Scene:
 def red_pair(options: Options) -> Scene:
     """Return two objects, the larger one tall and the smaller one wide (figures 8 and 9).
 
-    The larger one is the first. The sums of the rows peak at the wide one, those of the columns at
-    the tall one, and the two pass each other at a distance.
+    The larger one is the first. The row sums peak at the wide one, the column sums at the tall one,
+    and the two pass each other at a distance.
     """
     tall = _rectangle(options, [(0.22, 0.60), (0.30, 0.40), (0.22, 0.45), (0.28, 0.60)], 0.6, 2.2)
     wide = _rectangle(options, [(0.70, 0.80), (0.60, 0.25), (0.72, 0.30), (0.62, 0.78)], 2.4, 0.4)
@@ -66,7 +66,7 @@ def red_pair(options: Options) -> Scene:
 
 
 def red_hidden(options: Options) -> Scene:
-    """Return one object on straight ways that a board hides for half a second (figures 12, 13)."""
+    """Return one object on straight paths that a board hides for half a second (figures 12, 13)."""
     way, turn, rows = 2.6, 0.9, (0.32, 0.68)
     ends = in_pixels(options, [(0.15, rows[0], BALL_RADIUS), (0.85, rows[1], BALL_RADIUS)])
     times, points, accelerations = [-0.5], [ends[0]], []
@@ -81,7 +81,7 @@ def red_hidden(options: Options) -> Scene:
 
 
 def red_throw(options: Options) -> Scene:
-    """Return one object that is thrown to and fro, and hidden at the top of its way (13).
+    """Return one object that is thrown back and forth, and hidden at the top of its path (13).
 
     It is uniformly accelerated, as the document's model says.
     """
@@ -94,7 +94,7 @@ def red_throw(options: Options) -> Scene:
 
 
 def red_curve(options: Options) -> Scene:
-    """Return one object that is led in loops, in sight all the time (figure 14)."""
+    """Return one object that is moved in loops, always visible (figure 14)."""
     loop = [(0.50, 0.22), (0.72, 0.36), (0.74, 0.62), (0.50, 0.78), (0.28, 0.62), (0.30, 0.36)]
     points = [(*loop[n % len(loop)], BALL_RADIUS) for n in range(70)]
     path = spline(np.arange(-1.0, 34.0, 0.5)[: len(points)], in_pixels(options, points))
@@ -119,7 +119,7 @@ def _rectangle(
 
 
 def _board(options: Options, speed: float) -> Cover:
-    """Return what hides an object that passes the middle at that speed [px/s]."""
+    """Return the board that hides an object passing the middle at that speed [px/s]."""
     half = BALL_RADIUS * options.height + speed * BEHIND_BOARD / 2
     left, right = (round(options.width / 2 + side * half) for side in (-1, 1))
     left, right = max(left, 0), min(right, options.width)

@@ -1,4 +1,4 @@
-"""Scenes that detectors fail on: rooms full of the same color, changing light, fast small balls.
+"""Scenes on which detectors fail: rooms full of similar colors, changing light, fast small balls.
 
 Points of a path are (x, y, radius): x in widths and y and radius in heights of the picture.
 """
@@ -46,15 +46,15 @@ FURNITURE: list[tuple[float, float, float, float, Color]] = [
     (0.78, 0.07, 0.93, 0.27, FRAME), (0.79, 0.09, 0.92, 0.25, WOOD),
     (0.81, 0.12, 0.85, 0.20, PAINT), (0.87, 0.14, 0.90, 0.23, CARPET),
 ]  # fmt: skip
-"""Left, top, right, bottom, color: floor, door, carpet and three pictures, far to near."""
+"""Left, top, right, bottom and color of floor, door, carpet and three pictures, far to near."""
 
 
 def clutter(options: Options) -> Scene:
-    """Return balls of three colors thrown through a room that is full of their colors.
+    """Return balls of three colors thrown through a room full of similar colors.
 
     Nine throws, up to three balls at a time, bouncing on the floor. A wooden door (yellow), a
     carpet (red) and the pictures on the wall (all three) are within 15 CIELAB units of the balls'
-    colors; a person in a blue pullover walks to and fro behind the balls.
+    colors; a person in a blue pullover walks back and forth behind the balls.
     """
     background = wall(options).copy()
     for i, (left, top, right, bottom, color) in enumerate(FURNITURE):
@@ -76,7 +76,7 @@ def clutter(options: Options) -> Scene:
 
 
 def light(options: Options) -> Scene:
-    """Return three red balls that roll to and fro while the light fades and turns yellow.
+    """Return three red balls that roll back and forth while the light fades and turns yellow.
 
     From 2 s to 16 s all pixel values fall to a third: red to 0.42, green to 0.34, blue to 0.16.
     """
@@ -93,7 +93,7 @@ def light(options: Options) -> Scene:
 def fast(options: Options) -> Scene:
     """Return ten small red balls that bounce through the picture, two at a time.
 
-    They move two diameters a frame, and the exposure smears each by about one.
+    They move two diameters a frame, and motion blur extends each by about one.
     """
     balls = []
     for i in range(10):
@@ -115,7 +115,7 @@ def _bouncing(
 ) -> Curve:
     """Return the path of a ball that falls freely from each point to the next.
 
-    :param gravity: heights of the picture a second squared.
+    :param gravity: in heights of the picture per second squared.
     """
     points = in_pixels(options, [(x, y, radius) for x, y in way])
     return arcs(times, points, [0.0, gravity * options.height, 0.0])

@@ -1,4 +1,4 @@
-"""A rendered sequence and its ground truth."""
+"""Rendered sequences and their ground truth."""
 
 from collections.abc import Collection
 from collections.abc import Mapping
@@ -34,13 +34,13 @@ TRUTH = np.dtype(
 )
 """One object in one frame.
 
-id: from 1; u, v: center of its disc in the middle of the exposure [px]; radius: [px]; visible:
-the part of the disc that is inside the picture and not covered, 0 hidden, 1 wholly visible;
-color: index into the scene's colors.
+id: from 1; u, v: center of its disc in the middle of the exposure [px]; radius: [px]; visible: the
+share of the disc that is inside the picture and not covered, 0 hidden, 1 fully visible; color:
+index into the scene's colors.
 """
 
 NOISE_SHIFTS = 1 << 18
-"""Positions in the table of noise that a frame may start at."""
+"""Number of positions in the noise table at which a frame may start."""
 
 _SIDE = (np.arange(32) + 0.5) / 16 - 1
 _DISC = np.array([(x, y) for y in _SIDE for x in _SIDE if x * x + y * y < 1]).T
@@ -48,18 +48,18 @@ _DISC = np.array([(x, y) for y in _SIDE for x in _SIDE if x * x + y * y < 1]).T
 
 
 class Scene:
-    """A sequence whose frames and ground truth can be asked for in any order.
+    """A sequence that gives frames and ground truth in any order.
 
-    Frame k is exposed for the part `exposure` of a frame's time around k / rate.
+    Frame k is exposed for the share `exposure` of a frame period around k / rate.
 
     :param name: of the scene.
     :param options: its size, rate, noise, seed and duration.
-    :param background: (H, W, 3) BGR, what stands behind everything.
+    :param background: (H, W, 3) BGR, behind everything.
     :param colors: names and R, G, B of the objects' colors.
-    :param things: what moves, far to near.
-    :param covers: what stands still in front of it all.
-    :param light: factors on blue, green and red over time; none: 1.
-    :param exposure: part of a frame's time that the shutter is open.
+    :param things: moving things, far to near.
+    :param covers: still things in front of everything.
+    :param light: factors on blue, green and red over time; None: 1.
+    :param exposure: share of a frame period during which the shutter is open.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class Scene:
         self._half = np.stack([path[:, [2, -1]] for path in paths])
         self._smear = np.stack([thing.path.slope(t)[:, :2] for thing in things])
         self._smear *= exposure / self.rate
-        # What would be smeared over all of the picture has been put elsewhere.
+        # Things whose blur would cover the whole picture have just been moved elsewhere.
         self._smear[np.abs(self._smear).max(axis=2) > max(self.width, self.height)] = 0.0
         self._bgr = np.stack([self._brightness(thing, t) for thing in things])
         self._balls = np.array([i for i, x in enumerate(things) if isinstance(x, Ball)])
@@ -98,7 +98,7 @@ class Scene:
         return self._center.shape[1]
 
     def render(self, k: int) -> NDArray[np.uint8]:
-        """Return frame k, (H, W, 3) BGR, a picture of its own.
+        """Return frame k, (H, W, 3) BGR, a new array.
 
         :raises IndexError: when k is not in 0..len - 1.
         """
@@ -150,12 +150,12 @@ class Scene:
         return rows
 
     def segments(self, k: int, unseen: Collection[int] = ()) -> NDArray[np.uint8]:
-        """Return (H, W), what a perfect color segmentation of frame k gives.
+        """Return (H, W), a perfect color segmentation of frame k.
 
-        Each pixel of an object that nothing nearer covers is the object's color index plus 1, the
-        others are 0.
+        Pixels of an object that nothing nearer covers have the object's color index plus 1, all
+        others 0.
 
-        :param unseen: IDs of objects to leave out, as if they were not there.
+        :param unseen: IDs of objects to leave out.
         :raises IndexError: when k is not in 0..len - 1.
         """
         k = self._checked(k)
@@ -229,7 +229,7 @@ class Scene:
         return (thing.gain.value(t) * bgr).astype(np.float32)
 
     def _stay(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return (balls,) the first and the last frame that each ball's disc is in."""
+        """Return (balls,) the first and the last frame that contains each ball's disc."""
         center, radius = self._center[self._balls], self._half[self._balls, :, :1]
         reach = radius * _DISC.max() - 0.5
         inside = ((center + reach > -1) & (center - reach < [self.width, self.height])).all(axis=2)
@@ -263,6 +263,6 @@ class Scene:
 
 @lru_cache(maxsize=1)
 def _noise(seed: int, size: int, sigma: float) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return what noise adds and what it takes away, fields larger than a picture."""
+    """Return what noise adds and what it subtracts, as fields larger than a picture."""
     pool = grain((seed, 1), size + NOISE_SHIFTS, sigma)
     return np.maximum(pool, 0).astype(np.uint8), np.maximum(-pool, 0).astype(np.uint8)

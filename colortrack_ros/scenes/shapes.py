@@ -1,7 +1,7 @@
-"""What a scene is made of, and how each thing is drawn.
+"""The things in a scene, and how they are drawn.
 
-Pictures are the same to the bit on every machine: single precision + - * / and square root, which
-IEEE 754 fixes, and whole numbers wherever something is summed.
+Pictures are bit-identical on every machine: only single-precision + - * / and square root are used,
+which IEEE 754 defines exactly, and sums are of integers.
 """
 
 from dataclasses import dataclass
@@ -17,17 +17,17 @@ from colortrack_ros.scenes.curves import Curve
 from colortrack_ros.scenes.texture import Color
 
 UNIT = 1024
-"""Fixed-point one of coverages and brightnesses: times a byte it stays far within 32 bits."""
+"""The fixed-point 1 of coverage and brightness: its product with a byte fits 32 bits easily."""
 
 AMBIENT, DIFFUSE, HIGHLIGHT = 0.80, 0.32, 34.0
 """Brightness of a ball: (AMBIENT + DIFFUSE * Lambert's cosine) * color + HIGHLIGHT * gloss. Chosen
-for the look of a matt ball in a bright room: its darkest side keeps 80 % of the color."""
+to look like a matte ball in a bright room: its darkest side keeps 80 % of the color."""
 
 LIGHT = (-2 / 7, -3 / 7, 6 / 7)
-"""Direction to the light: right, down, towards the camera; of length 1."""
+"""Unit vector to the light: right, down, toward the camera."""
 
 HALFWAY = (-2 / math.sqrt(182), -3 / math.sqrt(182), 13 / math.sqrt(182))
-"""Halfway between the light and the camera: where a ball shines most (Blinn 1977)."""
+"""Unit vector halfway between light and camera: where a ball is glossiest (Blinn 1977)."""
 
 Box = tuple[slice, slice]
 
@@ -48,11 +48,11 @@ class Ball:
 
 @dataclass(frozen=True)
 class Prop:
-    """Something that moves but is not to be tracked: an upright rectangle, or a shaded ball.
+    """A moving thing that is not to be tracked: an upright rectangle, or a shaded ball.
 
-    :param path: u, v, and half the width and half the height [px] (of a ball: radius, twice).
+    :param path: u, v, and half the width and half the height [px] (for a ball: its radius, twice).
     :param color: R, G, B.
-    :param round: a ball.
+    :param round: whether it is a ball.
     """
 
     path: Curve
@@ -80,11 +80,11 @@ def draw_ball(
     radius: float,
     color: ArrayLike,
 ) -> None:
-    """Draw a shaded ball, anti-aliased, smeared by its motion, in place.
+    """Draw a shaded ball, anti-aliased, with motion blur, in place.
 
     :param image: (H, W, 3) BGR.
     :param center: (2,) u, v in the middle of the exposure [px].
-    :param smear: (2,) way during the exposure [px].
+    :param smear: (2,) motion during the exposure [px].
     :param radius: [px].
     :param color: (3,) BGR, brightness included.
     """
@@ -117,7 +117,7 @@ def draw_rectangle(
     half: NDArray[np.float64],
     color: ArrayLike,
 ) -> None:
-    """Draw a plain rectangle, anti-aliased, smeared by its motion, in place.
+    """Draw a plain rectangle, anti-aliased, with motion blur, in place.
 
     :param half: (2,) half the width, half the height [px]; the others as of :func:`draw_ball`.
     """
@@ -159,7 +159,7 @@ def paint_rectangle(
 def _box(
     image: NDArray, center: NDArray, smear: NDArray, half_width: float, half_height: float
 ) -> Box:
-    """Return the rows and columns that a smeared thing may touch."""
+    """Return the rows and columns that a blurred thing may touch."""
     half_width, half_height = half_width + 1 + abs(smear[0]), half_height + 1 + abs(smear[1])
     height, width = image.shape[:2]
     (u, v), clipped = center.tolist(), lambda x, most: int(min(max(x, 0), most))
@@ -170,7 +170,7 @@ def _box(
 def _offsets(box: Box, center: NDArray, smear: NDArray) -> tuple[NDArray, NDArray]:
     """Return x (s, 1, w) and y (s, h, 1) of the box's pixels from the center [px].
 
-    The exposure is cut into s moments, enough for the thing to move at most a pixel between two.
+    The exposure is divided into s moments, so that the thing moves at most a pixel between two.
     """
     count = int(np.sqrt(smear[0] * smear[0] + smear[1] * smear[1])) + 1
     moments = (np.arange(1 - count, count, 2) / (2 * count))[:, None]
@@ -189,7 +189,7 @@ def _cosine(
 
 
 def _sum(values: NDArray[np.float32]) -> NDArray[np.int32]:
-    """Return the sum over the moments of the exposure, in fixed point."""
+    """Return the sum over the moments of the exposure, in fixed-point numbers."""
     return (values * np.float32(UNIT)).astype(np.int32).sum(axis=0, dtype=np.int32)
 
 

@@ -1,6 +1,6 @@
-"""Things of any outline: polygons that turn and change their size.
+"""Things of any outline: polygons that rotate and change their size.
 
-As of everything in a scene, their pictures are the same to the bit on every machine.
+Like everything in a scene, their pictures are bit-identical on every machine.
 """
 
 from dataclasses import dataclass
@@ -19,13 +19,14 @@ from colortrack_ros.scenes.texture import Color
 Floats = NDArray[np.float64]
 
 LINES = 16
-"""Lines in each row of pixels along which the covered part is exact: coverage is right to 1/16."""
+"""Lines in each row of pixels along which the covered part is exact: the error of the coverage is
+at most 1/16."""
 
 ARC = 24
-"""Points on an arc: half a circle of 100 px radius is off by 0.23 px at most."""
+"""Points on an arc: the error of a semicircle with a radius of 100 px is at most 0.23 px."""
 
 PI = 3.141592653589793
-"""Written out: a scene is the same to the bit on every machine."""
+"""Written out, so that a scene is bit-identical on every machine."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Silhouette(Ball):
     """A plain polygon. Its radius is that of the disc of the same area, u and v are its centroid.
 
     :param outline: (P, 2) corners, of area pi around the centroid (0, 0); see :func:`normalized`.
-    :param turn: tangent of half the angle by which it is turned to the right, over time.
+    :param turn: tangent of half its angle of rotation to the right, over time.
     :param marks: polygons on it and their colors, in the same units.
     """
 
@@ -43,9 +44,9 @@ class Silhouette(Ball):
 
 
 def normalized(points: ArrayLike) -> tuple[Floats, Floats, float]:
-    """Return a polygon (P, 2) moved and scaled to area pi around (0, 0), and from where.
+    """Return a polygon (P, 2) moved and scaled to area pi around (0, 0).
 
-    :return: the polygon, its centroid (2,) and what it was divided by.
+    :return: the polygon, its former centroid (2,), and the divisor.
     """
     p = np.asarray(points, float)
     q = np.concatenate([p[1:], p[:1]])
@@ -58,9 +59,9 @@ def normalized(points: ArrayLike) -> tuple[Floats, Floats, float]:
 
 
 def arc(center: ArrayLike, radius: float, towards: tuple[float, float], reach: float) -> Floats:
-    """Return ARC points on a circle, around it to the right.
+    """Return ARC points on a circle, clockwise.
 
-    :param towards: the direction, of length 1, that the middle of the arc lies in.
+    :param towards: unit vector to the middle of the arc.
     :param reach: tangent of a quarter of the angle between the first and the last point.
     """
     t = reach * (2 * np.arange(ARC) / (ARC - 1) - 1)
@@ -78,7 +79,7 @@ def placed(points: Floats, center: Floats, radius: float, turn: float) -> Floats
 
 
 def draw_polygon(image: NDArray[np.uint8], corners: Floats, color: ArrayLike) -> None:
-    """Draw a simple polygon, anti-aliased, in place, as if the shutter took no time.
+    """Draw a simple polygon, anti-aliased, in place, without motion blur.
 
     :param image: (H, W, 3) BGR.
     :param corners: (P, 2) u, v [px].
@@ -97,9 +98,9 @@ def paint_polygon(mask: NDArray[np.uint8], corners: Floats, value: int) -> None:
 
 
 def _covered(image: NDArray, corners: Floats) -> tuple[tuple[slice, slice], NDArray[np.int32]]:
-    """Return the pixels that a polygon may touch, and the covered part of each in UNIT.
+    """Return the pixels that a polygon may touch, and the covered share of each in UNIT.
 
-    A side that goes down covers what is to its right, one that goes up takes it away: exact along
+    A side that goes down covers everything to its right, one that goes up uncovers it: exact along
     each of the LINES in a row of pixels.
     """
     size = np.array(image.shape[1::-1])
@@ -112,7 +113,7 @@ def _covered(image: NDArray, corners: Floats) -> tuple[tuple[slice, slice], NDAr
     x = np.clip(x - (first[0] - 0.5), 0, width)
     pixel = x.astype(int)
     left = down * (pixel + 1 - x)
-    # side by side, and in place, since these are megabytes: sums are the same to the bit
+    # all at once and in place, since these are megabytes; the sums are bit-identical
     index = (line * (width + 2) + pixel)[:, None] + [0, 1]
     sides = np.stack([left, down - left], axis=1)
     part = np.bincount(index.ravel(), sides.ravel(), height * LINES * (width + 2))
@@ -124,9 +125,10 @@ def _covered(image: NDArray, corners: Floats) -> tuple[tuple[slice, slice], NDAr
 
 
 def _crossings(corners: Floats, y: Floats) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64]]:
-    """Return where lines at y (L,) cross the sides of a polygon (P, 2), side by side.
+    """Return where lines at y (L,) cross the sides of a polygon (P, 2), ordered by side.
 
-    :return: which line, its u there [px], and 1 where the side goes down, -1 where up, (C,) each.
+    :return: index of the line, u of the crossing [px], and 1 if the side goes down, -1 if up, (C,)
+        each.
     """
     (x0, y0), (x1, y1) = corners.T, np.roll(corners, -1, axis=0).T
     top, bottom = np.searchsorted(y, [np.minimum(y0, y1), np.maximum(y0, y1)])

@@ -1,6 +1,6 @@
-"""Random pictures that are the same on every machine.
+"""Random pictures that are identical on every machine.
 
-PCG64's raw bits are a stream that NumPy guarantees; everything made of them here is + - * /.
+NumPy guarantees the raw bit stream of PCG64; only + - * / are applied to it here.
 """
 
 import numpy as np
@@ -14,21 +14,23 @@ BYTES_SIGMA = 147.8
 
 
 def uniform(seed: tuple[int, ...], *shape: int) -> NDArray[np.float64]:
-    """Return random numbers in [0, 1) of the shape, 53 bits each."""
+    """Return an array of random numbers in [0, 1), 53 bits each."""
     raw = np.random.PCG64(seed).random_raw(int(np.prod(shape)))
     return (raw >> np.uint64(11)).astype(float).reshape(shape) * 2.0**-53
 
 
 def normal(seed: tuple[int, ...], *shape: int) -> NDArray[np.float64]:
-    """Return nearly normal random numbers, sigma 1, within 6: sums of twelve uniform ones."""
+    """Return approximately normal random numbers, sigma 1, within 6: sums of twelve uniform
+    ones.
+    """
     raw = np.random.PCG64(seed).random_raw(12 * int(np.prod(shape))) >> np.uint64(8)
     return raw.reshape(12, *shape).sum(axis=0).astype(float) * 2.0**-56 - 6
 
 
 def grain(seed: tuple[int, ...], count: int, sigma: float) -> NDArray[np.int16]:
-    """Return (count,) nearly normal whole numbers, within 3.45 sigma: sums of four bytes.
+    """Return (count,) approximately normal integers, within 3.45 sigma: sums of four bytes.
 
-    Made to be fast: a picture needs a million.
+    This is fast, since a picture needs a million.
     """
     raw = np.random.PCG64(seed).random_raw(count // 2 + 1).astype('<u8')
     total = raw.view(np.uint8)[: 4 * count].reshape(4, count).sum(axis=0, dtype=np.int16)
@@ -36,7 +38,7 @@ def grain(seed: tuple[int, ...], count: int, sigma: float) -> NDArray[np.int16]:
 
 
 def value_noise(seed: tuple[int, ...], height: int, width: int, cell: float) -> NDArray:
-    """Return (height, width), smooth noise in [-1, 1] whose bumps are about `cell` px wide."""
+    """Return (height, width), smooth noise in [-1, 1] with bumps about `cell` px wide."""
     rows, row_weights = _grid(height, cell)
     columns, column_weights = _grid(width, cell)
     lattice = 2 * uniform(seed, rows.max(initial=0) + 2, columns.max(initial=0) + 2) - 1
@@ -46,7 +48,7 @@ def value_noise(seed: tuple[int, ...], height: int, width: int, cell: float) -> 
 
 
 def _grid(count: int, cell: float) -> tuple[NDArray, NDArray]:
-    """Return the lattice cell of each pixel, and its smooth weight of the cell's far end."""
+    """Return the lattice cell of each pixel, and the smooth weight of the cell's far end there."""
     x = np.arange(count) / cell
     i = x.astype(int)
     s = x - i
@@ -58,7 +60,7 @@ def plaster(
 ) -> NDArray[np.uint8]:
     """Return (height, width, 3) BGR, an uneven surface of the color, brighter at the top left.
 
-    :param contrast: 1: bumps of plus and minus 20 % of the brightness; 0: a plain surface.
+    :param contrast: 1: bumps of +-20 % of the brightness; 0: a plain surface.
     """
     relief = np.zeros((height, width))
     for octave, (cell, weight) in enumerate([(180, 0.09), (45, 0.06), (12, 0.05), (3, 0.04)]):

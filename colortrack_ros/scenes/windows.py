@@ -1,4 +1,4 @@
-"""Scenes for trackers that follow a texture: it turns, is like others, is covered, jumps.
+"""Scenes for trackers that follow a texture: it rotates, resembles others, is covered, jumps.
 
 Points of a path are (x, y, radius): x in widths and y and radius in heights of the picture. All
 patches are in the picture from the first frame to the last.
@@ -33,20 +33,23 @@ PATCH_RADIUS = 0.05
 """Half the side of a patch, in heights of the picture: 36 px at 1280x720."""
 
 LANES = (0.2, 0.5, 0.8)
-"""Heights at which patches move, in heights of the picture: three that never meet."""
+"""Vertical positions of the lanes in which patches move, in heights of the picture: three that
+never meet."""
 
 LANE_SECONDS, TURN_SECONDS = 4.0, 1.2
-"""From one end of a lane to the other, and from there to there again [s]."""
+"""Time from one end of a lane to the other, and for the way back and forth [s]."""
 
 COVERED = 10 / 24
-"""How long a cover hides all that it can of a patch [s]. Chosen: ten frames at 24 Hz."""
+"""How long a cover hides the most that it can of a patch [s]. Chosen: ten frames at 24 Hz."""
 
 LIKENESS = 0.8
-"""Correlation of the textures of `window_clutter`. Chosen: at 1 nothing could tell them apart."""
+"""Correlation between the textures of `window_clutter`. Chosen: at 1 they would be identical."""
 
 
 def window_texture(options: Options) -> Scene:
-    """Return three patches that wander, turn by up to 33 degrees and change their size by half."""
+    """Return three patches that wander, rotate by up to 33 degrees and change their size by
+    half.
+    """
     seconds = np.arange(-1.0, 24.0, 2.0)
     patches = []
     for i, middle in enumerate(LANES):
@@ -59,7 +62,7 @@ def window_texture(options: Options) -> Scene:
 
 
 def window_clutter(options: Options) -> Scene:
-    """Return one patch that goes to and fro among six that look much the same, two of them moving.
+    """Return one patch that moves back and forth among six similar ones, two of which move.
 
     The first is the one to follow. It passes the others at 1.2 times its side.
     """
@@ -76,7 +79,7 @@ def window_clutter(options: Options) -> Scene:
 
 
 def window_partial(options: Options) -> Scene:
-    """Return three patches that go to and fro, half covered for 10 frames on each way."""
+    """Return three patches that move back and forth, half covered for 10 frames each way."""
     bars = [
         (y, y + 1.5 * PATCH_RADIUS) if i % 2 else (y - 1.5 * PATCH_RADIUS, y)
         for i, y in enumerate(LANES)
@@ -85,16 +88,16 @@ def window_partial(options: Options) -> Scene:
 
 
 def window_hidden(options: Options) -> Scene:
-    """Return three patches that go to and fro, hidden for 10 frames on each way."""
+    """Return three patches that move back and forth, hidden for 10 frames each way."""
     return _lanes(
         'window_hidden', options, [(y - 1.5 * PATCH_RADIUS, y + 1.5 * PATCH_RADIUS) for y in LANES]
     )
 
 
 def window_jump(options: Options) -> Scene:
-    """Return two patches that go straight on and change their direction all of a sudden.
+    """Return two patches that move straight and suddenly change direction.
 
-    They go 11 px a frame at 1280 columns, by any angle, some 20 times.
+    They move 11 px a frame at 1280 columns, and turn by any angle some 20 times.
     """
     patches = []
     for i, left in enumerate((0.08, 0.58)):
@@ -108,7 +111,9 @@ def window_jump(options: Options) -> Scene:
 
 
 def _lanes(name: str, options: Options, bars: Sequence[tuple[float, float]]) -> Scene:
-    """Return one patch to and fro in each lane, and a cover from top to bottom in its middle."""
+    """Return one patch moving back and forth in each lane, and a cover from top to bottom in the
+    middle.
+    """
     patches, covers = [], []
     for i, (y, (top, bottom)) in enumerate(zip(LANES, bars, strict=True)):
         path = _to_and_fro(options, (0.18, y), (0.82, y))
@@ -124,7 +129,7 @@ def _lanes(name: str, options: Options, bars: Sequence[tuple[float, float]]) -> 
 
 
 def _to_and_fro(options: Options, start: tuple[float, float], end: tuple[float, float]) -> Curve:
-    """Return the way straight from start to end, a turn there, and back, over and over."""
+    """Return the path straight from start to end and back, over and over."""
     ends = in_pixels(options, [(*start, PATCH_RADIUS), (*end, PATCH_RADIUS)])
     times, points, accelerations = [0.0], [ends[0]], []
     for n in range(5):
