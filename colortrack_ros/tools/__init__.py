@@ -1,1 +1,1 @@
-"""tools: what people start by hand: demo, pick_color."""
+"""tools: programs that people start by hand, such as demo, pick_color, evaluate and tune."""

@@ -1,4 +1,6 @@
-"""``make demo``: the nodes as processes of their own, their tracks as a live table, and a video."""
+"""``make demo``: runs the nodes, each in its own process, and shows a live table and makes a
+video.
+"""
 
 import argparse
 from collections.abc import Iterable
@@ -32,8 +34,8 @@ from colortrack_ros.tools.processes import told
 
 STATES = ('tentative', 'confirmed', 'coasting')
 QUIET = 3.0
-"""The demo is over when nothing has arrived for this long [s]. Assumed: with half of it a node that
-is slow to answer ends it early, with twice as much everybody waits 3 s more for the summary."""
+"""The demo is over when nothing has arrived for this long [s]. Assumed: with half of it a slow node
+ends it early; with twice as much everybody waits 3 s longer for the summary."""
 
 
 class Recorder(Node):
@@ -75,7 +77,7 @@ class Recorder(Node):
         assert self._video is not None
         self._video.write(frame.image)
         state = self.tracks.rows['state']
-        # The best picture shows many objects that are measured and few that coast.
+        # The best picture shows many measured objects and few coasting ones.
         alive = int(np.count_nonzero(state == CONFIRMED) - np.count_nonzero(state == COASTING))
         if alive > self._best and self.frames > 24:
             self._best = alive
@@ -88,7 +90,7 @@ class Recorder(Node):
         self._video.write(self._first[1])
 
     def is_complete(self) -> bool:
-        """Whether all nodes but the camera are there."""
+        """Whether all nodes except the camera are running."""
         listeners = self.count_subscribers('camera/image_raw') + self.count_subscribers(
             'detections'
         )
@@ -160,7 +162,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _start(nodes: NodeGroup, recorder: Recorder, arguments: argparse.Namespace) -> None:
-    """Start the nodes, the camera when all others are there."""
+    """Start the nodes; the camera starts once all others are running."""
     name = 'object' if arguments.color else 'red'
     color = [f'colors:=[{name}]', f'{name}.rgb:={arguments.color}'] if arguments.color else []
     tolerance = [f'{name}.tolerance:={arguments.tolerance}'] if arguments.tolerance else []
@@ -173,7 +175,7 @@ def _start(nodes: NodeGroup, recorder: Recorder, arguments: argparse.Namespace) 
 
 
 def _watch(recorder: Recorder, nodes: NodeGroup, seconds: float) -> int:
-    """Show the table until the camera ends, the time is over, or a signal comes."""
+    """Show the table until the camera ends, the time is up, or a signal arrives."""
     end: float | None = None
     with Live(refresh_per_second=10, transient=True) as live:
         while not nodes.stopped:

@@ -1,6 +1,6 @@
-"""``evaluate``: how good recorded tracks are.
+"""``evaluate``: measures the quality of recorded tracks.
 
-Against the truth, against another run, or, with neither, by what they tell of themselves.
+It compares them with the truth or with another run, or, with neither, judges them by themselves.
 """
 
 import argparse
@@ -37,17 +37,18 @@ from colortrack_ros.tools.evaluation_task import recorded_in
 from colortrack_ros.tools.health_of_bag import COUNTERS
 
 OPTIONS = ('truth', 'pictures', 'radius', 'iou', 'visible', 'topic')
-"""What a task takes of the command line."""
+"""The options of the command line that a task needs."""
 
 NODES_WITH_TRACKS = ('camera', 'detector', 'tracker', 'window_tracker', 'contour_tracker')
-"""Whose parameters decide what is tracked."""
+"""Nodes whose parameters affect the tracks."""
 
 COUNTS = ('switches', 'fragments', 'misses', 'false', 'false_tracks', 'frames', 'tracks', 'gaps')
 
 COUNTED_BY_NODES = tuple(name.replace(' ', '_') for name in COUNTERS)
 
 COLUMNS_AT_MOST = 4
-"""Runs that have a column each; more are one line each, with SHORT alone."""
+"""Up to this many runs have a column each; more runs have one line each, with only the measures in
+SHORT. Assumed: more columns hardly fit a terminal."""
 
 SHORT = (
     'hota', 'idf1', 'mota', 'recall', 'precision', 'switches', 'false_tracks', 'rmse', 'coverage',
@@ -55,7 +56,7 @@ SHORT = (
 )  # fmt: skip
 
 Result = Mapping[str, Any]
-"""Of a task of ``evaluate``."""
+"""The options of a task of ``evaluate``."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -112,7 +113,9 @@ def _page(results: Sequence[Result], parameters: Sequence[Sequence[str]]) -> str
 
 
 def table_of(results: Mapping[str, Mapping[str, float]]) -> Table:
-    """One column a run and one line a measure, or, for many, one line a run."""
+    """A table with one column for each run and one line for each measure, or, for many runs, one
+    line for each run.
+    """
     names = list(dict.fromkeys(name for measures in results.values() for name in measures))
     if len(results) <= COLUMNS_AT_MOST:
         table = Table()
@@ -132,7 +135,7 @@ def table_of(results: Mapping[str, Mapping[str, float]]) -> Table:
 
 
 def _of_all(results: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
-    """The sums of what is counted, the means of what is not."""
+    """Sums of counts, and means of all other measures."""
     names = dict.fromkeys(name for measures in results.values() for name in measures)
     values = {
         name: [m[name] for m in results.values() if m.get(name) is not None] for name in names
@@ -141,7 +144,7 @@ def _of_all(results: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
 
 
 def _switches_of(result: Result) -> Table:
-    """Where objects were taken over by other tracks."""
+    """A table of the ID switches."""
     table = Table(title=f'switches of {Path(result["run"]).name}')
     for name in Event._fields:
         table.add_column(name, justify='right')
@@ -200,11 +203,10 @@ def _threshold(text: str) -> tuple[str, float]:
 
 
 def differing_parameters(runs: Sequence[str], files: Sequence[Path]) -> list[list[str]]:
-    """Name, and value in the file of each run, of the parameters that are not the same in all.
+    """Names of the parameters that differ between the runs' files, with their values.
 
-    :return: the names of the runs, then a line for each; empty if none differs.
-
-    :raises ValueError: there are other runs than files, or one is no params file.
+    :return: the names of the runs, then a line for each parameter; empty if none differs.
+    :raises ValueError: the numbers of runs and files differ, or one is not a params file.
     """
     if len(files) not in (0, len(runs)):
         raise ValueError(f'--params-file: expected {len(runs)}, one for each run; got {len(files)}')
@@ -227,7 +229,7 @@ def _missed(
     least: Sequence[tuple[str, float]],
     most: Sequence[tuple[str, float]],
 ) -> Sequence[str]:
-    """One line for each threshold that a run misses; a measure that there is not misses it too."""
+    """One line for each threshold that a run misses; a missing measure counts as a miss."""
     bounds = [(name, bound, 1, 'least') for name, bound in least]
     bounds += [(name, bound, -1, 'most') for name, bound in most]
     return [

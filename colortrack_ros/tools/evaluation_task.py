@@ -39,11 +39,11 @@ from colortrack_ros.tools.tracks_of_bag import tracks_of_bag
 TABLE_SUFFIXES = ('.csv', '.txt')
 
 NAMED_OPTIONS = ('truth', 'pictures')
-"""In which {} stands for the name of the recording."""
+"""Options in which {} stands for the name of the recording."""
 
 
 def recorded_in(inputs: Sequence[str]) -> list[str]:
-    """The inputs, and in place of each folder of tracks the bags and tables in it."""
+    """The inputs, with each folder of tracks replaced by the bags and tables in it."""
     return [one for name in inputs for one in (_within(Path(name)) or [name])]
 
 
@@ -55,7 +55,7 @@ def _within(folder: Path) -> list[str]:
 
 
 def add_match_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says which tracks match the truth."""
+    """Add the options for the matching of tracks to the truth."""
     add = parser.add_argument
     add('--radius', type=_positive, default=0.0, help='a match is no farther away [px]')
     add('--iou', type=_positive, default=0.5, help='or, without --radius, its boxes overlap by it')
@@ -73,9 +73,9 @@ def _positive(text: str) -> float:
 
 
 def evaluation_tasks(inputs: Sequence[str], options: Mapping[str, Any]) -> list[Task]:
-    """One for each.
+    """One task for each input.
 
-    :param options: truth, pictures, radius, iou, visible, topic, and whether there is a page.
+    :param options: truth, pictures, radius, iou, visible, topic, and whether a page is written.
     """
     tasks = []
     for spec in inputs:
@@ -90,7 +90,9 @@ def evaluation_tasks(inputs: Sequence[str], options: Mapping[str, Any]) -> list[
 
 
 def name_of(spec: str) -> str:
-    """Of the recording that has these tracks: that of the file, without what replay adds."""
+    """The name of the recording with these tracks: that of the file, without the suffix that replay
+    adds.
+    """
     path = Path(spec)
     return (path.name if path.is_dir() else path.stem).removesuffix('_tracks')
 
@@ -98,7 +100,7 @@ def name_of(spec: str) -> str:
 def evaluation_task(
     given: dict[str, Any], stop: threading.Event
 ) -> tuple[dict[str, Any] | None, str]:
-    """Evaluate one of them; see Work. The result holds measures, and a section of the page."""
+    """Evaluate one input; see Work. The result has the measures, and a section of the page."""
     try:
         return _evaluated(given), ''
     except (RecordError, SourceError, OSError) as error:
@@ -139,9 +141,9 @@ def _content(run: Run, *, page: bool) -> dict[str, Any]:
 
 
 def read_tracks(spec: str, topic: str) -> Record:
-    """Tracks or truth of a bag, a table or a scene.
+    """Tracks or truth from a bag, a table or a scene.
 
-    :raises RecordError: it is none, or cannot be read.
+    :raises RecordError: it is none of these, or cannot be read.
     """
     if spec.startswith(SCENE_PREFIX):
         try:
@@ -155,10 +157,10 @@ def read_tracks(spec: str, topic: str) -> Record:
 def _pictures(
     source: str, events: Sequence[Event | FalseTrack], stamps: NDArray[np.int64]
 ) -> dict[Event | FalseTrack, NDArray[np.uint8]]:
-    """The surroundings of each event in a bag, a video, pictures or a scene.
+    """Pictures of the surroundings of each event, from a bag, a video, pictures or a scene.
 
-    :param stamps: (F,) of the frames [ns], by which those of a bag are found, as a node may have
-        skipped some; empty where the n-th picture is the n-th frame.
+    :param stamps: (F,) of the frames [ns], to find them in a bag, since a node may have skipped
+        some; empty if the n-th picture is the n-th frame.
     :raises SourceError: it cannot be opened.
     """
     from_bag = is_bag(Path(source))

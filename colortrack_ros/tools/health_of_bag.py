@@ -1,4 +1,4 @@
-"""What the nodes of a bag said of themselves: what they refused, skipped and lost, and how late."""
+"""Reads the diagnostics in a bag: what nodes refused, skipped and lost, and their latency."""
 
 from collections import Counter
 from collections import defaultdict
@@ -16,10 +16,10 @@ from colortrack_ros.node_kit.diagnostics import TASK
 KIND = 'diagnostic_msgs/msg/DiagnosticArray'
 
 OURS = f': {TASK}'
-"""The end of the name of our nodes' statuses; others are of drivers and computers."""
+"""Suffix of the status names of our nodes; others are from drivers and computers."""
 
 COUNTERS = ('refused', 'skipped', 'lost', 'repeated detections', 'skipped pairs')
-"""Values that go up while a node runs, and begin at 0 where it starts again."""
+"""Counters, which start at 0 whenever a node starts."""
 
 LATENCY = 'latency from stamp, median [ms]'
 
@@ -27,12 +27,12 @@ Health = tuple[dict[str, float], dict[str, int]]
 
 
 def health_of(reader: BagReader) -> Health:
-    """What the recorded diagnostics tell.
+    """Summarize the recorded diagnostics.
 
-    :return: NODE.COUNTER, how often in all; NODE.latency and NODE.latency_most, the median and the
-        largest of the medians of each second [s]; and what they warned of, with the seconds that
-        it lasted.
-    :raises MessageError: they are none.
+    :return: NODE.COUNTER, the totals; NODE.latency and NODE.latency_most, the median and the
+        largest of the medians of each second [s]; and the warnings, with the number of seconds each
+        was active.
+    :raises MessageError: these are not diagnostics.
     """
     counts: Counter[str] = Counter()
     last: dict[str, int] = {}
@@ -46,7 +46,7 @@ def health_of(reader: BagReader) -> Health:
                 before = last.get(key, 0)
                 counts[key] += now - before if now >= before else now
                 last[key] = now
-        with contextlib.suppress(ValueError):  # nothing went out in this second
+        with contextlib.suppress(ValueError):  # nothing was published in this second
             late[node].append(float(values.get(LATENCY, '')) / 1e3)
         if status.level != DiagnosticStatus.OK:
             said[f'{node}: {status.message}'] += 1
@@ -61,7 +61,7 @@ def health_of(reader: BagReader) -> Health:
 
 
 def _statuses(reader: BagReader) -> Any:
-    """Node and status of each, in their order."""
+    """Node and status of each message, in order."""
     for topic in reader.topics:
         if topic.kind == KIND:
             for _, cdr in reader.messages(topic):

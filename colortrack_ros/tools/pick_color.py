@@ -1,4 +1,4 @@
-"""``pick_color``: read a reference color from a picture, ready to paste into a params file."""
+"""``pick_color``: reads a reference color from a picture, ready to paste into a params file."""
 
 import argparse
 from collections.abc import Sequence
@@ -34,8 +34,8 @@ from colortrack_ros.tools.color_params import write_color
 from colortrack_ros.tools.color_params import yaml_of
 
 IMAGE_TIMEOUT = 5.0
-"""How long [s] to wait for an image of a topic: discovery takes a second or two, and the slowest
-cameras publish one image a second."""
+"""How long [s] to wait for an image on a topic: discovery takes a second or two, and the slowest
+cameras publish one image per second."""
 
 SAME_COLORS = (
     'What is not it has the very colors of what is, so no color tells them apart, and their sizes '

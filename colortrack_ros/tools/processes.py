@@ -1,4 +1,4 @@
-"""Nodes as processes of their own, and one node of this process that watches them, for demos."""
+"""Runs nodes in their own processes, watched by a node in this one, for demos."""
 
 from collections.abc import Callable
 import ctypes
@@ -19,22 +19,22 @@ from colortrack_ros.node_kit.runtime import use_transport_profile
 from colortrack_ros.signals import on_ending_signals
 
 NODES_END = 8.0
-"""How long the nodes may take to end after a signal [s]: on their own they need at most 7.5 s."""
+"""How long the nodes may take to end after a signal [s]; they need at most 7.5 s."""
 
 LIBC = ctypes.CDLL(None)
 PR_SET_PDEATHSIG = 1
-"""Of <linux/prctl.h>."""
+"""From <linux/prctl.h>."""
 
 
 class NodeEnded(Exception):
-    """One of the nodes has ended that others wait for."""
+    """A node that others wait for has ended."""
 
 
 class NodeGroup:
-    """Starts nodes on a domain of their own on this machine, and ends them when it is left.
+    """Starts nodes in a domain of their own on this machine, and ends them on exit.
 
-    :param params: file of their parameters.
-    :param may_end: the node that may end before the others, when it has shown all pictures.
+    :param params: their params file.
+    :param may_end: the node that may end before the others, after the last picture.
     """
 
     def __init__(self, params: str, may_end: str = '') -> None:
@@ -52,7 +52,7 @@ class NodeGroup:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the nodes in order, and kill those that do not end."""
+        """Shut the nodes down, and kill those that do not end."""
         for node in self._nodes.values():
             node.send_signal(signal.SIGINT)
         for node in self._nodes.values():
@@ -64,15 +64,15 @@ class NodeGroup:
 
     @property
     def stopped(self) -> bool:
-        """Whether a signal asks for the end."""
+        """Whether a signal has asked to end."""
         return self._stop.is_set()
 
     def watch_with(self, node: Node) -> None:
-        """Let a node of this process take messages whenever spin() is called."""
+        """Add a node of this process, which spin() spins."""
         self._executor.add_node(node)
 
     def start(self, name: str, *parameters: str) -> None:
-        """Start a node in its own process, with further parameters."""
+        """Start a node in its own process, with additional parameters."""
         options = [word for parameter in parameters for word in ('-p', parameter)]
         code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
         command = [sys.executable, '-c', code, '--ros-args', '--params-file', self._params]
@@ -82,9 +82,9 @@ class NodeGroup:
         )
 
     def spin(self) -> None:
-        """Take what comes within 0.1 s.
+        """Receive messages for 0.1 s.
 
-        :raises NodeEnded: messages of that node would be waited for in vain.
+        :raises NodeEnded: a node has ended, so waiting for it would be futile.
         """
         self._executor.spin_once(timeout_sec=0.1)
         for name, node in self._nodes.items():
@@ -92,24 +92,24 @@ class NodeGroup:
                 raise NodeEnded(f'the node {name} has ended with status {node.returncode}')
 
     def spin_until(self, ready: Callable[[], bool]) -> None:
-        """Spin until something holds, or a signal asks for the end."""
+        """Spin until a condition holds, or a signal asks to end."""
         while not ready() and not self.stopped:
             self.spin()
 
     def status_of(self, name: str) -> int | None:
-        """Exit status of a node, None while it runs."""
+        """Exit status of a node; None while it is running."""
         return self._nodes[name].poll()
 
 
 def _end_with(parent: int) -> None:
-    """Have Linux send SIGTERM to this process when the one that started it has ended."""
+    """Ask Linux to send SIGTERM to this process when its parent ends."""
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != parent:  # it has ended already
+    if os.getppid() != parent:  # it has already ended
         os._exit(1)
 
 
 def told(error: OSError | NodeEnded) -> int:
-    """Say why a demo has ended; its exit status."""
+    """Print why a demo has ended; returns its exit status."""
     reason = (
         f'{error.filename or "output"}: {error.strerror}' if isinstance(error, OSError) else error
     )

@@ -1,4 +1,4 @@
-"""Reading the tracks of a bag."""
+"""Reads the tracks in a bag."""
 
 import contextlib
 import dataclasses
@@ -24,10 +24,10 @@ from colortrack_ros.tools.health_of_bag import health_of
 
 
 def tracks_of_bag(path: Path, topic: str) -> Record:
-    """The tracks that are recorded there, message n being frame n - 1, and what else is told.
+    """The recorded tracks, with message n as frame n - 1, and further facts about the recording.
 
     :param topic: of the tracks; empty: the only one with tracks.
-    :raises RecordError: there is none, or several; or the bag cannot be read to its end.
+    :raises RecordError: there is no such topic, or several; or the bag cannot be read to its end.
     """
     try:
         with contextlib.closing(BagReader(path)) as reader:
@@ -46,7 +46,7 @@ def tracks_of_bag(path: Path, topic: str) -> Record:
     record = Record.of(np.concatenate(parts), range(len(parts)))
     stamps = np.array([tracks.stamp for _, tracks in messages])
     delays = np.array([when - tracks.stamp for when, tracks in messages]) / NANOSECONDS
-    # What replay wrote carries the time of the picture: its delay says nothing of the tracker.
+    # Bags written by replay have the time of the picture: the delay says nothing about the tracker.
     delays = delays if (delays > 0).any() else record.delays
     pairs = [(t, detections[t.stamp]) for _, t in messages if t.stamp in detections]
     conditions = noise_of(pairs) | innovations_of(pairs) | health
@@ -56,9 +56,9 @@ def tracks_of_bag(path: Path, topic: str) -> Record:
 
 
 def _read(reader: BagReader, topic: str) -> dict[str, list[tuple[int, Tracks]]]:
-    """By topic, when each message of tracks was recorded [ns], and what it holds.
+    """For each topic of tracks, log time [ns] and tracks of each message.
 
-    :raises MessageError: the topic that was asked for holds something else.
+    :raises MessageError: the requested topic has something else.
     """
     read = {}
     for cloud in reader.topics:
@@ -75,7 +75,7 @@ def _read(reader: BagReader, topic: str) -> dict[str, list[tuple[int, Tracks]]]:
 
 
 def _detections_of(reader: BagReader) -> dict[int, Detections]:
-    """The detections of the first topic that has any, by stamp."""
+    """The detections of the first topic that has any, by their stamps."""
     for cloud in reader.topics:
         if cloud.kind == CLOUD:
             with contextlib.suppress(MessageError):

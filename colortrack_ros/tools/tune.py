@@ -1,4 +1,4 @@
-"""``tune``: the parameters with which recordings are tracked best whose truth is known."""
+"""``tune``: finds the parameters that track recordings with known truth best."""
 
 import argparse
 from collections.abc import Callable
@@ -49,18 +49,18 @@ from colortrack_ros.tools.tune_trial import Trial
 from colortrack_ros.tools.tune_trial import try_out
 
 FEW = 30
-"""Labeled frames held out, below which a score is off by a tenth by chance (the standard error of a
-share of one half)."""
+"""With fewer labeled frames held out, the error of a score is a tenth by chance (the standard error
+of a share of one half)."""
 
 Judged = Callable[[Sequence[Values], bool], list[Trial]]
-"""Of some candidates, and whether also where they are held out."""
+"""Scores candidates, optionally also on the parts that are held out."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Tune.
 
     :return: the exit status: 0; 1 if something cannot be read or written; 2 if the arguments are
-        wrong; 3 if nothing better was found for what was held out, and nothing is written.
+        wrong; 3 if nothing better was found for the parts held out, so nothing is written.
     """
     arguments = _parse(args)
     try:
@@ -141,7 +141,7 @@ def _labeled(arguments: argparse.Namespace) -> Iterator[Labeled]:
 
 @contextlib.contextmanager
 def _trials(arguments: argparse.Namespace, labeled: Sequence[Labeled]) -> Iterator[Judged]:
-    """What tries candidates, each once, several at a time."""
+    """Create the function that tries candidates, each once, several at a time."""
     known: dict[str, Trial] = {}
     context = multiprocessing.get_context('forkserver')
     work = partial(try_out, arguments, labeled)
@@ -163,7 +163,7 @@ def _trials(arguments: argparse.Namespace, labeled: Sequence[Labeled]) -> Iterat
 
 
 def _end_with(pid: int) -> None:
-    """End this process when another one has ended, however it has."""
+    """End this process when another one ends, however it does."""
     other = os.pidfd_open(pid)
 
     def wait() -> None:
@@ -215,7 +215,7 @@ def _changes(
 def doubts(
     labeled: Sequence[Labeled], before: Trial, after: Trial, at_bound: Sequence[Slider]
 ) -> Iterator[str]:
-    """Where what was found may not hold for other recordings, a sentence each."""
+    """Reasons why the result may not hold for other recordings, one sentence each."""
     if len(labeled) == 1:
         yield 'one recording: nothing is known of another light, place or camera'
     elif len(labeled) < HELD_OUT:
@@ -235,7 +235,7 @@ def doubts(
 
 
 def _write(arguments: argparse.Namespace, values: Values, console: Console) -> None:
-    """Change the params file, or the one to write if there is none; or print it.
+    """Change the params file, or the one to be written if there is none, or print it.
 
     :raises ValueError: the file cannot be changed.
     """

@@ -1,4 +1,4 @@
-"""What ``tune`` searches: parameters with their ranges, by differential evolution."""
+"""The search of ``tune``: parameters with their ranges, and differential evolution."""
 
 from collections.abc import Callable
 from collections.abc import Iterator
@@ -17,33 +17,34 @@ from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.tracking import TrackerConfig
 
 LEARNED_SHARE = 0.15
-"""Share of a slider where 0 stands: what the detector or the tracker finds out by itself. Assumed:
-one candidate in seven that is drawn at random tries it, with half and twice the value one in 13 and
-in 3."""
+"""Share of a slider that means 0: the detector or the tracker learns the value. Assumed: one in
+seven random candidates tries it; with half and twice the value one in 13 and one in 3."""
 
 POPULATION = 12
-"""Candidates of a generation, twice the parameters of one color; half of the first is near what is
-there already."""
+"""Candidates in a generation, twice the number of parameters of one color; half of the first
+generation is near the current values."""
 
 START_SPREAD = 0.15
-"""Standard deviation of these around it, in shares of a slider. Assumed: 95 % of them lie within a
-third of a slider, with half within a sixth, with twice as much nearly anywhere."""
+"""Standard deviation of these around the current values, in shares of a slider. Assumed: 95 % of
+them lie within a third of a slider; with half of it within a sixth, with twice as much nearly
+anywhere."""
 
 LEAST_WORTH = 0.002
-"""A parameter whose change brings less goes back to what it was: it would be fitted to chance."""
+"""A parameter whose change improves the score by less is reset: it would be fitted to chance.
+Assumed; it is a change of one frame in 500."""
 
 Values = dict[tuple[str, str], Any]
-"""By node and name of the parameter."""
+"""Values by node and name of the parameter."""
 
 
 class Slider(NamedTuple):
     """A parameter and its range.
 
-    :param node: whose it is.
-    :param low, high: where it makes sense; low above 0: in equal ratios.
-    :param start: what is there already.
-    :param learned: whether 0 stands for what is found out.
-    :param odd: whether only odd numbers are: sizes of structuring elements.
+    :param node: that has it.
+    :param low, high: the sensible range; if low is above 0, the scale is logarithmic.
+    :param start: the current value.
+    :param learned: whether 0 means that the value is learned.
+    :param odd: whether only odd numbers are valid, as for sizes of structuring elements.
     """
 
     node: str
@@ -55,7 +56,7 @@ class Slider(NamedTuple):
     odd: bool = False
 
     def value(self, place: float) -> Any:
-        """What a place, 0..1, stands for; two digits, which is what such a search can tell."""
+        """The value at a position, 0..1, rounded to two digits, the resolution of such a search."""
         if self.learned:
             if place < LEARNED_SHARE:
                 return 0.0
@@ -64,7 +65,7 @@ class Slider(NamedTuple):
             value = self.low * (self.high / self.low) ** place
         else:
             value = self.low + (self.high - self.low) * place
-        if isinstance(self.start, tuple):  # half axes of a color, all by the same factor
+        if isinstance(self.start, tuple):  # half axes of a color, all scaled by the same factor
             return [float(f'{axis * value:.2g}') for axis in self.start]
         if self.odd:
             return 2 * round((value - 1) / 2) + 1
@@ -72,7 +73,7 @@ class Slider(NamedTuple):
 
     @property
     def place(self) -> float:
-        """Of what is there already."""
+        """The position of the current value."""
         value = 1.0 if isinstance(self.start, tuple) else float(self.start)
         if self.learned and value == 0:
             return LEARNED_SHARE / 2
@@ -84,12 +85,12 @@ class Slider(NamedTuple):
         return LEARNED_SHARE + (1 - LEARNED_SHARE) * place if self.learned else place
 
     def is_at_bound(self, value: Any) -> bool:
-        """Whether it would go on if its range did."""
+        """Whether the value is at the end of the range."""
         return value in (self.value(1.0), self.value(LEARNED_SHARE if self.learned else 0.0))
 
 
 def sliders_of(detector: DetectorConfig, tracker: TrackerConfig) -> Iterator[Slider]:
-    """Those of the tuner that change what is found and who is who."""
+    """The sliders of the tuner that affect detections and identities."""
     for color in detector.colors:
         yield _slider_of(color)
     largest = min(4000, detector.max_area)
@@ -110,13 +111,13 @@ def _slider_of(color: ReferenceColor) -> Slider:
 
 
 Judge = Callable[[Sequence[Values]], Sequence[float]]
-"""How good each of some candidates is; more is better."""
+"""Returns the scores of candidates; higher is better."""
 
 
 def search(sliders: Sequence[Slider], judge: Judge, trials: int, seed: int) -> Values:
-    """The best values found: of all sliders.
+    """The best values found, for all sliders. :param trials:
 
-    :param trials: candidates that are judged, about.
+    approximate number of candidates.
     """
     rng = np.random.default_rng(seed)
     start = np.array([slider.place for slider in sliders])
@@ -143,13 +144,15 @@ def search(sliders: Sequence[Slider], judge: Judge, trials: int, seed: int) -> V
 
 
 def values_at(sliders: Sequence[Slider], places: NDArray[np.float64]) -> Values:
-    """What the places stand for."""
+    """The values at the positions."""
     pairs = zip(sliders, places.tolist(), strict=True)
     return {(slider.node, slider.name): slider.value(place) for slider, place in pairs}
 
 
 def pruned(values: Values, judge: Judge) -> tuple[Values, dict[tuple[str, str], float]]:
-    """Those that are worth it, and what each brings: those that bring least go first."""
+    """The changes that are worth it, and what each gains; those that gain least are removed
+    first.
+    """
     kept = dict(values)
     while kept:
         without = [{k: v for k, v in kept.items() if k != name} for name in kept]
@@ -163,6 +166,6 @@ def pruned(values: Values, judge: Judge) -> tuple[Values, dict[tuple[str, str], 
 
 
 def changed(values: Values, sliders: Sequence[Slider]) -> Values:
-    """Without those that are what they were."""
+    """The values without those that are unchanged."""
     before: Mapping[tuple[str, str], Any] = {(s.node, s.name): s.start for s in sliders}
     return {name: value for name, value in values.items() if value != before[name]}

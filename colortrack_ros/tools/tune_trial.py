@@ -1,4 +1,4 @@
-"""What ``tune`` does with one candidate: all recordings tracked with it, and judged."""
+"""One trial of ``tune``: tracks all recordings with a candidate, and scores the result."""
 
 import argparse
 from collections.abc import Sequence
@@ -26,8 +26,9 @@ from colortrack_ros.replay.setup import read_setup
 from colortrack_ros.tools.tune_search import Values
 
 STRETCHES, HELD_OUT = 6, 3
-"""Every third recording is held out; of fewer than three, every third of so many stretches of the
-labeled frames of each: long enough for identities, each beside another that is searched."""
+"""Every third recording is held out. With fewer than three recordings, the labeled frames of each
+are divided into this many stretches, and every third of them is held out: they are long enough for
+identities, and each is beside one that is searched."""
 
 
 class Labeled(NamedTuple):
@@ -35,7 +36,7 @@ class Labeled(NamedTuple):
 
     :param name: of it.
     :param source: as ``replay`` takes it.
-    :param parts: the truth of the frames that are searched, and of those that are held out.
+    :param parts: the truth of the frames that are searched, and of those held out.
     """
 
     name: str
@@ -44,9 +45,9 @@ class Labeled(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """How good a candidate is: for each recording, where it was searched and where held out.
+    """The scores of a candidate for each recording, on the part searched and on the part held out.
 
-    NaN where none of it was.
+    NaN if there is no such part.
     """
 
     searched: tuple[float, ...]
@@ -54,7 +55,7 @@ class Trial(NamedTuple):
 
 
 class RecordOutput(Output):
-    """Keeps the tracks.
+    """An output that keeps the tracks.
 
     :ivar parts: the rows of each frame.
     """
@@ -63,15 +64,15 @@ class RecordOutput(Output):
         self.parts = [empty_rows(0)]
 
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
-        """Keep those of a frame."""
+        """Keep the tracks of a frame."""
         self.parts.append(rows_of_tracks(tracks, number - 1))
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Nothing to do."""
 
 
 def split(truths: Sequence[Record]) -> list[tuple[Record, Record]]:
-    """The truth that is searched, and that which is held out, of each recording."""
+    """For each recording, the truth that is searched and the truth held out."""
     if len(truths) < HELD_OUT:
         return [halves(truth) for truth in truths]
     parts = [(truth, Record(truth.rows, truth.frames[:0], truth.delays)) for truth in truths]
@@ -79,7 +80,7 @@ def split(truths: Sequence[Record]) -> list[tuple[Record, Record]]:
 
 
 def halves(truth: Record) -> tuple[Record, Record]:
-    """The truth of the stretches that are searched, and of those that are held out."""
+    """The truth of the stretches that are searched, and of those held out."""
     number = np.arange(len(truth.frames)) * STRETCHES // max(len(truth.frames), 1)
     out = number % HELD_OUT == HELD_OUT - 1
     searched, held_out = (Record(truth.rows, truth.frames[k], truth.delays) for k in (~out, out))
@@ -89,10 +90,10 @@ def halves(truth: Record) -> tuple[Record, Record]:
 def try_out(
     arguments: argparse.Namespace, labeled: Sequence[Labeled], job: tuple[Values, bool]
 ) -> Trial:
-    """Track and judge them all.
+    """Track and score all recordings.
 
     :param arguments: of the command line.
-    :param job: the candidate, and whether it is judged as well where it is held out.
+    :param job: the candidate, and whether the parts held out are scored as well.
     :raises StartError, BagError: a recording cannot be read, or a value is refused.
     """
     values, everywhere = job
@@ -113,7 +114,7 @@ def try_out(
 
 
 def tracked(arguments: argparse.Namespace, source: str, given: Sequence[str]) -> Record:
-    """The tracks of a recording, with parameters as ``-p`` takes them besides the others."""
+    """The tracks of a recording, with further parameters in the form of ``-p``."""
     from_bag = is_bag(Path(source))
     own: dict[str, Any] = {**vars(arguments), 'input': source}
     own['param'] = [*arguments.param, *given]

@@ -1,1 +1,1 @@
-"""tuner: a page to tune, watch and judge the chain of detector and tracker."""
+"""tuner: a web page to tune, watch and evaluate the chain of detector and tracker."""

@@ -1,4 +1,4 @@
-"""What the page may ask for: each message is checked before anything is done."""
+"""The commands of the page; each message is validated before anything is done."""
 
 from collections.abc import Callable
 from collections.abc import Mapping
@@ -7,19 +7,19 @@ import re
 from typing import Any
 
 LONGEST_TEXT, MOST_VALUES = 4096, 64
-"""Of a message: a path, or a path of a mask, is shorter, and a form has fewer values."""
+"""Limits of a message: paths are shorter, and a form has fewer values."""
 
 LARGEST_NUMBER = 1 << 31
-"""Frames, and pixels, are fewer: they are counted in 32 bits, a year and more at 60 Hz."""
+"""Larger than any number of frames or pixels: frames at 60 Hz reach it after more than a year."""
 
 NAME = re.compile(r'[A-Za-z0-9_-]{1,40}')
-"""What a color or region is called: part of the name of a parameter."""
+"""Names of colors and regions, which become part of a parameter's name."""
 
 Check = Callable[[str, Any], Any]
 
 
 class CommandError(ValueError):
-    """A message is none that is understood: what was given, and what was expected."""
+    """A message is not a valid command: what was given, and what was expected."""
 
 
 def whole(name: str, value: Any) -> int:
@@ -30,7 +30,7 @@ def whole(name: str, value: Any) -> int:
 
 
 def text(name: str, value: Any) -> str:
-    """A text of a line."""
+    """A one-line string."""
     if not isinstance(value, str) or len(value) > LONGEST_TEXT or '\0' in value:
         raise CommandError(f'{name}: expected a text, got {_short(value)}')
     try:
@@ -49,14 +49,14 @@ def identifier(name: str, value: Any) -> str:
 
 
 def flag(name: str, value: Any) -> bool:
-    """True or false."""
+    """A boolean."""
     if not isinstance(value, bool):
         raise CommandError(f'{name}: expected true or false, got {_short(value)}')
     return value
 
 
 def mapping(name: str, value: Any) -> Mapping[str, Any]:
-    """Values by name, which the parameters' own tables check."""
+    """Values by name, which the parameter tables validate."""
     if not isinstance(value, dict) or not 1 <= len(value) <= MOST_VALUES:
         raise CommandError(f'{name}: expected 1 to {MOST_VALUES} values by name')
     for key in value:
@@ -100,13 +100,13 @@ COMMANDS: dict[str, dict[str, Check]] = {
     'load_labels': {'path': text},
     'save_labels': {'path': text, 'overwrite': flag},
 }
-"""The fields of each command, all of which have to be there."""
+"""The fields of each command; all are required."""
 
 
 def parse(message: str) -> tuple[str, dict[str, Any]]:
-    """A command and its fields.
+    """Parse a command and its fields.
 
-    :raises CommandError: it is none.
+    :raises CommandError: it is not a valid command.
     """
     try:
         content = json.loads(message, parse_constant=_no_constant)
@@ -130,6 +130,6 @@ def _no_constant(constant: str) -> None:
 
 
 def _short(value: Any) -> str:
-    """A value as it may stand in a reason."""
+    """A value as shown in a reason."""
     given = repr(value)
     return given if len(given) <= 80 else f'{given[:77]}...'

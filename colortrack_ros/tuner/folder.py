@@ -13,7 +13,7 @@ SUFFIXES = ('.yaml', '.yml')
 
 
 class Folder:
-    """Params files of one folder; no name leads out of it.
+    """The params files of one folder; no name leads outside it.
 
     :param root: an existing folder.
     """
@@ -22,35 +22,35 @@ class Folder:
         self.root = root.resolve()
 
     def names(self) -> list[str]:
-        """The params files in it, not in folders below."""
+        """The params files in it, not in subfolders."""
         return sorted(p.name for p in self.root.iterdir() if p.suffix in SUFFIXES and p.is_file())
 
     def read(self, name: str) -> str:
         """The text of a file.
 
-        :raises ValueError: there is none, or it is none to read.
+        :raises ValueError: it does not exist, or must not be read.
         """
         return read_params_file(self.path(name))
 
     def read_or_empty(self, name: str) -> str:
-        """The text of a file, empty where there is none yet.
+        """The text of a file, empty if it does not exist yet.
 
-        :raises ValueError: it is none to read.
+        :raises ValueError: it must not be read.
         """
         return self.read(name) if self.exists(name) else ''
 
     def exists(self, name: str, suffixes: Sequence[str] = SUFFIXES) -> bool:
-        """Whether there is such a file.
+        """Whether a file exists.
 
-        :raises ValueError: it is none to write.
+        :raises ValueError: it must not be written.
         """
         return self.path(name, suffixes).exists()
 
     def write(self, name: str, text: str, suffixes: Sequence[str] = SUFFIXES) -> None:
-        """Write a file as a whole or not at all.
+        """Write a file completely or not at all.
 
-        :param suffixes: of which its name has to have one.
-        :raises ValueError: it is none to write, or cannot be written.
+        :param suffixes: the allowed ones.
+        :raises ValueError: it must not or cannot be written.
         """
         path = self.path(name, suffixes)
         try:
@@ -59,9 +59,9 @@ class Folder:
             raise ValueError(f'{name}: {error.strerror}') from error
 
     def path(self, name: str, suffixes: Sequence[str] = SUFFIXES) -> Path:
-        """Where a file is.
+        """The path of a file.
 
-        :raises ValueError: outside of the folder, in a folder that is not there, or no YAML.
+        :raises ValueError: it is outside the folder, in a folder that does not exist, or not YAML.
         """
         try:
             path = resolved(self.root / name)
@@ -78,11 +78,11 @@ class Folder:
 
 
 def difference(name: str, old: str, new: str) -> str:
-    """What changes in a text, as ``diff -u`` shows it; empty if nothing does."""
+    """The changes of a text, as ``diff -u`` shows them; empty if there are none."""
     lines = old.splitlines(), new.splitlines()
     return '\n'.join(difflib.unified_diff(*lines, f'{name} (now)', name, lineterm=''))
 
 
 def digest(*texts: str) -> str:
-    """Tells whether texts are those that somebody has seen."""
+    """A hash that tells whether texts have changed since somebody saw them."""
     return hashlib.sha256('\0'.join(texts).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""The frames that the page shows, by number: of a recording any one, of a camera the last ones."""
+"""The frames for the page, by number: any frame of a recording, and the last ones of a camera."""
 
 from abc import ABC
 from abc import abstractmethod
@@ -12,15 +12,15 @@ from colortrack_ros.sources import Source
 from colortrack_ros.sources import SourceError
 
 KEPT_BYTES = 512 * 1024**2
-"""Pictures that are kept so that stepping back is quick: 580 of 640x480, 190 of 1280x720, an eighth
-of the 4 GiB of a small computer."""
+"""Memory for pictures, so that stepping back is quick [bytes]: 580 of 640x480 or 190 of 1280x720;
+an eighth of the 4 GiB of a small computer."""
 
 POLL_RATE = 60.0
-"""How often a look is taken for a new frame of a camera [Hz]: as often as a screen shows one."""
+"""How often a camera is polled for a new frame [Hz]: the refresh rate of a screen."""
 
 
 class KeptFrames(OrderedDict[int, Frame]):
-    """Frames by their numbers, as many as there is room for: the first ones go first."""
+    """Frames by their numbers, as many as fit; the oldest are dropped first."""
 
     _bytes = 0
 
@@ -37,11 +37,11 @@ class KeptFrames(OrderedDict[int, Frame]):
 class Footage(ABC):
     """Frames with numbers from 0.
 
-    :ivar label: what to call it.
-    :ivar live: frames come when they come; else it is a recording.
-    :ivar rate: frames a second; of a camera, how often to look for a new one [Hz].
-    :ivar first: the number of the first frame that can be had.
-    :ivar total: one more than that of the last, as far as is known.
+    :ivar label: its name for display.
+    :ivar live: whether it is a camera, not a recording.
+    :ivar rate: frames per second; for a camera, how often to poll it [Hz].
+    :ivar first: number of the first available frame.
+    :ivar total: number of the last frame plus one, as far as is known.
     """
 
     label: str
@@ -52,26 +52,26 @@ class Footage(ABC):
 
     @abstractmethod
     def frame(self, number: int) -> Frame | None:
-        """A frame; None where there is none, or not any more."""
+        """A frame; None if it does not exist, or is no longer available."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of files and devices."""
+        """Close files and devices."""
 
     @property
     def last(self) -> int:
-        """The number of the last frame there is, as far as is known."""
+        """Number of the last frame, as far as is known."""
         return max(self.total - 1, 0)
 
 
 class RecordedFootage(Footage):
     """A recording.
 
-    Frames are read in order and kept as long as there is room; for one that is kept no longer the
-    recording is opened again: of a source that is rewound the stamps would count on.
+    Frames are read in order and kept as long as they fit. To get one that was dropped, the
+    recording is reopened, since the stamps of a rewound source would continue.
 
-    :param open_it: opens the source of the frames, not a live one; a frame that cannot be read is
-        left out.
+    :param open_it: opens the source of the frames, which is not live; frames that cannot be read
+        are left out.
     """
 
     live = False
@@ -84,7 +84,7 @@ class RecordedFootage(Footage):
         self._next = 0
 
     def frame(self, number: int) -> Frame | None:
-        """A frame; None behind the end."""
+        """A frame; None after the end."""
         if number in self._kept:
             self._kept.move_to_end(number)
             return self._kept[number]
@@ -103,11 +103,11 @@ class RecordedFootage(Footage):
         return self._kept[number]
 
     def open_again(self) -> Source:
-        """The source of all frames, from the first one on."""
+        """Open the source of all frames, from the first one."""
         return self._open()
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         self._source.close()
 
     def _read(self) -> Frame | None:
@@ -120,7 +120,7 @@ class RecordedFootage(Footage):
 
 
 class LiveFootage(Footage):
-    """The last frames of a camera, which any thread may put in."""
+    """The last frames of a camera; any thread may add one."""
 
     live = True
     rate = POLL_RATE
@@ -131,19 +131,19 @@ class LiveFootage(Footage):
         self._lock = threading.Lock()
 
     def put(self, frame: Frame) -> None:
-        """Take the newest frame."""
+        """Add the newest frame."""
         with self._lock:
             self._kept.add(self.total, frame)
             self.first = next(iter(self._kept))
             self.total += 1
 
     def frame(self, number: int) -> Frame | None:
-        """A frame; None if it has not come yet, or is kept no longer."""
+        """A frame; None if it has not arrived yet, or has been dropped."""
         with self._lock:
             return self._kept.get(number)
 
     def close(self) -> None:
-        """Whoever puts frames in ends that."""
+        """Nothing to do: the thread that adds frames has its own end."""
 
 
 class CameraFootage(LiveFootage):
@@ -170,5 +170,5 @@ class CameraFootage(LiveFootage):
             self._source.close()
 
     def close(self) -> None:
-        """End the thread, with the next frame."""
+        """Stop the thread, after the next frame."""
         self._closed = True

@@ -1,4 +1,6 @@
-"""Who may talk to the server: no other site's page, no name that somebody else points here."""
+"""Decides who may talk to the server: no page of another site, and no foreign name that points
+here.
+"""
 
 from collections.abc import Mapping
 import hmac
@@ -10,11 +12,11 @@ from urllib.parse import urlsplit
 COOKIE = 'tuner_token'
 
 TOKEN_BYTES = 16
-"""Of chance in a token: 128 bits cannot be guessed."""
+"""Random bytes of a token: 128 bits cannot be guessed."""
 
 
 def is_loopback(address: str) -> bool:
-    """Whether only this machine reaches an address."""
+    """Whether an address can be reached only from this machine."""
     if address == 'localhost':
         return True
     try:
@@ -24,14 +26,12 @@ def is_loopback(address: str) -> bool:
 
 
 class Gate:
-    """Says which requests are let in.
+    """Decides which requests are accepted.
 
-    On a loopback address everybody on this machine is; elsewhere, who knows the token. The header
-    Host has to name this server, or a page could have its own name point here (DNS rebinding), and
-    Origin, where a browser gives it, has to be this server's own.
-
-    :param address: that the server listens on.
-    :ivar port: of it, once that is known.
+    On a loopback address, everybody on this machine is; elsewhere, everybody who has the token. The
+    header Host must name this server, since otherwise a page could point its own name here (DNS
+    rebinding), and Origin, if present, must be this server. :param address: on which the server
+    listens. :ivar port: of the server, once it is known.
     :ivar token: empty on a loopback address.
     """
 
@@ -41,16 +41,16 @@ class Gate:
 
     @property
     def url(self) -> str:
-        """Where the page is, token included."""
+        """URL of the page, including the token."""
         host = f'[{self._address}]' if ':' in self._address else self._address
         if self._address in ('0.0.0.0', '::'):
             host = socket.gethostname()
         return f'http://{host}:{self.port}/' + (f'?token={self.token}' if self.token else '')
 
     def refusal(self, headers: Mapping[str, str], token: str) -> str:
-        """Why a request is not let in; empty if it is.
+        """Why a request is refused; empty if it is accepted.
 
-        :param token: of its cookie or its address.
+        :param token: from its cookie or its URL.
         """
         host = headers.get('Host', '')
         if not self._is_own(host):

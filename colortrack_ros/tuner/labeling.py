@@ -1,4 +1,4 @@
-"""The labels that somebody makes: marks by ID, the survey, and what follows from both."""
+"""Labels made by hand: marks by ID, the survey, and the labels derived from both."""
 
 from collections.abc import Callable
 import itertools
@@ -24,16 +24,16 @@ from colortrack_ros.tuner.settings import Settings
 from colortrack_ros.tuner.survey import Survey
 
 FORMATS: dict[str, Callable[[dict[int, Labels]], str]] = {'.csv': csv_of, '.txt': mot_of}
-"""By the end of a file's name: a table with a header, or MOTChallenge."""
+"""Writers by suffix of the file: a table with a header, or MOTChallenge."""
 
 MOST_IDS = 1000
-"""Objects that may be labeled. Assumed: more than anybody clicks on by hand."""
+"""Maximum number of labeled objects. Assumed: more than anybody clicks on by hand."""
 
 
 class Labeling:
-    """Marks, and the labels that follow.
+    """Marks, and the labels derived from them.
 
-    :param footage: of which a recording can be labeled, a camera not.
+    :param footage: a recording can be labeled, a camera cannot.
     """
 
     def __init__(self, footage: Footage) -> None:
@@ -44,7 +44,7 @@ class Labeling:
         self._loaded: list[NDArray[np.void]] = []
 
     def survey(self, settings: Settings) -> None:
-        """Look at the whole recording, with these settings.
+        """Start a survey of the whole recording with these settings.
 
         :raises ValueError: it is a camera.
         """
@@ -59,7 +59,7 @@ class Labeling:
         self._survey, self._loaded = None, []
 
     def work(self) -> bool:
-        """Go on with the survey for a moment; whether there is more to do."""
+        """Continue the survey for a moment; returns whether there is more to do."""
         if self._survey is None or self._survey.done:
             return False
         if self._survey.work():
@@ -68,9 +68,9 @@ class Labeling:
         return False
 
     def mark(self, name: int, frame: int, mark: Mark | None) -> None:
-        """Say where an object is in a frame; None takes that back.
+        """Mark the position of an object in a frame; None removes the mark.
 
-        :raises ValueError: the frame or the ID is not one.
+        :raises ValueError: the frame or the ID is invalid.
         """
         if not (0 <= name <= MOST_IDS and 0 <= frame <= self._footage.last):
             expected = f'an ID from 0 to {MOST_IDS}, and a frame up to {self._footage.last}'
@@ -87,7 +87,7 @@ class Labeling:
             self._propose(name)
 
     def state(self) -> dict[str, Any]:
-        """How far the survey is, and for each ID its marks, and what its frames are."""
+        """Progress of the survey, and for each ID its marks and the states of its frames."""
         seen = len(self._survey.frames if self._survey else self._loaded)
         done = self._survey.done if self._survey else bool(self._loaded)
         labels = [
@@ -116,9 +116,9 @@ class Labeling:
         ]
 
     def load(self, folder: Folder, path: str) -> None:
-        """Take a truth that is there, to mend it: marks choose among its labels from then on.
+        """Load an existing truth to correct it: from then on marks choose among its labels.
 
-        :raises ValueError: the file is none to read, or none that holds labels.
+        :raises ValueError: the file must not be read, or has no labels.
         """
         try:
             truth = read_record(folder.path(path, tuple(FORMATS)))
@@ -140,7 +140,7 @@ class Labeling:
     def save(self, folder: Folder, path: str, *, overwrite: bool) -> None:
         """Write all labels.
 
-        :raises ValueError: there are none, or the file is none to write, or is there already.
+        :raises ValueError: there are none, or the file must not be written, or exists.
         """
         if not self._labels:
             raise ValueError('labels: there are none yet')
@@ -156,7 +156,7 @@ class Labeling:
 
 
 def _stretches(labels: Labels) -> list[tuple[int, int, int]]:
-    """First frame, one behind the last, and state of each stretch with labels."""
+    """First frame, last frame plus one, and state of each stretch with labels."""
     (changes,) = np.diff(labels.state).nonzero()
     ends = [0, *(changes + 1).tolist(), len(labels.state)]
     parts = itertools.pairwise(ends)

@@ -1,4 +1,4 @@
-"""The truth, made by clicks: who is where in some frames, and what follows for those between."""
+"""Ground truth from clicks: marks in some frames, and labels for the frames between them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,21 +12,21 @@ from colortrack_ros.evaluation import Record
 from colortrack_ros.tuner.survey import SIGHTING
 
 NO_SIZE = 20.0
-"""Side of a box of which nobody knows the size [px]: one that can be seen and corrected."""
+"""Side of a box of unknown size [px]. Assumed: large enough to be seen and corrected."""
 
 MARGIN = 6.0
-"""How far beside a box a click may be that means it [px]: what a hand misses on a screen."""
+"""How far outside a box a click still selects it [px]. Assumed: how far people miss on a screen."""
 
 NONE, MEASURED, GUESSED = 0, 1, 2
-"""Of an object in a frame: no label; marked or measured; between frames that are."""
+"""States of an object in a frame: no label; marked or measured; between such frames."""
 
 
 @dataclass(frozen=True)
 class Mark:
-    """What somebody said of an object in a frame.
+    """A mark of an object in a frame.
 
     :param box: u, v of its center, width and height [px], size 0 for a click; None if it is gone.
-    :param track: that it means; None for the one at the place.
+    :param track: the selected track; None for the one at this place.
     """
 
     box: tuple[float, float, float, float] | None
@@ -35,11 +35,11 @@ class Mark:
 
 @dataclass(frozen=True)
 class Labels:
-    """Where an object is.
+    """The labels of an object.
 
     :param state: (F,) NONE, MEASURED or GUESSED.
     :param box: (F, 4) u, v of its center, width and height [px].
-    :param visible: (F,) share in sight, 0 where it is guessed.
+    :param visible: (F,) visible share, 0 where it is guessed.
     """
 
     state: NDArray[np.int8]
@@ -48,17 +48,17 @@ class Labels:
 
 
 def propose(marks: dict[int, Mark], frames: Sequence[NDArray[np.void]]) -> Labels:
-    """Where an object is in every frame.
+    """The labels of an object in every frame.
 
-    From a mark, the track that was clicked is followed to both sides until another mark takes over,
-    and where both tracks live, at the frame in which they are nearest to each other: there they
-    have changed places. What is between is interpolated, but not beyond a mark that it is gone.
+    From a mark, the selected track is followed in both directions until another mark takes over. If
+    both tracks exist there, the change is at the frame in which they are nearest to each other,
+    where they have swapped. Gaps are interpolated, but not across a mark that the object is gone.
 
     :param marks: by frame.
-    :param frames: what the tracker saw in each, of dtype SIGHTING.
+    :param frames: sightings of the tracker in each frame, of dtype SIGHTING.
     """
     count = max(len(frames), max(marks, default=-1) + 1)
-    box = np.full((count, 5), np.nan)  # and the share in sight
+    box = np.full((count, 5), np.nan)  # and the visible share
     order = sorted(marks)
     tracks = {k: _track_at(marks[k], frames[k] if k < len(frames) else None) for k in order}
     for before, after in zip([None, *order], [*order, None], strict=True):
@@ -75,7 +75,7 @@ def propose(marks: dict[int, Mark], frames: Sequence[NDArray[np.void]]) -> Label
 
 
 def _track_at(mark: Mark, seen: NDArray[np.void] | None) -> int | None:
-    """The track that a mark means; None if it means none."""
+    """The track that a mark selects; None if it selects none."""
     k = _nearest(mark, seen)
     return None if k is None or seen is None else int(seen['track'][k])
 
@@ -93,7 +93,7 @@ def _nearest(mark: Mark, seen: NDArray[np.void] | None) -> int | None:
 
 
 def _path(track: int | None, begin: int, end: int, frames: Sequence[NDArray[np.void]]) -> NDArray:
-    """(end - begin, 5) boxes of a track where it was measured, and visible; NaN elsewhere."""
+    """(end - begin, 5) boxes and visible shares of a track where it was measured; NaN elsewhere."""
     path = np.full((max(end - begin, 0), 5), np.nan)
     for k in range(begin, min(end, len(frames))):
         (mine,) = ((frames[k]['track'] == track) & frames[k]['measured']).nonzero()
@@ -125,7 +125,7 @@ def _fill(
 
 
 def _put_mark(box: NDArray[np.float64], k: int, mark: Mark, seen: NDArray[np.void] | None) -> None:
-    """What was said of a frame holds there: a box as drawn, a click on a blob as that blob."""
+    """A mark overrides its frame: a box as drawn, a click on a blob as that blob."""
     near = _nearest(mark, seen)
     if mark.box is None:
         box[k] = np.nan
@@ -136,7 +136,7 @@ def _put_mark(box: NDArray[np.float64], k: int, mark: Mark, seen: NDArray[np.voi
 
 
 def _interpolate(box: NDArray[np.float64], state: NDArray[np.int8], begin: int, end: int) -> None:
-    """Fill what is between known frames of a stretch."""
+    """Interpolate between the known frames of a stretch."""
     (known,) = (state[begin:end] != NONE).nonzero()
     if len(known) < 2:
         return
@@ -148,7 +148,7 @@ def _interpolate(box: NDArray[np.float64], state: NDArray[np.int8], begin: int, 
 
 
 def _give_sizes(box: NDArray[np.float64], state: NDArray[np.int8]) -> None:
-    """Sizes that nobody gave are those of the nearest frames."""
+    """Fill in unknown sizes from the nearest frames."""
     (labeled,) = (state != NONE).nonzero()
     for column in box.T[2:4]:
         (sized,) = (np.isfinite(column) & (state != NONE)).nonzero()
@@ -158,7 +158,7 @@ def _give_sizes(box: NDArray[np.float64], state: NDArray[np.int8]) -> None:
 
 
 def csv_of(labels: dict[int, Labels]) -> str:
-    """CSV: frame (from 0), id, u, v, w, h, visible: 0 where it was neither marked nor measured."""
+    """CSV: frame (from 0), id, u, v, w, h, visible (0 if neither marked nor measured)."""
     lines = io.StringIO()
     lines.write('frame,id,u,v,w,h,visible\n')
     for frame, name, (u, v, width, height), visible in _rows(labels):
@@ -178,7 +178,7 @@ def mot_of(labels: dict[int, Labels]) -> str:
 
 
 def _rows(labels: dict[int, Labels]) -> list[tuple[int, int, list[float], float]]:
-    """Frame, id, box and share in sight of all labels, in the order of the frames."""
+    """Frame, id, box and visible share of all labels, in the order of the frames."""
     return sorted(
         (k, name, found.box[k].tolist(), float(found.visible[k]))
         for name, found in labels.items()
@@ -187,7 +187,7 @@ def _rows(labels: dict[int, Labels]) -> list[tuple[int, int, list[float], float]
 
 
 def sightings_of(truth: Record) -> list[NDArray[np.void]]:
-    """A truth as if a tracker had seen it, with its IDs: (N,) of dtype SIGHTING of each frame."""
+    """A truth in the form of a survey, with its IDs: (N,) of dtype SIGHTING for each frame."""
     frames = []
     for frame in range(int(truth.rows['frame'].max(initial=-1)) + 1):
         rows = truth.rows_of(frame)

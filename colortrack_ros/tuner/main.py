@@ -1,4 +1,4 @@
-"""``tuner``: a page to tune detector and tracker in, over a recording."""
+"""``tuner``: a web page to tune detector and tracker over a recording."""
 
 import argparse
 import asyncio
@@ -14,7 +14,7 @@ NEED = 'apt install python3-aiohttp, or pip install aiohttp'
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Serve the page until a signal comes.
+    """Serve the page until a signal arrives.
 
     :return: the exit status: 0, or 1 if it could not start.
     """
@@ -43,7 +43,7 @@ def _parse(args: Sequence[str]) -> argparse.Namespace:
 
 
 async def _serve(arguments: argparse.Namespace) -> int:
-    # Not at the top: where aiohttp is missing, that is said in one line.
+    # Not at the top, so that a missing aiohttp is reported in one line.
     from aiohttp import web
 
     from colortrack_ros.sources import SourceError

@@ -1,4 +1,4 @@
-"""What the sliders are set by: the blobs before limits, and the colors of the picture."""
+"""Measures to set the sliders by: the blobs before limits, and the colors of the picture."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,21 +22,22 @@ from colortrack_ros.detection.shape import MEASURES
 from colortrack_ros.encodings import plain
 
 MOST_MEASURED = 200
-"""Blobs of a picture that are measured, the largest: a screen shows no more."""
+"""How many blobs of a picture are measured, the largest first: a screen shows no more."""
 
 BIN = 3.0
-"""Side of a square of the a-b plane [CIELAB units]: a little more than what is just seen as
-different, 2.3 (Mahy 1994)."""
+"""Side of a bin in the a-b plane [CIELAB units]: a little more than the just noticeable difference,
+2.3 (Mahy 1994)."""
 
 
 REACH_BINS, REACH_SPAN = 40, 100.0
-"""Bars over the slider of a tolerance, and its end [CIELAB units]: that of black from white."""
+"""Number of bars above the slider of a tolerance, and its end [CIELAB units]: the distance of black
+from white."""
 
 
 def blobs_before_limits(labels: NDArray[np.uint8]) -> list[dict[str, Any]]:
-    """Every blob of a mask, whatever its size and shape, largest first.
+    """All blobs of a mask, of any size and shape, largest first.
 
-    :param labels: (H, W) of the detector.
+    :param labels: (H, W) from the detector.
     :returns: label, box [u, v, width, height], area, and the measure of each limit of the shape.
     """
     image = LabelImage.empty(*labels.shape)
@@ -79,7 +80,7 @@ def _place_of(
     cells: NDArray[np.float64],
     number: NDArray[np.float64],
 ) -> dict[str, Any]:
-    """A reference color, in a picture with so many pixels in each cell of the color table.
+    """A reference color, in a picture with a histogram over the cells of the color table.
 
     :param sample: of the picture, see sample_colors().
     :param cells: (N, 3) CIELAB of those with pixels.
@@ -108,7 +109,8 @@ def _reach(
     cells: NDArray[np.float64],
     number: NDArray[np.float64],
 ) -> list[list[list[float]]]:
-    """What the sliders of a color's reach let in and out: pixels by their distance to it.
+    """What the sliders of a color's reach include and exclude: pixels by their distance to the
+    color.
 
     :param each_axis: along L, a and b, of pixels within reach along the two others.
     :returns: for each slider, the pixels within reach and those beyond it, in REACH_BINS.

@@ -1,4 +1,4 @@
-"""Where frames come from, by what the command line says."""
+"""Opens the footage that the command line names."""
 
 from pathlib import Path
 
@@ -14,9 +14,9 @@ from colortrack_ros.tuner.running import RunningNodes
 def open_footage(
     spec: str, running: RunningNodes, *, rate: float = 0.0, topic: str = ''
 ) -> Footage:
-    """Open a topic of images, a bag, or what a camera node takes as its source.
+    """Open a topic of images, a bag, or a source of the camera node.
 
-    :param rate: frames a second, where a recording does not say [Hz].
+    :param rate: frames per second, if the recording does not give it [Hz].
     :param topic: of the images in a bag; empty for the only one.
     :raises SourceError: it cannot be opened.
     """
@@ -24,7 +24,7 @@ def open_footage(
     if spec.startswith('/') and not path.exists():
         return running.footage(spec)
     if is_bag(path):
-        # Not at the top: bags need ROS's messages, and all else does not.
+        # Not at the top: only bags need ROS messages.
         from colortrack_ros.replay.pictures_of_bag import BagSource
 
         return RecordedFootage(spec, lambda: BagSource(path, topic))

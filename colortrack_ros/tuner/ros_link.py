@@ -1,4 +1,4 @@
-"""Topics of pictures, and the parameters of running nodes."""
+"""Connects to topics of pictures and to the parameters of running nodes."""
 
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -26,17 +26,18 @@ from colortrack_ros.node_kit.runtime import use_transport_profile
 from colortrack_ros.tuner.footage import LiveFootage
 
 TIME_TO_ANSWER = 2.0
-"""How long a node may take to answer [s]: it answers between two pictures."""
+"""How long a node may take to answer [s]: it answers between two pictures. Assumed: with half of it
+nodes below 1 Hz are missed; with twice as much a dead node delays the page for longer."""
 
 KINDS = {'detector': 'learn_background', 'tracker': 'reset'}
-"""By kind of node, a service that it has."""
+"""A service that identifies each kind of node."""
 
 OTHER_TRACKERS = ('window_tracker', 'contour_tracker')
-"""Names of nodes with that service and other parameters."""
+"""Suffixes of nodes that have the same service but other parameters."""
 
 
 class RosLink:
-    """A node of its own, which spins in a thread.
+    """A node that spins in a thread of its own.
 
     :param arguments: ROS arguments.
     """
@@ -54,7 +55,7 @@ class RosLink:
         self._clients: dict[tuple[str, str], Any] = {}
 
     def footage(self, topic: str) -> LiveFootage:
-        """The pictures of a topic, raw, or compressed if its name ends so."""
+        """The pictures of a topic, compressed if its name ends so, otherwise raw."""
         footage, config = LiveFootage(topic), IntakeConfig()
         kind = CompressedImage if topic.endswith('/compressed') else Image
 
@@ -92,7 +93,7 @@ class RosLink:
         return {name: _plain(value) for name, value in known if value is not None}
 
     def give(self, node: str, values: Mapping[str, Any]) -> None:
-        """Set a node's parameters, all of them or none; None deletes one.
+        """Set a node's parameters, all or none of them; None deletes one.
 
         :raises ValueError: the node refuses, with its reason, or does not answer.
         """
@@ -111,7 +112,7 @@ class RosLink:
             raise ValueError(f'{node} refuses: {answer.result.reason}')
 
     def close(self) -> None:
-        """Leave."""
+        """Close the connection."""
         self._executor.shutdown(timeout_sec=1.0)
         self._thread.join(1.0)
         self._node.destroy_node()
@@ -139,5 +140,5 @@ class RosLink:
 
 
 def _plain(value: Any) -> Any:
-    """A value as YAML has it: lists in place of arrays."""
+    """A value for YAML: lists in place of arrays."""
     return list(value) if hasattr(value, '__iter__') and not isinstance(value, str) else value

@@ -1,4 +1,4 @@
-"""What a running ROS has for the page: pictures, and the nodes whose parameters it tunes."""
+"""The connection to a running ROS: pictures, and nodes whose parameters the page tunes."""
 
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -27,17 +27,17 @@ class NodesLink(Protocol):
         """
 
     def give(self, node: str, values: Mapping[str, Any]) -> None:
-        """Set a node's parameters, all of them or none; None deletes one.
+        """Set a node's parameters, all or none of them; None deletes one.
 
         :raises ValueError: the node refuses, with its reason, or does not answer.
         """
 
     def close(self) -> None:
-        """Leave."""
+        """Close the connection."""
 
 
 class RunningNodes:
-    """The connection to ROS, which is made when it is first needed.
+    """The connection to ROS, established when it is first needed.
 
     :param arguments: ROS arguments, such as ``-r __ns:=/robot1``.
     """
@@ -70,6 +70,6 @@ class RunningNodes:
         return self._link
 
     def close(self) -> None:
-        """Leave ROS, if it was joined."""
+        """Close the connection, if there is one."""
         if self._link is not None:
             self._link.close()

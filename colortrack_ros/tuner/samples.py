@@ -1,4 +1,4 @@
-"""Colors taught by clicks: what was shown of each, and what follows from it."""
+"""Colors taught by clicks: the samples of each, and the color that they give."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from colortrack_ros.detection.teach import teach_color
 from colortrack_ros.tools.color_params import color_values
 
 MOST_SAMPLES = 64
-"""Clicks for one color that are remembered, each with its picture. Assumed: as many pictures of
-1920x1080 are 0.4 GB."""
+"""How many clicks are kept for one color, each with its picture. Assumed: that many pictures of
+1920x1080 take 0.4 GB."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class Sample:
     """A click, or a box that was drawn.
 
     :param color: name of the color.
-    :param example: where, in which picture.
-    :param is_it: whether that has the color, or is something else.
+    :param example: its place and picture.
+    :param is_it: whether it has the color, or is something else.
     """
 
     color: str
@@ -31,10 +31,10 @@ class Sample:
 
 
 def taught(samples: tuple[Sample, ...], name: str, config: DetectorConfig) -> PickedColor:
-    """The color that the samples of a name show.
+    """The color that the samples of a name give.
 
-    :raises ValueError: none of them says what it is, one is not inside of its picture, or the color
-        does not end anywhere.
+    :raises ValueError: no sample has the color, one is outside its picture, or the color does not
+        end anywhere.
     """
     mine = [sample.example for sample in samples if sample.color == name and sample.is_it]
     others = [sample.example for sample in samples if sample.color == name and not sample.is_it]
@@ -49,5 +49,5 @@ def taught(samples: tuple[Sample, ...], name: str, config: DetectorConfig) -> Pi
 
 
 def values_of(given: Mapping[str, Any], picked: PickedColor) -> dict[str, Any]:
-    """What a picked color changes in the detector's values, None for what goes."""
+    """Changes of the detector's values for a picked color; None removes a value."""
     return color_values(dict(given), picked.color, picked.limits)

@@ -24,28 +24,27 @@ from colortrack_ros.tuner.settings import described
 PAGE = Path(__file__).with_name('page')
 
 LARGEST_MESSAGE = 1 << 16
-"""Of a message of the page: the corners of a hundred regions are fewer."""
+"""Maximum size of a message from the page [bytes]: the corners of a hundred regions take less."""
 
 MOST_PEOPLE = 16
-"""Browsers at once. Assumed: a class in front of one camera; each more costs one more sending of a
-picture that is encoded once."""
+"""Maximum number of browsers at once. Assumed: a class in front of one camera; each further one
+costs only the sending of pictures, which are encoded once."""
 
 QUIET_SECONDS = 20.0
-"""A browser that has not answered for so long is gone."""
+"""A browser that has not answered for this long is gone [s]. Assumed: with half of it a phone that
+sleeps for a moment is cut off; with twice as much its place stays taken for longer."""
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 Result = TypeVar('Result')
 
 
 class Server:
-    """Serves the page, and plays the recording while somebody looks.
+    """Serves the page, and plays the recording while somebody watches.
 
-    All work on the session is done in one thread, so that the connections never wait for it. Each
-    browser gets the newest picture once it has shown the one before: a slow one misses pictures,
-    and nobody waits for it.
-
-    :param session: what the browsers share.
-    :param gate: who is let in.
+    All work on the session is done in one thread, so that connections never wait for it. Each
+    browser gets the newest picture once it has shown the previous one: a slow one misses pictures,
+    and nobody waits for it. :param session: shared by the browsers. :param gate: decides which
+    requests are accepted.
     """
 
     def __init__(self, session: Session, gate: Gate) -> None:
@@ -77,7 +76,7 @@ class Server:
         return guarded
 
     async def _page(self, request: web.Request) -> web.StreamResponse:
-        """The page; a token in its address becomes a cookie, and leaves the address."""
+        """The page; a token in the URL is moved to a cookie."""
         if 'token' in request.query:
             answer = web.HTTPFound('/')
             answer.set_cookie(COOKIE, self._gate.token, httponly=True, samesite='Strict')
@@ -85,7 +84,7 @@ class Server:
         return web.FileResponse(PAGE / 'index.html')
 
     async def _snapshot(self, _: web.Request) -> web.StreamResponse:
-        """What belongs to a report of a fault, as a file to keep."""
+        """The material for a bug report, as a file to download."""
         try:
             content = await self._in_thread(self._session.snapshot)
         except ValueError as error:
@@ -100,7 +99,7 @@ class Server:
         socket = web.WebSocketResponse(
             max_msg_size=LARGEST_MESSAGE,
             heartbeat=QUIET_SECONDS,
-            compress=False,  # of which JPEG and PNG get no smaller
+            compress=False,  # compression would not make JPEG and PNG smaller
         )
         await socket.prepare(request)
         browser = Browser(socket)
@@ -115,7 +114,7 @@ class Server:
                     await self._answer(browser, message.data)
                 elif message.type == WSMsgType.BINARY:
                     await socket.send_str(_refused('expected a text'))
-        except ConnectionError:  # it has gone while it was answered
+        except ConnectionError:  # it disconnected in the meantime
             pass
         finally:
             self._people.discard(browser)
@@ -134,7 +133,7 @@ class Server:
         except ValueError as error:
             await browser.socket.send_str(_refused(str(error)))
             return
-        except Exception as error:  # a fault of ours: everybody else goes on
+        except Exception as error:  # our fault: everybody else continues
             await browser.socket.send_str(_refused(f'{type(error).__name__}: {error}'))
             return
         if reply:
@@ -143,7 +142,9 @@ class Server:
         self._wake.set()
 
     def _carry_out(self, command: str, fields: dict[str, Any]) -> dict[str, Any] | None:
-        """Do it, and all that the browsers wait for then, before anything that is less urgent."""
+        """Carry out a command, and everything that browsers then wait for, before less urgent
+        work.
+        """
         reply = self._session.do(command, fields)
         self._note_state()
         if any(one.ready for one in self._people):
@@ -151,7 +152,7 @@ class Server:
         return reply
 
     async def _feed(self, browser: 'Browser') -> None:
-        """Send what is new, as fast as the browser takes it."""
+        """Send updates as fast as the browser takes them."""
         with contextlib.suppress(ConnectionError):
             while True:
                 await browser.changed.wait()
@@ -163,20 +164,20 @@ class Server:
                     if made is not view:
                         picture = await self._in_thread(self._picture)
                     await browser.socket.send_bytes(picture)
-                # Behind the picture, which is decoded while this is shown.
+                # After the picture, which is decoded while this is displayed.
                 if browser.state is not self._state:
                     browser.state = self._state
                     await browser.socket.send_str(self._state)
 
     def _picture(self) -> bytes:
-        """The newest view as it is sent, made once for all browsers."""
+        """The newest view, encoded once for all browsers."""
         view = self._session.bench.view
         if view is not None and self._encoded[0] is not view:
             self._encoded = view, view.encoded()
         return self._encoded[1]
 
     async def _refresh(self) -> None:
-        """Let all browsers have the newest state."""
+        """Notify all browsers of the new state."""
         await self._in_thread(self._note_state)
         self._tell()
 
@@ -199,11 +200,11 @@ class Server:
         self._thread.shutdown()
 
     async def _work(self) -> None:
-        """Play, and catch up, while somebody looks."""
+        """Play, and catch up, while somebody watches."""
         while True:
             try:
                 await self._work_on()
-            except Exception as error:  # of a picture that nobody has thought of
+            except Exception as error:  # of any kind
                 self._session.bench.pause()
                 print(f'tuner: {type(error).__name__}: {error}', file=sys.stderr, flush=True)
 
@@ -231,7 +232,7 @@ class Browser:
     """One browser.
 
     :ivar changed: set when there may be something new to send.
-    :ivar ready: whether it has shown what it got.
+    :ivar ready: whether it has shown the last picture.
     """
 
     def __init__(self, socket: web.WebSocketResponse) -> None:
@@ -242,7 +243,7 @@ class Browser:
         self.view: object = None
 
     def has_shown(self) -> None:
-        """The last picture is on its screen."""
+        """Note that the last picture is on its screen."""
         self.ready = True
         self.changed.set()
 
@@ -252,7 +253,7 @@ def _refused(why: str) -> str:
 
 
 def _safe(answer: Any, request: web.Request) -> Any:
-    """The answer, with headers that let the page load nothing from elsewhere."""
+    """Add headers that keep the page from loading anything from elsewhere."""
     if not answer.prepared:
         answer.headers['Content-Security-Policy'] = (
             "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "

@@ -1,4 +1,4 @@
-"""What the people before the page share: the workbench, the settings, the samples and the file."""
+"""The state that all users of the page share: workbench, settings, samples and file."""
 
 import base64
 from collections.abc import Mapping
@@ -33,13 +33,13 @@ Reply = dict[str, Any]
 
 
 class Session:
-    """Does what the page asks for. One thread at a time may use it.
+    """Carries out the commands of the page. Only one thread at a time may use it.
 
     :param footage: the recording.
     :param folder: of the params files.
     :param running: whose nodes may be tuned.
-    :param file: the one to begin with, empty for none.
-    :raises ValueError: the file is none that can be read.
+    :param file: the initial one, empty for none.
+    :raises ValueError: the file cannot be read.
     """
 
     def __init__(
@@ -59,16 +59,16 @@ class Session:
         return self.bench.settings
 
     def do(self, command: str, fields: dict[str, Any]) -> Reply | None:
-        """Carry out a command that has been checked.
+        """Carry out a validated command.
 
-        :returns: what only who has asked gets to know.
+        :returns: the answer for the sender alone.
         :raises ValueError: it is refused, with the reason.
         """
         reply: Reply | None = getattr(self, f'_{command}')(**fields)
         return reply
 
     def state(self) -> Reply:
-        """Everything that everybody sees, but for the picture."""
+        """The state that everybody sees, except the picture."""
         bench, settings = self.bench, self.settings
         return {
             'is': 'state',
@@ -153,14 +153,14 @@ class Session:
         self._change('detector', values, tuple(samples))
 
     def _background(self) -> Reply:
-        """What stands still, and what moves before it; both empty while that is not known."""
+        """The static background, and the mask of what moves; both empty while unknown."""
         found = self.bench.background()
         files = (jpeg_of(found[0]), png_of(found[1])) if found else (b'', b'')
         picture, moves = (base64.b64encode(file).decode() for file in files)
         return {'is': 'background', 'picture': picture, 'moves': moves}
 
     def snapshot(self) -> bytes:
-        """The frame that is looked at and all that belongs to it, see :func:`snapshot`.
+        """The current frame and everything that belongs to it, see :func:`snapshot`.
 
         :raises ValueError: there is none.
         """
@@ -215,14 +215,14 @@ class Session:
         return {'is': 'plane', **plane_of(view.frame, self.settings.detector)}
 
     def work(self) -> bool:
-        """Do a moment's work of what is not urgent; whether there is more to do."""
+        """Do non-urgent work for a moment; returns whether there is more to do."""
         return self.bench.catch_up() or self._labeling.work()
 
     def _survey(self) -> None:
         self._labeling.survey(self.settings)
 
     def _label(self, id: int, frame: int, u: int, v: int, width: int, height: int) -> None:
-        """A click means what the tracker sees there; a box, itself."""
+        """A click selects what the tracker sees there; a box stands for itself."""
         is_click = width <= 1 and height <= 1
         size = (0, 0) if is_click else (width, height)
         center = u + (width - 1) / 2, v + (height - 1) / 2
@@ -248,7 +248,7 @@ class Session:
         return {'is': 'nodes', 'nodes': self._running.link().nodes()}
 
     def _attach(self, node: str, to: str) -> None:
-        """Tune a running node, beginning with the values that it has; empty for none."""
+        """Tune a running node, starting from its values; empty for none."""
         if node not in CONFIGS:
             raise ValueError(f'node: expected one of {", ".join(CONFIGS)}, got {node!r}')
         self._attached.pop(node, None)
@@ -260,9 +260,9 @@ class Session:
             self.bench.configure()
 
     def _give(self, node: str, given: Mapping[str, Any]) -> None:
-        """Have the node that is tuned take what will be given.
+        """Send new values to the node that is being tuned.
 
-        :raises ValueError: it refuses.
+        :raises ValueError: it refuses them.
         """
         if node in self._attached:
             changed = self.settings.difference(node, given)
@@ -277,7 +277,7 @@ class Session:
         *,
         follows: bool = False,
     ) -> Reply:
-        """Change some values; the answer tells which pictures are found with them."""
+        """Change some values; the answer gives the revision of pictures made with them."""
         before = self.settings.changes
         self._give(node, self.settings.checked(node, values))
         self.settings.change(node, values, follows=follows)

@@ -1,4 +1,4 @@
-"""The parameters of detector and tracker while somebody tunes them."""
+"""The parameters of detector and tracker while they are being tuned."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -15,21 +15,21 @@ from colortrack_ros.parameters.params_file import with_values
 from colortrack_ros.tracking import TrackerConfig
 
 CONFIGS = {'detector': DetectorConfig, 'tracker': TrackerConfig}
-"""By the name of the node that has these parameters."""
+"""Configurations by the name of the node."""
 
 TUNED = {node: ParameterTable.of(config) for node, config in CONFIGS.items()}
 
 Values = dict[str, dict[str, Any]]
-"""Values that differ from the defaults or were given, by node and full name."""
+"""Values that were given or differ from the defaults, by node and full name."""
 
 
 class Settings:
-    """What is given to each node, and the configurations that follow from it.
+    """The values given to each node, and the configurations built from them.
 
     :param text: of a params file; empty for the defaults.
     :ivar refused: why values of the file are not in force, by node and name.
-    :ivar revision: goes up with every change, by which a picture tells what it was made with.
-    :raises ValueError: the text is no params file.
+    :ivar revision: incremented with every change, and stored with each picture.
+    :raises ValueError: the text is not a params file.
     """
 
     def __init__(self, text: str = '') -> None:
@@ -47,13 +47,13 @@ class Settings:
 
     @property
     def detector(self) -> DetectorConfig:
-        """What to look for."""
+        """The configuration of the detector."""
         config: DetectorConfig = self._configs['detector']
         return config
 
     @property
     def tracker(self) -> TrackerConfig:
-        """How to follow it."""
+        """The configuration of the tracker."""
         config: TrackerConfig = self._configs['tracker']
         return config
 
@@ -62,9 +62,9 @@ class Settings:
         return self._given[node]
 
     def checked(self, node: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        """What a node is given once some values have changed.
+        """The values given to a node after a change.
 
-        :param values: by full name; None takes a value back, and the default holds.
+        :param values: by full name; None resets a value to the default.
         :raises ValueError: a value is refused, with the reason that the node would give.
         """
         if node not in TUNED:
@@ -80,11 +80,11 @@ class Settings:
         return given
 
     def change(self, node: str, values: Mapping[str, Any], *, follows: bool = False) -> None:
-        """Give a node some values, all of them or none.
+        """Give a node some values, all or none of them.
 
         :param values: as for :meth:`checked`, which raises the same.
-        :param follows: whether this goes on with the last change, as the next place of a slider
-            does: both are taken back together.
+        :param follows: whether this continues the last change, like the next position of a slider:
+            both are undone together.
         """
         given = self.checked(node, values)
         if not (follows and self._before):
@@ -94,9 +94,9 @@ class Settings:
         self.revision += 1
 
     def adopt(self, node: str, values: Mapping[str, Any]) -> None:
-        """Take over the values of a running node, but for those that are the defaults.
+        """Take over the values of a running node, except defaults.
 
-        What was before cannot be brought back: the node would take it as well.
+        This cannot be undone, since the node would have to follow.
         """
         table = TUNED[node]
         known = {name: value for name, value in values.items() if name in table}
@@ -107,7 +107,7 @@ class Settings:
         self._before = []
 
     def before(self, node: str) -> Mapping[str, Any]:
-        """What a node was given before the last change.
+        """The values given to a node before the last change.
 
         :raises ValueError: there was none.
         """
@@ -116,9 +116,9 @@ class Settings:
         return self._before[-1][node]
 
     def difference(self, node: str, given: Mapping[str, Any]) -> dict[str, Any]:
-        """What a running node has to set to go from what it is given now to something else.
+        """The values that a running node has to set to go from the current state to another.
 
-        :returns: values by full name; None for one that is absent from then on.
+        :returns: values by full name; None for one that becomes absent.
         """
         table, now = TUNED[node], self._given[node]
         changed = {k: v for k, v in given.items() if k not in now or now[k] != v}
@@ -128,7 +128,7 @@ class Settings:
         return changed
 
     def undo(self) -> None:
-        """Take the last change back.
+        """Undo the last change.
 
         :raises ValueError: there is none.
         """
@@ -140,13 +140,13 @@ class Settings:
 
     @property
     def changes(self) -> int:
-        """How many changes can be taken back."""
+        """How many changes can be undone."""
         return len(self._before)
 
     def written_into(self, text: str) -> str:
-        """The text of a params file with what is given here, and nothing else changed.
+        """The text of a params file with these values, and nothing else changed.
 
-        :raises ValueError: the text is no params file that can be changed piece by piece.
+        :raises ValueError: the text is not a params file that can be edited in place.
         """
         for node, table in TUNED.items():
             old = {k: v for k, v in given_in(text, node).items() if k in table}
@@ -158,12 +158,12 @@ class Settings:
         return text
 
     def in_force(self, node: str) -> dict[str, Any]:
-        """Every value, defaults included, by full name."""
+        """All values, including defaults, by full name."""
         return TUNED[node].defaults(self._given[node])
 
 
 def _config(node: str, given: Mapping[str, Any]) -> Any:
-    """The configuration of what is given.
+    """The configuration built from the given values.
 
     :raises ValueError: it is refused.
     """
@@ -174,7 +174,7 @@ def _config(node: str, given: Mapping[str, Any]) -> Any:
 
 
 def described() -> dict[str, Any]:
-    """What there is to set: for each node its parameters, and those of each NAME of a list."""
+    """The available parameters: for each node, its own and those of each NAME in a list."""
     return {
         node: {
             'parameters': [_description(spec) for spec in table.specs.values()],
@@ -188,7 +188,7 @@ def described() -> dict[str, Any]:
 
 
 def _description(spec: Spec) -> dict[str, Any]:
-    """A parameter as the page needs it."""
+    """A parameter in the form that the page needs."""
     shown = ('name', 'description', 'unit', 'minimum', 'maximum', 'choices', 'length', 'audience')
     return {key: getattr(spec, key) for key in shown} | {
         'type': spec.type_name,
@@ -199,7 +199,7 @@ def _description(spec: Spec) -> dict[str, Any]:
 
 
 def colors_of(config: DetectorConfig) -> list[dict[str, Any]]:
-    """The reference colors, as the page shows them."""
+    """The reference colors, for display."""
     return [
         asdict(color) | {'axes': color.axes, 'sought': color.is_sought} for color in config.colors
     ]

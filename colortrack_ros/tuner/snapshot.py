@@ -1,4 +1,4 @@
-"""What somebody needs who is to find out what was wrong: the frame, the settings, the versions."""
+"""Material for a bug report: the frame, the settings, the versions."""
 
 from importlib.metadata import version
 import io

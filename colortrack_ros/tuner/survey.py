@@ -1,4 +1,4 @@
-"""The tracks over a whole recording, from which labels are proposed."""
+"""Tracks a whole recording, to propose labels."""
 
 import time
 
@@ -14,18 +14,18 @@ from colortrack_ros.tuner.settings import Settings
 from colortrack_ros.tuner.workbench import WORK_SECONDS
 
 SIGHTING = np.dtype([('track', 'i8'), ('box', 'f8', 4), ('measured', '?'), ('visible', 'f8')])
-"""One track in one frame, or one object of a truth. box: u, v of its center, width and height [px],
-of the blob where it was measured: a truth must not lean on the filter that it is to judge. visible:
-share in sight, 0..1."""
+"""One track in one frame, or one object of a truth. box: u, v of its center, width and height [px];
+that of the blob if it was measured, since a truth must not depend on the filter that it is used to
+evaluate. visible: visible share, 0..1."""
 
 
 class Survey:
-    """Detector and tracker over all frames of a recording, a little at a time.
+    """Runs detector and tracker over all frames of a recording, a little at a time.
 
-    :param source: of the frames, from the first one on; is closed at the end.
-    :param settings: those in force.
-    :ivar frames: (N,) of dtype SIGHTING of each frame so far.
-    :ivar done: whether that is all.
+    :param source: of the frames, from the first one; closed at the end.
+    :param settings: the current ones.
+    :ivar frames: (N,) of dtype SIGHTING for each frame so far.
+    :ivar done: whether all frames have been processed.
     """
 
     def __init__(self, source: Source, settings: Settings) -> None:
@@ -35,7 +35,7 @@ class Survey:
         self._track = ColorTracker(settings.detector, settings.tracker)
 
     def work(self, seconds: float = WORK_SECONDS) -> bool:
-        """Go on for no longer than that.
+        """Continue for at most that long.
 
         :returns: whether there is more to do.
         """
@@ -53,7 +53,7 @@ class Survey:
         return not self.done
 
     def close(self) -> None:
-        """End it where it is."""
+        """Stop."""
         self.done = True
         self._source.close()
 

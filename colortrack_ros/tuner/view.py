@@ -1,4 +1,4 @@
-"""What the page shows of one frame, and how it goes over the wire."""
+"""The view of one frame on the page, and its encoding for transmission."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,37 +19,37 @@ from colortrack_ros.encodings import writable_bgr
 from colortrack_ros.tuner.measures import blobs_before_limits
 
 JPEG_QUALITY = 85
-"""Of the pictures that are sent: edges of colors stay, at a tenth of the bytes."""
+"""JPEG quality of the pictures that are sent: edges of colors stay, at a tenth of the bytes."""
 
 LENGTHS = struct.Struct('<III')
-"""Before each message: bytes of its JSON, of its JPEG, and of the PNG of its mask."""
+"""Header of each message: sizes of its JSON, of its JPEG, and of the PNG of its mask [bytes]."""
 
 
 class Picture:
-    """A frame, which stays as it is while settings change, and so does its JPEG."""
+    """A frame and its JPEG, which do not change with the settings."""
 
     def __init__(self, frame: Frame) -> None:
         self.frame = frame
 
     @cached_property
     def jpeg(self) -> bytes:
-        """For the eye; made when it is first asked for."""
+        """The JPEG, encoded when it is first needed."""
         return jpeg_of(writable_bgr(self.frame))
 
 
 @dataclass(frozen=True)
 class ShownFrame:
-    """One frame, and what was found in it.
+    """One frame and its results.
 
     :param number: of the frame.
     :param picture: of the frame.
     :param labels: (H, W), k + 1 where a blob of color k may be, 0 elsewhere.
     :param detections: in the frame.
-    :param tracks: after the frame; None while they are not known.
+    :param tracks: after the frame; None while unknown.
     :param trails: of the tracks.
-    :param milliseconds: that finding them took.
-    :param trouble: advice of the detector, empty when all is well.
-    :param revision: of the settings that it was found with.
+    :param milliseconds: computation time.
+    :param trouble: advice of the detector, empty if all is well.
+    :param revision: of the settings used.
     """
 
     number: int
@@ -64,7 +64,7 @@ class ShownFrame:
 
     @property
     def frame(self) -> Frame:
-        """That was looked at."""
+        """The frame."""
         return self.picture.frame
 
     def encoded(self) -> bytes:
@@ -80,7 +80,7 @@ class ShownFrame:
         return LENGTHS.pack(len(header), len(jpeg), len(png)) + header + jpeg + png
 
     def found(self) -> dict[str, Any]:
-        """What was found where, as JSON has it."""
+        """The results in JSON."""
         height, width = self.labels.shape
         return {
             'number': self.number,
@@ -93,7 +93,7 @@ class ShownFrame:
 
 
 def trails_of(trails: Trails) -> dict[int, list[list[float]]]:
-    """Where each track has been, oldest first, by ID [px]."""
+    """The trail of each track by ID, oldest position first [px]."""
     known = ~np.isnan(trails.points[:, :, 0])
     return {
         track: points[there].round(1).tolist()
@@ -102,7 +102,7 @@ def trails_of(trails: Trails) -> dict[int, list[list[float]]]:
 
 
 def _rows(rows: NDArray[np.void]) -> list[dict[str, Any]]:
-    """Rows as JSON has them: what is not finite, which JSON has not, is null."""
+    """Rows in JSON; values that are not finite, which JSON lacks, are null."""
     names = rows.dtype.names or ()
     columns = [rows[name].astype(object) for name in names]
     for name, column in zip(names, columns, strict=True):
@@ -112,12 +112,12 @@ def _rows(rows: NDArray[np.void]) -> list[dict[str, Any]]:
 
 
 def jpeg_of(image: NDArray[np.uint8]) -> bytes:
-    """A picture, BGR, for the eye; empty if it has no pixels."""
+    """A BGR picture as JPEG; empty if it has no pixels."""
     options = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
     return cv2.imencode('.jpg', image, options)[1].tobytes() if image.size else b''
 
 
 def png_of(image: NDArray[np.uint8]) -> bytes:
-    """A picture, BGR or gray, as it is; empty if it has no pixels."""
+    """A BGR or gray picture as PNG, lossless; empty if it has no pixels."""
     options = [cv2.IMWRITE_PNG_COMPRESSION, 1]
     return cv2.imencode('.png', image, options)[1].tobytes() if image.size else b''

@@ -1,4 +1,4 @@
-"""The chain over a recording that somebody plays, stops, scrubs and tunes."""
+"""Runs the chain over a recording that users play, stop, scrub and tune."""
 
 import time
 
@@ -20,24 +20,23 @@ from colortrack_ros.tuner.view import ShownFrame
 from colortrack_ros.tuner.view import trails_of
 
 WARM_UP = 240
-"""Frames before the one that is looked at, from which its tracks and the background come: 8 s at
-30 Hz, longer than the tracker remembers a lost object by default."""
+"""Number of frames before the current one from which its tracks and the background come: 8 s at 30
+Hz, longer than the tracker remembers a lost object by default."""
 
 WORK_SECONDS = 0.01
-"""What is done at a time of what is not urgent [s]: a click or a slider waits for no longer."""
+"""Time slice of non-urgent work [s], the longest that a click or a slider waits: a tenth of what a
+slider may take to show (test/tuner/test_page.py)."""
 
 
 class Workbench:
     """Plays the frames of a recording through detector and tracker.
 
-    One thread at a time may use it. After :meth:`seek`, and after changes of the settings while it
-    is stopped, :attr:`view` has the detections at once, and the tracks when :meth:`catch_up` has
-    been called until it returns False.
-
-    :param footage: the recording.
-    :param settings: what to look for, and how to follow it.
-    :ivar view: of the frame that is looked at; None where the recording has none.
-    :ivar playing: whether :meth:`step` is to be called again and again.
+    Only one thread at a time may use it. After :meth:`seek`, and after changes of the settings
+    while stopped, :attr:`view` has the detections immediately, and the tracks once :meth:`catch_up`
+    has returned False. :param footage: the recording. :param settings: of detector and tracker.
+    :ivar view: of the current frame; None if the recording has no frames.
+    :ivar playing: whether
+    :meth:`step` is to be called repeatedly.
     """
 
     def __init__(self, footage: Footage, settings: Settings) -> None:
@@ -50,7 +49,7 @@ class Workbench:
         self._advance(0)
 
     def play(self) -> None:
-        """Go on from here, a camera from now; at the end of a recording, from the beginning."""
+        """Play from here, a camera from now; at the end of a recording, from the beginning."""
         self._finish()
         if not self.footage.live and self.view and self.view.number >= self.footage.last:
             self._restart(0)
@@ -62,7 +61,7 @@ class Workbench:
         self.playing = False
 
     def step(self) -> bool:
-        """Go to the next frame, of a camera to the newest; stop at the end of a recording.
+        """Go to the next frame, or a camera's newest; stop at the end of a recording.
 
         :returns: whether there is one.
         """
@@ -74,7 +73,7 @@ class Workbench:
         return False
 
     def seek(self, number: int) -> None:
-        """Look at a frame, or the nearest one there is."""
+        """Go to a frame, or the nearest one available."""
         self.playing = False
         frame = self.footage.frame(max(number, self.footage.first))
         number = max(number, self.footage.first) if frame else self.footage.last
@@ -83,25 +82,25 @@ class Workbench:
             self._look(number, frame)
 
     def configure(self) -> None:
-        """Take the settings into use."""
+        """Apply the settings."""
         self._detector.configure(self.settings.detector)
         self._tracker.configure(self.settings.tracker)
         if not self.playing and self.view:
             self._look(self.view.number, self.view.frame)
 
     def learn_background(self) -> None:
-        """Forget the background; what stands still from the next frame on is background."""
+        """Forget the background; it is learned anew from the next frame on."""
         self._detector.learn_background()
 
     def background(self) -> tuple[NDArray, NDArray] | None:
-        """See :meth:`Detector.background`, of the frame that is looked at.
+        """See :meth:`Detector.background`, for the current frame.
 
-        :returns: None as well while the frames before it are still to be seen.
+        :returns: None also while earlier frames are still to be processed.
         """
         return None if self._behind or not self.view else self._detector.background(self._frame)
 
     def catch_up(self, seconds: float = WORK_SECONDS) -> bool:
-        """Work towards the tracks of the frame that is looked at, for no longer than that.
+        """Work toward the tracks of the current frame, for at most that long.
 
         :returns: whether there is more to do.
         """
@@ -115,7 +114,7 @@ class Workbench:
                 return True
             frame = self.footage.frame(self._next)
             self._next += 1
-            if frame is not None:  # a camera's are not kept for ever
+            if frame is not None:  # a camera's frames are not kept forever
                 self._take(frame)
         self._behind = False
         self._show()
@@ -126,7 +125,7 @@ class Workbench:
             pass
 
     def _restart(self, number: int) -> None:
-        """Begin with a new chain at a frame."""
+        """Start a new chain at a frame."""
         self._detector = Detector(self.settings.detector)
         self._tracker = Tracker(self.settings.tracker)
         self._trails = Trails()
@@ -139,7 +138,7 @@ class Workbench:
         tracking.then(self._take_tracks)
 
     def _look(self, number: int, frame: Frame) -> None:
-        """Show the detections of a frame with what the detector knows; its tracks come later."""
+        """Show the detections of a frame as the detector now finds them; its tracks come later."""
         self._tracks: Tracks | None = None
         start = time.monotonic()
         self._detections = self._detector.detect(frame)
