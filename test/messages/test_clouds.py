@@ -138,8 +138,18 @@ def test_a_field_of_another_type_or_beyond_the_point_is_refused():
             detections_of_cloud(cloud)
 
 
-def test_an_empty_cloud_needs_no_fields():
-    assert len(detections_of_cloud(PointCloud2(height=1)).rows) == 0
+@pytest.mark.parametrize('height', [0, 1])
+def test_an_empty_cloud_needs_no_fields(height):
+    assert len(detections_of_cloud(PointCloud2(height=height)).rows) == 0
+
+
+def test_points_may_be_padded_at_their_end():
+    rows = random_rows(DETECTION, 3)
+    cloud = cloud_of_detections(Detections(rows))
+    padded = np.zeros((3, 80), np.uint8)
+    padded[:, :72] = rows.view(np.uint8).reshape(3, 72)
+    cloud.point_step, cloud.row_step, cloud.data = 80, 240, padded.tobytes()
+    np.testing.assert_array_equal(detections_of_cloud(cloud).rows, rows)
 
 
 def outlined(ids, outlines):
@@ -172,12 +182,15 @@ def test_outlines_come_back_to_the_tracks_whose_they_are(order):
     assert tracks_with_outlines(bare, points[:0]) is bare
 
 
-def test_outlines_of_different_lengths_stand_together():
+@pytest.mark.parametrize('cut', [0, 1])
+def test_outlines_of_different_lengths_stand_together(cut):
+    """The one that is cut repeats its last point, whether others follow or not."""
     points = cloud_of_outlines(outlined([1, 2], SQUARES))
     _, points = outlines_of_serialized_cloud(serialize_message(points))
-    together = tracks_with_outlines(outlined([1, 2], np.zeros((0, 0, 2))), points[:-2]).outlines
-    np.testing.assert_array_equal(together[0], SQUARES[0])
-    np.testing.assert_array_equal(together[1], [*SQUARES[1][:2], *SQUARES[1][1:2] * 2])
+    points = np.delete(points, [4 * cut + 2, 4 * cut + 3])
+    together = tracks_with_outlines(outlined([1, 2], np.zeros((0, 0, 2))), points).outlines
+    np.testing.assert_array_equal(together[1 - cut], SQUARES[1 - cut])
+    np.testing.assert_array_equal(together[cut], [*SQUARES[cut][:2], *SQUARES[cut][1:2] * 2])
 
 
 def test_a_track_without_an_outline_has_no_points():
