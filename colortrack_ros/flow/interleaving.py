@@ -55,8 +55,8 @@ class Interleaving(Generic[Item]):
             self._stamps[source], self._arrived[source] = stamp, self._clock()
             if stamp < self._last:
                 self._refuse(
-                    f'a picture that is {(self._last - stamp) / NANOSECONDS:.3f} s older than that '
-                    'of another camera which has been worked on: it came too late'
+                    f'a picture that is {(self._last - stamp) / NANOSECONDS:.3f} s older than one '
+                    'of another camera that has been processed: it came too late'
                 )
                 return
             heapq.heappush(self._waiting, (stamp, next(self._numbers), item))

@@ -63,8 +63,8 @@ class CameraFeedConfig(Config):
 
     cameras: tuple[Mount, ...] = named(
         (),
-        'Namespaces of the cameras, where there are several: NAME/<tracks_topic> and so on are '
-        "NAME's.",
+        'Namespaces of the cameras, if there are several: the topics of NAME are '
+        'NAME/<tracks_topic> and so on.',
         MountConfig,
         Mount,
         read_only=True,

@@ -64,7 +64,7 @@ def lag_limit(default: float, items: str) -> Any:
     """
     return parameter(
         default,
-        f'How long the waiting {items} may take to work off: beyond that the oldest are skipped.',
+        f'Longest time that processing the waiting {items} may take; else the oldest are skipped.',
         unit='s',
         minimum=0.0,
         maximum=60.0,

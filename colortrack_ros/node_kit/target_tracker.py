@@ -29,8 +29,8 @@ class TargetTrackerSetup(ImageTrackerSetup):
 
     targets: tuple[float, ...] = parameter(
         float,
-        'Boxes in the first picture, u, v of the top left pixel, width, height, of one target '
-        'after the other; set later, they start in the next picture.',
+        'Boxes of the targets in the first picture, u, v of the top left pixel, width, height, one '
+        'after the other; if they are set later, those in the next picture.',
         unit='px',
         minimum=-1e5,
         maximum=1e5,

@@ -89,6 +89,6 @@ class ViewpointIntake:
         except TransformError as error:
             if error.later and not over:
                 return None
-            self._refuse(f'the viewpoint, so tracks go on as if the camera stood: {error}')
+            self._refuse(f'the viewpoint; tracks continue as if the camera stood still: {error}')
             return detections
         return replace(detections, viewpoint=view)

@@ -133,7 +133,7 @@ class WithViewpoints:
             view = self._viewpoints.at(item.stamp, context.log_time)
             view = self._watch.checked(item.stamp, view)
         except TransformError as error:
-            self._warn(f'the viewpoint, so tracks go on as if the camera stood: {error}')
+            self._warn(f'the viewpoint; tracks continue as if the camera stood still: {error}')
         else:
             item = dataclasses.replace(item, viewpoint=view)
         self._stage.put(item, context)

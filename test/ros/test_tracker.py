@@ -126,4 +126,5 @@ def test_a_ball_that_a_robot_turns_away_from_has_its_id_when_the_robot_turns_bac
     late = picture(stamp + 40_000_000, 0.0)[0]
     seen.publish(late)
     assert ros.spin(lambda: tracks[-1].header == late.header), ros.outputs()
-    tracker.wait_for('as if the camera stood: Lookup would require extrapolation into the future')
+    told = 'Lookup would require extrapolation into the future'
+    tracker.wait_for(f'as if the camera stood still: {told}')
