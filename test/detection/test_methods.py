@@ -91,6 +91,15 @@ def test_channel_difference_finds_all_of_the_largest_object_whatever_else_is_the
     assert row['area'] == largest[2] * largest[3]
 
 
+@pytest.mark.parametrize(('level', 'score'), [(255, 1.0), (204, 0.8)])
+def test_the_score_of_channel_difference_is_the_share_of_the_greatest_difference(level, score):
+    picture = np.zeros((40, 40, 3), np.uint8)
+    picture[10:30, 10:30, 2] = level
+    detector = Detector(DetectorConfig(method='channel_difference', **PLAIN))
+    (row,) = detector.detect(Frame(picture, 'bgr8')).rows
+    assert row['score'] == pytest.approx(score, abs=1e-6)
+
+
 def test_two_objects_with_a_peak_each_leave_the_region_of_the_document_empty():
     frame = red_rectangles((20, 200, 120, 10), (200, 20, 20, 100))
     config = DetectorConfig(method='channel_difference', largest_object='region', **PLAIN)
