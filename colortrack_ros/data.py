@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 NANOSECONDS = 1_000_000_000
+"""In a second."""
 
 ENCODINGS = {'bgr8': 3, 'rgb8': 3, 'bgra8': 4, 'rgba8': 4, 'mono8': 1}
 """Bytes per pixel of the image encodings (as named in sensor_msgs/image_encodings) that store a

@@ -16,7 +16,8 @@ for its machine fails every time."""
 
 
 STOP_PERIOD = 0.2
-"""Interval of the check whether the batch is to stop [s]."""
+"""Interval of the check whether the batch is to stop [s]. Assumed: too short for a person to
+notice."""
 
 
 class BatchError(Exception):

@@ -26,7 +26,8 @@ DRAW_LIMIT = 20_000.0
 32-bit coordinates."""
 
 FADE_STEPS = 10
-"""Steps in which a trail fades, one polyline of five positions each."""
+"""Steps in which a trail fades, one polyline of five positions each. Chosen: the steps are hardly
+visible."""
 
 TENTATIVE_GRAY = (170, 170, 170)
 """Visible on a dark and on a light picture."""

@@ -22,7 +22,8 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 VISIBLE = 0.3
-"""Least visible share of an object that has to be found."""
+"""Least visible share of an object that has to be found. Assumed; ``evaluate --visible`` sets
+another."""
 
 
 class Event(NamedTuple):

@@ -36,7 +36,7 @@ BALL_RADIUS, CLOSE_RADIUS = 0.06, 0.25
 region of interest, which at 640x480 holds 27 % of it."""
 
 BEHIND_BOARD = 0.5
-"""How long the board hides all of the object [s]; the document says fast occlusions."""
+"""How long the board hides all of the object [s]. Chosen; the document says fast occlusions."""
 
 THROW_SECONDS = 1.6
 """Duration of a throw [s]; chosen."""
