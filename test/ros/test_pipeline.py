@@ -85,17 +85,17 @@ def test_no_frame_is_lost_between_camera_and_tracks_in_20_seconds(ros):
     assert max(t.width for t in tracks) == 5
 
 
+@pytest.mark.alone
 def test_by_best_effort_as_the_nodes_come_most_frames_arrive(ros):
-    """Without our transport profile four of ten are lost, at 30 Hz eight."""
+    """Without our transport profile more than 80 % are lost."""
     answers = ros.listen(PointCloud2, 'detections')
     ros.start('detector')
     assert ros.spin(lambda: ros.node.count_publishers('detections') == 1), ros.outputs()
     ros.settle()
-    # so slow that a detector on a busy machine skips none
-    camera = {'wait_for_subscribers': 1, 'exit_at_end': True, 'rate': 20.0}
+    camera = {'wait_for_subscribers': 1, 'exit_at_end': True}
     assert ros.start('camera', source=LARGE.format(3), **camera).end() == 0
     ros.spin(lambda: len(answers) == 90, 1.0)
-    assert len(answers) > 75, ros.outputs()
+    assert len(answers) > 60, ros.outputs()
 
 
 def test_the_tracks_do_not_depend_on_how_fast_a_recording_is_played(ros):
