@@ -22,6 +22,8 @@ from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import STANDS
 from colortrack_ros.world.view import View
+from colortrack_ros.world.whitening import log_volume
+from colortrack_ros.world.whitening import whitening
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -70,7 +72,8 @@ class Updated:
     :ivar nis: (N,) normalized innovation squared, of the hypothesis that it fits best.
     :ivar information: (N, 8 C, 8 C) of what is measured about the errors of the cameras.
     :ivar vector: (N, 8 C) information times the correction that it asks for.
-    :ivar p: (N, 2) of the hypotheses before it; S: (N, 2, M, M), e: (N, 2, M) their innovations.
+    :ivar p: (N, 2) of the hypotheses before it.
+    :ivar volume: (N, 2) log of the least likely; e: (N, 2, M) their whitened innovations.
     """
 
     states: Motions
@@ -78,7 +81,7 @@ class Updated:
     information: Floats
     vector: Floats
     p: Floats
-    S: Floats
+    volume: Floats
     e: Floats
 
     def likelihoods(self) -> tuple[Floats, Floats]:
@@ -86,9 +89,8 @@ class Updated:
 
         If the errors of the cameras are as estimated.
         """
-        volume = -np.linalg.slogdet(self.S)[1] / 2
-        nis = (self.e * np.linalg.solve(self.S, self.e[..., None])[..., 0]).sum(axis=-1)
-        logs = np.stack([volume - nis / 2, volume])
+        nis = np.square(self.e).sum(axis=-1)
+        logs = np.stack([self.volume - nis / 2, self.volume])
         most = logs.max(axis=-1)
         density = (self.p * np.exp(logs - most[..., None])).sum(axis=-1)
         log, log_volume = most + np.log(np.maximum(density, TINY))
@@ -99,14 +101,14 @@ class Updated:
 class _Line:
     """M measurements of N objects, linearized.
 
-    :ivar e: (N, M) of what is expected there.
-    :ivar H: (N, M, 8) by the state; direct: (N, M, 8 C) by the errors of the cameras.
+    :ivar H: (N, M, 8) by the state.
+    :ivar rest: (N, M, 8 C + 1) by the errors of the cameras, and what is expected there, less what
+        is measured.
     :ivar seen: (N,) whether the camera would see the object there at all.
     """
 
-    e: Floats
     H: Floats
-    direct: Floats
+    rest: Floats
     seen: Bools
 
 
@@ -124,31 +126,57 @@ def conditional(
     """Update states in inverse depth as if the errors of the cameras were as estimated."""
     rows = np.flatnonzero(measured.used.any(axis=0))
     P, R = errors.cov[robot], measured.R[:, None, rows][..., rows]
-    p, mean, cov, known = part.probability, part.mean, part.cov, errors.mean[robot]
-    at, far = (p[:, :, None] * mean).sum(axis=1), np.zeros(len(part), bool)
+    p, whole, known, falls = part.probability, part.whole, errors.mean[robot], kinds.falls
+    at: Floats = (p[:, None] @ part.mean)[:, 0]
+    far = np.zeros(len(part), bool)
     for _ in range(LINEARIZATIONS):
         line = _linearized(at, known, measured, rows, view, kinds, ground, camera)
-        H, direct = line.H[:, None], line.direct[:, None]
-        e = line.e[:, None] - (H @ (mean - at[:, None])[..., None])[..., 0]
-        G, PH = H @ part.slope + direct, cov @ H.swapaxes(-1, -2)
-        S = H @ PH + R
-        told = np.linalg.inv(S) @ np.concatenate([PH.swapaxes(-1, -2), G], axis=-1)
-        K = told[..., :OF_OBJECT].swapaxes(-1, -2)
-        if kinds.falls.any():
-            K = _considered(PH, S, part.slope, G, P * kinds.falls[:, None, None])
-        after = mean + (K @ e[..., None])[..., 0]
-        after[..., 2] = np.maximum(after[..., 2], mean[..., 2] / FARTHER)
-        ahead = (p[:, :, None] * after).sum(axis=1)
-        bent = (np.abs(ahead - at)[:, POSITION] > within).any(axis=1)
+        G, S, W, seen = _innovations(line, at, part, R)
+        K = PH = seen[..., :OF_OBJECT].swapaxes(-1, -2)
+        if falls.any():
+            K = _considered(PH, part.slope, seen[..., OF_OBJECT:-1], P * falls[:, None, None])
+        states = Motions(whole - K @ seen, p)
+        states.mean[..., 2] = np.maximum(states.mean[..., 2], part.mean[..., 2] / FARTHER)
+        ahead = (p[:, None] @ states.mean)[:, 0]
+        bent = np.asarray((np.abs(ahead - at)[:, POSITION] > within).any(axis=1))
         if not bent.any():
             break
         at, far = np.where(bent[:, None], ahead, at), far | bent
-    A = np.eye(OF_OBJECT) - K @ H
-    cov = A @ cov @ A.swapaxes(-1, -2) + K @ R @ K.swapaxes(-1, -2)
-    states = Motions.of(after, part.slope - K @ G, cov, p)
-    nis = np.where(line.seen, _weigh(states, P, G, S, e, kinds.falls), np.nan)
-    counted = np.where(kinds.falls | far, 0.0, COUNTED)[:, None] * _shares(states.probability)
-    return Updated(states, nis, *_learned(counted, told[..., OF_OBJECT:], G, direct, S, e), p, S, e)
+    if K is not PH or not within:
+        _stabilize(states, K, W @ line.H[:, None], W @ R @ W.swapaxes(-1, -2))
+    white, e, volume = seen[..., OF_OBJECT:-1], -seen[..., -1], log_volume(W)
+    nis = np.where(line.seen, _weigh(states, P, white, volume, e, falls), np.nan)
+    counted = np.where(falls | far, 0.0, COUNTED)[:, None] * _shares(states.probability)
+    share = _told(G, line.rest[:, None, :, :-1], S)
+    return Updated(states, nis, *_learned(counted, share * white, e), p, volume, e)
+
+
+def _innovations(
+    line: _Line, at: Floats, part: Motions, R: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """The innovations of states, by both hypotheses.
+
+    :param at: (N, 8) where measurements are linearized; R: (N, 1, M, M) their covariance.
+    :return: how they change with the errors of the cameras, (N, 2, M, 8 C), their covariance,
+        (N, 2, M, M), what whitens them, alike, and whitened, (N, 2, M, 8 + 8 C + 1), their
+        covariance with the states, their change, and they themselves, less than 0 for more.
+    """
+    H, beside = line.H[:, None], part.whole.copy()
+    beside[..., -1] -= at[:, None]
+    seen = H @ beside
+    seen[..., OF_OBJECT:] += line.rest[:, None]
+    S = H @ seen[..., :OF_OBJECT].swapaxes(-1, -2) + R
+    W = whitening(S)
+    return seen[..., OF_OBJECT:-1], S, W, W @ seen
+
+
+def _stabilize(states: Motions, K: Floats, H: Floats, R: Floats) -> None:
+    """Make (I - KH) P, which states have, (I - KH) P (I - KH)^T + K R K^T (Joseph), in place.
+
+    It holds for other gains than Kalman's as well, and where the prior is so wide that rounding
+    counts.
+    """
+    states.cov[...] += (K @ R - states.cov @ H.swapaxes(-1, -2)) @ K.swapaxes(-1, -2)
 
 
 def _shares(probability: Floats) -> Floats:
@@ -157,30 +185,29 @@ def _shares(probability: Floats) -> Floats:
     return np.stack([surely, 1 - surely], axis=1)
 
 
-def _learned(
-    counted: Floats, SG: Floats, G: Floats, direct: Floats, S: Floats, e: Floats
-) -> tuple[Floats, Floats]:
+def _learned(counted: Floats, G: Floats, e: Floats) -> tuple[Floats, Floats]:
     """Information and vector of Updated, over both hypotheses.
 
     :param counted: (N, 2) share of what each tells.
-    :param SG: (N, 2, M, 8 C) S^-1 G; for the others see :func:`_told` and :func:`_weigh`.
+    :param G: (N, 2, M, 8 C) what of whitened innovations, e: (N, 2, M), tells of the errors.
     """
-    share = _told(G, direct, S)
-    weighed = (counted[:, :, None, None] * share * SG).swapaxes(-1, -2)
+    weighed = (counted[:, :, None, None] * G).swapaxes(-1, -2)
     vector = (weighed @ e[..., None])[..., 0].sum(axis=1)
-    return (weighed @ (G * share)).sum(axis=1), vector
+    return (weighed @ G).sum(axis=1), vector
 
 
-def _considered(PH: Floats, S: Floats, slope: Floats, G: Floats, P: Floats) -> Floats:
+def _considered(PH: Floats, slope: Floats, G: Floats, P: Floats) -> Floats:
     """Kalman's gain, (N, 2, 8, M), with the errors of the cameras considered (Schmidt), not known.
 
     For what falls, as its bounces bend too much for the other: it would be certain of what holds
     only if the errors were as estimated.
 
+    :param PH: (N, 2, 8, M) Kalman's gain if they are known, of whitened innovations.
     :param P: (N, 8 C, 8 C) covariance of the errors of the cameras, 0 of what does not fall.
     """
     PG = P[:, None] @ G.swapaxes(-1, -2)
-    return np.linalg.solve(S + G @ PG, (PH + slope @ PG).swapaxes(-1, -2)).swapaxes(-1, -2)
+    S = np.eye(G.shape[-2]) + G @ PG
+    return np.linalg.solve(S, (PH + slope @ PG).swapaxes(-1, -2)).swapaxes(-1, -2)
 
 
 def _told(G: Floats, direct: Floats, S: Floats) -> Floats:
@@ -188,23 +215,25 @@ def _told(G: Floats, direct: Floats, S: Floats) -> Floats:
 
     :param G: (N, 2, M, 8 C) how innovations change with them; direct: if states did not.
     """
-    variance = np.diagonal(S, axis1=-2, axis2=-1)[..., None]
-    told = (np.square(G) / variance).sum(axis=-2, keepdims=True)
-    least = LEAST_PARALLAX**2 * (np.square(direct) / variance).sum(axis=-2, keepdims=True)
+    over = 1 / np.einsum('...ii->...i', S)[..., None, :]
+    told = over @ np.square(G)
+    least = LEAST_PARALLAX**2 * (over @ np.square(direct))
     return np.asarray(np.maximum(0.0, 1 - least / np.maximum(told, TINY)))
 
 
-def _weigh(states: Motions, P: Floats, G: Floats, S: Floats, e: Floats, falls: Bools) -> Floats:
+def _weigh(
+    states: Motions, P: Floats, G: Floats, volume: Floats, e: Floats, falls: Bools
+) -> Floats:
     """Weigh hypotheses by their innovations, in place; the least normalized and squared, (N,).
 
     :param P: (N, 8 C, 8 C) covariance of the errors of the cameras.
-    :param G: (N, 2, M, 8 C) how innovations change with them.
-    :param S: (N, 2, M, M) covariance of the innovations if they are known; e: (N, 2, M).
+    :param G: (N, 2, M, 8 C) how innovations change with them, whitened as if they were known.
+    :param volume: (N, 2) log of what whitens them; e: (N, 2, M) the innovations.
     :param falls: (N,) what keeps no hypothesis that fits badly: it may be thrown again.
     """
-    whole = S + G @ P[:, None] @ G.swapaxes(-1, -2)
-    nis = (e * np.linalg.solve(whole, e[..., None])[..., 0]).sum(axis=-1)
-    log = -(nis + np.linalg.slogdet(whole)[1]) / 2
+    W = whitening(np.eye(e.shape[-1]) + G @ P[:, None] @ G.swapaxes(-1, -2))
+    nis = np.square(W @ e[..., None])[..., 0].sum(axis=-1)
+    log = volume + log_volume(W) - nis / 2
     p = states.probability * np.exp(log - log.max(axis=1, keepdims=True))
     least = LEAST_LIKELY * (states.probability > 0) * ~falls[:, None]
     p = np.maximum(p / p.sum(axis=1, keepdims=True), least)
@@ -232,10 +261,10 @@ def _linearized(
     state[:, POSITION], J = to_points(view.optical, at[:, POSITION])
     z, H = expected(view, state, kinds.diameter, ground + kinds.height, BLOB in rows)
     H[:, :, POSITION] = H[:, :, POSITION] @ J
-    e, H, unused = measured.z[:, rows] - z[:, rows], H[:, rows], ~measured.used[:, rows]
-    e[unused], H[unused] = 0.0, 0.0
-    seen = np.isfinite(np.concatenate([e, H.reshape(len(H), -1)], axis=1)).all(axis=1)
-    e[~seen], H[~seen] = 0.0, 0.0
-    direct = np.zeros((*e.shape, known.shape[1]))
-    direct[:, :, of] = H[:, :, OF_OBJECT:]
-    return _Line(e, H[:, :, :OF_OBJECT], direct, seen)
+    off, H, unused = z[:, rows] - measured.z[:, rows], H[:, rows], ~measured.used[:, rows]
+    seen = np.asarray(np.isfinite(off).all(axis=1) & np.isfinite(H).all(axis=(1, 2)))
+    unused |= ~seen[:, None]
+    off[unused], H[unused] = 0.0, 0.0
+    rest = np.zeros((*off.shape, known.shape[1] + 1))
+    rest[:, :, of], rest[:, :, -1] = H[:, :, OF_OBJECT:], off
+    return _Line(H[:, :, :OF_OBJECT], rest, seen)

@@ -78,17 +78,21 @@ def update(
     (rows,) = ((number > 0) & front).nonzero()
     if not len(rows):
         return refused, np.zeros(len(errors.mean))
-    part = in_inverse_depth(objects.take(rows), view.optical)
+    part = objects
+    if len(rows) < len(objects):
+        part, measured, kinds = objects.take(rows), measured.take(rows), kinds.take(rows)
+    part = in_inverse_depth(part, view.optical)
     robot = rows // (len(objects) // len(errors.mean))
     limit = GATE[number[rows] - 1]
     states, right, change, likely = _jointly(
-        part, errors, robot, measured.take(rows), view, kinds.take(rows), ground, camera, limit,
-        weigh,
-    )  # fmt: skip
+        part, errors, robot, measured, view, kinds, ground, camera, limit, weigh
+    )
     refused[rows[~right]] = True
-    each = np.repeat(change, len(objects) // len(change), axis=0)
-    objects.whole = objects.shifted(each).whole
-    objects.put(rows[right], in_space(states.take(right), view.optical))
+    if right.sum() < len(objects):
+        each = np.repeat(change, len(objects) // len(change), axis=0)
+        objects.whole = objects.shifted(each).whole
+        states, rows = states.take(right), rows[right]
+    objects.put(rows, in_space(states, view.optical))
     return refused, likely
 
 
@@ -127,8 +131,8 @@ def _jointly(
     for last in range(LINEARIZATIONS):
         cov, further, told = _corrected(errors.cov, change, step, robot, right)
         change = change + further
-        bent = (part.slope @ further[robot][:, None, :, None])[..., POSITION, 0]
-        if last == LINEARIZATIONS - 1 or not (np.abs(bent[twice]) > LINEAR_WITHIN).any():
+        bent = (part.slope[twice] @ further[robot[twice], None, :, None])[..., POSITION, 0]
+        if last == LINEARIZATIONS - 1 or not (np.abs(bent) > LINEAR_WITHIN).any():
             break
         there, moved = replace(errors, mean=prior + change), part.shifted(change[robot])
         step = conditional(moved, there, robot, measured, view, kinds, ground, camera)
@@ -206,8 +210,9 @@ def _corrected(
     vector = _summed(step.vector[right], robot, count)
     # (P^-1 + L)^-1 = (I + P L)^-1 P, for P that may be singular
     A = np.eye(vector.shape[1]) + P @ information
-    further = np.linalg.solve(A, P @ vector[..., None] - change[..., None])[..., 0]
-    after = np.linalg.solve(A, P)
+    off = P @ vector[..., None] - change[..., None]
+    both = np.linalg.solve(A, np.concatenate([P, off], axis=-1))
+    after, further = both[..., :-1], both[..., -1]
     cov = np.asarray((after + after.swapaxes(-1, -2)) / 2)
     return cov, np.asarray(further, float), (information, vector)
 

@@ -138,8 +138,8 @@ class BrownConrady(Lens):
             by_r2 += self._prism[:, 0] + 2 * r2[:, None] * self._prism[:, 1]
         J = 2 * by_r2[:, :, None] * flat[:, None, :]
         J += 2 * self._p[:, None] * flat[:, None, ::-1]
-        axis = np.arange(2)
-        J[:, axis, axis] += g[:, None] + 4 * p * flat
+        along = np.einsum('nii->ni', J)  # a view
+        along += g[:, None] + 4 * p * flat
         return seen, J
 
 

@@ -136,8 +136,8 @@ class Locator:
             rows[name] = mean[:, at]
         rows['covariance'] = cov[:, :6, :6]
         if self._view is not None:
-            diagonal = np.arange(3)
-            rows['covariance'][:, diagonal, diagonal] += rounding(self._view) ** 2 / 12
+            variances = np.einsum('nii->ni', rows['covariance'][:, :3, :3])  # a view
+            variances += rounding(self._view) ** 2 / 12
         rows['track_id'] = objects.object_id
         for name in ('color', 'state', 'score'):
             rows[name] = getattr(objects, name)
@@ -214,8 +214,8 @@ class Locator:
         """
         objects = self._objects
         own = objects.track_id[:, camera]
-        all_measured = Measured.none(len(objects))
-        which, rows = (found[:, None] == own).nonzero()
+        all_measured = Measured.none(len(own))
+        rows, which = (own[:, None] == found).nonzero()
         all_measured.put(rows, measured.take(which))
         refused = objects.belief.update(
             all_measured, view, objects.kinds, self._config.ground_height, camera
@@ -239,11 +239,11 @@ class Locator:
         self, tracks: NDArray[np.void], measured: Measured, view: View, camera: int
     ) -> None:
         """Link tracks that begin to objects that other cameras see."""
-        objects, number = self._objects, measured.used.sum(axis=1)
-        new = ~np.isin(tracks['track_id'], objects.track_id[:, camera]) & (number > 0)
-        (free,) = (objects.track_id[:, camera] == 0).nonzero()
-        if not new.any() or not len(free):
+        objects, own = self._objects, self._objects.track_id[:, camera]
+        (free,) = (own == 0).nonzero()
+        if not len(free):
             return
+        new = ~np.isin(tracks['track_id'], own) & measured.used.any(axis=1)
         mean, _ = objects.belief.combined()
         front = view.optical.inverse().apply(mean[free, POSITION])[:, 2] > 0
         one, other = (
@@ -266,7 +266,8 @@ class Locator:
 
         :param tracks: (K,) of dtype TRACK that are measured, of objects or not.
         """
-        rows = ~np.isin(tracks['track_id'], self._objects.track_id[:, camera])
+        own = self._objects.track_id[:, camera]
+        rows = ~(tracks['track_id'][:, None] == own).any(axis=1)
         rows &= measured.used[:, PLANE] | measured.used[:, BLOB] | measured.used[:, DEPTH]
         if not rows.any():
             return

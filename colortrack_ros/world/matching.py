@@ -50,8 +50,11 @@ def taken_detections(ours: NDArray[np.void], detections: Detections) -> Indices:
     same = (ours['time_since_update'] == 0)[:, None]
     for name in ('color', 'area', 'box_w', 'box_h'):
         same = same & (ours[name][:, None] == theirs[name])
-    away = np.hypot(ours['u'][:, None] - theirs['u'], ours['v'][:, None] - theirs['v'])
-    away[~same] = np.inf
+    one, other = same.nonzero()
+    away = np.full(same.shape, np.inf)
+    away[one, other] = np.hypot(
+        ours['u'][one] - theirs['u'][other], ours['v'][one] - theirs['v'][other]
+    )
     nearest = away.argmin(axis=1)
     mutual = away.argmin(axis=0)[nearest] == np.arange(len(ours))
     return np.where(mutual & np.isfinite(away.min(axis=1)), nearest, -1)
@@ -70,7 +73,7 @@ def measured_of(
     :param depth: (H, W) [m], aligned with the picture; NaN or 0 in its holes.
     """
     count = len(rows)
-    z, R = np.zeros((count, 5)), np.tile(np.eye(5), (count, 1, 1))
+    z, R = np.zeros((count, 5)), np.repeat(np.eye(5)[None], count, axis=0)
     used = np.zeros((count, 5), bool)
     high = np.stack([rows['box_u'] + rows['box_w'], rows['box_v'] + rows['box_h']], axis=1)
     inside = (high < [camera.width - 1, camera.height - 1]).all(axis=1)
@@ -81,7 +84,9 @@ def measured_of(
     R[:, U, V] = R[:, V, U] = rows['cov_uv']
     z[:, BLOB] = seen_sizes(rows, config)
     disc = round_blobs(rows, z[:, BLOB])
-    R[:, [U, V], [U, V]] += hidden_halves(rows, (kinds.diameter > 0) & ~disc) ** 2
+    partly = (kinds.diameter > 0) & ~disc
+    if partly.any():
+        R[:, [U, V], [U, V]] += hidden_halves(rows, partly) ** 2
     used[:, [U, V]] = whole[:, None]
     used[:, PLANE] = whole & kinds.bound & (config.method in ('ground', 'fused'))
     R[:, PLANE, PLANE] = PLANE_SIGMA**2

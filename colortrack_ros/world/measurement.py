@@ -55,7 +55,7 @@ class Measured(Columns):
     def none(cls, count: int) -> 'Measured':
         """Nothing of so many objects."""
         used = np.zeros((count, 5), bool)
-        return cls(np.zeros((count, 5)), np.tile(np.eye(5), (count, 1, 1)), used)
+        return cls(np.zeros((count, 5)), np.repeat(np.eye(5)[None], count, axis=0), used)
 
 
 def expected(

@@ -5,6 +5,8 @@ The interacting multiple model (Blom and Bar-Shalom 1988; Bar-Shalom, Li and Kir
 What falls does not stand: it flies on, or it has been thrown or hit since the last picture.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
@@ -145,11 +147,10 @@ def _add_white(cov: Floats, change: Floats, dt: float) -> None:
 
     :param change: (N, 3) c, the variance of the change of velocity [m^2/s^2].
     """
-    axis = np.arange(3)
-    cov[:, axis, axis] += change * dt * dt / 3
-    cov[:, axis + 3, axis + 3] += change
-    cov[:, axis, axis + 3] += change * dt / 2
-    cov[:, axis + 3, axis] += change * dt / 2
+    Q = np.array([[dt * dt / 3, dt / 2], [dt / 2, 1.0]])
+    blocks = cov[:, :6, :6].reshape(-1, 2, 3, 2, 3)
+    each_axis = np.einsum('npaqa->npqa', blocks)  # a view
+    each_axis += Q[:, :, None] * change[:, None, None, :]
 
 
 def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> None:
@@ -166,14 +167,16 @@ def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> Non
     moved = from_moving * p[:, MOVES, None]
     moved /= np.maximum(after, TINY)
     moved[kinds.falls] = p[kinds.falls, MOVES, None]
-    share, between = moved[..., None, None], whole[:, MOVES] - whole[:, STANDS]
-    bent, apart = between[:, :, OF_OBJECT:-1], between[..., -1]
+    between = whole[:, MOVES, :, OF_OBJECT:] - whole[:, STANDS, :, OF_OBJECT:]
+    bent, apart = between[..., :-1], between[..., -1]
     P = np.repeat(errors.cov, len(p) // len(errors.cov), axis=0)
     spread = bent @ P @ bent.swapaxes(1, 2) + apart[:, :, None] * apart[:, None, :]
-    whole[:] = whole[:, :1] + share * between[:, None]
-    cov += share * (1 - share) * spread[:, None]
-    axis, begun = np.arange(3, 6), (1 - moved[:, MOVES]) * ~kinds.falls
-    cov[:, MOVES, axis, axis] += begun[:, None] * np.square(kinds.speed)
+    flat = whole.reshape(len(whole), 2, math.prod(whole.shape[2:]))
+    flat[:] = np.stack([1 - moved, moved], axis=-1) @ flat
+    cov += (moved * (1 - moved))[..., None, None] * spread[:, None]
+    begun = (1 - moved[:, MOVES]) * ~kinds.falls
+    speeds = np.einsum('nii->ni', cov[:, MOVES, VELOCITY, VELOCITY])  # a view
+    speeds += begun[:, None] * np.square(kinds.speed)
     whole[:, STANDS, VELOCITY] = 0.0
     cov[:, STANDS, :, VELOCITY] = 0.0
     objects.probability[:] = after
@@ -222,6 +225,5 @@ def drift(objects: Motions, robot: Floats, moved: float, turned: float, sigma: F
     """
     arms = objects.mean[..., POSITION] - robot
     across = arms[..., [1, 0]] * [-1, 1]
-    cov = objects.cov
-    cov[..., :2, :2] += sigma[1] ** 2 * turned * across[..., :, None] * across[..., None, :]
-    cov[..., [0, 1], [0, 1]] += sigma[0] ** 2 * moved
+    added = sigma[1] ** 2 * turned * across[..., :, None] * across[..., None, :]
+    objects.cov[..., :2, :2] += added + sigma[0] ** 2 * moved * np.eye(2)

@@ -153,13 +153,15 @@ class Motions(Columns):
         """Mean, (N, 8), and covariance, (N, 8, 8), with all that is not known."""
         p, P = self.probability[..., None, None], errors.cov
         P = np.repeat(P, len(self) // len(P), axis=0)
-        whole = p[:, STANDS] * self.whole[:, STANDS] + p[:, MOVES] * self.whole[:, MOVES]
+        count, _, size, width = self.whole.shape
+        whole = self.probability[:, None] @ self.whole.reshape(count, 2, size * width)
+        whole = whole.reshape(count, size, width)
         cov, slope, mean = whole[..., :OF_OBJECT], whole[..., OF_OBJECT:-1], whole[..., -1]
         d = self.mean[:, MOVES] - self.mean[:, STANDS]
         cov = cov + slope @ P @ slope.swapaxes(1, 2)
         cov += p[:, STANDS] * p[:, MOVES] * d[:, :, None] * d[:, None, :]
-        axis = np.arange(3, 6)
-        cov[:, axis, axis] += CREEP**2 * p[:, STANDS, 0]
+        creeps = np.einsum('nii->ni', cov[:, VELOCITY, VELOCITY])  # a view
+        creeps += CREEP**2 * p[:, STANDS, 0]
         return mean, cov
 
 

@@ -28,6 +28,9 @@ LEAST_LENGTH = 1e-9
 LOWEST = 0.02
 """Height of a camera above the ground [m] from which on the ground tells how far things are."""
 
+CROSS_PRODUCTS = np.cross(np.eye(3), np.eye(3)[:, None]).swapaxes(1, 2).reshape(3, 9)
+"""Matrices of the cross product with each axis, one a row."""
+
 STEP = 0.25
 """Of the differences that make a Jacobian [px]: of a turn, which hardly bends."""
 
@@ -61,8 +64,8 @@ class View:
 
     @cached_property
     def _turns(self) -> Floats:
-        """(3, 3, 3) by axis of tilt, transposed matrices of the cross product with it."""
-        return np.asarray(np.cross(np.eye(3), self.tilts.T[:, None]))
+        """(3, 9) by axis of tilt, matrices of the cross product with it."""
+        return np.asarray(self.tilts.T @ CROSS_PRODUCTS)
 
     def way_since(self, last: 'View') -> tuple[float, float]:
         """How far the robot has moved [m] and turned [rad]."""
@@ -127,8 +130,8 @@ class View:
         if len(tilt) > 1 and (tilt == tilt[0]).all():
             tilt = tilt[:1]
         # as matrices of cross products, q = R^T (1 - W + W^2 / 2) d, and that by each axis of tilt
-        across = self._turns.swapaxes(1, 2)
-        W = np.tensordot(tilt, across, 1)
+        across = self._turns.reshape(3, 3, 3)
+        W = (tilt @ self._turns).reshape(-1, 3, 3)
         both = across @ W[:, None]
         both += W[:, None] @ across
         parts = np.empty((len(tilt), 4, 3, 3))

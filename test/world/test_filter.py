@@ -25,6 +25,8 @@ from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import MOVES
 from colortrack_ros.world.view import View
+from colortrack_ros.world.whitening import log_volume
+from colortrack_ros.world.whitening import whitening
 
 run = cache(world.run)
 VIEW = View(world_scene.CAMERA, Pose.of_rpy((1, 2, 0), (0, 0, 0.5)), world_scene.MOUNT)
@@ -209,3 +211,17 @@ def test_what_begins_to_roll_after_it_stood_is_seen_to_roll():
     assert max(speeds[30:60]) < 0.05
     assert speeds[75] == pytest.approx(0.4, abs=0.15)  # half a second later
     assert speeds[-1] == pytest.approx(0.4, abs=0.1)
+
+
+@pytest.mark.parametrize('count', [1, 2, 3, 5])
+def test_whitened_errors_are_independent_and_of_variance_1(count):
+    rng = np.random.default_rng(count)
+    A = rng.normal(size=(7, 2, count, count)) * 10.0 ** rng.uniform(-4, 4, count)[:, None]
+    S = A @ A.swapaxes(-1, -2)
+    W = whitening(S)
+    scale = np.sqrt(np.diagonal(S, axis1=-2, axis2=-1))
+    back = np.linalg.inv(W)
+    assert np.allclose(back @ back.swapaxes(-1, -2) / scale[..., None] / scale[..., None, :],
+                       S / scale[..., None] / scale[..., None, :], atol=1e-9)  # fmt: skip
+    assert np.array_equal(W, np.tril(W))
+    assert np.allclose(log_volume(W), -np.linalg.slogdet(S)[1] / 2)
