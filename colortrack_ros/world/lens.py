@@ -25,6 +25,10 @@ SAMPLES = 2000
 """Radii at which the monotony of a lens is looked at; a step is 0.1 degrees or less."""
 
 
+FIRST = np.eye(12)[0]
+"""Of the coefficients of a lens, k1."""
+
+
 class Lens(ABC):
     """The interface of a distortion model.
 
@@ -53,6 +57,10 @@ class Lens(ABC):
         :return: (N, 3) unit vectors; NaN where there is no such direction.
         """
 
+    @abstractmethod
+    def bent(self, by: float) -> 'Lens':
+        """The lens with so much more of its first radial coefficient, k1."""
+
 
 class BrownConrady(Lens):
     """plumb_bob and rational_polynomial: radial, tangential and thin prism distortion.
@@ -67,7 +75,7 @@ class BrownConrady(Lens):
     """
 
     def __init__(self, coefficients: Floats) -> None:
-        c = np.zeros(12)
+        self._all = c = np.zeros(12)
         c[: len(coefficients)] = coefficients
         self._p = c[2:4]
         self._above = np.array([1.0, c[0], c[1], c[4]])
@@ -113,6 +121,10 @@ class BrownConrady(Lens):
         flat[lost] = np.nan
         rays = np.concatenate([flat, np.ones((len(flat), 1))], axis=1)
         return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+
+    def bent(self, by: float) -> Lens:
+        """See :meth:`Lens.bent`."""
+        return type(self)(self._all + by * FIRST[: self._all.size])
 
     def _radial(self, r2: Floats) -> tuple[Floats, Floats]:
         """The value of g, and its derivative by r^2."""
@@ -195,6 +207,10 @@ class Equidistant(Lens):
             side = np.where(bent[:, None] > 0, seen / bent[:, None], 0.0)
         theta[lost] = np.nan
         return np.concatenate([side * np.sin(theta)[:, None], np.cos(theta)[:, None]], axis=1)
+
+    def bent(self, by: float) -> Lens:
+        """See :meth:`Lens.bent`."""
+        return type(self)(self._k[1:] + by * FIRST[: self._k.size - 1])
 
     def _bent(self, theta: Floats) -> tuple[Floats, Floats]:
         """theta_d and its derivative by theta."""

@@ -74,11 +74,15 @@ class Needed:
     def met(self, given: Floats, off: Floats) -> bool:
         """Whether so many objects stand by a mistake and not as given; (K,) each.
 
-        One that cannot be where it is seen, by a mistake, disproves it.
+        None of them stands as given, and in the mean, as angles of one are much less off than
+        those of another, they misfit by enough. One that cannot be where it is seen, by a mistake,
+        disproves it.
         """
-        more = ALONE if self.alone else 1.0
-        stands = (off < AT_REST) & (given > more * self.misfit) & (given > more * WORSE * off)
-        return bool(np.isfinite(off).all() and np.count_nonzero(stands) >= self.objects)
+        more, stands = ALONE if self.alone else 1.0, (off < AT_REST) & (given > AT_REST)
+        if not np.isfinite(off).all() or np.count_nonzero(stands) < self.objects:
+            return False
+        least = max(self.misfit, WORSE * float(off[stands].mean()))
+        return bool(given[stands].mean() > more * least)
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,7 @@ class WrongAmount:
     @property
     def line(self) -> str:
         """What is told."""
-        return f'{self.about}{OF_ABOUT}{self.amount:+.3g} {self.unit}'
+        return f'{self.about}{OF_ABOUT}{self.amount:+.3g} {self.unit}'.rstrip()
 
     @property
     def mistake(self) -> Mistake:
@@ -175,6 +175,15 @@ def _zoomed(percent: float) -> Mistake:
     return Mistake(camera=lambda camera: replace(camera, K=camera.K * share))
 
 
+def _stretched(percent: float) -> Mistake:
+    share = np.array([[_without(percent), 1, 1], [1, 1, 1], [1, 1, 1]])
+    return Mistake(camera=lambda camera: replace(camera, K=camera.K * share))
+
+
+def _bent(by: float) -> Mistake:
+    return Mistake(camera=lambda camera: replace(camera, lens=camera.lens.bent(by)))
+
+
 def _farther(percent: float) -> Mistake:
     return Mistake(base=lambda base: Pose(base.t * _without(percent), base.R))
 
@@ -194,6 +203,13 @@ WRONG_AMOUNTS = (
     WrongAmount(
         'the focal length of the calibration', '%', _zoomed,
         (-40, -30, -20, -10, 10, 20, 35, 60),
+    ),
+    WrongAmount(
+        'the fx of the calibration, and not its fy,', '%', _stretched,
+        (-30, -20, -10, 10, 20, 35),
+    ),
+    WrongAmount(
+        'the first radial coefficient of the distortion', '', _bent, _both_ways(0.1, 0.2, 0.3)
     ),
     WrongAmount(
         'the time of odometry (positive: it is old)', 's', lambda s: Mistake(later=-s),

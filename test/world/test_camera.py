@@ -1,3 +1,4 @@
+from dataclasses import replace
 from types import SimpleNamespace
 
 import cv2
@@ -63,6 +64,16 @@ def test_the_jacobian_is_that_of_small_steps(lens):
     for axis, step in enumerate(1e-6 * np.eye(3)):
         change = (camera.project(space + step) - camera.project(space - step)) / 2e-6
         np.testing.assert_allclose(J[:, :, axis], change, atol=1e-4)
+
+
+@by_lens
+def test_a_lens_that_is_bent_has_so_much_more_of_its_first_radial_coefficient(lens):
+    model, d = LENSES[lens]
+    more = np.append(d, np.zeros(0 if len(d) else 4))
+    more[0] += 0.1
+    wanted = CameraModel.of(640, 480, K, more, model)
+    bent = replace(camera_of(lens), lens=camera_of(lens).lens.bent(0.1))
+    np.testing.assert_allclose(bent.project(points()), wanted.project(points()), atol=1e-9)
 
 
 def test_a_depth_gives_the_point_back():

@@ -1,6 +1,7 @@
 """A search tries its hypotheses picture by picture."""
 
 import numpy as np
+import pytest
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.search import Needed
@@ -35,3 +36,21 @@ def test_a_picture_that_comes_twice_tries_nothing_twice():
     assert off.tolist() == [10.0]
     assert line
     assert min(pictures.asked) > 0
+
+
+@pytest.mark.parametrize(
+    ('given', 'off', 'met'),
+    [
+        ((2.6, 26.0), (0.1, 0.2), True),
+        ((0.9, 40.0), (0.1, 0.2), False),  # one stands as given
+        ((2.6, 6.0), (0.1, 0.2), False),  # they hardly move
+        ((2.6, 26.0), (0.1, 1.1), False),  # one still moves
+        ((2.6, 26.0), (0.9, 0.9), False),  # not so much better
+        ((26.0, 26.0, 26.0), (0.1, 0.1, np.inf), False),  # one cannot be there
+    ],
+)
+def test_a_mistake_is_made_if_by_it_things_stand_that_as_given_all_move_and_in_sum_by_much(
+    given, off, met
+):
+    needed = Needed(objects=2, known=False, alone=False, misfit=6.0)
+    assert needed.met(np.array(given), np.array(off)) == met
