@@ -40,7 +40,12 @@ def seen_of(fit: Fit, templates: list[BlobTemplate], area: int) -> tuple[Floats,
 def rows_of(
     row: NDArray[np.void], fit: Fit, templates: list[BlobTemplate], visible: NDArray[np.bool_]
 ) -> NDArray[np.void]:
-    """The visible things in one blob, whose row is (1,): where they are, as large as alone."""
+    """The visible things in one blob, whose row is (1,): where they are, as large as alone.
+
+    If none is, the blob remains, of which each may be anywhere inside it.
+    """
+    if not visible.any():
+        return inside(row, templates)
     rows = whole_rows(row).repeat(visible.sum()).view(DETECTION)
     for new, i in zip(rows, visible.nonzero()[0].tolist(), strict=True):
         template, center = templates[i], fit.center[i]

@@ -11,7 +11,6 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.claims import claim_blobs
 from colortrack_ros.detection.claims import IN_NONE
-from colortrack_ros.detection.parts import inside
 from colortrack_ros.detection.parts import replaced
 from colortrack_ros.detection.parts import rows_of
 from colortrack_ros.detection.parts import seen_of
@@ -198,10 +197,7 @@ class TouchingThings:
             fit = self._fit(blobs, blob, members, templates, expected[members], dt)
             trust[members], visible = seen_of(fit, templates, int(blobs.area[blob]))
             mean[members[visible]], seen[members[visible]] = fit.center[visible], stamp
-            if visible.any():
-                parts[blob] = rows_of(rows[blob : blob + 1], fit, templates, visible)
-            else:
-                parts[blob] = inside(rows[blob : blob + 1], templates)
+            parts[blob] = rows_of(rows[blob : blob + 1], fit, templates, visible)
         self._move(mean, dt, trust)
         things.blob, things.group, things.seen = claim, group, seen
         things.keep((known | alone) & (stamp - seen <= HIDDEN_SECONDS * NANOSECONDS))
