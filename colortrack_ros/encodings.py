@@ -1,4 +1,4 @@
-"""Converts the encodings of cameras, YUV and Bayer, to red, green, and blue."""
+"""Converts camera encodings, YUV and Bayer, to RGB."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -14,9 +14,9 @@ from colortrack_ros.data import Frame
 class Layout(NamedTuple):
     """The memory layout of an encoding.
 
-    :param channels: bytes of a pixel in a row.
-    :param even: width and height are multiples of these, where pixels share their chroma.
-    :param has_chroma_plane: a plane of chroma with half as many rows follows the one of luma.
+    :param channels: bytes per pixel in a row.
+    :param even: required divisors of width and height, if pixels share their chroma.
+    :param has_chroma_plane: whether a chroma plane with half as many rows follows the luma plane.
     """
 
     channels: int
@@ -24,11 +24,11 @@ class Layout(NamedTuple):
     has_chroma_plane: bool = False
 
     def rows(self, height: int) -> int:
-        """Rows of bytes of a picture."""
+        """Number of byte rows in a picture."""
         return height * 3 // 2 if self.has_chroma_plane else height
 
     def shape(self, height: int, width: int) -> tuple[int, ...]:
-        """Of the array that holds a picture."""
+        """Shape of the array that holds a picture."""
         shape = self.rows(height), width
         return shape if self.channels == 1 else (*shape, self.channels)
 
@@ -36,7 +36,7 @@ class Layout(NamedTuple):
 YUV422 = {'yuyv': cv2.COLOR_YUV2BGR_YUY2, 'uyvy': cv2.COLOR_YUV2BGR_UYVY}
 YUV420 = {'nv12': cv2.COLOR_YUV2BGR_NV12, 'nv21': cv2.COLOR_YUV2BGR_NV21}
 BAYER = {
-    # OpenCV calls a pattern by the second row's second and third pixel.
+    # OpenCV names a pattern after the second and third pixel of the second row.
     'bayer_rggb8': cv2.COLOR_BayerBG2BGR,
     'bayer_bggr8': cv2.COLOR_BayerRG2BGR,
     'bayer_gbrg8': cv2.COLOR_BayerGR2BGR,
@@ -49,7 +49,7 @@ LAYOUTS = {
     **dict.fromkeys(YUV420, Layout(1, (2, 2), has_chroma_plane=True)),
     **dict.fromkeys(BAYER, Layout(1)),
 }
-"""Every encoding that a frame can have."""
+"""All encodings that a frame can have."""
 
 _TO_BGR = {
     'rgb8': cv2.COLOR_RGB2BGR,
@@ -69,7 +69,7 @@ def size_of(frame: Frame) -> tuple[int, int]:
 
 
 def check(frame: Frame) -> None:
-    """Raise ValueError when a frame's encoding is not known or does not fit its picture."""
+    """Raise ValueError if a frame's encoding is unknown or does not match its picture."""
     if frame.encoding not in LAYOUTS:
         raise ValueError(f'encoding: expected one of {list(LAYOUTS)}, got {frame.encoding!r}')
     layout, shape = LAYOUTS[frame.encoding], frame.image.shape
@@ -89,10 +89,10 @@ def check(frame: Frame) -> None:
 
 
 def plain(frame: Frame) -> Frame:
-    """The frame with red, green and blue, or gray levels, at each pixel: a key of ENCODINGS.
+    """The frame in an encoding of ENCODINGS, with RGB or gray levels at each pixel.
 
-    It is the frame itself where it has that already. The conversions are OpenCV's: YUV after
-    ITU-R BT.601, Bayer patterns by bilinear interpolation.
+    A frame that already has one is returned as it is. OpenCV does the conversion: YUV by ITU-R
+    BT.601, Bayer patterns by bilinear interpolation.
     """
     if frame.encoding in ENCODINGS:
         return frame
@@ -105,17 +105,17 @@ def writable_bgr(frame: Frame) -> NDArray[np.uint8]:
 
 
 def is_yuv(frame: Frame) -> bool:
-    """Whether a frame has YUV of limited range, which :func:`to_bgr` converts."""
+    """Whether a frame has limited-range YUV, which :func:`to_bgr` converts."""
     return frame.encoding in (*YUV422, *YUV420) and not frame.full_range
 
 
 def to_bgr(image: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
-    """(H, W, 3) blue, green and red of a picture that is not empty; YUV of limited range."""
+    """(H, W, 3) BGR of a nonempty picture; YUV must have limited range."""
     return np.asarray(cv2.cvtColor(image, _TO_BGR[encoding]), np.uint8)
 
 
 def bgr_at(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.uint8]:
-    """(..., 3) single pixels of a YUV picture of limited range, as :func:`plain` has them."""
+    """(..., 3) single pixels of a limited-range YUV picture, converted as in :func:`plain`."""
     luma, u, v = yuv_planes(frame)
     shared = row // (len(luma) // len(u)), column // 2
     y = luma[row, column]
@@ -140,7 +140,7 @@ def _full_chroma(frame: Frame) -> NDArray:
 
 
 def yuv_planes(frame: Frame) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8]]:
-    """Luma, (H, W), and the chroma U and V, one for two or four pixels, of a YUV picture: views."""
+    """Luma, (H, W), and U and V, each shared by two or four pixels, of a YUV picture: views."""
     image, (height, width) = frame.image, size_of(frame)
     if frame.encoding in YUV422:
         luma, chroma = (0, 1) if frame.encoding == 'yuyv' else (1, 0)

@@ -1,6 +1,4 @@
-"""Reads picture files from elsewhere; the size that a file claims is checked before it is
-decoded.
-"""
+"""Reads untrusted picture files; checks the size that a file claims before decoding it."""
 
 from pathlib import Path
 import re
@@ -18,26 +16,26 @@ MAX_PIXELS = 1 << 26
 decoding. A file of 120 kB can claim ten times as many."""
 
 MAX_PICTURE_BYTES = 1 << 28
-"""Maximum size of a picture file [bytes]: MAX_PIXELS of four bytes."""
+"""Maximum size of a picture file [bytes]: MAX_PIXELS at four bytes each."""
 
 PNG_START, PNG_SIZE = b'\x89PNG\r\n\x1a\n', struct.Struct('>16xII')
-"""The signature; width and height in the first chunk, IHDR (ISO/IEC 15948)."""
+"""PNG signature; width and height in the first chunk, IHDR (ISO/IEC 15948)."""
 
 JPEG_START, JPEG_END = b'\xff\xd8', b'\xff\xd9'
-"""SOI and EOI (ITU-T T.81, B.1.1.3)."""
+"""JPEG markers SOI and EOI (ITU-T T.81, B.1.1.3)."""
 
 PNM_SIZE = re.compile(rb'P[1-6](?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)')
-"""The magic number, width and height, with comments between them (netpbm)."""
+"""PNM magic number, width and height, with comments between them (netpbm)."""
 
 TIFF_WIDTH, TIFF_HEIGHT, TIFF_SHORT = 256, 257, 3
-"""Tags of ImageWidth and ImageLength, and the type SHORT, 16 bits; otherwise LONG, 32 (TIFF
+"""Tags ImageWidth and ImageLength, and the type SHORT, 16 bits; otherwise LONG, 32 bits (TIFF
 6.0)."""
 
 TIFF_KIND, TIFF_REDUCED = 254, 1
-"""Tag of NewSubfileType, and its bit for a reduced version of another picture (TIFF 6.0)."""
+"""Tag NewSubfileType, and its bit for a reduced version of another picture (TIFF 6.0)."""
 
 TIFF_ENTRY = 12
-"""Bytes of a directory entry (TIFF 6.0)."""
+"""Size of a directory entry [bytes] (TIFF 6.0)."""
 
 FLAGS, ANIMATED = 20, 0x02
 """Offset of the flags of an extended WebP, and the animation flag (RFC 9649, 2.7)."""
@@ -45,14 +43,14 @@ FLAGS, ANIMATED = 20, 0x02
 _NO_LENGTH = {0x01, *range(0xD0, 0xD9)}
 _FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 _SCAN = 0xDA
-"""Second bytes of the markers TEM, RST and SOI, without parameters; of SOF; of SOS."""
+"""Second bytes of markers: TEM, RST and SOI, which have no parameters; SOF; SOS."""
 
 
 def read_picture(path: str | Path, flags: int) -> NDArray[np.uint8]:
-    """The picture in a file: PNG, JPEG, BMP, TIFF, WebP, PGM or PPM.
+    """Read a picture file: PNG, JPEG, BMP, TIFF, WebP, PGM or PPM.
 
     :param flags: of cv2.imdecode.
-    :raises ValueError: there is no such file, it cannot be read in time, claims more than
+    :raises ValueError: if there is no such file, it cannot be read in time, claims more than
         MAX_PIXELS, or cannot be decoded; the reason says which.
     """
     content = read_file(path, MAX_PICTURE_BYTES)
@@ -75,7 +73,7 @@ def read_picture(path: str | Path, flags: int) -> NDArray[np.uint8]:
 
 
 def claimed_size(data: bytes) -> tuple[int, int] | None:
-    """Width and height that a picture claims [px]; None if it is not a picture, or is truncated."""
+    """Width and height that a picture claims [px]; None if it is not a picture, or truncated."""
     try:
         if data.startswith(PNG_START):
             width, height = PNG_SIZE.unpack_from(data)
@@ -113,7 +111,7 @@ def read_jpeg_header(data: bytes) -> tuple[tuple[int, int] | None, int]:
 
 
 def _tiff_size(data: bytes) -> tuple[int, int] | None:
-    """The size given in the first directory of a TIFF."""
+    """The size in the first directory of a TIFF."""
     tags, _ = _tiff_directory(data, _tiff_start(data))
     has_size = {TIFF_WIDTH, TIFF_HEIGHT} <= tags.keys()
     return (tags[TIFF_WIDTH], tags[TIFF_HEIGHT]) if has_size else None
@@ -125,9 +123,7 @@ def _tiff_start(data: bytes) -> int:
 
 
 def _tiff_directory(data: bytes, start: int) -> tuple[dict[int, int], int]:
-    """The first value of each tag in a directory of a TIFF, and the offset of the next directory, 0
-    if there is none.
-    """
+    """The first value of each tag in a TIFF directory, and the offset of the next, 0 if none."""
     order = '<' if data.startswith(b'II') else '>'
     (count,) = struct.unpack_from(f'{order}H', data, start)
     tags, at = {}, start + 2
@@ -149,10 +145,10 @@ def _has_pages(data: bytes) -> bool:
 
 
 def moving_kind(data: bytes) -> str:
-    """The format of a file that holds several pictures, of which OpenCV reads one; otherwise empty.
+    """The format of a file with several pictures, of which OpenCV reads one; otherwise empty.
 
-    In PNG a chunk acTL before the first data chunk says so (PNG, 3rd edition, 11.3.6.1), in TIFF a
-    second directory (TIFF 6.0, section 2), in WebP a flag (RFC 9649, 2.7).
+    PNG marks it with an acTL chunk before the first data chunk (PNG, 3rd edition, 11.3.6.1), TIFF
+    with a second directory (TIFF 6.0, section 2), and WebP with a flag (RFC 9649, 2.7).
     """
     if data.startswith(PNG_START):
         return 'PNG' if b'acTL' in data[: data.find(b'IDAT')] else ''
@@ -163,7 +159,7 @@ def moving_kind(data: bytes) -> str:
 
 
 def _webp_size(data: bytes) -> tuple[int, int] | None:
-    """The size given in the first chunk of a WebP (RFC 9649, 2.5 to 2.7)."""
+    """The size in the first chunk of a WebP (RFC 9649, 2.5 to 2.7)."""
     kind = data[12:16]
     if kind == b'VP8X':
         low, middle, wide, high = struct.unpack_from('<HBHB', data, 24)

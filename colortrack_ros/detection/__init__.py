@@ -1,9 +1,9 @@
-"""Frame -> Detections.
+"""detection: frames in, detections out.
 
-The way of a frame: ``Detector.detect`` (detector.py) asks a method (methods/, one file each) for
-the label of each pixel, the color distance by tables (color_table.py) of CIELAB (lab.py). What is
-labeled passes regions.py, morphology.py, blobs.py, split.py and shape.py, and gets a covariance
-(covariance.py).
+``Detector.detect`` (detector.py) asks a method (methods/, one file each) to label each pixel. Color
+distance does so with lookup tables (color_table.py) of CIELAB (lab.py). The label image then passes
+through regions.py, morphology.py, blobs.py, split.py and shape.py; covariance.py gives each blob a
+covariance.
 """
 
 from colortrack_ros.detection.config import DetectorConfig

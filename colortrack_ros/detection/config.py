@@ -1,4 +1,4 @@
-"""What a person sets: what to look for, and how a mask becomes blobs."""
+"""Detector parameters: what to detect, and how a mask becomes blobs."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ class DetectorConfig(
     MorphologyConfig,
     ShapeConfig,
 ):
-    """How a picture becomes detections: what the methods and the steps after them declare.
+    """The parameters of all methods, and of the steps after them.
 
     A dataclass lists the fields of its last base first.
     """
@@ -41,17 +41,20 @@ class DetectorConfig(
 
     @property
     def erosion_alone(self) -> bool:
-        """And no region cuts blobs, for then what was cut off counts."""
+        """Whether the erosion is the only step that reads the labels, and no region cuts blobs.
+
+        If one does, the covariance needs the labels that it removes.
+        """
         return super().erosion_alone and not self.regions and not self.mask
 
     def check(self) -> None:
-        """The least area of each color is at most its greatest."""
+        """Require that the least area of each color does not exceed its greatest."""
         super().check()
         for color, least, most in zip(self.colors, *self.areas()[:, 1:].tolist(), strict=True):
             expect(least <= most, f'{color.name}.max_area', most, f'at least {least} px')
 
     def areas(self) -> NDArray[np.int64]:
-        """(2, colors + 1) the least and the greatest area of blobs, by label [px]."""
+        """(2, colors + 1) least and greatest area of blobs, by label [px]."""
         own = self.colors if self.method == 'color' else ()
         areas = np.tile(np.array([[self.min_area], [self.max_area]]), len(self.colors) + 1)
         for k, color in enumerate(own, start=1):

@@ -1,4 +1,4 @@
-"""From a frame to its detections."""
+"""The detector: turns a frame into detections."""
 
 from typing import Any
 
@@ -38,23 +38,24 @@ from colortrack_ros.encodings import plain
 from colortrack_ros.encodings import size_of
 
 SCORE_PIXELS = 16
-"""Pixels of a blob, at most, whose mean closeness is its score: it is known to a quarter of their
-spread; `python benchmark/detection_quality.py --constants` halves and doubles it."""
+"""Maximum number of pixels of a blob whose mean closeness is its score. 16 give the mean to a
+quarter of the pixels' spread; `python benchmark/detection_quality.py --constants` halves and
+doubles it."""
 
 
 class Detector:
-    """Finds blobs of reference colors (Pegoretti 2021, 3.1.1), or with another method.
+    """Detects blobs of reference colors (Pegoretti 2021, 3.1.1), or of another method.
 
-    The method says which pixels belong to which color, by default by color distance (2.1) and
-    threshold (2.2). Then, for all methods, closing (2.7), erosion (2.4), opening (2.6), 8-connected
-    components, area and centroid by moments (2.9)-(2.11). A blob is of one color; area and centroid
-    are those of the mask at the end, and so is the box, but of a color whose tolerance was found:
-    that has back what the erosion took. Of things that were blobs of their own, and have come
-    together to one, they are those of what each looked like before, fitted to it.
+    The method labels each pixel with a color, by default with color distance (2.1) and threshold
+    (2.2). All methods share the steps that follow: closing (2.7), erosion (2.4), opening (2.6),
+    8-connected components, and area and centroid from moments (2.9)-(2.11). A blob has one color.
+    Its area, centroid and box are measured in the final mask. If the color's tolerance was
+    estimated, the box regains the margin that the erosion removed. If separate objects have merged
+    into one blob, their last appearances are fitted to it, and each row describes one of them.
 
-    :param config: what to look for.
+    :param config: what to detect.
 
-    blobs: those of the last frame that are detected, before they are told apart.
+    blobs: the detected blobs of the last frame, before merged ones are separated.
     """
 
     def __init__(self, config: DetectorConfig) -> None:
@@ -64,11 +65,11 @@ class Detector:
         self.configure(config)
 
     def configure(self, config: DetectorConfig) -> None:
-        """Take another configuration; the next frame is detected with it.
+        """Apply another configuration, starting with the next frame.
 
-        The background that was learned is kept.
+        The learned background is kept.
 
-        :raises ValueError: when there is no picture at mask; the old configuration stays.
+        :raises ValueError: if there is no picture at mask; the old configuration stays in force.
         """
         self._regions = Regions(config.regions, config.mask)
         self._method = METHODS[config.method](config, self._background)
@@ -77,29 +78,29 @@ class Detector:
         self._config, self._areas = config, config.areas()
 
     def learn_background(self) -> None:
-        """Forget the background: what stands still from the next frame on is background."""
+        """Forget the background and learn a new one from the next frame on."""
         self._background.restart()
         self._method.restart()
 
     @property
     def trouble(self) -> str:
-        """What a person should know and do; empty when all is well."""
+        """A problem that the user should fix, and how; empty if there is none."""
         return self._method.trouble
 
     @property
     def labels(self) -> NDArray[np.uint8]:
-        """(H, W) of the last frame, k + 1 where a blob of color k may be, 0 elsewhere; a view."""
+        """(H, W) labels of the last frame: k + 1 where a blob of color k may be, else 0; a view."""
         return self._mask.pixels
 
     @property
     def mask(self) -> NDArray[np.uint8]:
-        """(H, W) of the last frame, 255 where a blob may be, 0 elsewhere."""
+        """(H, W) mask of the last frame: 255 where a blob may be, else 0."""
         return np.where(self.labels != 0, np.uint8(255), np.uint8(0))
 
     def background(self, frame: Frame) -> tuple[NDArray, NDArray] | None:
-        """The learned background, and where a frame is not like it; None if none is learned.
+        """The learned background, and where a frame differs from it; None before one is learned.
 
-        :returns: (H, W, 3) BGR, and (H, W), 255 for what moves, 0 elsewhere.
+        :returns: (H, W, 3) BGR, and (H, W), 255 for moving pixels, else 0.
         """
         frame = plain(frame)
         picture = channels_of(frame)
@@ -110,10 +111,10 @@ class Detector:
         return cv2.merge([blue, green, red]), moves
 
     def detect(self, frame: Frame) -> Detections:
-        """The blobs of a frame, largest area first; at equal area, in raster order.
+        """Detect the blobs of a frame, largest area first, and in raster order at equal area.
 
-        :param frame: of any size, 0 included, which may change from frame to frame.
-        :raises ValueError: when the encoding is not known or does not fit the picture's shape.
+        :param frame: of any size, even empty; the size may change between frames.
+        :raises ValueError: if the encoding is unknown or does not match the shape of the picture.
         """
         check(frame)
         if not (self._method.reads_yuv and is_yuv(frame)):
@@ -143,7 +144,7 @@ class Detector:
         return Detections(rows, frame.stamp, frame.frame_id, (width, height))
 
     def _blobs(self, image: LabelImage) -> BlobTable:
-        """Those that are large enough for their color."""
+        """Find the blobs that have the least area of their color."""
         least = self._areas[0]
         blobs = find_blobs(image, int(least.min()), connect=self._method.connect)
         return blobs.take(blobs.area >= least[blobs.label])
@@ -165,9 +166,9 @@ class Detector:
         return rows
 
     def _boxes(self, blobs: BlobTable, height: int, width: int) -> NDArray[np.int64]:
-        """(N, 4) of the blobs; of a color whose end was found, with what the erosion took off.
+        """(N, 4) boxes; if the color's tolerance was estimated, with the eroded margin restored.
 
-        An eroded mask, dilated again, is within what it was.
+        Dilating an eroded mask never exceeds the original mask.
         """
         is_found = _of_label(self._method.is_found, blobs.label)
         if not is_found.any():
@@ -184,7 +185,7 @@ class Detector:
         score: NDArray[np.float64],
         part: NDArray[np.float64] | float,
     ) -> NDArray[np.float64]:
-        """(N, 2, 2) of the centroids, by what is seen of each blob."""
+        """(N, 2, 2) covariances of the centroids, from the visible part of each blob."""
         height, width = size_of(frame)
         skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
         doubt = _of_label(self._method.doubt, blobs.label)
@@ -202,9 +203,10 @@ class Detector:
         profiles: Profiles,
         blur: NDArray[np.float64],
     ) -> NDArray[np.float64]:
-        """(N, 2, 2) see centroid_covariance(); 0 where the outline is sharp.
+        """(N, 2, 2) one-sidedness of the outlines, see centroid_covariance(); 0 if they are sharp.
 
-        And where all of a blob is outline: its middle is a mix as well.
+        It is also 0 for blobs that consist of outline alone: even their middle is a mixture of
+        colors.
         """
         sided = np.zeros((*blur.shape, 2))
         width = blur.max(axis=1)
@@ -226,7 +228,7 @@ class Detector:
         return sided
 
     def _score(self, frame: Frame, blobs: BlobTable) -> NDArray[np.float64]:
-        """(N,) mean closeness to the color over the blob, over SCORE_PIXELS of it at most."""
+        """(N,) mean closeness to the color, over at most SCORE_PIXELS pixels of each blob."""
         blob, position = sample_pixels(blobs, SCORE_PIXELS)
         pixel = np.divmod(position, blobs.runs.stride)
         closeness = self._method.closeness(frame, pixel, blobs.label[blob])
@@ -235,5 +237,5 @@ class Detector:
 
 
 def _of_label(value: NDArray[Any] | float, label: NDArray[np.uint8]) -> NDArray[Any]:
-    """(N,) what a method says of each label, or of all of them."""
+    """(N,) the value that a method gives for each label, or for all labels."""
     return value[label] if isinstance(value, np.ndarray) else np.full(len(label), value)

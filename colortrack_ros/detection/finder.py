@@ -1,4 +1,4 @@
-"""Colors whose tolerance nobody gave: found in the pictures, and kept as the light changes."""
+"""Tolerance estimation: finds how far a color extends in the pictures, and follows the light."""
 
 from dataclasses import replace
 
@@ -29,53 +29,54 @@ from colortrack_ros.detection.shades import shades_beyond
 from colortrack_ros.detection.shades import with_shades
 from colortrack_ros.encodings import plain
 
-# Where nothing else is said, the constants below were chosen. On four real clips, `python
-# benchmark/colors.py --constants` halves and doubles them: recall of each changes by at most 1 or
-# 2 points.
+# Unless noted otherwise, the constants below were chosen. On four real clips, `python
+# benchmark/colors.py --constants` halves and doubles them: the recall of each clip changes by at
+# most 1 or 2 points.
 
 LOOK_SECONDS = 0.25
-"""Time from one look at the colors of a picture to the next [s]: it costs about 2 ms."""
+"""Interval between two updates of the colors [s]; an update takes about 2 ms."""
 
 POOL_SECONDS = 1.0
-"""Time constant of the pixels that are looked at [s], and how long a color that has come into the
-picture may still change in any way; that of a color that follows the light, too."""
+"""Time constant of the pooled color counts [s]. For this long, a color that has just appeared may
+change without restriction. It is also the time constant for following the light."""
 
 SHADES_SECONDS = 1.0
-"""Time from one search for shades beyond a color's to the next [s], once it may change no more: it
-costs some 20 to 60 ms, and light on a thing changes no faster than what is pooled."""
+"""Interval between two searches for further shades of a color [s], once its unrestricted period is
+over. A search takes 20 to 60 ms, and the light on an object changes no faster than the pool."""
 
 LARGEST_SECONDS = 3.0
-"""Time after which the area of the largest blob is forgotten [s], at most, and half of it at least:
-longer than a hand or a turn hides most of a thing, shorter than one takes to walk away from the
-camera."""
+"""Memory for the area of the largest blob: it is forgotten after at most this time, and at least
+half of it [s]. Longer than a hand or a turn hides most of an object, and shorter than it takes to
+walk away from the camera."""
 
 LEAST_SHARE, PIECE_SHARE = 1 / 20, 1 / 3
-"""Least area over that of the largest blob, anywhere and right beside a larger one: things at
-4.5 times the distance are found, sparkles are not; and of two equal things of which one is right
-beside the other, none is at 1.7 times the distance, but a stripe or a finger cuts off a third."""
+"""Least area over that of the largest blob, anywhere, and right beside a larger one. The first
+keeps objects at 4.5 times the distance, but no glints. The second drops pieces that a stripe or a
+finger cuts off, up to a third. Equal objects right beside each other are assumed to differ in
+distance by less than a factor of 1.7."""
 
 PIECE_REACH = 0.5
-"""How far beside the box of a blob its pieces are [share of its side]."""
+"""Margin around the box of a blob in which its pieces lie [share of the side of the box]."""
 
 FEWEST_LEFT = 1 / 4
-"""Share of its pixels that a color must keep to follow the light, and its inverse that of what it
-may grow to: when a thing has left, what is a little like it must not lead the color away."""
+"""Share of its pixels that a color must keep to follow the light; the inverse limits its growth.
+When an object has left, slightly similar pixels must not pull the color away."""
 
 MANY_SPECKS = 20
-"""Blobs too small for a thing in one picture that somebody should hear of: a few come from noise at
-the outlines of things."""
+"""Number of blobs in one picture, each too small for an object, above which the user is warned.
+Noise on outlines causes a few."""
 
 ABSENT_SECONDS = 2.0
-"""How long a color has to be missing from the start [s] before somebody should hear of it."""
+"""Time that a color must be missing from the start before the user is warned [s]."""
 
 NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
-"""The color that stands for one that is not in the picture, and its tolerance: outside of sRGB."""
+"""Color and tolerance that stand in for a color missing from the picture: outside sRGB."""
 
 
 class ColorFinder:
-    """Finds the tolerance of each color that has none, and the least area of its blobs.
+    """Estimates the tolerance of each color that has none, and the least area of its blobs.
 
-    :param colors: as configured; those with tolerance 0 are found.
+    :param colors: as configured; tolerance 0 means to estimate it.
     """
 
     def __init__(self, colors: tuple[ReferenceColor, ...]) -> None:
@@ -95,9 +96,9 @@ class ColorFinder:
         self._largest = np.zeros((2, len(colors)))
 
     def look(self, frame: Frame) -> bool:
-        """Look at a picture, if it is time to.
+        """Update the colors from a picture, if an update is due.
 
-        :returns: whether colors have changed.
+        :returns: whether any color has changed.
         """
         stamp = frame.stamp
         elapsed = (stamp - self._looked) / NANOSECONDS
@@ -126,10 +127,11 @@ class ColorFinder:
     def _follow_shades(
         self, cells: NDArray[np.uint16], counts: NDArray[np.float64], share: float, stamp: int
     ) -> None:
-        """Let colors reach as far as the shades of their things do, farther by a share at a time.
+        """Extend colors to the shades of their objects, a bit more with each update.
 
-        Not farther at once: what is taken in for one look was beside the thing by chance. Shades
-        beyond are looked for less often, since that takes longer than all the rest of a look.
+        A sudden extension would include pixels that were next to the object by chance in one
+        picture. The search for further shades runs less often, since it takes longer than the rest
+        of an update.
         """
         for k, extent in self._found.items():
             if self._colors[k].is_sampled or self._colors[k].inverted:
@@ -151,12 +153,12 @@ class ColorFinder:
         found = find_extent(counts, color.lab, color.samples, color.others, most, allowed=allowed)
         if found is None or not color.inverted:
             return found
-        # The rest shrinks as the ground grows: by much where it is the ground's own uneven light.
+        # The rest shrinks as the background color grows: a lot if the background is unevenly lit.
         rest = counts.sum() - found.pixels
         return found if found.growth * found.pixels < MOST_GROWTH * rest else None
 
     def _renew(self, k: int, pool: NDArray[np.float64], stamp: int) -> None:
-        """Take the extent that the color has now, unless it is another thing's."""
+        """Replace a color's extent with its current one, unless that belongs to another object."""
         known = self._found[k]
         is_new = 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
         extent = self._find(k, pool, 0 if is_new else known.pixels / FEWEST_LEFT)
@@ -174,7 +176,7 @@ class ColorFinder:
             self._found[k] = extent
 
     def resolve(self, colors: tuple[ReferenceColor, ...]) -> tuple[ReferenceColor, ...]:
-        """The colors, with what was found in place of what was not given."""
+        """The colors, with estimates for what was not given."""
         found = list(colors)
         for k in self._sought:
             extent = self._found.get(k)
@@ -196,9 +198,9 @@ class ColorFinder:
 
     @property
     def doubt(self) -> NDArray[np.float64]:
-        """(colors + 1,) by label, shift of centroids by not knowing where a color ends.
+        """(colors + 1,) by label, centroid shift due to the uncertain limit of a color.
 
-        It is one in shares of the width of the blur.
+        It is a standard deviation [shares of the width of the blur].
         """
         doubt = np.zeros(len(self._colors) + 1)
         doubt[[k + 1 for k in self._found if not self._colors[k].inverted]] = END_SHIFT
@@ -206,7 +208,7 @@ class ColorFinder:
 
     @property
     def trouble(self) -> str:
-        """What keeps colors from being found, and what to do about it; empty when nothing does."""
+        """Why colors cannot be found, and what to do about it; empty if there is no problem."""
         absent = [k for k in self._sought if k not in self._found]
         waited = self._looked - (self._first or 0) > ABSENT_SECONDS * NANOSECONDS
         for k in absent:
@@ -217,7 +219,7 @@ class ColorFinder:
                     f'{name}.tolerance, or {name}.others to colors that are not it'
                 )
             if waited and self._pool is not None:
-                if k not in self._nearest:  # once: it is told in every picture
+                if k not in self._nearest:  # once: trouble is read for every picture
                     self._nearest[k] = nearest_color(self._pool, self._colors[k].lab)
                 return (
                     f'{name} is not in the picture, where {",".join(map(str, self._nearest[k]))} '
@@ -235,7 +237,7 @@ class ColorFinder:
         return ''
 
     def keep(self, blobs: BlobTable, stamp: int) -> NDArray[np.bool_]:
-        """(N,) whether a blob is large enough beside the largest of its color."""
+        """(N,) whether a blob is large enough compared to the largest of its color."""
         if not self._sought:
             return np.ones(len(blobs.area), bool)
         half = LARGEST_SECONDS / 2 * NANOSECONDS
@@ -254,12 +256,12 @@ class ColorFinder:
 
 
 def _most_of(color: ReferenceColor) -> float:
-    """The share of the picture that a color may cover."""
+    """Largest share of the picture that a color may cover."""
     return LARGEST_GROUND if color.inverted else LARGEST_SHARE
 
 
 def _is_piece(blobs: BlobTable) -> NDArray[np.bool_]:
-    """(N,) whether a blob lies beside a much larger one of its color, or inside of a larger one."""
+    """(N,) whether a blob is beside a much larger one of its color, or enclosed by a larger one."""
     low = blobs.box[:, None, :2] - PIECE_REACH * blobs.box[:, None, 2:]
     high = blobs.box[:, None, :2] + (1 + PIECE_REACH) * blobs.box[:, None, 2:]
     beside = ((blobs.mean >= low) & (blobs.mean <= high)).all(axis=2)
@@ -277,7 +279,7 @@ def _is_piece(blobs: BlobTable) -> NDArray[np.bool_]:
 def _surrounds(
     blobs: BlobTable, ends: tuple[NDArray[np.intp], ...], outer: int, inner: int
 ) -> bool:
-    """Whether one blob has pixels on all sides of the center of another: a frame of its print."""
+    """Whether a blob has pixels on all sides of another's center, such as the frame of a print."""
     u, v = np.rint(blobs.mean[inner])
     first = blobs.first_run[outer]
     mine = slice(first, first + blobs.run_count[outer])

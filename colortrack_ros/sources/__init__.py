@@ -1,4 +1,4 @@
-"""sources: where frames come from, a device, video file, stream, folder of pictures or scene."""
+"""sources: frames from a device, video file, stream, folder of pictures, or rendered scene."""
 
 import time
 
@@ -16,13 +16,13 @@ from colortrack_ros.sources.video import VideoSource
 __all__ = ['SOURCES', 'Grabber', 'Source', 'SourceError', 'open_source']
 
 SOURCES = (SceneSource, StreamSource, DeviceSource, PicturesSource, VideoSource)
-"""Every kind of source; the first that accepts a spec opens it. VideoSource accepts any."""
+"""All kinds of sources; the first that accepts a spec opens it. VideoSource accepts any."""
 
 FILES = (PicturesSource, VideoSource)
-"""Those that have no limits of their own of the time that opening takes."""
+"""Kinds that have no timeout of their own for opening."""
 
 TIME_TO_OPEN = 10.0
-"""How long opening a file may take [s]: one on a dead network drive never ends."""
+"""Timeout for opening a file [s]: on a dead network drive it would block forever."""
 
 
 def open_source(spec: str, rate: float = 0.0, clock: Now = time.time_ns) -> Source:
@@ -30,11 +30,11 @@ def open_source(spec: str, rate: float = 0.0, clock: Now = time.time_ns) -> Sour
 
     :param spec: `0`, `/dev/video0`, `ball.mp4`, `rtsp://host/path`, `http://host/stream.mjpg`,
         `shots`, `shots/*.png`, `scene:five`, `scene:five?width=640&height=480&noise=0`.
-    :param rate: frames a second, where the source has no rate of its own (pictures) or can be
-        asked for one (a device); 0: its default [Hz].
-    :param clock: returns the time [ns], asked at each grab of a live source.
-    :raises SourceError: when it cannot be opened: one line that names what was given and what
-        would work.
+    :param rate: frames per second, for sources without a rate of their own (pictures) and for those
+        that can be asked for one (devices); 0: the default [Hz].
+    :param clock: returns the time [ns]; called at each grab of a live source.
+    :raises SourceError: if it cannot be opened: one line that names what was given and what would
+        work.
     """
     try:
         kind = in_time(lambda: next(kind for kind in SOURCES if kind.accepts(spec)), TIME_TO_OPEN)

@@ -1,4 +1,4 @@
-"""The interface of every source of frames."""
+"""The interface of all frame sources."""
 
 from abc import ABC
 from abc import abstractmethod
@@ -10,23 +10,23 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 
 DEFAULT_RATE = 30.0
-"""Frame rate of a recording that gives none [Hz]: that of most cameras."""
+"""Frame rate of a recording that does not specify one [Hz]: that of most cameras."""
 
 
 class SourceError(Exception):
-    """A source cannot be opened or has failed: one line, what was given and what would work."""
+    """A source cannot be opened or has failed: one line with what was given and what would work."""
 
 
 class Source(ABC):
-    """Where frames come from. A frame owns its picture: nothing overwrites it later.
+    """A source of frames. Each frame owns its picture, which is never overwritten.
 
-    A new kind is a class that has these methods, `accepts(spec)`, and a constructor of
-    (spec, rate, clock), in a file of its own, and a line in SOURCES.
+    To add a kind of source, write a class with these methods, `accepts(spec)`, and a constructor
+    with (spec, rate, clock), in its own file, and add it to SOURCES.
 
-    :ivar live: frames come when they come, stamped with the clock; else a recording.
-    :ivar period: time from frame to frame of a recording [ns]; 0 for live sources.
-    :ivar lost: pictures of a recording that could not be read, so far.
-    :ivar total: frames that a recording has according to itself; 0 where that is not known.
+    :ivar live: frames arrive in real time and are stamped with the clock; otherwise a recording.
+    :ivar period: time between frames of a recording [ns]; 0 for live sources.
+    :ivar lost: unreadable pictures of a recording, so far.
+    :ivar total: number of frames that a recording claims to have; 0 if unknown.
     """
 
     live: bool
@@ -37,24 +37,24 @@ class Source(ABC):
     @staticmethod
     @abstractmethod
     def accepts(spec: str) -> bool:
-        """Say whether the spec means a source of this kind."""
+        """Return whether the spec is for this kind of source."""
 
     @abstractmethod
     def read(self) -> Frame | None:
         """Return the next frame in bgr8, waiting for it if live; None at the end of a recording.
 
-        :raises SourceError: when a live source fails, or one picture of a recording is unreadable;
-            the next call reads the one after it.
+        :raises SourceError: if a live source fails, or a picture of a recording is unreadable; the
+            next call then reads the picture after it.
         """
 
     def __iter__(self) -> Iterator[Frame]:
-        """Every frame from the next one on; raises what :meth:`read` raises."""
+        """Yield all remaining frames; raises what :meth:`read` raises."""
         while (frame := self.read()) is not None:
             yield frame
 
     @abstractmethod
     def rewind(self) -> None:
-        """Start a recording over; its stamps count on. A live source cannot."""
+        """Restart a recording; its stamps keep increasing. A live source does nothing."""
 
     @abstractmethod
     def close(self) -> None:
@@ -62,9 +62,9 @@ class Source(ABC):
 
 
 class RecordedSource(Source):
-    """A source that can be read again: frame k since opening has the stamp k / rate.
+    """A source that can be replayed: frame k since opening has the stamp k / rate.
 
-    :param rate: frames a second.
+    :param rate: frames per second.
     """
 
     live = False
@@ -79,9 +79,9 @@ class RecordedSource(Source):
         return self._frame_at(self._count, image)
 
     def _frame_at(self, time: float, image: NDArray) -> Frame:
-        """Return the frame of a time, counted in frames since opening."""
+        """Return the frame at a time, in frames since opening."""
         self._count = int(time) + 1
         return Frame(image, 'bgr8', round(time * NANOSECONDS / self._rate))
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Do nothing: nothing is held open."""

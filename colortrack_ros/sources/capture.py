@@ -1,4 +1,4 @@
-"""cv2.VideoCapture, quiet, and with the time of the grab."""
+"""A quiet wrapper of cv2.VideoCapture that stamps frames when they are grabbed."""
 
 from collections.abc import Callable
 import os
@@ -11,21 +11,21 @@ from colortrack_ros.data import Frame
 from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
 
-# The error that is raised says all; FFmpeg and OpenCV would write their own lines beside it,
-# passwords of streams included. FFmpeg reads this when it is first used.
+# The raised error says it all. FFmpeg and OpenCV would also print lines of their own, including
+# the passwords of streams. FFmpeg reads this variable when it is first used.
 os.environ.setdefault('OPENCV_FFMPEG_LOGLEVEL', '-8')
 _set_log_level = getattr(cv2, 'setLogLevel', None) or cv2.utils.logging.setLogLevel
-_set_log_level(0)  # OpenCV 5 has moved it
+_set_log_level(0)  # moved in OpenCV 5
 
 Now = Callable[[], int]
 """Returns the time [ns]."""
 
 
 class LiveCapture(Source):
-    """A live capture, whose frames have the time of the grab.
+    """A live capture whose frames are stamped when they are grabbed.
 
-    :param capture: opened.
-    :param label: what to call it in an error.
+    :param capture: an open capture.
+    :param label: name of the source in error messages.
     :param clock: returns the time [ns].
     """
 
@@ -38,7 +38,7 @@ class LiveCapture(Source):
         self._clock = clock
 
     def read(self) -> Frame:
-        """Wait for the next frame; it is stamped before it is decoded."""
+        """Wait for the next frame; it is stamped before decoding."""
         grabbed = self._capture.grab()
         stamp = self._clock()
         image: Any = self._capture.retrieve()[1] if grabbed else None
@@ -50,7 +50,7 @@ class LiveCapture(Source):
         return Frame(image, 'bgr8', stamp)
 
     def rewind(self) -> None:
-        """A live source has no beginning."""
+        """Do nothing: a live source has no beginning."""
 
     def close(self) -> None:
         """Release the device or the connection."""

@@ -1,4 +1,4 @@
-"""Cameras that are connected to this machine."""
+"""Cameras connected to this machine."""
 
 from dataclasses import dataclass
 import glob
@@ -30,13 +30,14 @@ ENCODINGS_OF = {
     'GBRG': 'bayer_gbrg8',
     'GRBG': 'bayer_grbg8',
 }
-"""Encodings of the pixel formats of Video4Linux (FourCC) that are published as they are."""
+"""Encodings of the Video4Linux pixel formats (FourCC) that are published without conversion."""
 
 AUTO_EXPOSURE, MANUAL_EXPOSURE = 3, 1
-"""Values of V4L2_CID_EXPOSURE_AUTO: with a fixed iris as all USB cameras have, and none."""
+"""Values of V4L2_CID_EXPOSURE_AUTO: automatic with a fixed iris, as in all USB cameras, and
+manual."""
 
 EXPOSURE_UNIT = 0.1
-"""Of V4L2_CID_EXPOSURE_ABSOLUTE [ms]: 100 us (Linux kernel, camera control reference)."""
+"""Unit of V4L2_CID_EXPOSURE_ABSOLUTE [ms]: 100 us (Linux kernel, camera control reference)."""
 
 
 def _four_letters(name: str) -> None:
@@ -45,7 +46,7 @@ def _four_letters(name: str) -> None:
 
 
 def _control(text: str, unit: str = '', maximum: float = 1e6) -> Any:
-    """A field: a control that the device sets itself, or that is set here."""
+    """A field for a camera control that is set here or left to the device."""
     return parameter(
         -1.0,
         f'Of a device: {text} -1 leaves it as it is.',
@@ -58,7 +59,7 @@ def _control(text: str, unit: str = '', maximum: float = 1e6) -> Any:
 
 @dataclass(frozen=True)
 class DeviceConfig(Config):
-    """What a device is asked for; the node warns of what it does not accept."""
+    """Requested device settings; the node warns about those that the device rejects."""
 
     width: int = parameter(
         0,
@@ -97,9 +98,9 @@ class DeviceConfig(Config):
 
 
 class AbsentSource(Source):
-    """A device that is not there yet: reading fails as opening did.
+    """Stands in for a missing device: reading raises the error from opening it.
 
-    :param error: what opening it raised.
+    :param error: raised by opening the device.
     """
 
     live = True
@@ -110,7 +111,7 @@ class AbsentSource(Source):
 
     @staticmethod
     def accepts(spec: str) -> bool:
-        """No spec: it stands in for a device."""
+        """Accept no spec: this class only replaces a device."""
         return False
 
     def read(self) -> NoReturn:
@@ -118,17 +119,17 @@ class AbsentSource(Source):
         raise self._error
 
     def rewind(self) -> None:
-        """There is nothing to rewind."""
+        """Do nothing: there is nothing to rewind."""
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""
 
 
 class DeviceSource(LiveCapture):
-    """A camera by its number or path, `0` or `/dev/video0`.
+    """A camera, given by number or path, `0` or `/dev/video0`.
 
-    :param rate: frames a second to ask the device for; 0: what it gives [Hz].
-    :raises SourceError: when there is no such device, or it gives no pictures.
+    :param rate: frames per second to request from the device; 0: its default [Hz].
+    :raises SourceError: if there is no such device, or it delivers no pictures.
     """
 
     def __init__(self, spec: str, rate: float, clock: Now) -> None:
@@ -146,9 +147,9 @@ class DeviceSource(LiveCapture):
         super().__init__(capture, f'source {spec!r}: the device', clock)
 
     def configure(self, config: DeviceConfig) -> list[str]:
-        """Ask the device for what is configured, the format first.
+        """Request the configured settings from the device, the format first.
 
-        :return: what it has not accepted, one line each.
+        :return: the rejected ones, one line each.
         """
         self._refusals: list[str] = []
         if config.pixel_format:
@@ -217,7 +218,7 @@ class DeviceSource(LiveCapture):
 
     @staticmethod
     def accepts(spec: str) -> bool:
-        """A number or a path below /dev."""
+        """Accept a number or a path below /dev."""
         return spec.isdecimal() or spec.startswith('/dev/')
 
 

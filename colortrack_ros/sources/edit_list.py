@@ -1,7 +1,8 @@
-"""How many pictures of an MP4 or MOV file its edit list shows (ISO/IEC 14496-12, 8.6).
+"""Counts the pictures of an MP4 or MOV file that its edit list shows (ISO/IEC 14496-12, 8.6).
 
-A film that was cut without encoding it again begins at a key frame before the cut. What is before
-the cut stays in the file, to be decoded and not shown, and the file's number of pictures counts it.
+A video that was cut without reencoding starts at a key frame before the cut. The pictures before
+the cut stay in the file: they are decoded but not shown, and the file's picture count includes
+them.
 """
 
 from collections.abc import Iterator
@@ -14,19 +15,20 @@ from numpy.typing import NDArray
 from colortrack_ros.files import open_file
 
 LARGEST_INDEX = 1 << 26
-"""Bytes of an index that are read at most: 20 for each picture are 30 hours at 30 Hz."""
+"""Maximum number of bytes of an index to read: at 20 bytes per picture, 30 hours at 30 Hz."""
 
 MOST_PICTURES = 1 << 22
-"""Pictures of an index at most, 38 hours at 30 Hz: twelve bytes can claim four billion."""
+"""Maximum number of pictures in an index, 38 hours at 30 Hz: twelve bytes can claim four
+billion."""
 
 HEADER, LONG_HEADER = 8, 16
-"""Bytes before the content of a box: its length and kind, and a length of 64 bits."""
+"""Bytes before the content of a box: length and kind, without and with a 64-bit length."""
 
 
 def shown_pictures(path: str) -> int | None:
-    """The pictures of the first video track that are within its edits.
+    """Count the pictures of the first video track that lie within its edits.
 
-    :returns: None where there is no edit list that can be understood, as in other formats.
+    :returns: None if there is no edit list that can be parsed, as in other formats.
     """
     try:
         with open_file(path) as file:
@@ -40,7 +42,7 @@ def shown_pictures(path: str) -> int | None:
 
 
 def _index(file: BinaryIO) -> bytes:
-    """The content of the box moov, empty if there is none."""
+    """The content of the moov box, empty if there is none."""
     size, at = file.seek(0, 2), 0
     while at + HEADER <= size:
         file.seek(at)
@@ -58,7 +60,7 @@ def _index(file: BinaryIO) -> bytes:
 
 
 def _boxes(content: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Kind and content of each box."""
+    """Yield the kind and content of each box."""
     at = 0
     while at + HEADER <= len(content):
         length, kind = struct.unpack_from('>I4s', content, at)
@@ -69,7 +71,7 @@ def _boxes(content: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _flat(track: bytes) -> dict[bytes, bytes]:
-    """The boxes of a track, and those within the ones that only hold others."""
+    """The boxes of a track, including those nested in container boxes."""
     found = dict(_boxes(track))
     for holder in (b'edts', b'mdia', b'minf', b'stbl'):
         found = dict(_boxes(found.get(holder, b''))) | found
@@ -77,9 +79,9 @@ def _flat(track: bytes) -> dict[bytes, bytes]:
 
 
 def _is_shown(track: dict[bytes, bytes], scale: int) -> NDArray[np.bool_]:
-    """(N,) whether the time of each picture is within an edit.
+    """(N,) whether the time of each picture lies within an edit.
 
-    :param scale: units of the edits' durations in a second.
+    :param scale: time units per second for the durations of edits.
     """
     steps = _run_lengths(track[b'stts'], '>u4')
     time = np.cumsum(steps) - steps
@@ -96,15 +98,15 @@ def _is_shown(track: dict[bytes, bytes], scale: int) -> NDArray[np.bool_]:
 
 
 def _scale(header: bytes) -> int:
-    """Units of time in a second, of the boxes mvhd and mdhd."""
+    """Time units per second, from an mvhd or mdhd box."""
     (scale,) = struct.unpack_from('>I', header, 20 if header[0] == 1 else 12)
     return int(scale)
 
 
 def _run_lengths(content: bytes, kind: str) -> NDArray[np.int64]:
-    """(N,) a value for each picture, of the boxes stts and ctts.
+    """(N,) value for each picture, from an stts or ctts box.
 
-    :raises ValueError: they are of more than MOST_PICTURES.
+    :raises ValueError: if there are more than MOST_PICTURES pictures.
     """
     (count,) = struct.unpack_from('>I', content, 4)
     runs = np.frombuffer(content, np.dtype(f'>u4, {kind}'), count, 8)

@@ -1,4 +1,4 @@
-"""Reads a source in a thread of its own."""
+"""Reads a source in a separate thread."""
 
 from collections import deque
 from collections.abc import Callable
@@ -9,21 +9,21 @@ from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
 
 READ_AHEAD = 2
-"""Frames of a recording that are read ahead: one is decoded while one waits."""
+"""Number of frames of a recording to read ahead: one is decoded while another waits."""
 
 CLOSE_TIMEOUT = 1.0
-"""How long closing waits for a read that does not return [s]: less than the 1.5 s in which a node
-has to end."""
+"""How long to wait on close for a read that does not return [s]: less than the 1.5 s that a node
+has for its shutdown."""
 
 
 class Grabber:
-    """Gives the newest frame of a live source, and every frame of a recording.
+    """Delivers the newest frame of a live source, and every frame of a recording.
 
-    A live source is read as fast as it goes, so that its own buffer never holds an old frame; a
-    frame that nobody has taken is skipped and counted when the next one comes.
+    A live source is read as fast as it delivers, so its own buffer never holds an old frame. If a
+    frame has not been taken when the next one arrives, it is skipped and counted.
 
-    :param source: is closed with the grabber.
-    :param loop: whether a recording that has ended starts again, asked at its end.
+    :param source: closed together with the grabber.
+    :param loop: whether to restart a recording, called at its end.
     """
 
     def __init__(self, source: Source, loop: Callable[[], bool] = lambda: False) -> None:
@@ -38,11 +38,11 @@ class Grabber:
         self._thread.start()
 
     def read(self) -> Frame | None:
-        """The next frame; None when the recording has ended or the grabber is closed.
+        """The next frame; None if the recording has ended or the grabber is closed.
 
-        :raises SourceError: a live source has failed, for good; or a picture of a recording is
-            unreadable, and the next call gives the one after it. Any other exception of the source
-            ends it, and comes as a SourceError.
+        :raises SourceError: if a live source has failed, for good, or if a picture of a recording
+            is unreadable; the next call then returns the picture after it. Any other exception of
+            the source ends it, and is raised as a SourceError.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._items or self._closed)
@@ -58,24 +58,24 @@ class Grabber:
 
     @property
     def lost(self) -> int:
-        """Pictures of a recording that could not be read, so far."""
+        """Unreadable pictures of a recording, so far."""
         return self._source.lost + self._failed
 
     def close(self) -> None:
-        """End the thread, which closes the source."""
+        """Stop the thread, which closes the source."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
         self._thread.join(CLOSE_TIMEOUT)
 
     def _is_last(self, item: Frame | SourceError | None) -> bool:
-        """Whether this is the answer to all later calls as well: the end, or a failure."""
+        """Whether all later calls return this item too: the end, or a failure of a live source."""
         return item is None or (self.live and isinstance(item, SourceError))
 
     def _grab(self) -> None:
         try:
             self._read_all()
-        except Exception as error:  # or a reader would wait for ever
+        except Exception as error:  # otherwise the reader would wait forever
             self._failed = 1
             self._put(SourceError(f'the source has failed: {type(error).__name__}: {error}'))
             if not self.live:
@@ -84,7 +84,7 @@ class Grabber:
             self._source.close()
 
     def _read_all(self) -> None:
-        rewound = True  # a recording without frames ends, also in a loop
+        rewound = True  # a recording without frames ends even when looping
         while not self._closed:
             item: Frame | SourceError | None
             try:

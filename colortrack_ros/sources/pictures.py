@@ -14,14 +14,16 @@ from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
 
 PICTURE_SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.webp', '.pgm', '.ppm')
-"""Suffixes of the formats that OpenCV reads both in Debian's build and in the wheels."""
+"""Suffixes of the formats that OpenCV reads in both Debian's build and the wheels."""
 
 
 class PicturesSource(RecordedSource):
-    """The pictures of a folder, or of a pattern such as `shots/*.png`; 9.png comes before 10.png.
+    """The pictures in a folder, or matching a pattern such as `shots/*.png`, in natural order.
 
-    :param rate: frames a second; 0: DEFAULT_RATE [Hz].
-    :raises SourceError: when there is no picture, or the first one is unreadable.
+    9.png comes before 10.png.
+
+    :param rate: frames per second; 0: DEFAULT_RATE [Hz].
+    :raises SourceError: if there is no picture, or the first one is unreadable.
     """
 
     def __init__(self, spec: str, rate: float, clock: Now) -> None:
@@ -30,7 +32,7 @@ class PicturesSource(RecordedSource):
             found = [spec]
         else:
             found = glob.glob(f'{glob.escape(spec)}/*' if Path(spec).is_dir() else spec)
-        # Reading a pipe of that name would wait for its other end.
+        # Reading a named pipe would block until its other end is opened.
         paths = [p for p in found if p.lower().endswith(PICTURE_SUFFIXES) and Path(p).is_file()]
         if not paths:
             raise SourceError(
@@ -46,7 +48,7 @@ class PicturesSource(RecordedSource):
 
     @staticmethod
     def accepts(spec: str) -> bool:
-        """A folder, a pattern, or a single picture."""
+        """Accept a folder, a pattern, or a single picture."""
         if Path(spec).is_file() or not glob.has_magic(spec):
             return spec.lower().endswith(PICTURE_SUFFIXES) or (spec != '' and Path(spec).is_dir())
         return True
@@ -69,5 +71,5 @@ class PicturesSource(RecordedSource):
 
 
 def natural(path: str) -> list[str | int]:
-    """Return a key that sorts numbers within names by their value."""
+    """Return a sort key that compares numbers within names by value."""
     return [int(part) if part.isdecimal() else part for part in re.split(r'(\d+)', path)]

@@ -11,9 +11,9 @@ SCENE_PREFIX = 'scene:'
 
 
 class SceneSource(RecordedSource):
-    """A rendered scene, `scene:five` or `scene:five?width=640&height=480`, at its own rate.
+    """A rendered scene at its own rate, `scene:five` or `scene:five?width=640&height=480`.
 
-    :raises SourceError: for an unknown scene or option.
+    :raises SourceError: if the scene or an option is unknown.
     """
 
     def __init__(self, spec: str, rate: float, clock: Now) -> None:
@@ -27,7 +27,7 @@ class SceneSource(RecordedSource):
 
     @staticmethod
     def accepts(spec: str) -> bool:
-        """Whatever starts with `scene:`."""
+        """Accept anything that starts with `scene:`."""
         return spec.startswith(SCENE_PREFIX)
 
     def read(self) -> Frame | None:

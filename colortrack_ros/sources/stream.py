@@ -1,4 +1,4 @@
-"""Cameras on the network."""
+"""Network cameras."""
 
 import re
 
@@ -9,17 +9,17 @@ from colortrack_ros.sources.capture import LiveCapture
 from colortrack_ros.sources.capture import Now
 
 TIMEOUT_MS = 5000
-"""How long to wait for a connection, and for the next picture [ms]: more than the seconds between
-two key frames of a usual camera."""
+"""Timeout for the connection, and for the next picture [ms]: longer than the time between two key
+frames of typical cameras."""
 
 SCHEMES = ('rtsp://', 'rtsps://', 'http://', 'https://')
-"""Schemes of the addresses of streams."""
+"""URL schemes of streams."""
 
 
 class StreamSource(LiveCapture):
-    """A stream by its address, `rtsp://user:password@host/path` or `http://host/stream.mjpg`.
+    """A stream, given by URL, `rtsp://user:password@host/path` or `http://host/stream.mjpg`.
 
-    :raises SourceError: when no stream answers there in time; the password is not in the message.
+    :raises SourceError: if no stream answers in time; the message does not contain the password.
     """
 
     def __init__(self, spec: str, rate: float, clock: Now) -> None:
@@ -37,14 +37,14 @@ class StreamSource(LiveCapture):
 
     @staticmethod
     def accepts(spec: str) -> bool:
-        """An address of a scheme for streams."""
+        """Accept a URL with a streaming scheme."""
         return spec.lower().startswith(SCHEMES)
 
 
 def without_secrets(address: str) -> str:
-    """Return the address with *** for the password and the query, which may hold a key.
+    """Return the URL with *** for the password, and for the query, which may contain a key.
 
-    What is no address, such as `scene:five?rate=60`, stays as it is.
+    Anything that is not a URL, such as `scene:five?rate=60`, is returned as it is.
     """
     if '://' not in address:
         return address

@@ -14,35 +14,36 @@ from colortrack_ros.sources.capture import Now
 from colortrack_ros.sources.edit_list import shown_pictures
 
 ROUNDING = 0.0005
-"""Rounding of the times in a container [s]: Matroska has whole milliseconds, others less. A
-time this close to a multiple of the period is the multiple."""
+"""Rounding of the times in a container [s]: Matroska has whole milliseconds, others are finer.
+Times this close to a multiple of the period are set to the multiple."""
 
 READ_ON = 250
-"""Pictures to try after one that cannot be read, before that is the end: ten seconds at 25 Hz. If
-the container promises more, that many. The damaged mp4 of test/sources is read on with 25 and ends
-at the damage with 12; it is ten times as many since trying costs nothing but time."""
+"""Number of pictures to try after an unreadable one before giving up, or more if the container
+promises more: ten seconds at 25 Hz. In the damaged mp4 of test/sources, reading resumes with 25 and
+ends at the damage with 12. The value is ten times as large, since trying costs only time."""
 
 ESTIMATE = 2
-"""Pictures that a container may promise too many: Matroska gives a duration, sound included."""
+"""Number of pictures by which a container may overstate its length: Matroska gives a duration,
+which includes the sound."""
 
 SAME_PERIOD = 0.1
-"""Of a period, by which the time to the next picture may be off it. Chosen: as much as rounding
-both times to milliseconds is at 100 Hz."""
+"""Largest deviation of the time between two pictures from the period [share of the period]. Chosen:
+at 100 Hz, rounding both times to milliseconds causes as much."""
 
 CONSTANT_RATE = 0.9
-"""Share of the pictures that follow the one before by a period, from which on the rate is constant
-and a gap is a loss. Assumed: of ten videos with damage in their middle 0.987 to 1 do, of eleven
-whose rate varies at most 0.67."""
+"""Share of the pictures that come one period after their predecessor, from which the rate counts as
+constant and gaps as losses. Assumed: it is 0.987 to 1 in ten videos with damage in the middle, and
+at most 0.67 in eleven with a variable rate."""
 
 
 class VideoSource(RecordedSource):
-    """A video file, of any format that FFmpeg reads; its own frame rate and times count.
+    """A video file, in any format that FFmpeg reads, with its own frame rate and times.
 
-    A file that is damaged is read on behind the damage. The stamps are the container's times, so
-    what is lost leaves a gap, or k / rate where it has none, as AVI.
+    Reading continues after damage. Stamps are the container's times, so lost pictures leave a gap.
+    In containers without times, such as AVI, they are k / rate.
 
-    :param rate: frames a second where the file does not say; 0: DEFAULT_RATE [Hz].
-    :raises SourceError: when there is no such file, or no picture can be read from it.
+    :param rate: frames per second if the file does not specify it; 0: DEFAULT_RATE [Hz].
+    :raises SourceError: if there is no such file, or no picture can be read from it.
     """
 
     _held: Frame | None
@@ -78,7 +79,7 @@ class VideoSource(RecordedSource):
 
     @staticmethod
     def accepts(spec: str) -> bool:
-        """Anything: what is no other kind of source should be a file."""
+        """Accept anything: a spec of no other kind should be a file."""
         return True
 
     def read(self) -> Frame | None:
@@ -102,7 +103,7 @@ class VideoSource(RecordedSource):
         )
 
     def _next_image(self) -> tuple[NDArray[np.uint8] | None, int]:
-        """The next picture that can be read, None at the end, and how many before it cannot."""
+        """The next readable picture, None at the end, and the number of unreadable ones before."""
         tries = 1 + max(READ_ON, self.total - self._given)
         for failed in range(tries if not self._ended else 0):
             read, image = self._capture.read()
@@ -112,12 +113,12 @@ class VideoSource(RecordedSource):
         return None, 0
 
     def _time(self) -> float:
-        """Of the picture that was read, in frames: the container's, where it has a possible one."""
+        """The time of the current picture in frames, from the container if plausible."""
         frames = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3 * self._rate
         if abs(frames - round(frames)) <= ROUNDING * self._rate:
             frames = round(frames)
         frames += self._first
-        # At a varying rate the last picture is shown for as long as others, beyond the mean rate's.
+        # At a variable rate, the last picture may last longer than the mean period.
         end = self._first + max(self.total, self._given) + self._longest
         possible = self._last < frames < end
         frames = frames if possible else float(self._count)
@@ -127,7 +128,7 @@ class VideoSource(RecordedSource):
         return self._last
 
     def _tell_missing(self) -> None:
-        """Tell of pictures that the container has according to itself, and nobody saw."""
+        """Raise an error for pictures that the container claims but that were never read."""
         missing, self._ended = self.total - self._given - self._missing, True
         if missing > ESTIMATE and not self._is_varying():
             self.lost += missing
@@ -136,15 +137,16 @@ class VideoSource(RecordedSource):
             )
 
     def _is_varying(self) -> bool:
-        """Whether pictures at a varying rate fill the time from which their number is estimated.
+        """Whether pictures at a variable rate fill the duration that gave the estimated total.
 
-        What damage has taken of such is not known: the rate leaves out as many.
+        Losses in such a file are unknown, since the variable rate itself leaves out as many
+        pictures.
         """
         end = self._last - self._first + self._longest >= self.total - ESTIMATE
         return self._estimated and end and self._following < CONSTANT_RATE * self._given
 
     def rewind(self) -> None:
-        """Open the file afresh: seeking is not exact in every format."""
+        """Reopen the file: seeking is inexact in some formats."""
         self._capture.release()
         self._capture = cv2.VideoCapture(self._path, cv2.CAP_FFMPEG)
         self._first = self._count
@@ -153,5 +155,5 @@ class VideoSource(RecordedSource):
         self._ended = False
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._capture.release()

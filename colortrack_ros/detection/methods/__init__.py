@@ -1,4 +1,4 @@
-"""The ways to tell objects from the rest, one file each, by name."""
+"""The detection methods by name, one file each."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,5 +14,5 @@ METHODS: dict[str, Callable[[Any, BackgroundModel], Method]] = {
     'channel_difference': ChannelDifference,
     'background': BackgroundSubtraction,
 }
-"""Add one: a file with a class that is a Method, and a line here. Its parameters, if it has any of
-its own, are a Config beside the class, and a base class of DetectorConfig."""
+"""To add a method, write a file with a class that implements Method, and add a line here. Its own
+parameters, if any, go into a Config next to the class, which becomes a base of DetectorConfig."""

@@ -1,4 +1,4 @@
-"""Objects by their motion: background subtraction."""
+"""Background subtraction: detects moving objects."""
 
 from dataclasses import dataclass
 
@@ -28,7 +28,7 @@ SUBTRACTORS = {
 
 @dataclass(frozen=True)
 class BackgroundSubtractionConfig(BackgroundModelConfig, ShapeConfig):
-    """How what moves becomes a mask; min_area is also that of the area opening."""
+    """Parameters of the motion mask; min_area also sets the area opening."""
 
     background_model: str = parameter(
         'median',
@@ -50,8 +50,9 @@ class BackgroundSubtractionConfig(BackgroundModelConfig, ShapeConfig):
 class BackgroundSubtraction:
     """Background subtraction and the clean-up of De Bem 2007, section 3.
 
-    The subtraction is smoothed with a Gaussian, cut at a threshold, and freed of components that
-    are smaller than min_area (area opening). The opening comes with the rest of the morphology.
+    The difference is smoothed with a Gaussian and thresholded. An area opening then removes
+    components smaller than min_area. The morphological opening follows with the steps that all
+    methods share.
     """
 
     labels = 1
@@ -67,13 +68,13 @@ class BackgroundSubtraction:
         self.restart()
 
     def restart(self) -> None:
-        """Make OpenCV's subtractor afresh."""
+        """Create a new OpenCV subtractor."""
         name = self._config.background_model
         self._subtractor = SUBTRACTORS[name]() if name in SUBTRACTORS else None
         self._shape: tuple[int, ...] = ()
 
     def label(self, frame: Frame) -> LabelImage:
-        """1 for what differs from the background."""
+        """Label pixels that differ from the background with 1."""
         picture = channels_of(frame)
         threshold = self._config.difference_threshold if self._subtractor is None else 127.0
         difference = self._difference(picture)
@@ -85,32 +86,32 @@ class BackgroundSubtraction:
         return image
 
     def _difference(self, picture: NDArray) -> NDArray:
-        """(H, W) distance to the background [levels], 0 before there is one."""
+        """(H, W) distance to the background [levels], 0 before one is learned."""
         if self._subtractor is None:
             if not self._model.knows(picture):
                 return np.zeros(picture.shape[:2], np.uint8)
             self._model.relight(picture)
             return self._model.difference(picture)
-        # To OpenCV's subtractors a first picture is all new.
+        # OpenCV's subtractors report all of the first picture as foreground.
         is_first, self._shape = self._shape != picture.shape, picture.shape
         difference = self._subtractor.apply(picture)
         return np.zeros_like(difference) if is_first else difference
 
     def closeness(self, frame: Frame, pixel: Pixels, label: NDArray) -> NDArray[np.float64]:
-        """1: there is no reference color."""
+        """Always 1: there is no reference color."""
         return np.ones(len(label))
 
     def end_share(
         self, frame: Frame, inside: Pixels, outside: Pixels, label: NDArray
     ) -> NDArray[np.float64]:
-        """Half: there is no reference color."""
+        """Always half: there is no reference color."""
         return np.full(len(label), 0.5)
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
-        """All of them."""
+        """Keep all blobs."""
         return np.ones(len(blobs.area), bool)
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
-        """The background follows the frame outside all blobs, those of other shapes included."""
+        """Update the background outside all blobs, including those rejected by shape."""
         seconds = self._config.learn_seconds
         self._model.follow(channels_of(frame), frame.stamp, blobs, seconds)

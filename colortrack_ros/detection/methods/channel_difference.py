@@ -1,4 +1,4 @@
-"""The largest object of a primary color: Red object, equations (8) to (12)."""
+"""Channel difference: detects the largest object of a primary color (Red object, (8) to (12))."""
 
 from dataclasses import dataclass
 
@@ -21,13 +21,13 @@ from colortrack_ros.parameters import parameter
 
 CHANNELS = ('red', 'green', 'blue')
 REGION_SHARE = 0.10
-"""Half the side of the region of interest, a share of the picture's width and height: 10 % in Red
-object, (11) and (12)."""
+"""Half the side of the region of interest, as a share of the picture's width and height: 10 % in
+Red object, (11) and (12)."""
 
 
 @dataclass(frozen=True)
 class ChannelDifferenceConfig(Config):
-    """Which channel is compared with the others."""
+    """Which channel to compare with the others."""
 
     channel: str = parameter(
         'red',
@@ -57,11 +57,11 @@ class ChannelDifferenceConfig(Config):
 class ChannelDifference:
     """R - G - B above a threshold, or another channel minus the other two.
 
-    The document means the largest object, and takes the mask pixels in a region for it: with the
-    mask O, the row sums H (8) and the column sums V (9), x = argmax V, y = argmax H (10); the
-    centroid is that of all mask pixels within 10 % of the picture around (x, y), (11) and (12),
-    connected or not. Of two objects one may peak in H and the other in V, and what is larger than
-    the region is cut; the largest blob has neither fault.
+    The document looks for the largest object, and takes the mask pixels in a region for it. With
+    the mask O, row sums H (8) and column sums V (9), the region is around x = argmax V, y = argmax
+    H (10). The centroid is that of all mask pixels within 10 % of the picture around (x, y), (11)
+    and (12), connected or not. With two objects, one may have the peak in H and the other in V, and
+    objects larger than the region are cut. The largest blob has neither flaw.
     """
 
     labels = 1
@@ -78,10 +78,10 @@ class ChannelDifference:
         self.connect = as_one if self._by_region else connect
 
     def label(self, frame: Frame) -> LabelImage:
-        """1 for the mask, inside the region of interest if there is one."""
+        """Label the mask with 1, limited to the region of interest if there is one."""
         channels = split_rgb(frame.image, frame.encoding)
         minuend = channels.pop(self._channel)
-        # Saturates at 0, which is below any threshold.
+        # Saturates at 0, which no threshold lets through.
         difference = cv2.subtract(cv2.subtract(minuend, channels[0]), channels[1])
         image = LabelImage.empty(*frame.image.shape[:2])
         cv2.threshold(difference, self._threshold, 1, cv2.THRESH_BINARY, dst=image.pixels)
@@ -90,36 +90,36 @@ class ChannelDifference:
         return image
 
     def closeness(self, frame: Frame, pixel: Pixels, label: NDArray) -> NDArray[np.float64]:
-        """The difference of the channels over the greatest one possible."""
+        """Difference of the channels over the largest possible one."""
         return np.clip(self._difference(frame, pixel) / 255, 0, 1)
 
     def end_share(
         self, frame: Frame, inside: Pixels, outside: Pixels, label: NDArray
     ) -> NDArray[np.float64]:
-        """Where the difference of the channels is the threshold."""
+        """Where the difference of the channels equals the threshold."""
         other = self._difference(frame, outside)
         way = np.maximum(self._difference(frame, inside) - other, 1)
         return np.clip((self._threshold - other) / way, 0, 1)
 
     def _difference(self, frame: Frame, pixel: Pixels) -> NDArray[np.float64]:
-        """(N,) the channel less both others."""
+        """(N,) the channel minus both others."""
         rgb = rgb_of(frame.image[pixel], frame.encoding).astype(np.float64)
         others = np.delete(rgb, self._channel, axis=1).sum(axis=1)
         return np.asarray(rgb[:, self._channel] - others)
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
-        """The first: blobs come largest first."""
+        """Keep only the first blob, which is the largest."""
         return np.arange(len(blobs.area)) == 0
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
-        """Nothing: every frame stands for itself."""
+        """Learn nothing: frames are independent."""
 
     def restart(self) -> None:
-        """Nothing was learned."""
+        """Do nothing: nothing was learned."""
 
 
 def _clear_outside(image: LabelImage) -> None:
-    """Set the mask outside the region of interest to 0, in place."""
+    """Clear the mask outside the region of interest, in place."""
     height, width = image.pixels.shape
     v, u = np.divmod(image.positions(), image.stride)
     if not v.size:

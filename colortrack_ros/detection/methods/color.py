@@ -1,4 +1,4 @@
-"""Objects by their color: Pegoretti 2021, 3.1.1."""
+"""Color distance: detects objects by their color (Pegoretti 2021, 3.1.1)."""
 
 from dataclasses import dataclass
 from dataclasses import replace
@@ -42,18 +42,18 @@ from colortrack_ros.parameters import named
 from colortrack_ros.parameters import parameter
 
 MAX_COLORS = 254
-"""Labels are bytes: 0 is no color, and 255 a cell that has to be looked at closer."""
+"""Labels are bytes: 0 is no color, and 255 marks a cell whose pixels need an exact test."""
 FOLLOW_PIXELS = 16
-"""Pixels of a blob whose mean a reference color follows: known to a quarter of their spread, and
-the time constant averages over many frames."""
+"""Pixels of a blob whose mean a reference color follows. 16 give the mean to a quarter of the
+pixels' spread, and the time constant averages over many frames."""
 
 
 @dataclass(frozen=True)
 class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
-    """Which colors are looked for, and what is done about changing light and clutter.
+    """The colors to detect, and the handling of changing light and clutter.
 
-    A pixel within tolerance of several colors belongs to the nearest; connected pixels of one, most
-    of which another color has as well, belong to a larger blob of that color beside them.
+    A pixel within tolerance of several colors belongs to the nearest. If most pixels of a component
+    are also within tolerance of another color, it joins a larger blob of that color next to it.
     """
 
     colors: tuple[ReferenceColor, ...] = named(
@@ -98,11 +98,11 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
 
     @property
     def erosion_alone(self) -> bool:
-        """Whether nothing but the erosion reads the labels before it."""
+        """Whether the erosion is the only step that reads the labels before it."""
         return self.closing_size == 1 and self.grow == 1 and not self.moving_only
 
     def check(self) -> None:
-        """There are 1 to 254 colors, each with a name of its own."""
+        """Require 1 to 254 colors with unique names."""
         super().check()
         names = [color.name for color in self.colors]
         expect(1 <= len(names) <= MAX_COLORS, 'colors', names, f'1 to {MAX_COLORS} names')
@@ -112,11 +112,11 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
 class ColorDistance:
     """Color distance (2.1) and threshold (2.2), made robust to clutter and changing light.
 
-    With grow above 1, a pixel within tolerance starts a blob, and those within grow times the
-    tolerance that are connected to it belong to it.
+    With grow above 1, a pixel within tolerance starts a blob, which includes the connected pixels
+    within grow times the tolerance.
 
-    With moving_only a pixel counts only where it differs from the learned background: things of
-    the reference color that stand still are not found, and what passes in front of them is.
+    With moving_only, only pixels that differ from the learned background count: stationary objects
+    of the reference color are ignored, and objects that pass in front of them are detected.
     """
 
     connect = staticmethod(connect)
@@ -131,7 +131,7 @@ class ColorDistance:
         self._take(config.colors)
 
     def _take(self, colors: tuple[ReferenceColor, ...]) -> None:
-        """Make the tables."""
+        """Build the color tables."""
         config = self._config
         self._given = colors
         colors = self._finder.resolve(colors)
@@ -142,27 +142,27 @@ class ColorDistance:
 
     @property
     def reads_yuv(self) -> bool:
-        """Whether only pixels that may have a color are looked at."""
+        """Whether YUV frames can be read directly, converting only candidate pixels."""
         config = self._config
         return config.grow == 1 and config.white_balance == 'none' and not config.moving_only
 
     @property
     def doubt(self) -> NDArray[np.float64]:
-        """That of colors whose tolerance was found."""
+        """Centroid error of colors with an estimated tolerance."""
         return self._finder.doubt
 
     @property
     def is_found(self) -> NDArray[np.bool_]:
-        """That of colors whose tolerance was not given."""
+        """Which colors have an estimated tolerance."""
         return np.array([False, *(color.is_sought for color in self._given)])
 
     @property
     def trouble(self) -> str:
-        """That of finding how far colors reach."""
+        """Problems of the tolerance estimation."""
         return self._finder.trouble
 
     def label(self, frame: Frame) -> LabelImage:
-        """The reference color that each pixel is within tolerance of."""
+        """Label each pixel with the nearest reference color that it is within tolerance of."""
         original = frame
         if self._config.white_balance == 'gray_world':
             frame = replace(frame, image=self._gray_world.balance(frame.image))
@@ -181,7 +181,7 @@ class ColorDistance:
         return image
 
     def _labels(self, frame: Frame) -> LabelImage:
-        """The colors that are nearest; only what may have one is converted from YUV."""
+        """Label pixels with the nearest color; converts only candidate pixels of YUV frames."""
         if is_yuv(frame):
             self._chroma_filter = self._chroma_filter or ChromaFilter(self._table.touched)
             image = self._chroma_filter.label(frame, lambda x: self._table.label(x, 'bgr8').pixels)
@@ -194,13 +194,13 @@ class ColorDistance:
     def _is_within(
         self, image: LabelImage, position: NDArray[np.intp], label: NDArray[np.uint8]
     ) -> NDArray[np.bool_]:
-        """(N,) whether pixels, v stride + u, are in tolerance of a color that is not inverted."""
+        """(N,) whether pixels, v stride + u, are within tolerance of a color; never if inverted."""
         rgb = rgb_at(self._frame, np.divmod(position, image.stride))
         inverted = np.array([color.inverted for color in self._given])
         return (self._table.closeness(rgb, label) > 0) & ~inverted[label.astype(int) - 1]
 
     def _grow(self, tight: LabelImage, loose: LabelImage) -> LabelImage:
-        """The components of the loose image that hold a pixel of the tight one, after erosion."""
+        """Keep the components of the loose image that contain a pixel of the eroded tight one."""
         erode(tight, self._config.erosion_size, self.labels)
         runs = find_runs(loose)
         count, component = connect(runs)
@@ -210,7 +210,7 @@ class ColorDistance:
         return loose
 
     def _drop_background(self, frame: Frame, image: LabelImage) -> None:
-        """Set pixels to 0 that are like the background, all of them before there is one."""
+        """Clear pixels that match the background, and all pixels before one is learned."""
         picture = channels_of(frame)
         if not self._background.knows(picture):
             image.padded[...] = 0
@@ -225,16 +225,16 @@ class ColorDistance:
     def end_share(
         self, frame: Frame, inside: Pixels, outside: Pixels, label: NDArray
     ) -> NDArray[np.float64]:
-        """Where the mix is as far from the color as the tolerance."""
+        """Where the distance of the mixture from the color equals the tolerance."""
         table = self._loose if self._config.grow > 1 else self._table
         return table.end_share(rgb_at(self._frame, inside), rgb_at(self._frame, outside), label)
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
-        """Those that are large enough, where that is found."""
+        """Keep blobs that are large enough, for colors whose least area is estimated."""
         return self._finder.keep(blobs, frame.stamp)
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
-        """The background follows the frame but for all blobs, and the colors what was detected."""
+        """Update the background outside all blobs, and move the colors toward the detected ones."""
         config = self._config
         if config.moving_only:
             picture = channels_of(frame)
@@ -247,7 +247,7 @@ class ColorDistance:
                 self._take(colors)
 
     def restart(self) -> None:
-        """The light of the next frame is the first, and the colors are as configured."""
+        """Restart from the configured colors; the next frame sets the reference light."""
         self._gray_world.restart()
         self._follower = ColorFollower(self._config.colors, self._config.follow_light)
         self._finder = ColorFinder(self._config.colors)
@@ -256,12 +256,12 @@ class ColorDistance:
 
 @lru_cache(maxsize=4)
 def _table_of(colors: tuple[ReferenceColor, ...], threads: int) -> ColorTable:
-    """Made once: another configuration with the same colors is in force at once."""
+    """Cached tables: a configuration with the same colors applies without delay."""
     return ColorTable(colors, threads)
 
 
 def _grown(color: ReferenceColor, factor: float) -> ReferenceColor:
-    """The same color with a larger tolerance; an inverted one as it is."""
+    """The color with a larger tolerance; inverted colors are not changed."""
     if color.inverted:
         return color
     first, second, third = (min(factor * axis, MAX_TOLERANCE) for axis in color.axes)
