@@ -1,4 +1,4 @@
-"""A picture of what stands still."""
+"""Background model: pictures of the static scene."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,58 +17,61 @@ from colortrack_ros.parameters import parameter
 
 Picture = NDArray[Any]
 
-# `python benchmark/detection_quality.py --constants` prints what becomes of the detections when one
-# of the constants below is halved or doubled.
+# `python benchmark/detection_quality.py --constants` prints the effect on the detections of halving
+# or doubling each constant below.
 
 LEARN_FRAMES = 5
-"""Frames whose median is a new background: the fewest that bear two with an object in the way.
-:func:`_median_of_five` is written for five."""
+"""Number of frames whose median is a new background: the fewest that tolerate two with an object in
+the way. :func:`_median_of_five` is written for five."""
 
 FOLLOW_RATES = (20.0, 2.0)
-"""Rates at which the recent and the lasting background follow the picture [levels/s]: a contrast
-of 100 levels is taken in after 5 s and after 50 s."""
+"""Rates at which the recent and the lasting background follow the picture [levels/s]: they absorb a
+contrast of 100 levels in 5 s and in 50 s."""
 
 HELD_SLOWDOWN = 7
-"""How many times slower they follow where something was found; in `python
-benchmark/detection_quality.py --constants` half of it changes nothing, and with twice it 0.08 blobs
-in a frame are false, not 0.02."""
+"""Factor by which they slow down at detections. In `python benchmark/detection_quality.py
+--constants`, half of it changes nothing; with twice it, there are 0.08 false blobs per frame, not
+0.02."""
 
 OBJECT_MARGIN = 4
-"""How far an object reaches beyond the box of its eroded blob [px]: 1 px of an erosion of 3, and
-the blur of its outline."""
+"""Margin of an object around the box of its eroded blob [px]: 1 px for an erosion of 3, and the
+blur of its outline."""
 
 OUTLINE_REACH = 3
-"""How far inside and outside of a blob's outline its contrast is measured [px]: beyond the blur."""
+"""Distance inside and outside a blob's outline at which its contrast is measured [px]: beyond
+blur."""
 
 GHOST_CONTRAST = 2.0
-"""How many times more of a ghost's outline is only in the backgrounds than only in the picture;
-chosen: `python benchmark/detection_quality.py --constants` gives the same with half and twice."""
+"""Least ratio of the outline contrast that is only in the backgrounds to that only in the picture,
+for a ghost. Chosen: `python benchmark/detection_quality.py --constants` gives the same with half
+and twice."""
 
 STILL_SECONDS = 0.5
-"""Time over which a blob must not change to stand still [s]."""
+"""Time for which a blob must not change to count as static [s]."""
 
 STILL_CHANGE = 6.0
-"""Mean change of a blob's pixels up to which it stands still [levels]: twice what two
-pictures with noise of 2.5 levels differ by, 2.5 sqrt(2) sqrt(2 / pi) = 2.8."""
+"""Largest mean change of a static blob's pixels [levels]: twice the difference of two pictures with
+noise of 2.5 levels, 2.5 sqrt(2) sqrt(2 / pi) = 2.8."""
 
 STILL_PIXELS = 64
-"""Pixels of a blob in which its change is measured: the mean of 64 is known to 1/8 of the noise."""
+"""Number of pixels in which the change of a blob is measured: their mean is known to 1/8 of the
+noise."""
 
 STRIPS = 8
-"""Parts of the picture, of which one is followed in each frame: an eighth of the cost."""
+"""Number of strips of the picture. Each frame updates one of them, at an eighth of the cost."""
 
 RELIGHT_PIXELS = 4096
-"""Pixels whose median ratio is the change of the light: it is known to 2 % of their spread."""
+"""Number of pixels whose median ratio is the change of the light: known to 2 % of their spread."""
 
 DENSE_SHARE = 0.05
-"""Share of the picture's pixels from which on comparing all of them is faster than comparing single
+"""Share of the picture's pixels from which comparing all of them is faster than comparing single
 ones; `python benchmark/detection.py` measures both sides of it."""
 
 SATURATED = 255
-"""A sum of differences in a byte is not exact from here on."""
+"""Value from which a sum of differences in a byte is not exact."""
 
 LIGHT_DEAD_BAND = 0.02
-"""Changes of the light up to this share are noise of the estimate, and are not followed."""
+"""Relative changes of the light up to this are estimation noise, and are ignored."""
 
 
 @dataclass(frozen=True)
@@ -95,33 +98,33 @@ class BackgroundModelConfig(Config):
 
 
 class BackgroundModel:
-    """Two pictures of what stands still: the recent one and the lasting one.
+    """Two pictures of the static scene: a recent and a lasting background.
 
-    Both start with the first frame, and are the median of five frames learn_seconds later. From
-    then on they go up or down by a little at a time, which approximates the median, and several
-    times slower where something was found, so that an object may rest. The recent one takes in
-    what was put somewhere, and the lasting one still knows what was behind something that paused.
-    The ghost that an object leaves behind which was there from the beginning is recognized and
-    taken in. When the light of the whole picture changes, both are put into the light of the frame.
+    Both start as the first frame, and become the median of five frames spread over learn_seconds.
+    Then they move up or down in small steps, which approximates the median. At detections they do
+    so several times slower, so an object may rest. The recent one absorbs an object that was put
+    down; the lasting one still shows what was behind an object that paused. If an object leaves
+    that was there from the start, its ghost is recognized and absorbed. When the light of the whole
+    picture changes, both are adjusted to the light of the frame.
     """
 
     def __init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
-        """Begin with the next frame."""
+        """Restart with the next frame."""
         self._samples: list[Picture] = []
         self._models: list[Picture] = []
         self._before = 0, np.zeros(0, np.uint8)
 
     def knows(self, picture: Picture) -> bool:
-        """Whether there is a background of the picture's shape."""
+        """Whether there is a background with the shape of the picture."""
         return bool(self._models) and self._models[0].shape == picture.shape
 
     def difference(self, picture: Picture) -> Picture:
-        """(H, W) distance to the nearer background, mean of the channels [levels].
+        """(H, W) distance to the nearer background, averaged over channels [levels].
 
-        :param picture: (H, W, channels), of a shape that it knows.
+        :param picture: (H, W, channels), of a known shape.
         """
         mean = np.full((1, picture.shape[2]), 1 / picture.shape[2])
         recent, lasting = (
@@ -131,14 +134,14 @@ class BackgroundModel:
 
     @property
     def recent(self) -> Picture:
-        """(H, W, channels) the recent one."""
+        """(H, W, channels) the recent background."""
         return self._models[0]
 
     def moves(self, picture: Picture, threshold: float) -> Picture:
-        """(H, W) 255 where a picture is like none of the backgrounds, 0 elsewhere.
+        """(H, W) 255 where a picture differs from both backgrounds, else 0.
 
-        :param picture: (H, W, channels), of a shape that it knows.
-        :param threshold: of the mean of the channels' differences, below 85 [levels].
+        :param picture: (H, W, channels), of a known shape.
+        :param threshold: for the mean of the channels' differences, below 85 [levels].
         """
         ones = np.ones((1, picture.shape[2]))
         sums = [cv2.transform(cv2.absdiff(picture, model), ones) for model in self._models]
@@ -146,12 +149,12 @@ class BackgroundModel:
         return cv2.threshold(cv2.min(*sums), greatest, 255, cv2.THRESH_BINARY)[1]
 
     def clear_still(self, picture: Picture, image: LabelImage, threshold: float) -> None:
-        """Set the labels to 0, in place, where the picture is like one of the backgrounds.
+        """Clear the labels, in place, where the picture matches one of the backgrounds.
 
-        :param picture: (H, W, channels), of a shape that it knows.
-        :param threshold: of the mean of the channels' differences [levels].
+        :param picture: (H, W, channels), of a known shape.
+        :param threshold: for the mean of the channels' differences [levels].
         """
-        greatest = int(threshold * picture.shape[2])  # of their sum, which is a whole number
+        greatest = int(threshold * picture.shape[2])  # of their sum, which is an integer
         labeled = np.count_nonzero(image.padded)
         if labeled > DENSE_SHARE * image.padded.size and greatest < SATURATED:
             cv2.bitwise_and(image.pixels, self.moves(picture, threshold), dst=image.pixels)
@@ -162,7 +165,7 @@ class BackgroundModel:
         image.padded.reshape(-1)[position[still]] = 0
 
     def _sum_at(self, picture: Picture, pixel: NDArray[np.intp]) -> NDArray[np.integer]:
-        """(N,) sum over the channels of the difference to the nearer background [levels].
+        """(N,) difference to the nearer background, summed over channels [levels].
 
         :param pixel: (N,) v W + u.
         """
@@ -177,9 +180,9 @@ class BackgroundModel:
         return np.minimum(*sums)
 
     def relight(self, picture: Picture) -> None:
-        """Put the backgrounds into the light of the picture: a gain for each channel.
+        """Adjust the backgrounds to the light of the picture, with a gain for each channel.
 
-        :param picture: (H, W, channels), of a shape that it knows.
+        :param picture: (H, W, channels), of a known shape.
         """
         step = max(1, int(np.sqrt(picture.shape[0] * picture.shape[1] / RELIGHT_PIXELS)))
         for model in self._models:
@@ -194,8 +197,8 @@ class BackgroundModel:
 
         :param picture: (H, W, channels).
         :param stamp: of the frame [ns].
-        :param blobs: what was found and is not background.
-        :param learn_seconds: from the first frame to the last of those that a new one is made of.
+        :param blobs: detections, which are not background.
+        :param learn_seconds: time from the first to the last frame of a new background.
         """
         if not self.knows(picture):
             self._start, self._samples = stamp, [picture.copy()]
@@ -215,9 +218,9 @@ class BackgroundModel:
         self._heal(picture, stamp, blobs)
 
     def _heal(self, picture: Picture, stamp: int, blobs: BlobTable) -> None:
-        """Take ghosts into the backgrounds: blobs where an object has left that they still show.
+        """Absorb ghosts: blobs that an object has left, but where the backgrounds still show it.
 
-        A ghost stands still, and its outline shows in the backgrounds, not in the picture.
+        A ghost is static, and its outline shows in the backgrounds, but not in the picture.
         """
         age = (stamp - self._before[0]) / NANOSECONDS
         if not 0 <= age < 2 * STILL_SECONDS:
@@ -234,7 +237,7 @@ class BackgroundModel:
                 model[v, max(start, 0) : end] = picture[v, max(start, 0) : end]
 
     def _has_left(self, picture: Picture, blobs: BlobTable) -> NDArray[np.bool_]:
-        """(N,) whether more of a blob's outline has gone from the picture than has come."""
+        """(N,) whether more of a blob's outline contrast has left the picture than has appeared."""
         if not len(blobs.area):
             return np.zeros(0, bool)
         row, left, right = blobs.runs.ends()
@@ -277,7 +280,7 @@ class BackgroundModel:
 
 
 def _median_of_five(a: Picture, b: Picture, c: Picture, d: Picture, e: Picture) -> Picture:
-    """The median of each pixel: that of what is left when the extremes are dropped twice."""
+    """The median of each pixel: dropping both extremes twice leaves it."""
     low = np.maximum(np.minimum(a, b), np.minimum(c, d))
     high = np.minimum(np.maximum(a, b), np.maximum(c, d))
     return np.maximum(np.minimum(low, high), np.minimum(e, np.maximum(low, high)))

@@ -1,6 +1,6 @@
-"""Connected components of a label image and their moments, from its horizontal runs of pixels.
+"""Connected components of a label image and their moments, computed from horizontal runs.
 
-A picture of two million pixels with five objects has some hundred runs, so everything after the
+A picture of two million pixels with five objects has a few hundred runs, so everything after the
 one pass that finds them is cheap.
 """
 
@@ -18,12 +18,12 @@ from colortrack_ros.detection.label_image import WORD
 
 @dataclass(frozen=True)
 class Runs(Columns):
-    """Maximal horizontal stretches of one label, in raster order.
+    """Maximal horizontal runs of one label, in raster order.
 
-    :param start, end: (R,) first position and the one after the last, counted through an image
-        of width stride.
+    :param start, end: (R,) first position and one past the last, counted through an image of width
+        stride.
     :param label: (R,) label of the pixels.
-    :param stride: width of the padded image they are counted in [px].
+    :param stride: width of the padded image that positions refer to [px].
     """
 
     start: NDArray[np.intp]
@@ -32,7 +32,7 @@ class Runs(Columns):
     stride: int
 
     def ends(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-        """(R,) each: the row, the first column and the one after the last."""
+        """(R,) each: row, first column, and one past the last column."""
         row = self.start // self.stride
         before = row * self.stride
         return row, self.start - before, self.end - before
@@ -40,16 +40,16 @@ class Runs(Columns):
 
 @dataclass(frozen=True)
 class BlobTable:
-    """Connected components, largest area first; at equal area, in raster order.
+    """Connected components, largest area first, and in raster order at equal area.
 
     :param label: (N,) label of the pixels.
     :param area: (N,) number of pixels, m00.
     :param mean: (N, 2) centroid u, v [px].
     :param spread: (N, 2, 2) central second moments over the area [px^2].
     :param box: (N, 4) left, top, width, height [px].
-    :param runs: the runs of all blobs, those of a blob together.
-    :param first_run: (N,) index into runs of each blob's first.
-    :param run_count: (N,) number of its runs.
+    :param runs: the runs of all blobs, grouped by blob.
+    :param first_run: (N,) index into runs of each blob's first run.
+    :param run_count: (N,) number of runs.
     """
 
     label: NDArray[np.uint8]
@@ -63,18 +63,18 @@ class BlobTable:
 
     @property
     def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(N,) each, the second moments along the minor and the major axis [px^2]."""
+        """(N,) each: second moments along the minor and the major axis [px^2]."""
         (uu, uv), (_, vv) = self.spread.transpose(1, 2, 0)
         middle, half = (uu + vv) / 2, np.hypot((uu - vv) / 2, uv)
         return np.maximum(middle - half, 0), middle + half
 
     def inside(self, width: int, height: int) -> NDArray[np.bool_]:
-        """(N,) which do not touch the border of a picture of this size."""
+        """(N,) whether a blob is clear of the border of a picture of this size."""
         low, high = self.box[:, :2], self.box[:, :2] + self.box[:, 2:]
         return np.asarray((low > 0).all(axis=1) & (high < (width, height)).all(axis=1))
 
     def take(self, kept: NDArray[np.bool_]) -> 'BlobTable':
-        """Some of the blobs, in the same order; their runs are rows of a table of its own."""
+        """A subset of the blobs, in the same order, with a copy of their runs."""
         if kept.all():
             return self
         columns = {k: v[kept] for k, v in vars(self).items() if isinstance(v, np.ndarray)}
@@ -83,11 +83,11 @@ class BlobTable:
 
 
 Connect = Callable[[Runs], tuple[int, NDArray[np.intp]]]
-"""The number of components, and (R,) the one of each run."""
+"""Returns the number of components, and (R,) the component of each run."""
 
 
 def find_runs(image: LabelImage) -> Runs:
-    """The runs of a label image."""
+    """Find the runs of a label image."""
     words, labels = image.content()
     flat = labels.reshape(-1)
     before, after = np.zeros((2, len(flat)), np.uint8)
@@ -103,12 +103,12 @@ def find_runs(image: LabelImage) -> Runs:
 
 
 def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
-    """8-connected components of equal label.
+    """Find the 8-connected components of equal label.
 
-    Each component is a tree of runs that hang on the first one; trees that touch are joined, all at
+    Each component is a tree of runs rooted at its first run. Trees that touch are merged, all at
     once, until none do.
 
-    :returns: their number, and (R,) the component of each run, counted in raster order.
+    :returns: their number, and (R,) the component of each run, in raster order.
     """
     upper, lower = touching(runs)
     root = number = np.arange(len(runs.start))
@@ -126,10 +126,10 @@ def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
 
 
 def touching(runs: Runs) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The pairs of runs in two rows, one below the other, that touch, whatever their labels.
+    """Find pairs of touching runs in adjacent rows, upper and lower, whatever their labels.
 
-    They touch where the one, moved down a row and widened by a pixel on both sides, meets the
-    other: runs are sorted, so those it meets are neighbors in the list.
+    Two runs touch if one, moved down a row and widened by a pixel on both sides, overlaps the
+    other. Runs are sorted, so those it overlaps are consecutive.
     """
     first = np.searchsorted(runs.end, runs.start + runs.stride, 'left')
     behind = np.searchsorted(runs.start, runs.end + runs.stride, 'right')
@@ -139,12 +139,12 @@ def touching(runs: Runs) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def as_one(runs: Runs) -> tuple[int, NDArray[np.intp]]:
-    """All runs as one component, connected or not."""
+    """Treat all runs as one component, connected or not."""
     return min(len(runs.start), 1), np.zeros(len(runs.start), np.intp)
 
 
 def positions(runs: Runs) -> NDArray[np.intp]:
-    """The pixels of runs, v stride + u, run by run."""
+    """Positions of the pixels in runs, v stride + u, run by run."""
     length = runs.end - runs.start
     return np.arange(length.sum()) + np.repeat(runs.end - np.cumsum(length), length)
 
@@ -157,13 +157,13 @@ def clear(image: LabelImage, runs: Runs) -> None:
 def find_blobs(
     image: LabelImage, min_area: int, max_area: float = np.inf, connect: Connect = connect
 ) -> BlobTable:
-    """The 8-connected components of equal label, with Pegoretti 2021, (2.9) to (2.11).
+    """Find the 8-connected components of equal label, by Pegoretti 2021, (2.9) to (2.11).
 
-    Every sum is of whole numbers and exact.
+    All sums are of integers, and exact.
 
     :param image: the labels.
-    :param min_area, max_area: other blobs are left out [px].
-    :param connect: tells which runs belong together.
+    :param min_area, max_area: range of areas to keep [px].
+    :param connect: groups runs into components.
     """
     runs = find_runs(image)
     count, component = connect(runs)
@@ -180,7 +180,7 @@ def find_blobs(
 
 
 def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> BlobTable:
-    """Moments and boxes of the blobs whose runs begin at first."""
+    """Compute moments and boxes of the blobs whose runs start at first."""
     if not len(first):
         none = np.zeros((0, 4))
         mean, spread = none[:, :2], none.reshape(0, 2, 2)
@@ -193,7 +193,7 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
     width = np.maximum.reduceat(right, first) - box_left
     behind = np.append(first[1:], len(row))
     height = row[behind - 1] + 1 - top
-    # Counted from the corner of the box, which keeps the sums small.
+    # Coordinates relative to the corner of the box keep the sums small.
     count = behind - first
     left, row = left - np.repeat(box_left, count), row - np.repeat(top, count)
     sum_u = length * left + length * (length - 1) // 2
@@ -214,10 +214,10 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
 
 
 def sample_pixels(blobs: BlobTable, most: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pixels spread evenly over each blob, in raster order: all of them up to a number.
+    """Sample pixels evenly over each blob in raster order, or all if there are few.
 
-    :param most: pixels taken from a blob that has more.
-    :returns: the blob each belongs to, and the position, counted as in Runs.
+    :param most: number of pixels taken from larger blobs.
+    :returns: the blob and the position, counted as in Runs, of each pixel.
     """
     taken = np.minimum(blobs.area, most)
     blob = np.repeat(np.arange(len(taken)), taken)

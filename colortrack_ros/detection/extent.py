@@ -1,10 +1,10 @@
-"""How far a color reaches in a picture: where its own pixels end and others begin.
+"""Color extent: where in CIELAB the pixels of a color end and others begin.
 
-Counted outwards from a color, in ellipsoids of one shape, the pixels of a thing come first and soon
-run out; then comes a gap, and then everything else. The relative growth of the count,
-d ln N / d ln t, has its valley there. It is 3 where colors fill CIELAB evenly, and 0 in a gap, but
-for the pixels of outlines: they lie all the way to the color of what is around, and a thing of few
-pixels has many of them.
+Ellipsoids of one shape grow around a color. The pixels of the object come first and soon run out;
+then comes a gap, and then everything else. The relative growth of the count, d ln N / d ln t, has
+its valley in the gap. It is 3 if colors fill CIELAB evenly, and would be 0 in a gap but for outline
+pixels: they spread all the way to the color of the surroundings, and small objects have a large
+share of them.
 """
 
 from collections.abc import Iterable
@@ -20,79 +20,81 @@ from colortrack_ros.detection.cells import cells_of
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.reference import Triple
 
-# On four real clips, `python benchmark/colors.py --constants` halves and doubles those below that
-# are neither derived nor from a source: recall of the caps falls by 5 points with half of
-# OUTLINE_WIDTH or twice HALF_WAY, and that of the ball by 2 with twice NEAR.
+# On four real clips, `python benchmark/colors.py --constants` halves and doubles the constants
+# below that are neither derived nor from a source. The recall of the caps drops by 5 points with
+# half of OUTLINE_WIDTH or twice HALF_WAY, and that of the ball by 2 with twice NEAR.
 
 COUNTED_PIXELS = 1 << 19
-"""Pixels of a picture that are counted at most: 640x480 as it is, every second row and column of
+"""Maximum number of counted pixels: all of a 640x480 picture, every second row and column of
 1920x1080."""
 
 LIGHTNESS_AXIS = 2.5
-"""Half axis of L over those of a and b at first: light and shade move L most. CIE 1994 weighs
-lightness less for such things, too (textiles: k_L = 2)."""
+"""Initial ratio of the half axis of L to those of a and b: light and shade change L most. CIE 1994
+also weights lightness less for such objects (textiles: k_L = 2)."""
 
 SHAPE = np.array([LIGHTNESS_AXIS, 1.0, 1.0])
-"""Half axes along L, a, b that distances are measured with at first."""
+"""Initial half axes along L, a, b for measuring distances."""
 
 SIZE_STEP, SLOPE_STEPS = 0.04, 5
-"""Steps of the size in ln t, and how many the growth is taken over to each side, +-20 %."""
+"""Steps of the size in ln t, and the number of steps on each side for the growth, +-20 %."""
 
 END_SHIFT = 0.02
-"""Shift of a centroid along one axis by not knowing where a color ends (standard deviation) [shares
-of the width of its blur]: sizes that are 20 % larger and smaller, what a valley is known to, shift
-those of `single`, `five`, `juggle`, and `clutter` by 0.015 to 0.03."""
+"""Shift of a centroid along one axis due to the uncertain limit of a color (standard deviation)
+[shares of the width of its blur]. A valley is known to 20 %: sizes that much larger and smaller
+shift the centroids of `single`, `five`, `juggle`, and `clutter` by 0.015 to 0.03."""
 
 SIZES = np.exp(np.arange(np.log(4.0), np.log(80.0), SIZE_STEP))
-"""Half axes of a and b that are tried [CIELAB units]: from the size of a cell of the table to the
-distance of different colors."""
+"""Half axes of a and b to try [CIELAB units]: from the size of a cell of the table to the distance
+between different colors."""
 
 NEAR = 8.0
-"""Where pixels of the color itself are looked for [CIELAB units]: a few times what is just seen as
-different, 2.3 (Mahy 1994), for noise and compression."""
+"""Radius within which pixels are of the color itself [CIELAB units]: a few times the just
+noticeable difference, 2.3 (Mahy 1994), to allow for noise and compression."""
 
 FEWEST_PIXELS = 20
-"""Pixels that a color must have near it to be in the picture: the default of min_area."""
+"""Number of pixels near a color for it to be in the picture: the default of min_area."""
 
 MOST_SHADES_OF_ONE = 30.0
-"""Pixels of a thing that has shades down to gray, at most, over those that have one of its colors:
-more are another thing, such as a black cloth beside a dark red ball. Colors of five balls and four
-clips have up to 11 times as many, that cloth 70 to 470 times. With 15 as many are found; with 60,
-two of 60 fewer of the dark red ball (benchmark/notes/detector.md, Shades)."""
+"""Largest ratio of the pixels of an object with shades down to gray, to those near one of its
+colors. More belong to another object, such as a black cloth beside a dark red ball. Colors of five
+balls and four clips have a ratio of up to 11, that cloth of 70 to 470. With 15, as many are found;
+with 60, two of 60 fewer of the dark red ball (benchmark/notes/detector.md, Shades)."""
 
 LARGEST_SHARE = 0.25
-"""Share of the picture that a color may cover; what is larger is its background."""
+"""Largest share of the picture that a color may cover; anything larger is background."""
 
 LARGEST_GROUND = 0.98
-"""Share of the picture that a color may cover of which everything else is looked for."""
+"""Largest share of the picture that an inverted color may cover."""
 
 LEAST_SPREAD = 2.0
-"""Least standard deviation of a thing along an axis [CIELAB units]: that of a cell of the table."""
+"""Least standard deviation of an object along an axis [CIELAB units]: the size of a cell of the
+table."""
 
 OUTLINE_WIDTH = 2.0
-"""Width of the outline of a thing, whose pixels are mixed with what is around [px]: video has a
-color for every 2 by 2 pixels."""
+"""Width of an object's outline, whose pixels are mixed with the surroundings [px]: video has one
+chroma sample for every 2 by 2 pixels."""
 
 HALF_WAY = 2.0
-"""Ratio of the distance of what is around to that of the outline, where a pixel is half of it."""
+"""Ratio of the distance of the surroundings to that of outline pixels that are half object."""
 
 MOST_GROWTH = 1.0
-"""Growth at the surface of an ellipsoid that is still a gap: a third of that of colors that fill
+"""Largest growth at the surface of an ellipsoid in a gap: a third of that of colors that fill
 CIELAB evenly."""
 
 SHAPE_ROUNDS, DEEPER = 4, 0.02
-"""How often center and shape follow what is inside, as long as the valley gets deeper by this."""
+"""Maximum number of updates of center and shape from the pixels inside, and the least decrease of
+the growth for another one."""
 
 
 @dataclass(frozen=True)
 class Extent:
-    """The ellipsoid in CIELAB that holds the pixels of a color.
+    """The ellipsoid in CIELAB that contains the pixels of a color.
 
     :param lab: its center.
     :param axes: its half axes along L, a, b.
-    :param growth: least of the count on the way to its surface, d ln N / d ln t: what grows more
-        there is the outline, evenly on all sides.
-    :param pixels: within it.
+    :param growth: least growth of the count inside its surface, d ln N / d ln t; any growth beyond
+        is due to the outline, evenly on all sides.
+    :param pixels: number of pixels inside.
     """
 
     lab: Triple
@@ -104,10 +106,10 @@ class Extent:
 def sample_colors(
     picture: NDArray[np.uint8], encoding: str
 ) -> tuple[NDArray[np.uint16], NDArray[np.float64]]:
-    """Where the colors of a picture are in the color table, and how often.
+    """The color table cells of a picture, and their histogram.
 
-    :return: (H, W) the cells of at most COUNTED_PIXELS of it, every so many rows and columns, and
-        (65536,) pixels of the picture in each cell.
+    :return: (H, W) the cells of at most COUNTED_PIXELS pixels, on a regular grid, and (65536,) the
+        number of the picture's pixels in each cell.
     """
     pixels = picture.shape[0] * picture.shape[1]
     step = int(np.ceil(np.sqrt(pixels / COUNTED_PIXELS)))
@@ -117,18 +119,18 @@ def sample_colors(
 
 
 def count_colors(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.float64]:
-    """(65536,) pixels of the picture in each cell of the color table."""
+    """(65536,) number of pixels in each cell of the color table."""
     return sample_colors(picture, encoding)[1]
 
 
 def pixels_near(counts: NDArray[np.float64], lab: Triple) -> float:
-    """How many pixels there are of a color itself."""
+    """Number of pixels near a color."""
     distance = (cell_bounds()[0].T - lab) / SHAPE
     return float(counts[(distance**2).sum(axis=1) < NEAR**2].sum())
 
 
 def nearest_color(counts: NDArray[np.float64], lab: Triple) -> tuple[int, int, int]:
-    """The color r, g, b that is nearest to one, of those that many pixels have."""
+    """The frequent color, r, g, b, that is nearest to a given one."""
     (many,) = (counts >= min(FEWEST_PIXELS, counts.max())).nonzero()
     color = cell_bounds()[0].T[many]
     red, green, blue = rgb_from_lab(color[nearest_sample(color, (lab,), SHAPE).argmin()]).tolist()
@@ -136,7 +138,7 @@ def nearest_color(counts: NDArray[np.float64], lab: Triple) -> tuple[int, int, i
 
 
 def middle_of(counts: NDArray[np.float64], extent: Extent) -> Triple | None:
-    """The mean of the pixels within an extent; None when there are too few."""
+    """The mean of the pixels inside an extent; None if there are too few."""
     color = cell_bounds()[0].T
     inside = (((color - extent.lab) / extent.axes) ** 2).sum(axis=1) < 1
     if counts[inside].sum() < FEWEST_PIXELS:
@@ -154,16 +156,16 @@ def find_extent(
     least: float = 0.0,
     allowed: float = 0.0,
 ) -> Extent | None:
-    """The pixels that belong to a color, by the deepest valley around it.
+    """Find the extent of a color from the deepest valley around it.
 
     :param counts: (65536,) of :func:`count_colors`.
     :param lab: the color, or one within it.
-    :param samples, others: of the color; with them it stays where it is, and has the first shape.
-    :param largest_share: of the picture, that it may cover.
-    :param least: half axis of a and b that it has at least, with samples or others.
-    :param allowed: pixels that it may have, gray ones too, even if few are near it: where the
-        light on a known thing has changed.
-    :returns: None when it is not in the picture, or no size of it stays below that share.
+    :param samples, others: of the color; they keep its center and the initial shape fixed.
+    :param largest_share: largest share of the picture that it may cover.
+    :param least: least half axis of a and b, with samples or others.
+    :param allowed: number of pixels that it may have, even gray ones, although few are near it: for
+        a known object whose light has changed.
+    :returns: None if it is not in the picture, or no size of it stays below that share.
     """
     near = max(pixels_near(counts, sample) for sample in (lab, *samples))
     if near < FEWEST_PIXELS:
@@ -188,9 +190,9 @@ def _deepest_valley(
     lab: Triple,
     limits: tuple[float, float],
 ) -> Extent | None:
-    """The valley around one color, whose center and shape follow what is inside.
+    """Find the valley around one color; center and shape adapt to the pixels inside.
 
-    :param limits: pixels that it may have, and with gray among them.
+    :param limits: largest number of pixels, without gray and with gray among them.
     """
     center, shape = np.array(lab), SHAPE
     best = whole = None
@@ -206,7 +208,7 @@ def _deepest_valley(
         center = np.average(color[inside], axis=0, weights=number[inside])
         variance = np.average((color[inside] - center) ** 2, axis=0, weights=number[inside])
         spread = np.maximum(np.sqrt(variance), LEAST_SPREAD)
-        # Of the volume that the first shape has.
+        # Keep the volume of the initial shape.
         shape = spread * np.cbrt(LIGHTNESS_AXIS / spread.prod())
     return whole
 
@@ -214,7 +216,7 @@ def _deepest_valley(
 def nearest_sample(
     color: NDArray[np.float64], samples: Iterable[ArrayLike], shape: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """(N,) distance to the nearest sample, infinite where there is none."""
+    """(N,) distance to the nearest sample, infinite if there are none."""
     nearest = np.full(len(color), np.inf)
     for sample in samples:
         away = (color - np.asarray(sample, np.float64)) / shape
@@ -231,10 +233,10 @@ def _valley(
     least: float = 0.0,
     to_outline: bool = False,
 ) -> Extent | None:
-    """The size at whose surface the count grows least, of ellipsoids of a shape around a center.
+    """Find the size at whose surface the count grows least, for ellipsoids of one shape.
 
-    :param most: (S,) pixels that each size may have.
-    :param to_outline: or the larger one half-way to where it grows more than by an outline.
+    :param most: (S,) largest number of pixels for each size.
+    :param to_outline: extend it half-way to where the count grows more than an outline explains.
     """
     order = np.argsort(distance)
     behind = np.searchsorted(distance[order], SIZES)
@@ -261,7 +263,7 @@ def _outline(growth: NDArray[np.float64], pixels: float, valley: int) -> int:
 
     A disc of N pixels has 2 sqrt(pi N) of them along its outline.
 
-    :param growth: (S,) at the sizes that are tried.
+    :param growth: (S,) at the tested sizes.
     :param pixels: in the valley.
     :param valley: index of its size.
     """

@@ -1,4 +1,4 @@
-"""A reference color read from a picture."""
+"""Picks a reference color from a picture."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -29,32 +29,32 @@ from colortrack_ros.encodings import plain
 from colortrack_ros.encodings import writable_bgr
 
 SEED_REACH = 3
-"""Half the side of the square whose median is the color to start from [px]: 49 pixels."""
+"""Half the side of the square whose median is the initial color [px]: 49 pixels."""
 
 TOLERANCES = np.arange(4.0, 81.0, 2.0)
-"""Tolerances that a region around a point is tried with [CIELAB units]: from the least that a
-camera's noise leaves to the distance of different colors."""
+"""Tolerances tried for a region around a point [CIELAB units]: from the least that camera noise
+allows to the distance between different colors."""
 
 STABLE_GROWTH = 0.05
-"""Growth of a region that is stable, over a step of the tolerance up and one down, a share of its
-area; as the other constants of this file, test/detection/test_pick.py tells when it is wrong."""
+"""Largest growth of a stable region between one tolerance step down and one step up, as a share of
+its area. Like the other constants of this file, it is checked by test/detection/test_pick.py."""
 
 TOLERANCE_MARGIN = 1.5
-"""Ratio of the tolerance to the distance that nearly all pixels of the region keep: room for
-another frame's light."""
+"""Ratio of the tolerance to the distance of nearly all pixels in the region: a margin for the light
+of other frames."""
 
 NEARLY_ALL = 98.0
-"""Percentile of the distances: leaves out the highlight and the pixels of the outline."""
+"""Percentile of the distances; excludes highlights and outline pixels."""
 
 
 @dataclass(frozen=True)
 class PickedColor:
-    """A color that was read, and what the detector makes of it in the same picture.
+    """A picked color, and what the detector finds with it in the same picture.
 
     :param color: with an ellipsoid.
-    :param area: expected [px], of the detected blob where the color was picked.
-    :param share: of the picture, that the color covers.
-    :param telling: limits, by parameter, that tell it from what has its color and is not it.
+    :param area: expected area [px], that of the blob detected where the color was picked.
+    :param share: share of the picture that the color covers.
+    :param telling: limits, by parameter, that reject similarly colored objects.
     """
 
     color: ReferenceColor
@@ -64,9 +64,9 @@ class PickedColor:
 
     @property
     def limits(self) -> dict[str, Any]:
-        """What the detector is to leave out, by parameter.
+        """Limits for the detector, by parameter.
 
-        The least area leaves half the size, or half of it covered, and no sparkles.
+        The least area admits objects of half the size, or half hidden, but no glints.
         """
         least = max(self.area // 4, self.telling.get('min_area', 1))
         return {**self.telling, 'min_area': least}
@@ -79,16 +79,16 @@ def pick_color(
     name: str = 'picked',
     config: DetectorConfig | None = None,
 ) -> PickedColor:
-    """Read the color of what is at a pixel.
+    """Pick the color of the object at a pixel.
 
-    It reaches to where others begin in the picture (:func:`find_extent`). Where they do not, it is
-    that of the first region around the pixel that hardly grows with the tolerance (Matas 2004 calls
-    such regions maximally stable).
+    The color extends to where others begin in the picture (:func:`find_extent`). If there is no
+    such limit, it is that of the first region around the pixel that hardly grows with the tolerance
+    (a maximally stable region, Matas 2004).
 
     :param u, v: the pixel [px].
     :param name: of the color.
-    :param config: of the detector that the area is measured with, but for its colors.
-    :raises ValueError: when the pixel is not inside of the picture.
+    :param config: of the detector that measures the area; its colors are ignored.
+    :raises ValueError: if the pixel is outside the picture.
     """
     check(frame)
     frame = plain(frame)
@@ -106,14 +106,14 @@ def pick_color(
 
 
 def _of_extent(extent: Extent, name: str) -> ReferenceColor:
-    """The ellipsoid that was found, in round numbers."""
+    """Convert an extent to a reference color, with rounded numbers."""
     L, a, b = (round(x, 1) for x in extent.lab)
     dL, da, db = (round(min(x, MAX_TOLERANCE), 1) for x in extent.axes)
     return ReferenceColor(name, (L, a, b), max(da, db), (dL, da, db))
 
 
 def _color_of(rgb: NDArray[np.uint8], region: NDArray[np.bool_], name: str) -> ReferenceColor:
-    """The median of a region, with a tolerance along each axis for its spread."""
+    """The median color of a region, with a tolerance that fits the spread along each axis."""
     lab = lab_from_rgb(rgb[region])
     L, a, b = np.median(lab, axis=0).round(1).tolist()
     away = np.abs(lab - (L, a, b))
@@ -125,21 +125,21 @@ def _color_of(rgb: NDArray[np.uint8], region: NDArray[np.bool_], name: str) -> R
 
 
 def _seed_of(rgb: NDArray[np.uint8], u: int, v: int) -> Triple:
-    """The median of the window around a pixel."""
+    """The median color of the window around a pixel."""
     rows, columns = (slice(max(x - SEED_REACH, 0), x + SEED_REACH + 1) for x in (v, u))
     L, a, b = np.median(lab_from_rgb(rgb[rows, columns].reshape(-1, 3)), axis=0).tolist()
     return L, a, b
 
 
 def _stable_region(rgb: NDArray[np.uint8], u: int, v: int) -> NDArray[np.bool_]:
-    """The connected pixels around (u, v), with the first tolerance at which they hardly grow."""
+    """Pixels connected to (u, v) at the first tolerance at which they hardly grow."""
     distance = np.linalg.norm(lab_from_rgb(rgb) - _seed_of(rgb, u, v), axis=-1)
     distance[v, u] = 0
     parts = [cv2.connectedComponents((distance < t).astype(np.uint8))[1] for t in TOLERANCES]
     regions = [part == part[v, u] for part in parts]
     area = np.array([np.count_nonzero(region) for region in regions], float)
     growth = (area[2:] - area[:-2]) / area[1:-1]
-    # What is smaller than the window is noise, what fills the picture is its background.
+    # Regions smaller than the window are noise; those that fill the picture are background.
     growth[(area[1:-1] < SEED_REACH**2) | (area[1:-1] > LARGEST_SHARE * distance.size)] = np.inf
     first = np.flatnonzero(growth <= max(STABLE_GROWTH, growth.min()))[0]
     region = regions[first + 1]
@@ -148,7 +148,7 @@ def _stable_region(rgb: NDArray[np.uint8], u: int, v: int) -> NDArray[np.bool_]:
 
 
 def side_by_side(frame: Frame, detector: Detector) -> NDArray[np.uint8]:
-    """The picture, the mask and the blobs beside each other, (H, 3 W, 3) BGR."""
+    """The picture, the mask and the blobs side by side, (H, 3 W, 3) BGR."""
     rows = detector.detect(frame).rows
     picture = writable_bgr(frame)
     blobs = picture.copy()

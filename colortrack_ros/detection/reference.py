@@ -1,4 +1,4 @@
-"""The colors to look for."""
+"""Reference colors: the colors to detect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,40 +13,41 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
 MAX_AREA = 1_000_000_000
-"""More than any picture has [px]: no limit."""
+"""No limit: more pixels than any picture has."""
 
 MAX_TOLERANCE = 200.0
-"""Greatest tolerance [CIELAB units]: black and white are 100 apart, the extremes of sRGB, blue and
-green, 259."""
+"""Largest tolerance [CIELAB units]: black and white are 100 apart; blue and green, the extremes of
+sRGB, 259."""
 
 LAB_RANGES = (('L', 0.0, 100.0), ('a', -128.0, 128.0), ('b', -128.0, 128.0))
-"""Axes of CIELAB with their limits, in which all of sRGB lies."""
+"""Axes of CIELAB with their limits, which include all of sRGB."""
 
 Triple = tuple[float, float, float]
 
 
 def expect(valid: bool, name: str, value: object, expected: str) -> None:
-    """Raise ValueError with a reason that names the parameter, the value and the range."""
+    """Raise ValueError naming the parameter, the value and the range, unless valid."""
     if not valid:
         raise ValueError(f'{name}: expected {expected}, got {value!r}')
 
 
 @dataclass(frozen=True)
 class ReferenceColor:
-    """A color to look for: the pixels with D < tolerance, Pegoretti 2021, (2.1) and (2.2).
+    """A color to detect: the pixels with D < tolerance, Pegoretti 2021, (2.1) and (2.2).
 
-    :param name: what the color is called in parameters and messages.
+    :param name: used in parameters and messages.
     :param lab: L 0..100, a and b -128..128, true CIELAB (D65).
     :param tolerance: tau, the radius of the sphere around lab [CIELAB units], at most 200; 0 to
-        find in the pictures how far the color reaches.
-    :param tolerance_lab: half axes [dL, da, db] of an ellipsoid around lab, in place of the
-        sphere [CIELAB units], each above 0, at most 200: a wide dL and narrow da, db take in the
-        light and the dark side of a thing.
-    :param samples: further colors, as lab, that are it: the nearest counts.
-    :param others: colors, as lab, that are not it: what is nearer to one of them is not it either.
-    :param inverted: everything is looked for that is not this color, and of no other that is not
-        inverted: what lies on a cloth, a table or a lawn.
-    :param min_area, max_area: other blobs of it are left out [px]; 0 for those of the detector.
+        estimate from the pictures how far the color extends.
+    :param tolerance_lab: half axes [dL, da, db] of an ellipsoid around lab, in place of the sphere
+        [CIELAB units], each above 0, at most 200: a wide dL with narrow da, db covers both the
+        light and the dark side of an object.
+    :param samples: more colors that belong to it, as lab: the nearest counts.
+    :param others: colors that do not belong to it, as lab: pixels nearer to one of them are
+        excluded.
+    :param inverted: detect everything that is neither this color nor one that is not inverted:
+        objects on a cloth, a table or a lawn.
+    :param min_area, max_area: range of the area of its blobs [px]; 0 for the detector's limits.
     """
 
     name: str
@@ -79,17 +80,17 @@ class ReferenceColor:
 
     @property
     def is_sought(self) -> bool:
-        """Whether how far it reaches is found in the pictures."""
+        """Whether its tolerance is to be estimated from the pictures."""
         return self.tolerance == 0 and self.tolerance_lab is None
 
     @property
     def is_sampled(self) -> bool:
-        """Whether more than one color says what it is."""
+        """Whether samples or others help to define it."""
         return bool(self.samples or self.others)
 
     @property
     def axes(self) -> Triple:
-        """Half axes of what is tolerated around lab [CIELAB units]."""
+        """Half axes of the tolerance ellipsoid around lab [CIELAB units]."""
         return self.tolerance_lab or (self.tolerance, self.tolerance, self.tolerance)
 
     @classmethod
@@ -103,7 +104,7 @@ class ReferenceColor:
         """The reference color of an sRGB value.
 
         :param rgb: red, green, blue, 0..255.
-        :raises ValueError: when rgb is out of its range, or as the constructor does.
+        :raises ValueError: if rgb is out of range, or for the reasons of the constructor.
         """
         valid = len(rgb) == 3 and all(0 <= value <= 255 for value in rgb)
         expect(valid, f'{name}.rgb', tuple(rgb), 'three numbers [r, g, b] in 0..255')
@@ -115,7 +116,7 @@ class ReferenceColor:
         """The reference color of a common color name.
 
         :param preset: a key of PRESETS.
-        :raises ValueError: for another name.
+        :raises ValueError: if there is no such preset.
         """
         expect(preset in PRESETS, f'{name}.preset', preset, f'one of {", ".join(PRESETS)}')
         lab, axes = PRESETS[preset]
@@ -133,8 +134,8 @@ PRESETS: dict[str, tuple[Triple, Triple]] = {
     'white': ((96.0, 0.0, 0.0), (14.0, 10.0, 10.0)),
     'black': ((6.0, 0.0, 0.0), (18.0, 12.0, 12.0)),
 }
-"""Names, and lab and tolerance_lab of painted things in daylight: chosen so that the shades of each
-name that test/detection/test_config.py lists are within, and no gray and no skin is."""
+"""By name, lab and tolerance_lab of painted objects in daylight. Chosen to include the shades that
+test/detection/test_config.py lists for each name, and to exclude gray and skin."""
 
 
 DEFAULT_COLORS = (ReferenceColor.from_rgb('red', (205, 58, 34), 50.0),)
@@ -143,7 +144,7 @@ DEFAULT_COLORS = (ReferenceColor.from_rgb('red', (205, 58, 34), 50.0),)
 
 @dataclass(frozen=True)
 class ReferenceColorConfig(Config):
-    """What each NAME in ``colors`` has: one of lab, rgb, preset and samples, and a tolerance."""
+    """Parameters of each NAME in ``colors``: lab, rgb, preset or samples, and a tolerance."""
 
     others: tuple[float, ...] = parameter(
         float,
@@ -204,9 +205,9 @@ class ReferenceColorConfig(Config):
 
 
 def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColor:
-    """The color that the parameters of a NAME describe; a default color needs a tolerance alone.
+    """The color described by the parameters of a NAME; a default color needs only a tolerance.
 
-    :raises ValueError: none or several of lab, rgb and preset are given, or one is out of range.
+    :raises ValueError: if none or several of lab, rgb and preset are given, or one is out of range.
     """
     samples = _labs_of(f'{name}.samples', config.samples)
     others = _labs_of(f'{name}.others', config.others)
@@ -226,14 +227,14 @@ def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColo
 
 
 def _labs_of(name: str, rgb: tuple[float, ...]) -> tuple[Triple, ...]:
-    """CIELAB of colors that stand one after the other."""
+    """Convert a flat list of RGB colors to CIELAB."""
     expect(len(rgb) % 3 == 0, name, len(rgb), 'r, g, b of each color, three numbers each')
     lab = lab_from_linear(linear_from_srgb(np.array(rgb).reshape(-1, 3)))
     return tuple((L, a, b) for L, a, b in lab.tolist())
 
 
 def _shade_of(name: str, config: ReferenceColorConfig) -> ReferenceColor:
-    """The color but for its samples."""
+    """The color without its samples."""
     given = [key for key in ('lab', 'rgb', 'preset') if getattr(config, key)]
     one = f'one of {name}.lab, {name}.rgb and {name}.preset'
     if len(given) > 1:

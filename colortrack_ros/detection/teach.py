@@ -1,4 +1,4 @@
-"""A reference color taught by examples: pixels and boxes that are it, and that are not."""
+"""Teaches a reference color from positive and negative examples, pixels and boxes."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -32,40 +32,40 @@ from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 
 SHADES_OF_BOX = 3
-"""Shades that are taken of a box: the dark, the middle and the light third of it. With one or six,
-`python benchmark/colors.py --constants` changes by less than a point, but with one the color of a
-patterned box, which fills the picture, is not refused."""
+"""Shades taken from a box: its dark, middle and light third. With one or six, `python
+benchmark/colors.py --constants` changes by less than a point. With one, however, the color of a
+patterned box that fills the picture is not rejected."""
 
 SHOWN_PERCENT = 80.0
-"""Part of what is shown that the color takes in at least [%]: a box has corners and highlights.
-`python benchmark/colors.py --constants`: with half of it nothing changes, and with all of it the
-color of a pale ball is that of the room."""
+"""Least share of the examples' pixels that the color covers [%]: a box has corners and highlights.
+`python benchmark/colors.py --constants`: half of it changes nothing; with all of it, the color of a
+pale ball becomes that of the room."""
 
 TELLING_RATIO = 2.0
-"""Share of the pixels of what is not it that are nearest to a shade, over that of what is, from
-which on the shade tells them apart: below, it would take away as much of the one as of the other.
+"""Least ratio of the share of negative pixels nearest to a shade, to that of positive pixels, for
+the shade to be discriminative. Below, it would remove as much of the color as of the others.
 Chosen."""
 
 LEAST_RATIO = 1.4
-"""Ratio of sizes or shapes from which on they tell what is it from what is not: a limit between
-both is then 20 % off each, for other views. Chosen."""
+"""Least ratio of sizes or shapes that discriminates between positives and negatives: a limit
+halfway between is then 20 % off each, a margin for other views. Chosen."""
 
 
 @dataclass(frozen=True)
 class Example:
-    """Something in a picture.
+    """An object, or background, in a picture.
 
     :param frame: the picture.
-    :param box: u, v, width, height [px]; width and height 1 for a pixel and those around it.
+    :param box: u, v, width, height [px]; width and height 1 for a pixel and its neighborhood.
     """
 
     frame: Frame
     box: tuple[int, int, int, int]
 
     def pixels(self) -> NDArray[np.uint8]:
-        """(N, 3) red, green and blue of its pixels.
+        """(N, 3) RGB of its pixels.
 
-        :raises ValueError: it is not inside of the picture.
+        :raises ValueError: if it is outside the picture.
         """
         check(self.frame)
         frame = plain(self.frame)
@@ -81,13 +81,13 @@ class Example:
 
     @property
     def is_pixel(self) -> bool:
-        """Whether it is a pixel with those around it, which have one shade."""
+        """Whether it is a pixel with its neighborhood, which has a single shade."""
         return self.box[2:] == (1, 1)
 
     def shades(self) -> NDArray[np.float64]:
-        """(N, 3) its shades in CIELAB, each of which a pixel can have.
+        """(N, 3) its shades in CIELAB, each of them a color that a pixel can have.
 
-        :raises ValueError: it is not inside of its picture.
+        :raises ValueError: if it is outside its picture.
         """
         rgb = self.pixels()
         order = np.argsort(lab_from_rgb(rgb)[:, 0])
@@ -96,9 +96,9 @@ class Example:
         return lab_from_rgb(np.rint(medians).astype(np.intp))
 
     def thing(self) -> NDArray[np.float64]:
-        """(N, 3) the pixels of the whole thing in CIELAB, as far as one color shows it.
+        """(N, 3) pixels of the object in CIELAB, as far as one color covers it.
 
-        Of a box those in it; of a pixel those that are connected to it in the color found from it.
+        For a box, the pixels inside. For a pixel, those connected to it in the color picked there.
         """
         shown = lab_from_rgb(self.pixels())
         frame, (u, v, _, _) = plain(self.frame), self.box
@@ -119,14 +119,15 @@ def teach_color(
     name: str = 'taught',
     config: DetectorConfig | None = None,
 ) -> PickedColor:
-    """The color of examples, which reaches in all their pictures to where other colors begin.
+    """The color of the examples, which extends in all their pictures to where other colors begin.
 
-    :param examples: of what is it, at least one.
-    :param others: of what is not. A shade that the thing itself has more of than they have does not
-        tell them apart, and is left out; what still has the color is told by its size or shape.
-    :param config: of the detector that sizes and shapes are measured with, but for its colors, and
-        for the limits of those.
-    :raises ValueError: an example is not inside of its picture, or the color fills the pictures.
+    :param examples: positive examples, at least one.
+    :param others: negative examples. Shades that are more common in the object than in them do not
+        discriminate, and are ignored; negatives that still match the color are rejected by size or
+        shape.
+    :param config: of the detector that measures sizes and shapes; its colors, and its limits of
+        sizes and shapes, are ignored.
+    :raises ValueError: if an example is outside its picture, or the color fills the pictures.
     """
     samples = _distinct(examples)
     shown = np.concatenate([example.thing() for example in examples])
@@ -153,7 +154,7 @@ def _measured(
     others: Sequence[Example],
     config: DetectorConfig,
 ) -> PickedColor:
-    """What the detector makes of a color, but for the limits of sizes and shapes."""
+    """Run the detector with a color, without limits of sizes and shapes."""
     detector = Detector(replace(config, colors=(color,), **asdict(ShapeConfig())))
     seen, shares = [], []
     for example in examples:
@@ -170,7 +171,10 @@ def _telling(
     shown: NDArray[np.float64],
     others: Sequence[Example],
 ) -> tuple[Triple, ...]:
-    """The shades of others that a larger share of the others' pixels are nearest to than of its."""
+    """Select negative shades that are nearest to far more negative than positive pixels.
+
+    The comparison is between shares of the pixels, see TELLING_RATIO.
+    """
     if not not_it:
         return ()
     shades = *not_it, *samples
@@ -187,9 +191,9 @@ def _telling(
 
 
 def _blob_of(detector: Detector, example: Example, exactly: bool = False) -> BlobTable:
-    """The largest blob whose box holds the middle of an example; an empty table if none does.
+    """The largest blob whose box contains the center of an example, or an empty table.
 
-    :param exactly: only if the middle itself has the color.
+    :param exactly: only if the center pixel itself has the color.
     """
     detector.detect(example.frame)
     u, v, width, height = example.box
@@ -203,9 +207,9 @@ def _blob_of(detector: Detector, example: Example, exactly: bool = False) -> Blo
 def _limits_between(mine: list[BlobTable], theirs: list[BlobTable]) -> dict[str, float]:
     """Limits, by parameter, in the middle of the gaps between sizes, or between shapes.
 
-    Each thing that is not it is told by the measure that differs most.
+    Each negative is rejected by the measure that differs most.
 
-    :param mine, theirs: what is it, and what is not and has its color, a blob at most in each.
+    :param mine, theirs: positives, and negatives that match the color, at most one blob in each.
     """
     mine, theirs = ([b for b in blobs if len(b.area)] for blobs in (mine, theirs))
     if not mine:
@@ -225,12 +229,12 @@ def _limits_between(mine: list[BlobTable], theirs: list[BlobTable]) -> dict[str,
 
 
 def _side(blobs: BlobTable) -> NDArray[np.float64]:
-    """(N,) side of a square of the area, which is compared as shapes are [px]."""
+    """(N,) side of a square of equal area, which compares like shapes do [px]."""
     return np.sqrt(blobs.area)
 
 
 def _distinct(examples: Sequence[Example], known: tuple[Triple, ...] = ()) -> tuple[Triple, ...]:
-    """The shades of the examples, without those that are like another, or like a known one."""
+    """The shades of the examples, without those similar to each other or to a known one."""
     kept: list[Triple] = []
     for shade in (shade for example in examples for shade in example.shades()):
         if all(np.linalg.norm(shade - other) > NEAR / 2 for other in (*known, *kept)):
