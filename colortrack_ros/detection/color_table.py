@@ -1,10 +1,9 @@
-"""Which reference color each pixel belongs to, from tables.
+"""Lookup tables that label each pixel with its reference color.
 
-The answer depends on a pixel's three bytes alone. The 2^24 colors are grouped into 2^16 cells
-(5 bits of red, 6 of green, 5 of blue), and a bound of CIELAB over each cell tells whether all of
-its colors belong to the same reference color or none. One look-up for a pixel settles those. A
-cell that a sphere's surface may cut is computed, color by color, when it is first seen, and
-remembered.
+The label depends only on a pixel's three bytes. The 2^24 colors are grouped into 2^16 cells (5 bits
+of red, 6 of green, 5 of blue). Bounds of CIELAB over each cell tell whether all of its colors have
+the same label; if so, one lookup per pixel settles it. Cells that a sphere's surface may cut are
+computed, color by color, when first seen, and cached.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -28,16 +27,17 @@ from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.survivors import Survivors
 
 CUT, UNKNOWN = 255, 0
-"""Entry of a cell whose colors may not belong together; of a color not yet computed, the label of
-one that is having 1 added: pages of zeros cost nothing before they are written to."""
+"""Entry of a cell whose colors may have different labels; entry of a color not yet computed. The
+others are labels plus 1: pages of zeros are free until they are written."""
 
 MIXES = 5
-"""Mixes of two colors whose distances to a third are computed; between them it is taken to be
-straight: where it passes a tolerance is off by 0.01 of the way for a matt ball before a wall."""
+"""Number of mixtures of two colors at which the distance to a third is computed, with linear
+interpolation between them: for a matte ball before a wall, the crossing is off by 0.01 of the
+way."""
 
 STRIP, LONG_STRIP = 1 << 18, 1 << 20
-"""Pixels that are worked on at a time, by one thread and by several; they set the time alone, which
-`python benchmark/detection.py` measures."""
+"""Pixels per strip with one thread and with several; they affect only the time, which `python
+benchmark/detection.py` measures."""
 
 
 def _has_16_bit_lut() -> bool:
@@ -49,11 +49,11 @@ def _has_16_bit_lut() -> bool:
 
 
 HAS_16_BIT_LUT = _has_16_bit_lut()
-"""OpenCV 5 indexes a table by 16 bits, 4.6 does not."""
+"""Whether OpenCV can index a table by 16 bits: version 5 can, 4.6 cannot."""
 
 
 def look_up(table: NDArray[np.uint8], index: NDArray[np.uint16], out: NDArray[np.uint8]) -> None:
-    """Set an array to the entries, of 65,536 bytes, that 16-bit numbers stand for."""
+    """Look up 16-bit indices in a table of 65,536 bytes, into an array."""
     if HAS_16_BIT_LUT:
         cv2.LUT(index, table, dst=out)
     else:
@@ -66,7 +66,7 @@ def _bounds(
     samples: NDArray[np.float64],
     stretch: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(65536,) each: between which D^2 to the nearest sample lies over each cell."""
+    """(65536,) each: lower and upper bound of D^2 to the nearest sample over each cell."""
     nearest, farthest = np.full((2, center.shape[1]), np.inf)
     near, far = np.empty((2, *center.shape))
     for sample in samples:
@@ -83,22 +83,22 @@ def _bounds(
 class ColorTable:
     """Labels pixels: 0 for none of the colors, k + 1 for colors[k].
 
-    A pixel belongs to a color where D < tolerance (2.2), computed in double precision as D^2 <
-    tolerance^2; within tolerance of several, to the one with the smallest D; at equal D, to the
-    first. D is the distance (2.1) or, for an ellipsoid, the distance with each axis stretched so
-    that D = tolerance on its surface. Of a color with samples it is that to the nearest of them,
-    and a pixel that is at least as near to one of its others does not belong to it. To an inverted
-    color belong the pixels that do not belong to the color itself, nor to one that is not inverted.
+    A pixel belongs to a color if D < tolerance (2.2), computed in double precision as D^2 <
+    tolerance^2. Within tolerance of several, it belongs to the one with the smallest D; at equal D,
+    to the first. D is the distance (2.1) or, for an ellipsoid, the distance with each axis
+    stretched so that D = tolerance on its surface. With samples, the nearest of them counts, and
+    pixels at least as near to one of the color's others are excluded. An inverted color includes
+    the pixels that belong neither to the color itself nor to one that is not inverted.
 
     :param colors: 1 to 254 reference colors.
-    :param threads: that work on a picture at the same time; the result is the same.
+    :param threads: number of threads per picture; the result does not depend on it.
 
-    overlaps: whether a pixel may be within tolerance of several that are not inverted.
-    touched: (65536,) which cells hold something of a color.
+    overlaps: whether pixels may be within tolerance of several colors that are not inverted.
+    touched: (65536,) which cells contain any part of a color.
     """
 
     def __init__(self, colors: tuple[ReferenceColor, ...], threads: int = 1) -> None:
-        # Without the 16-bit table NumPy looks up, which does not let go of the interpreter.
+        # Without the 16-bit table, NumPy does the lookup, which does not release the GIL.
         self._threads = threads if HAS_16_BIT_LUT else 1
         self._map = ThreadPoolExecutor(threads).map if self._threads > 1 else map
         self._samples = [np.array([color.lab, *color.samples]) for color in colors]
@@ -115,9 +115,9 @@ class ColorTable:
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
 
     def _label_cells(self) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-        """(65536,) label of each cell, CUT where a look at the single color is needed.
+        """(65536,) label of each cell, CUT if its colors must be looked up one by one.
 
-        And (colors, 65536), which cells hold something of a color.
+        Also (colors, 65536), which cells contain any part of a color.
         """
         center, radius = cell_bounds()
         cells = np.zeros(1 << 16, np.uint8)
@@ -134,7 +134,7 @@ class ColorTable:
         return cells, may
 
     def label_colors(self, rgb: NDArray[np.integer]) -> NDArray[np.uint8]:
-        """The definition, color by color in double precision.
+        """Label colors by the definition, one by one in double precision.
 
         :param rgb: (N, 3) red, green, blue.
         :returns: (N,) labels.
@@ -155,7 +155,7 @@ class ColorTable:
     def closeness(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
         """1 - D / tolerance to the color of the label; 0 out of tolerance.
 
-        To an inverted one D / tolerance - 1, at most 1.
+        For an inverted color, D / tolerance - 1, at most 1.
 
         :param rgb: (N, 3) red, green, blue.
         :param labels: (N,) of colors, not 0.
@@ -165,11 +165,11 @@ class ColorTable:
     def end_share(
         self, inside: NDArray[np.uint8], outside: NDArray[np.uint8], labels: NDArray[np.uint8]
     ) -> NDArray[np.float64]:
-        """The share of one color in a mix with another that is at the end of the tolerance.
+        """Share of the inside color in its mixture with the outside one at the tolerance.
 
         :param inside, outside: (N, 3) red, green, blue.
         :param labels: (N,) of colors, not 0.
-        :returns: (N,) 0 where the other is within tolerance too, 1 where neither is.
+        :returns: (N,) 0 if the outside is within tolerance too, 1 if neither is.
         """
         share = np.linspace(1, 0, MIXES)
         other = outside[:, None].astype(np.float64)
@@ -183,7 +183,7 @@ class ColorTable:
         return np.where(is_out.any(axis=1), np.where(first == 0, 1.0, end), 0.0)
 
     def _distance(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """(N,) D / tolerance to the color of the label; to an inverted one 2 - D / tolerance."""
+        """(N,) D / tolerance to the color of the label; 2 - D / tolerance if inverted."""
         lab = lab_from_rgb(rgb)
         distance = np.zeros(len(labels))
         for label in set(labels.tolist()):
@@ -194,7 +194,7 @@ class ColorTable:
         return distance
 
     def _squared(self, k: int, lab: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(N,) D^2 to a color; infinite where something that is not it is as near."""
+        """(N,) D^2 to a color; infinite if one of its others is at least as near."""
         mine, other = np.full((2, len(lab)), np.inf)
         columns = np.ascontiguousarray(lab.T)
         for least, samples in ((mine, self._samples[k]), (other, self._others[k])):
@@ -206,11 +206,11 @@ class ColorTable:
         return mine
 
     def label(self, picture: NDArray[np.uint8], encoding: str, erosion: int = 1) -> LabelImage:
-        """The labels of a picture.
+        """Label a picture.
 
         :param picture: (H, W, channels) or (H, W), not empty; rows may be padded.
-        :param erosion: side of the square of an erosion that follows: what does not outlast it need
-            not be labeled [px].
+        :param erosion: side of the square of a subsequent erosion [px]: pixels that it removes need
+            not be labeled.
         """
         height, width = picture.shape[:2]
         if encoding == 'mono8':
@@ -233,10 +233,10 @@ class ColorTable:
         return image
 
     def _label_strips(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
-        """The labels of a picture, or CUT, strip by strip.
+        """Label a picture, with CUT for undecided pixels, strip by strip.
 
-        They stay in the processor's cache from step to step. Those of several threads are longer:
-        handing over the interpreter costs more than that saves.
+        Strips stay in the processor's cache between steps. With several threads they are longer:
+        switching threads costs more than the cache saves.
         """
         height, width = picture.shape[:2]
         image = LabelImage.empty(height, width)
@@ -267,10 +267,10 @@ class ColorTable:
         words: NDArray[np.intp],
         cut: NDArray[np.intp],
     ) -> None:
-        """Replace CUT by the label of the single color, in place.
+        """Replace CUT by the label of the pixel's exact color, in place.
 
-        :param words: numbers of the words that are not empty.
-        :param cut: positions of CUT in them, one behind the other.
+        :param words: indices of the words that are not empty.
+        :param cut: positions of CUT in these words, concatenated.
         """
         position = (words * WORD)[cut >> 3] + (cut & 7)
         row = words // (image.stride // WORD)
@@ -286,7 +286,7 @@ class ColorTable:
         image.padded.reshape(-1)[position] = labels - 1
 
     def _compute_cells(self, colors: NDArray[np.int32]) -> None:
-        """Label every color of the cells that the given colors are in, and remember it.
+        """Label and cache all colors of the cells that contain the given colors.
 
         :param colors: (N,) red << 16 | green << 8 | blue.
         """

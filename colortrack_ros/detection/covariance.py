@@ -1,4 +1,4 @@
-"""The measurement covariance of a blob's centroid."""
+"""Measurement covariance of blob centroids."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,55 +7,56 @@ from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.label_image import LabelImage
 
 # The constants below were fitted to rendered balls of 8 to 43 px radius by
-# `python benchmark/detection_covariance.py --fit`, which brings the normalized squared error, NSE,
-# of all scenes near to 1, where the covariance is right, and rounded so that it is 0.8 to 1.0 over
-# the five scenes without maneuvers at 320x240 to 3840x2160.
+# `python benchmark/detection_covariance.py --fit`. It brings the normalized squared error, NSE, of
+# all scenes close to 1, the value for a correct covariance. They were rounded so that the NSE is
+# 0.8 to 1.0 over the five scenes without maneuvers at 320x240 to 3840x2160.
 
 OUTLINE_VARIANCE = 0.01
-"""Variance of the membership of a pixel on the outline, which is in or out by chance; 1/4 were the
-toss of a coin."""
+"""Variance of the membership of an outline pixel, which is in or out by chance; a fair coin would
+have 1/4."""
 
 PIXELATION = 1 / 12
-"""Variance of a position within its pixel [px^2]: that of the uniform distribution of width 1."""
+"""Variance of a position within its pixel [px^2]: that of a uniform distribution of width 1."""
 
 SHADING_SHIFT = 0.195
-"""Shift of a centroid over the width of the blur, for a mean D / tolerance of 1."""
+"""Ratio of the shift of a centroid to the width of the blur, for a mean D / tolerance of 1."""
 
 SEEN_SHARE = 0.8
-"""Shift of a centroid over what is seen of it at the ends of some rows and columns: 0.4 to 1.5 by
-scene (least squares); half and twice of it change the NSE of a scene by 0.45 at most."""
+"""Ratio of the shift of a centroid to the shift seen at the ends of a few rows and columns: 0.4 to
+1.5 by scene (least squares). Half and twice of it change the NSE of a scene by at most 0.45."""
 
 BLURRED_DISTANCE = 0.25
-"""Mean D / tolerance of what is blurred, more than that of the rest of a blob: 1/2 where it goes
-evenly from 0 at the inner end of the blur to 1 at the outline, less where blur has no inner end."""
+"""Excess of the mean D / tolerance of blurred pixels over that of the rest of a blob: 1/2 if it
+rises evenly from 0 at the inner end of the blur to 1 at the outline, less if blur has no inner
+end."""
 
 BLURRED_MARGIN = 1.0
-"""Width of the blur that is not in the blob [px]: what the default erosion takes off."""
+"""Width of the blur that is not part of the blob [px]: the default erosion removes it."""
 
 LEAST_DISTANCE = 0.02
-"""Least mean D / tolerance of what is not blurred: the score is that of 16 pixels."""
+"""Least mean D / tolerance of pixels without blur: the score is that of 16 pixels."""
 
 CUT_SHIFT = (0.33, 0.055)
-"""Shift of a centroid by what covers a part of a thing, for the three-fold skewness of what is left
-and its square [half axes]."""
+"""Shift of a centroid due to a partial occlusion: coefficients of the three-fold skewness of the
+visible part and of its square [half axes]."""
 
 MOST_SKEWED = 1.2
-"""Three-fold skewness of half a disc: more than half of a thing is seldom hidden."""
+"""Three-fold skewness of half a disc: more than half of an object is seldom hidden."""
 
 HIDDEN_REACH = 6
-"""How far beyond the ends of its runs the color of a blob that is partly hidden is looked for [px]:
-beyond what an erosion of 3 and the blur of an outline take off."""
+"""Distance beyond the ends of its runs at which the color of a partly hidden blob is looked for
+[px]: beyond the part removed by an erosion of 3 and the blur of an outline."""
 
 FARTHEST_HIDDEN = 0.6
-"""Farthest that the center of a disc is taken to be behind the border of the picture [lengths that
-the blob touches it along]: of a disc that is seen by less than a tenth it is farther."""
+"""Largest assumed distance of the center of a disc beyond the picture's border [lengths of contact
+between blob and border]. It is larger if less than a tenth of the disc is visible."""
 
 HALF_DISC = 4 / (3 * np.pi)
 """Shift of the centroid of half a disc [radii]."""
 
 SEGMENT_POWER = 1.4
-"""Power of the hidden part of a radius that the shift of a disc's centroid goes with, up to half a
-disc: it is within 0.01 radii of the integral."""
+"""Exponent of the hidden part of a radius in the shift of a disc's centroid, up to half a disc:
+within 0.01 radii of the integral."""
 
 
 def centroid_covariance(
@@ -68,23 +69,24 @@ def centroid_covariance(
     skewness: NDArray[np.float64],
     doubt: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Measurement covariance of each centroid: the sum of those of independent errors.
+    """Measurement covariance of each centroid: the sum over independent errors.
 
-    - each outline pixel is in or out by chance: :func:`chance`;
-    - the grid: PIXELATION / N;
-    - shading, what is behind, and where a color ends: :func:`blur_shift`, :func:`seen_shift`;
+    - outline pixels that are in or out by chance: :func:`chance`;
+    - the pixel grid: PIXELATION / N;
+    - shading, the surroundings, and the limit of the color: :func:`blur_shift`, :func:`seen_shift`;
     - :func:`border_shift` across the border, or :func:`cut_shift` in any direction;
-    - pixels of the color dropped beside the blob, along a part s of the outline: they cut off
-      little if it is small, and seldom more than half of an extent e: s^4 (e / 2)^2 / 12.
+    - pixels of the color dropped beside the blob, along a share s of the outline. A small s cuts
+      off little, and more than half of an extent e is seldom cut off: s^4 (e / 2)^2 / 12.
 
     :param size: height and width of the picture [px].
     :param score: (N,) mean closeness to the reference color, 0..1.
     :param blur: (N, 2) width of the outline along u and v [px], see outline_blur().
-    :param sided: (N, 2, 2) by how much blobs are seen to end farther out on one side of each axis,
-        and the standard error of that [shares of blur].
-    :param part: (N,) of the outline beyond which the color was dropped, 0..1, see open_part().
-    :param skewness: (N,) three-fold skewness beyond the usual, see UsualSkewness.
-    :param doubt: (N,) shift by not knowing where a blob ends [shares of blur], see Method.
+    :param sided: (N, 2, 2) by how much farther out blobs end on one side of each axis, as seen in
+        the picture, and its standard error [shares of blur].
+    :param part: (N,) share of the outline beyond which the color was dropped, 0..1, see
+        open_part().
+    :param skewness: (N,) excess three-fold skewness, see UsualSkewness.
+    :param doubt: (N,) shift due to the uncertain limit of a blob [shares of blur], see Method.
     :returns: (N, 2, 2) [px^2], positive definite.
     """
     outline = np.asarray(np.pi / 2 * blobs.box[:, 2:].sum(axis=1), np.float64)
@@ -100,10 +102,10 @@ def centroid_covariance(
 
 
 def chance(blobs: BlobTable, outline: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Covariance by outline pixels that are in or out by chance: 2 S B OUTLINE_VARIANCE / N^2.
+    """Covariance from outline pixels in or out by chance: 2 S B OUTLINE_VARIANCE / N^2.
 
-    N is the area, S are the central second moments, B is the outline of the ellipse-like shape in
-    the box, whose second moments about its center are twice those of the area.
+    N is the area, S are the central second moments, and B is the outline of the ellipse-like shape
+    in the box, whose second moments about its center are twice those of the area.
 
     :returns: (N, 2, 2) [px^2].
     """
@@ -119,12 +121,12 @@ def blur_shift(
 ) -> NDArray[np.float64]:
     """Shift of each centroid by blur and shading, along u and v (standard deviation).
 
-    Blur mixes the object with what is around, and a mix is within tolerance up to the farther out
-    the nearer the object itself is to the reference color, which on its light and its dark side is
-    not the same. So an outline is shifted by a part of the width of its blur that grows with D /
-    tolerance, on the mean 1 - score, but for what the blur itself adds to it. With light from the
-    side a blur of width |w cos(t)| at the angle t shifts a disc half as far: the integral of
-    |cos(t)| sin(t)^2 is half of that of |cos(t)|^3.
+    Blur mixes the object with its surroundings. The closer the object itself is to the reference
+    color, the farther out a mixture is within tolerance, and the light and the dark side of an
+    object differ in this. The shift of an outline is therefore a part of the blur width that grows
+    with D / tolerance. Its mean is 1 - score, minus the contribution of the blur itself. With light
+    from the side, a blur of width |w cos(t)| at angle t shifts a disc half as far: the integral of
+    |cos(t)| sin(t)^2 is half that of |cos(t)|^3.
 
     :returns: (N, 2) [px].
     """
@@ -143,8 +145,8 @@ def seen_shift(
 ) -> NDArray[np.float64]:
     """Shift of each centroid by the ends of its outline, along u and v (standard deviation).
 
-    What is expected and what is seen are the same shift, so the greater of them counts. That the
-    things behind are not the same all along the outline, and doubt, are errors beside it.
+    The expected and the observed shift are the same quantity, so the larger one counts.
+    Surroundings that vary along the outline, and doubt, are independent errors.
 
     :param expected: (N, 2) of :func:`blur_shift` [px].
     :returns: (N, 2) [px].
@@ -155,9 +157,10 @@ def seen_shift(
 
 
 def cut_shift(blobs: BlobTable, skewness: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of each centroid to that of the whole thing, of which something may cover a part.
+    """Distance of each centroid from that of the complete, possibly occluded object.
 
-    What is left of a disc is no ellipse: its three-fold skewness tells how much is missing.
+    The visible part of an occluded disc is not an ellipse: its three-fold skewness tells how much
+    is missing.
 
     :returns: (N,) [px].
     """
@@ -167,14 +170,14 @@ def cut_shift(blobs: BlobTable, skewness: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def border_shift(blobs: BlobTable, width: int, height: int) -> NDArray[np.float64]:
-    """Distance of each centroid to that of the whole thing, of which a part is out of the picture.
+    """Distance of each centroid from that of the complete object, cut by the picture's border.
 
-    It is that of a disc with the same length along the border, and the same extent: where it is
-    deeper than half that length its center is inside the picture, and what is missing is less than
-    half of it. Of what touches opposite borders nobody knows how far it reaches.
+    The object is assumed to be a disc with the same extent and the same length of contact with the
+    border. If its depth exceeds half that length, the center is inside the picture, and less than
+    half of it is missing. If a blob touches opposite borders, its extent is unknown.
 
-    :returns: (N, 2) across the left or right border and the upper or lower one, 0 for those that
-        do not touch it [px].
+    :returns: (N, 2) across the left or right border and the upper or lower one, 0 for blobs that do
+        not touch it [px].
     """
     depth = blobs.box[:, 2:].astype(np.float64)
     if blobs.inside(width, height).all():
@@ -196,9 +199,9 @@ def border_shift(blobs: BlobTable, width: int, height: int) -> NDArray[np.float6
 
 
 def open_part(blobs: BlobTable, image: LabelImage, whole: LabelImage) -> NDArray[np.float64]:
-    """The part of the left or the right outline, the greater, beyond which the color goes on.
+    """Share of the left or right outline, whichever is larger, beyond which the color continues.
 
-    :param image: the labels that the blobs are made of.
+    :param image: the labels from which the blobs were made.
     :param whole: the labels before some were dropped.
     :returns: (N,) 0..1.
     """

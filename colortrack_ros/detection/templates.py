@@ -1,4 +1,4 @@
-"""Templates of things, fitted together to the one blob that they make where they touch."""
+"""Templates of objects, fitted jointly to the single blob that touching objects make."""
 
 from dataclasses import dataclass
 
@@ -14,34 +14,34 @@ Indices = NDArray[np.intp]
 Mask = NDArray[np.float32]
 
 MOST_PIXELS = 4000
-"""Pixels of a blob that a fit looks at: of larger ones it looks at the means of squares."""
+"""Maximum number of pixels of a blob in a fit: larger blobs are averaged over squares."""
 
 HIDDEN_COST = 0.5
-"""What a pixel of a template costs that is not in the blob, over one of the blob that is in no
-template: a hand may hide the one, nothing but a thing makes the other. Assumed."""
+"""Cost of a template pixel outside the blob, relative to that of a blob pixel in no template. A
+hand may cause the former, but only an object the latter. Assumed."""
 
 PRIOR_COST = 1.0
-"""Cost of being off by d from where a thing is expected, over side ln(1 + d^2 / sigma^2): half the
-pixels that the side of a square of its area passes over in a pixel. Things go on as they did, or
-do something else (as of a Cauchy distribution, with its long tail). Assumed."""
+"""Factor in the cost of an offset d from the expected place, PRIOR_COST / 2 side / sigma^2 ln(1 +
+d^2 / sigma^2): half the pixels that the side of a square of its area sweeps per pixel. Objects keep
+moving as before, or do something else (hence the long tail of a Cauchy distribution). Assumed."""
 
 SEARCH_SIGMAS = 4.0
-"""How far from there a thing is looked for [sigma]: with 8, pixels that nothing explains drew a cup
-that was hardly seen 40 px away for a frame."""
+"""Search radius around the expected place [sigma]: with 8, unexplained pixels drew a barely visible
+cup 40 px away for one frame."""
 
 TURNS_OF_EACH = 4
-"""How often each template is fitted to what the others leave, at most."""
+"""Maximum number of times that each template is fitted to the pixels left by the others."""
 
 
 @dataclass(frozen=True)
 class BlobTemplate:
-    """What a thing looked like when it was last seen alone.
+    """The appearance of an object when it was last seen alone.
 
     :param mask: (H, W) 1 for its pixels, 0 for others.
     :param reach: (2,) from its top left pixel to its centroid, u, v [px].
     :param box: (4,) u, v from its centroid to the corner of its box, width and height [px].
     :param covariance: (2, 2) of the centroid then [px^2].
-    :param area: its pixels.
+    :param area: number of its pixels.
     """
 
     mask: Mask
@@ -52,18 +52,18 @@ class BlobTemplate:
 
     @property
     def side(self) -> float:
-        """Of a square of its area [px]."""
+        """Side of a square of its area [px]."""
         return float(np.sqrt(self.area))
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Where K things are in a blob.
+    """The places of K objects in a blob.
 
     :param center: (K, 2) [px].
-    :param visible: (K,) pixels of each that are in the blob and in no other.
+    :param visible: (K,) pixels of each that are in the blob and in no other object.
     :param unexplained: pixels of the blob that are in none of them.
-    :param step: side of the squares that were looked at [px].
+    :param step: side of the squares over which pixels were averaged [px].
     """
 
     center: Floats
@@ -73,7 +73,7 @@ class Fit:
 
 
 def mask_of(blobs: BlobTable, k: int) -> Mask:
-    """The pixels of a blob, in its box."""
+    """The pixels of a blob as a mask of its box."""
     left, top, width, height = blobs.box[k]
     first = blobs.first_run[k]
     runs = blobs.runs.take(np.arange(first, first + blobs.run_count[k]))
@@ -85,10 +85,10 @@ def mask_of(blobs: BlobTable, k: int) -> Mask:
 
 @dataclass(frozen=True)
 class Look:
-    """A frame in which some things were alone.
+    """A frame in which some objects were alone.
 
     :param blobs, rows: M, of the frame.
-    :param blob: of each thing, by its number; negative if it was not alone.
+    :param blob: of each object, by its number; negative if it was not alone.
     """
 
     blobs: BlobTable
@@ -96,12 +96,12 @@ class Look:
     blob: dict[int, int]
 
     def area(self, number: int) -> int:
-        """That of a thing [px], 0 if it was not alone."""
+        """The area of an object [px], 0 if it was not alone."""
         blob = self.blob.get(number, -1)
         return int(self.blobs.area[blob]) if blob >= 0 else 0
 
     def template(self, number: int) -> BlobTemplate:
-        """What a thing looked like."""
+        """The template of an object."""
         blobs, blob = self.blobs, self.blob[number]
         row = self.rows[blob]
         covariance = np.array([row['cov_uu'], row['cov_uv'], row['cov_uv'], row['cov_vv']])
@@ -123,17 +123,17 @@ def fit_templates(
     sigma: Floats,
     smear: Floats,
 ) -> Fit:
-    """Place templates so that together they are a blob, in turns.
+    """Place templates, in turns, so that they add up to a blob.
 
-    They may cover each other: which is in front does not matter for the blob that both make. What
-    counts are the pixels that are in one, but not in the other; where that leaves a thing free to
-    move, it stays where it is expected.
+    Templates may overlap: which one is in front makes no difference to their common blob. The cost
+    depends on pixels in the templates or the blob, but not in both. If that leaves an object free
+    to move, it stays at its expected place.
 
-    :param templates: of K things.
+    :param templates: of K objects.
     :param expected: (K, 2) their centers [px].
-    :param sigma: (K,) standard deviation of those, on an axis [px].
-    :param smear: (K, 2) way of each during the exposure [px]: what is in the blob along it is the
-        thing's, and draws no other.
+    :param sigma: (K,) standard deviation of expected, per axis [px].
+    :param smear: (K, 2) displacement of each during the exposure [px]: blob pixels along it belong
+        to the object, and do not attract others.
     """
     step = int(np.ceil(np.sqrt(blobs.area[k] / MOST_PIXELS)))
     radius = np.ceil(SEARCH_SIGMAS * sigma / step)
@@ -154,10 +154,10 @@ def fit_templates(
 
 
 class _Board:
-    """The picture of a blob and of the masks on it, of which a pixel is a square of step px.
+    """The picture of a blob and the masks on it, with pixels that are squares of step px.
 
     :ivar place: (K, 2) of the top left pixel of each mask, u, v.
-    :ivar expected: (K, 2) where those are expected.
+    :ivar expected: (K, 2) its expected place.
     """
 
     def __init__(
@@ -190,7 +190,7 @@ class _Board:
         self.place = self.expected.copy()
 
     def place_best(self, i: int, weight: float, sigma: float) -> None:
-        """Place a mask where the pixels that no other has are worth most, between whole pixels."""
+        """Place a mask to subpixel accuracy where the pixels left by the others are worth most."""
         mask, radius, expected = self._masks[i], int(self._radius[i]), self.expected[i]
         worth = ((1 + HIDDEN_COST) * self._blob - HIDDEN_COST) * (1 - self._others(i))
         u, v = np.round(expected).astype(int)
@@ -207,12 +207,12 @@ class _Board:
         )
 
     def visible(self, i: int) -> float:
-        """What of a mask is in the blob and in no other mask."""
+        """Pixels of a mask that are in the blob and in no other mask."""
         part = self._blob * (1 - self._others(i))
         return float((part[self._under(i)] * self._masks[i]).sum())
 
     def unexplained(self) -> float:
-        """What of the blob is in no mask."""
+        """Pixels of the blob that are in no mask."""
         return float((self._blob * (1 - self._others(-1))).sum())
 
     def _under(self, i: int) -> tuple[slice, slice]:
@@ -221,7 +221,7 @@ class _Board:
         return slice(v, v + height), slice(u, u + width)
 
     def _others(self, i: int) -> Mask:
-        """What is in any mask but one, or passed by it."""
+        """Union of all masks but one, including the area that they sweep."""
         picture = np.zeros_like(self._blob)
         for j, (mask, margin) in enumerate(self._smeared):
             if j != i:
@@ -232,9 +232,9 @@ class _Board:
 
 
 def _smeared(mask: Mask, way: Floats) -> tuple[Mask, Indices]:
-    """A mask and all that it passes on a way [px], half of it before and half behind.
+    """The area that a mask sweeps along a displacement [px], centered on the mask.
 
-    :return: the mask, and (2,) how much farther it reaches to the left and to the top [px].
+    :return: the swept mask, and (2,) its margins to the left and to the top [px].
     """
     margin = np.ceil(np.abs(way) / 2).astype(np.intp)
     du, dv = margin.tolist()
@@ -247,7 +247,7 @@ def _smeared(mask: Mask, way: Floats) -> tuple[Mask, Indices]:
 
 
 def _reduced(mask: Mask, step: int) -> Mask:
-    """The means of squares, from the top left corner on."""
+    """Averages over squares, starting at the top left corner."""
     if step == 1:
         return mask
     height, width = mask.shape
@@ -257,7 +257,7 @@ def _reduced(mask: Mask, step: int) -> Mask:
 
 
 def _between(values: Floats, k: int) -> float:
-    """Where the parabola through a maximum and its neighbors has its own, from the maximum."""
+    """Offset of a parabola's vertex from a sampled maximum, fitted to it and its neighbors."""
     if not 0 < k < len(values) - 1:
         return 0.0
     low, top, high = values[k - 1 : k + 2].tolist()

@@ -1,4 +1,4 @@
-"""Things that touch: told apart in their one blob by what they looked like before."""
+"""Touching objects: separates merged blobs by the appearance of each object before."""
 
 from dataclasses import dataclass
 
@@ -23,56 +23,57 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 LONGEST_GAP = 0.5
-"""Time between two frames after which nobody knows which blob was which thing [s]. Assumed."""
+"""Longest time between two frames across which objects are associated with blobs [s]. Assumed."""
 
 TRAIL_STEP, TRAIL = 0.2, 20
-"""Time between the places of a thing that are kept [s], and how many. Assumed."""
+"""Interval between the stored places of an object [s], and their number. Assumed."""
 
 WAIT_SECONDS = 0.05
-"""Time between frames that are followed while nothing comes, goes, or touches [s], at 30 Hz every
-other: with 0.1, two of three real cups that speed up were not told apart for 25 frames."""
+"""Interval between processed frames while nothing appears, disappears, or touches [s]: every other
+one at 30 Hz. With 0.1, two of three accelerating real cups were not separated for 25 frames."""
 
 LONGEST_EXPOSURE = 1 / 30
-"""Time in which a thing is smeared at most [s]: cameras that show motion expose no longer."""
+"""Longest time of motion blur [s]: cameras that show motion do not expose longer."""
 
 KEPT_LOOKS = 4
-"""Frames with places that are kept of which what things look like is kept as well: longer than a
-hand needs to move a thing before another, shorter than a thing takes to look another way."""
+"""Number of recent places with which the objects' appearance is stored as well: longer than a hand
+takes to move an object in front of another, shorter than an object takes to turn another way."""
 
 APPROACH = 0.3
-"""How much nearer to each other than before two blobs must have come to be two things [side of a
-square of the smaller one's area]: pieces of one thing keep their distance. Half a disc and the
-other half, between which a stripe of a third of the radius turns, come by 0.24 nearer."""
+"""How much closer two blobs must have come to be two objects [side of a square with the smaller
+one's area]: pieces of one object keep their distance. If a stripe of a third of the radius turns
+between the two halves of a disc, they come closer by 0.24."""
 
 HIDDEN_SECONDS = 0.5
-"""How long a thing is remembered that cannot be told from the others of its blob [s]. Assumed."""
+"""How long to remember an object that cannot be told from the others in its blob [s]. Assumed."""
 
 SIGMA, SIGMA_OF_SIDE, SIGMA_OF_WAY = 1.0, 1.2, 0.5
-"""Of where a thing is expected: [px], [side of a square of its area in a second], and [way since
-the last frame]. With half to twice the second, IDF1 of a real clip of three cups is 0.98 with a
-PRIOR_COST of 1 or 2, and 0.87 to 0.98 with 0.5, which lets a thing that is hardly seen drift."""
+"""Standard deviation of an expected place: constant [px], per second [side of a square of its
+area], and per displacement since the last frame. With half to twice the second, IDF1 of a real clip
+of three cups is 0.98 with a PRIOR_COST of 1 or 2, and 0.87 to 0.98 with 0.5, which lets barely
+visible objects drift."""
 
 MOST_THINGS, MOST_IN_BLOB, MOST_BLOBS = 100, 4, 8
-"""Blobs of a frame that are followed, things in one, and such blobs in a frame that are told apart,
-to bound the time: to follow 300 blobs took as long as to find them."""
+"""Limits on the blobs to follow, the objects in one blob, and the number of such blobs to separate
+per frame. They bound the time: following 300 blobs took as long as finding them."""
 
 PIECE = -2
-"""In place of the number of a blob: the thing was a piece of another."""
+"""Replaces a blob's number: the object was a piece of another."""
 
 
 @dataclass
 class Things(Columns):
-    """What the blobs of the last frame were: N things, one or several in each.
+    """The N objects in the blobs of the last frame, one or several in each.
 
-    :param number: (N,) never used twice.
+    :param number: (N,) unique, never reused.
     :param label: (N,) of the pixels.
-    :param blob: (N,) in which it was, or IN_NONE.
-    :param group: (N,) number of the first thing in its blob; -1 for one that was alone.
+    :param blob: (N,) that contained it, or IN_NONE.
+    :param group: (N,) number of the first object in its blob; -1 for an object that was alone.
     :param mean: (N, 2) center [px].
     :param area: (N,) when it was last alone [px].
     :param velocity: (N, 2) [px/s].
-    :param trail: (N, TRAIL, 2) where it was, the last first, NaN before it was seen [px].
-    :param seen: (N,) stamp of when it was last told from the others in its blob [ns].
+    :param trail: (N, TRAIL, 2) previous places, latest first, NaN before it was seen [px].
+    :param seen: (N,) stamp at which it was last told from the others in its blob [ns].
     """
 
     number: NDArray[np.int64]
@@ -87,10 +88,10 @@ class Things(Columns):
 
 
 class TouchingThings:
-    """Follows blobs from frame to frame, to know which are several things, and where those are.
+    """Follows blobs over time, to find those with several objects and locate these.
 
-    Two blobs that have come nearer to each other and become one are two things. What each looked
-    like alone is then fitted to the blob; so they are told apart as long as both are seen.
+    Two blobs that come closer and merge are two objects. Their appearance while they were alone is
+    fitted to the merged blob, which separates them as long as both are visible.
     """
 
     def __init__(self) -> None:
@@ -107,7 +108,7 @@ class TouchingThings:
         self._stamp = self._trailed = 0
 
     def tell_apart(self, rows: NDArray[np.void], blobs: BlobTable, stamp: int) -> NDArray[np.void]:
-        """Replace the row of a blob that is several things by one for each that can be seen.
+        """Replace the row of a blob with several objects by one row per visible object.
 
         :param rows: (M,) of dtype DETECTION.
         :param blobs: M, of the frame.
@@ -122,7 +123,7 @@ class TouchingThings:
         return self._follow(rows, blobs, stamp)
 
     def _may_wait(self, rows: NDArray[np.void], stamp: int) -> bool:
-        """Whether a frame just after one that was followed has as many blobs of each color."""
+        """Whether a frame soon after a processed one has the same number of blobs of each color."""
         return (
             not self._templates
             and 0 < stamp - self._stamp < WAIT_SECONDS * NANOSECONDS
@@ -131,7 +132,7 @@ class TouchingThings:
         )
 
     def _follow(self, rows: NDArray[np.void], blobs: BlobTable, stamp: int) -> NDArray[np.void]:
-        """Take a frame into account, as tell_apart does."""
+        """Process a frame for tell_apart."""
         dt = (stamp - self._stamp) / NANOSECONDS
         if not 0 < dt <= LONGEST_GAP or max(len(rows), len(self._things)) > MOST_THINGS:
             self._restart()
@@ -158,9 +159,9 @@ class TouchingThings:
         return told
 
     def _move(self, mean: Floats, dt: float, trust: Floats | float = 1.0) -> None:
-        """Take where things are now, and how they have moved.
+        """Update the places and velocities of objects.
 
-        :param trust: in that, 0..1: the part of each that was seen.
+        :param trust: in the measured motion, 0..1: the visible share of each.
         """
         things = self._things
         moved = (mean - things.mean) / dt - things.velocity
@@ -177,7 +178,7 @@ class TouchingThings:
         stamp: int,
         dt: float,
     ) -> NDArray[np.void]:
-        """Take a frame in which blobs have merged, parted, come or gone."""
+        """Process a frame in which blobs have merged, split, appeared or disappeared."""
         things = self._things
         several = self._several(claim, expected)
         known = (claim == IN_NONE) & ~np.isnan(things.trail[:, 0, 0])
@@ -218,7 +219,7 @@ class TouchingThings:
         )  # fmt: skip
 
     def _several(self, claim: Indices, expected: Floats) -> list[tuple[int, Indices]]:
-        """Blobs with several things, and those; pieces lose their claim, in place."""
+        """Find blobs with several objects, and these; pieces lose their claim, in place."""
         found = []
         for blob in np.flatnonzero(np.bincount(claim[claim >= 0]) > 1):
             inside = np.flatnonzero(claim == blob)
@@ -232,7 +233,7 @@ class TouchingThings:
         return found
 
     def _have_met(self, members: Indices, expected: Floats, side: Floats) -> NDArray[np.bool_]:
-        """(K,) which of some things were together before, or farther from another than now."""
+        """(K,) whether an object was together with another before, or has come closer to it."""
         things = self._things
         trail, group = things.trail[members], things.group[members]
         before = np.sqrt(((trail[:, None] - trail) ** 2).sum(axis=3))
@@ -243,7 +244,7 @@ class TouchingThings:
         return np.asarray((met & ~np.eye(len(members), dtype=bool)).any(axis=1))
 
     def _template(self, k: int) -> BlobTemplate:
-        """What a thing looked like when it was last alone, and hidden the least."""
+        """The appearance of an object when it was last alone, and hidden the least."""
         number = int(self._things.number[k])
         if number not in self._templates:
             last = Look(self._blobs, self._rows, {number: int(self._things.blob[k])})
@@ -260,7 +261,7 @@ class TouchingThings:
         expected: Floats,
         dt: float,
     ) -> Fit:
-        """Where the things of a blob are in it; expected: (K, 2) centers of these [px]."""
+        """Fit the objects of a blob to it; expected: (K, 2) their centers [px]."""
         velocity = self._things.velocity[members]
         side = np.array([template.side for template in templates])
         sigma = SIGMA + SIGMA_OF_SIDE * dt * side + SIGMA_OF_WAY * dt * np.hypot(*velocity.T)
