@@ -1,4 +1,4 @@
-"""How blurred the outlines of blobs are, in the picture."""
+"""Blur of blob outlines, measured in the picture."""
 
 from dataclasses import dataclass
 
@@ -12,41 +12,43 @@ from colortrack_ros.detection.pixels import pixels_at
 from colortrack_ros.encodings import size_of
 
 PROFILES = 2
-"""Rows, and columns, of a blob, each with two ends: the median of four bears one with another thing
-beside it, and more cost time."""
+"""Number of rows, and of columns, per blob, each with two ends. The median of four tolerates one
+with another object beside it; more cost time."""
 
 PROFILE_SAMPLES, CLOSE = 8, 3
-"""Samples of a profile on either side of the outline, and how many next to it are of neighboring
-pixels: a sharp outline is 2 px wide, and up to 2 px off the eroded mask."""
+"""Samples of a profile on each side of the outline, and how many closest to it are of adjacent
+pixels. A sharp outline is 2 px wide, and up to 2 px from the eroded mask."""
 
 REACH_SHARE = 1 / 4
-"""How far a profile reaches to either side [half axes], at least PROFILE_SAMPLES px. Blur is
-seen up to twice that; what is blurred over half of itself has no inside to compare with."""
+"""Length of a profile on each side [half axes], at least PROFILE_SAMPLES px. Blur up to twice as
+wide is visible; an object blurred over more than half of itself has no inside to compare with."""
 
 UNSURE = 0.05
-"""Shares this near to 0 and 1 are noise and shading, not blur: a ramp is 0.9 times as wide."""
+"""Shares this close to 0 and 1 are noise and shading, not blur: a ramp becomes 0.9 times as
+wide."""
 
 SHARP = 4.0
-"""Width that the transition of a sharp outline seems to have at most [px]: pixels mix what is on
-its sides, noise and shading add to it; of slow balls of 15 px it is 1.1 to 1.6, of 48 px
-2.7 on the mean, and 2 to 3 where pixels share their chroma. `python
-benchmark/detection_covariance.py` is as near to 1 with 3, and less near with 2."""
+"""Largest apparent width of a sharp outline [px]: pixels mix what is on both sides, and noise and
+shading add to it. It is 1.1 to 1.6 for slow balls of 15 px, 2.7 on average for 48 px, and 2 to 3 if
+pixels share their chroma. `python benchmark/detection_covariance.py` is as close to 1 with 3, and
+less close with 2."""
 
 BEYOND = 2
-"""From the last pixel of a blob to what is beyond its outline, but for half of the blur [px]: the
-erosion takes a pixel, and another is partly in it."""
+"""Distance from the last pixel of a blob to the surroundings, without half of the blur [px]: the
+erosion removes one pixel, and another is partly covered."""
 
 ENDS = 2
-"""Samples whose mean is the color inside, or outside: fewer have more noise, more less reach."""
+"""Samples whose mean is the color inside, or outside: fewer have more noise, more have less
+reach."""
 
 
 @dataclass(frozen=True)
 class Profiles(Columns):
-    """Where profiles across the outlines of N blobs are: rows and columns of their middle half.
+    """Profiles across the outlines of N blobs: rows and columns in their middle half.
 
-    :param row, left, right: (N, PROFILES) rows, the blob's first column in them, and the one after
-        its last.
-    :param column, top, bottom: (N, PROFILES) columns, and the same of rows in them.
+    :param row, left, right: (N, PROFILES) rows, with the blob's first column and one past its last.
+    :param column, top, bottom: (N, PROFILES) columns, with the blob's first row and one past its
+        last.
     """
 
     row: NDArray[np.intp]
@@ -58,17 +60,17 @@ class Profiles(Columns):
 
     @classmethod
     def of(cls, blobs: BlobTable) -> 'Profiles':
-        """Those of blobs."""
+        """The profiles of blobs."""
         return cls(*_middle_rows(blobs), *_middle_columns(blobs))
 
 
 def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[np.float64]:
-    """Width of the transition from a blob to what is around it, along u and along v.
+    """Width of the transition from a blob to its surroundings, along u and along v.
 
-    A profile across the outline falls from the color inside to the one outside, as the share f of
-    the first. Of a ramp of width w, which motion during the exposure makes, the integral of
-    f (1 - f) is w / 6, wherever on the ramp the outline lies. Rows and columns are those of the
-    middle half, where the outline is across them.
+    Along a profile across the outline, the share f of the inside color decreases to 0. For a ramp
+    of width w, as caused by motion during the exposure, the integral of f (1 - f) is w / 6,
+    wherever the outline lies on the ramp. Rows and columns are from the middle half, where they
+    cross the outline at a right angle.
 
     :returns: (N, 2) [px].
     """
@@ -95,7 +97,7 @@ def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[
 def outline_sides(
     frame: Frame, profiles: Profiles, blur: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pixels just within and just beyond the blurred outline of each blob.
+    """Pixels just inside and just outside the blurred outline of each blob.
 
     :param blur: (N, 2) of :func:`outline_blur`.
     :returns: (N, 2, PROFILES, 2) each, v width + u: along u and along v, at the high and at the low
@@ -117,9 +119,9 @@ def outline_sides(
 def _across(
     low: NDArray[np.intp], high: NDArray[np.intp], out: NDArray[np.intp], size: int
 ) -> NDArray[np.intp]:
-    """(N, PROFILES, 2, S) positions at both ends of [low, high), but beyond its middle none.
+    """(N, PROFILES, 2, S) positions at both ends of [low, high), none past its middle.
 
-    :param out: (N, S) or (S,) how far out of the ends, 0 for what is just inside.
+    :param out: (N, S) or (S,) distance outward from the ends, 0 for the last position inside.
     """
     low, high, out = low[..., None], high[..., None], out[:, None]
     middle = (low + high) // 2
@@ -136,7 +138,7 @@ def _middle(low: NDArray[np.integer], size: NDArray[np.integer]) -> NDArray[np.i
 
 
 def _middle_rows(blobs: BlobTable) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """(N, PROFILES) each: rows, the blob's first column in them, the one after its last."""
+    """(N, PROFILES) each: rows, with the blob's first column and one past its last."""
     row, left, right = blobs.runs.ends()
     run = _middle(blobs.first_run, blobs.run_count)
     return row[run], left[run], right[run]
@@ -145,7 +147,7 @@ def _middle_rows(blobs: BlobTable) -> tuple[NDArray[np.intp], NDArray[np.intp], 
 def _middle_columns(
     blobs: BlobTable,
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """(N, PROFILES) each: columns, the blob's first row in them, the one after its last."""
+    """(N, PROFILES) each: columns, with the blob's first row and one past its last."""
     row, left, right = blobs.runs.ends()
     column = _middle(blobs.box[:, 0], blobs.box[:, 2])
     mine = np.repeat(column, blobs.run_count, axis=0)
@@ -158,7 +160,7 @@ def _middle_columns(
 
 
 def _shares(profile: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """(..., 2 PROFILE_SAMPLES) share of the color inside, of (..., 2 PROFILE_SAMPLES, channels)."""
+    """(..., 2 PROFILE_SAMPLES) share of the inside color along profiles, (..., channels)."""
     levels = profile.astype(np.float32)
     outside = levels[..., -ENDS:, :].sum(axis=-2) / ENDS
     way = levels[..., :ENDS, :].sum(axis=-2) / ENDS - outside

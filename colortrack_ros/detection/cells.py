@@ -1,4 +1,4 @@
-"""The 2^16 cells that the 2^24 colors are grouped into, and how far CIELAB reaches over each."""
+"""The 2^16 cells that group the 2^24 colors, with bounds of CIELAB over each."""
 
 from functools import lru_cache
 
@@ -12,7 +12,7 @@ from colortrack_ros.detection.lab import LINEAR
 from colortrack_ros.detection.lab import WHITE_TO_ONE
 
 CELLS = 1 << 16
-"""5 bits of red, 6 of green, 5 of blue."""
+"""Number of cells: 5 bits of red, 6 of green, 5 of blue."""
 
 TO_CELL = {
     'bgr8': cv2.COLOR_BGR2BGR565,
@@ -23,20 +23,20 @@ TO_CELL = {
 IN_CELL = np.stack(np.meshgrid(range(8), range(4), range(8), indexing='ij'), -1).reshape(-1, 3)
 
 _MARGIN = 1e-6
-"""Added to the bounds for rounding, which is below 1e-11 of a CIELAB unit in double precision."""
+"""Margin of the bounds for rounding, which is below 1e-11 of a CIELAB unit in double precision."""
 
 
 def corner_of(cell: NDArray[np.intp]) -> NDArray[np.intp]:
-    """(N, 3), the least red, green, blue of each cell."""
+    """(N, 3) least red, green and blue in each cell."""
     return np.stack([cell >> 11 << 3, (cell >> 5 & 63) << 2, (cell & 31) << 3], axis=-1)
 
 
 @lru_cache(maxsize=1)
 def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """CIELAB over each cell lies within center plus and minus radius, axis by axis.
+    """Bounds of CIELAB over each cell: center plus and minus radius, for each axis.
 
-    L is monotone in red, green and blue. For a and b the mean value theorem bounds the way from
-    the middle of the cell by the largest slope in it, and f' of CIE 1976 falls monotonically.
+    L is monotonic in red, green and blue. For a and b, the mean value theorem bounds the distance
+    from the middle of the cell by the largest slope in it; f' of CIE 1976 decreases monotonically.
 
     :returns: centers and radii, both (3, 65536).
     """
@@ -59,6 +59,6 @@ def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def cells_of(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.uint16]:
-    """(H, W) the cell of each pixel."""
+    """(H, W) cell of each pixel."""
     code = TO_CELL.get(encoding, cv2.COLOR_GRAY2BGR565)
     return cv2.cvtColor(picture, code).view(np.uint16).reshape(picture.shape[:2])

@@ -1,4 +1,4 @@
-"""Which blob of a frame each thing of the last frame is in."""
+"""Association of the objects of the last frame with the blobs of this one."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,23 +11,23 @@ Indices = NDArray[np.intp]
 Labels = NDArray[np.uint8]
 
 IN_NONE = -1
-"""In place of the number of a blob: the thing is in none."""
+"""Replaces a blob's number: the object is in no blob."""
 
 NEXT_TO_IT = 1.0
-"""How far a thing may be from where it was, or is expected, when no other thing is in the blob and
-the thing is in no other [side of a square of the blob's area]: its boxes then still overlap."""
+"""Largest distance of a blob from an object's last or expected place, if both are unclaimed [side
+of a square of the blob's area]: the boxes still overlap."""
 
 
 def claim_blobs(
     expected: Floats, last: Floats, label: Labels, area: Indices, blobs: BlobTable
 ) -> tuple[Indices, bool]:
-    """Claim the blob whose box holds the expected place; who gets none, one that is near.
+    """Claim the blob whose box contains the expected place; objects without one get a blob nearby.
 
-    :param expected: (N, 2) where things are expected [px].
-    :param last: (N, 2) where they were [px].
+    :param expected: (N, 2) expected places of the objects [px].
+    :param last: (N, 2) their last places [px].
     :param label: (N,) of their pixels.
     :param area: (N,) of each when it was last alone [px].
-    :return: (N,) a blob or IN_NONE; and whether all are in the boxes of one each.
+    :return: (N,) a blob or IN_NONE; and whether each is alone in the box of one blob.
     """
     claim, single = _by_place(expected, label, blobs)
     lost = np.flatnonzero(claim == IN_NONE)
@@ -45,7 +45,9 @@ def claim_blobs(
 
 
 def _by_place(expected: Floats, label: Labels, blobs: BlobTable) -> tuple[Indices, bool]:
-    """The blob whose box holds the expected place: one for each, as far as there are as many."""
+    """Claim the blob whose box contains the expected place, with one object per blob if
+    possible.
+    """
     away = expected[:, None] - (blobs.box[:, :2] - 0.5)
     inside = ((away >= 0) & (away <= blobs.box[:, 2:])).all(axis=2)
     inside &= label[:, None] == blobs.label
@@ -59,7 +61,7 @@ def _by_place(expected: Floats, label: Labels, blobs: BlobTable) -> tuple[Indice
     away = np.hypot(*(expected[thing] - blobs.mean[blob]).T)
     order = np.argsort(away, kind='stable')
     thing, blob = thing[order], blob[order]
-    # Those that get no blob of their own are in the nearest, with others.
+    # Objects that get no blob of their own share the nearest one.
     claim[thing[::-1]] = blob[::-1]
     left = np.bincount(thing)[thing] * np.bincount(blob)[blob] > 1
     while left.any():
@@ -70,9 +72,9 @@ def _by_place(expected: Floats, label: Labels, blobs: BlobTable) -> tuple[Indice
 
 
 def _of_nobody(places: Floats, label: Labels, claim: Indices, blobs: BlobTable) -> Indices:
-    """(K,) the nearest blob that no thing claims, for things that start or stop at once.
+    """(K,) the nearest unclaimed blob, for objects that start or stop abruptly.
 
-    :param places: (2, K, 2) where each is expected and where it was [px].
+    :param places: (2, K, 2) expected and last place of each [px].
     """
     found = np.full(len(label), IN_NONE)
     blob = np.setdiff1d(np.arange(len(blobs.area)), claim)
@@ -89,12 +91,12 @@ def _of_nobody(places: Floats, label: Labels, claim: Indices, blobs: BlobTable) 
 def _grown(
     places: Floats, label: Labels, area: Indices, excess: Floats, blobs: BlobTable
 ) -> Indices:
-    """(K,) the nearest blob that is larger than what it holds, for things that run into others.
+    """(K,) the nearest blob larger than the objects in it, for objects that run into others.
 
-    By as much as would have to be seen of them, see parts.seen_of().
+    The excess must be as large as the part that has to be visible, see parts.seen_of().
 
-    :param places: as of _of_nobody().
-    :param excess: (M,) area of each blob beyond that of the things in it [px].
+    :param places: as in _of_nobody().
+    :param excess: (M,) area of each blob beyond that of the objects in it [px].
     """
     if not len(excess):
         return np.full(len(label), IN_NONE)

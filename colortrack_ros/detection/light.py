@@ -1,4 +1,4 @@
-"""Light that changes: pictures as they would be in the first light, and colors that follow it."""
+"""Changing light: corrects pictures to the initial light, or lets colors follow it."""
 
 from dataclasses import replace
 
@@ -13,41 +13,44 @@ from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
 
 BALANCE_PIXELS = 16384
-"""Pixels that the light is estimated from: their mean is known to 1/128 of their spread."""
+"""Number of pixels from which the light is estimated: their mean is known to 1/128 of their
+spread."""
 
 FOLLOW_SECONDS = 1.0
-"""Time constant of a reference color that follows what is found [s]: in
-`python benchmark/detection_quality.py --constants` centroids are off by 0.44 px at half of it, 0.47
-at it, and 0.70 at twice."""
+"""Time constant of a reference color that follows detections [s]. In `python
+benchmark/detection_quality.py --constants` centroids are off by 0.44 px with half of it, 0.47 with
+it, and 0.70 with twice."""
 
 FOLLOW_STEP = 1.0
-"""How far it has to go before the tables are rebuilt [CIELAB units]: less than one can see, which
-is a distance of about 2.3 (Mahy 1994)."""
+"""Least change of a color that rebuilds the tables [CIELAB units]: below the just noticeable
+difference of about 2.3 (Mahy 1994)."""
 
 LAB_OFFSET = 16.0
 """The 16 in L = 116 f - 16 (CIE 1976): L + 16, a and b are proportional to the cube root of the
-light, and so are distances of colors."""
+light, and so are distances between colors."""
 
 ALPHA_CHANNEL = 3
-"""Index of the first channel that is not light, in bgra8 and rgba8."""
+"""Index of the alpha channel in bgra8 and rgba8, which does not depend on light."""
 
 
 class GrayWorld:
-    """Keeps the mean of each channel at what it was in the first picture.
+    """Keeps the mean of each channel at its value in the first picture.
 
-    That is the gray-world assumption, the mean of a scene does not change, but relative: the
-    colors that were picked in the first light stay what they were.
+    This is a relative form of the gray-world assumption that the mean of a scene is constant:
+    colors picked in the initial light remain valid.
     """
 
     def __init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
-        """Take the light of the next picture as the first."""
+        """Take the light of the next picture as the reference."""
         self._first = np.zeros(0)
 
     def balance(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """The picture in the first light, of the same shape; at first the picture itself."""
+        """The picture in the initial light, with the same shape; the first one is returned as it
+        is.
+        """
         step = max(1, int(np.sqrt(picture.shape[0] * picture.shape[1] / BALANCE_PIXELS)))
         mean = np.maximum(np.atleast_1d(picture[::step, ::step].mean(axis=(0, 1))), 1.0)
         if self._first.shape != mean.shape:
@@ -63,13 +66,13 @@ class GrayWorld:
 
 
 class ColorFollower:
-    """Lets reference colors follow what is found of them, slowly and not far.
+    """Lets reference colors follow their detections, slowly and within a bound.
 
-    In less light the background comes nearer, and the tolerance shrinks; half as much, because
-    the noise of the camera does not.
+    In less light, the background comes closer in color, and the tolerance shrinks. It shrinks by
+    half as much, because camera noise does not.
 
     :param colors: as configured.
-    :param bound: how far one may go [CIELAB units].
+    :param bound: largest shift of a color [CIELAB units].
     """
 
     def __init__(self, colors: tuple[ReferenceColor, ...], bound: float) -> None:
@@ -82,12 +85,12 @@ class ColorFollower:
     def follow(
         self, lab: NDArray[np.float64], color: NDArray[np.integer], stamp: int
     ) -> tuple[ReferenceColor, ...] | None:
-        """Go towards the mean of the pixels found, with the time constant FOLLOW_SECONDS.
+        """Move toward the mean of the detected pixels with the time constant FOLLOW_SECONDS.
 
         :param lab: (N, 3) pixels of blobs.
         :param color: (N,) index of their color.
         :param stamp: of the frame [ns].
-        :returns: the colors, or None while they are within FOLLOW_STEP of those returned last.
+        :returns: the colors, or None while they are within FOLLOW_STEP of those last returned.
         """
         elapsed = 0 if self._stamp is None else max(stamp - self._stamp, 0) / NANOSECONDS
         self._stamp = stamp
@@ -115,7 +118,7 @@ class ColorFollower:
 
 
 def _moved(color: ReferenceColor, lab: Triple, scale: float) -> ReferenceColor:
-    """The same color in another light, with the tolerance scaled."""
+    """The color in different light, with its tolerance scaled."""
     tolerance, dL, da, db = (min(scale * x, MAX_TOLERANCE) for x in (color.tolerance, *color.axes))
     moved = replace(color, lab=lab, tolerance=tolerance, tolerance_lab=(dL, da, db))
     way = np.subtract(lab, color.lab)

@@ -1,8 +1,8 @@
-"""Labels of a picture of which only what outlasts an erosion is needed, from a part of its pixels.
+"""Labels only the part of a picture that can survive an erosion.
 
-A pixel outlasts an erosion with a square of side s only if it is in the middle of s labeled rows of
-s labeled pixels, and one of those is among every s-th row of the picture. So those are labeled
-first, and the rest where they hold anything, word by word. Most of a picture need not be labeled.
+A pixel survives an erosion with a square of side s only if it is at the center of s labeled rows of
+s labeled pixels. One of these rows is among every s-th row of the picture. Those rows are labeled
+first, and then, word by word, the pixels near their labels. Most of a picture need not be labeled.
 """
 
 from collections.abc import Callable
@@ -16,28 +16,27 @@ from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
 
 LABELED_SHARE = 0.25
-"""Share of the picture that may be labeled word by word; where it is larger, to label all of it
-takes as long. The constants of this file set the time alone, which `python benchmark/detection.py`
-measures."""
+"""Largest share of the picture to label word by word; above it, labeling everything is as fast. The
+constants of this file affect only the time, which `python benchmark/detection.py` measures."""
 
 WORTHWHILE_PIXELS = 1 << 19
-"""Pixels of the smallest picture in which it is worth it: below, to label all takes as long."""
+"""Least number of pixels for which it pays: in smaller pictures, labeling everything is as fast."""
 
 PICTURES_OF_PAUSE = 16
-"""Pictures for which that is not tried again where the share is larger. Assumed: a try in 16 costs
-little, and half a second at 30 Hz is soon enough."""
+"""Number of pictures before another attempt after the share was too large. Assumed: one attempt in
+16 costs little, and half a second at 30 Hz is soon enough."""
 
 LabelRows = Callable[[NDArray[np.uint8]], LabelImage]
-"""The labels of a part of the picture."""
+"""Returns the labels of some rows of the picture."""
 
 LabelPixels = Callable[[NDArray[np.uint8]], NDArray[np.uint8]]
-"""(1, N) labels of pixels, (1, N, channels)."""
+"""Returns the labels, (1, N), of pixels, (1, N, channels)."""
 
 
 class Survivors:
-    """Labels all that outlasts an erosion.
+    """Labels everything that survives an erosion.
 
-    :param connected: what is connected to it is labeled, too, whatever the labels.
+    :param connected: whether to label all pixels connected to survivors too, whatever their labels.
     """
 
     def __init__(self, connected: bool) -> None:
@@ -51,7 +50,7 @@ class Survivors:
         label_rows: LabelRows,
         label_pixels: LabelPixels,
     ) -> LabelImage | None:
-        """The labels, 0 where nothing outlasts; None where to label all takes as long.
+        """Label the survivors; None if labeling the whole picture is as fast.
 
         :param picture: (H, W, channels).
         :param size: side of the square, odd [px].
@@ -65,7 +64,7 @@ class Survivors:
             return None
         image = LabelImage.empty(height, width)
         image.padded[:-size] = 0
-        # Of the last rows all pixels: words are taken together with the row below.
+        # Label all pixels of the last rows: reading words extends into the row below.
         image.padded[-size:] = label_rows(picture[-size:]).padded
         sampled = label_rows(picture[size // 2 :: size])
         if not self._label_words(image, picture, _words_near(sampled, size), size, label_pixels):
@@ -81,7 +80,7 @@ class Survivors:
         size: int,
         label_pixels: LabelPixels,
     ) -> bool:
-        """Label words but for those of the last rows, in place; False where they are too many."""
+        """Label words above the last rows, in place; False if there are too many."""
         count, below = len(image.words), image.stride // WORD
         last = np.arange(count - size * below, count)
         words = words[: np.searchsorted(words, last[0])]
@@ -107,9 +106,9 @@ class Survivors:
 
 
 def _words_near(sampled: LabelImage, size: int) -> NDArray[np.intp]:
-    """Ascending numbers of the words in which something may outlast; some are below the picture.
+    """Ascending indices of words that may contain survivors; some are below the picture.
 
-    :param sampled: the labels of every row of which there is one in any square of that side.
+    :param sampled: labels of every size-th row; any square of that side contains one of them.
     """
     near = sampled.words != 0
     if np.count_nonzero(near) > LABELED_SHARE / 2 * near.size:
@@ -118,7 +117,7 @@ def _words_near(sampled: LabelImage, size: int) -> NDArray[np.intp]:
         cv2.morphologyEx(sampled.pixels, cv2.MORPH_OPEN, along, dst=opened.pixels)
         near = opened.words != 0
     near = near.reshape(len(sampled.padded), -1)
-    # Of the rows that end with a sampled one: in a square with it, or with the one before.
+    # A square in the rows up to a sampled one contains that row or the previous sampled one.
     near[1:] |= near[:-1].copy()
     return np.flatnonzero(near.repeat(size, axis=0)[size - 1 - size // 2 :])
 
@@ -126,9 +125,10 @@ def _words_near(sampled: LabelImage, size: int) -> NDArray[np.intp]:
 def _words_beside(
     image: LabelImage, words: NDArray[np.intp], known: NDArray[np.bool_]
 ) -> NDArray[np.intp]:
-    """Ascending numbers of the words not yet known that pixels of some may be connected to.
+    """Ascending indices of unknown words that may be connected to the pixels of given ones.
 
-    :param known: which are, with one more than a row before the first and after the last.
+    :param known: which words are known, padded by one row and one word before the first and after
+        the last.
     """
     below = image.stride // WORD
     filled = image.words[words]
@@ -147,10 +147,10 @@ def _words_beside(
 
 
 def _pixels_of(picture: NDArray[np.uint8], words: NDArray[np.intp]) -> NDArray[np.uint8]:
-    """(1, 8 N, channels) the pixels of words; in those that end a row, of the next one as well.
+    """(1, 8 N, channels) the pixels of words; the last word of a row also reads from the next row.
 
     :param picture: (H, W, channels).
-    :param words: (N,) numbers in its label image, but for the last row.
+    :param words: (N,) indices in its label image, none in the last row.
     """
     height, width, channels = picture.shape
     step, size, per_row = picture.strides[0], WORD * channels, width // WORD + 1
