@@ -1,7 +1,7 @@
-"""Morphology of label images, each color for itself, with a square structuring element.
+"""Morphology of label images, separately for each color, with a square structuring element.
 
-What lies outside of the picture neither erodes nor grows a blob at its border. All work in place;
-size is the side of the structuring element [px], 1 for none, and count the greatest label.
+Pixels outside the picture neither erode nor grow a blob at its border. All functions work in place.
+size is the side of the structuring element [px], 1 for none, and count is the largest label.
 """
 
 from dataclasses import dataclass
@@ -18,10 +18,10 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
 MAX_ELEMENT_SIZE = 99
-"""Greatest side of a structuring element [px]: bounds the time that a parameter can cost."""
+"""Largest side of a structuring element [px]: limits the time that a parameter can cost."""
 
 EMPTY_ROWS = 32
-"""Rows without labels that it is worth to leave out: fewer cost less than one more call."""
+"""Least number of unlabeled rows worth skipping: fewer cost less than an additional call."""
 
 
 def _odd(size: int) -> None:
@@ -30,7 +30,7 @@ def _odd(size: int) -> None:
 
 
 def _side(default: int, operation: str, **declared: Any) -> Any:
-    """A field: the side of a structuring element."""
+    """A field for the side of a structuring element."""
     return parameter(
         default,
         f'Side of the structuring element of the {operation}, odd; 1 leaves the mask as it is.',
@@ -44,9 +44,9 @@ def _side(default: int, operation: str, **declared: Any) -> Any:
 
 @dataclass(frozen=True)
 class MorphologyConfig(Config):
-    """How the mask is cleaned: closing, erosion, opening, in this order.
+    """How to clean the mask: closing, erosion, opening, in this order.
 
-    Area, box and centroid are those of the cleaned mask.
+    Area, box and centroid are measured in the cleaned mask.
     """
 
     erosion_size: int = _side(3, 'erosion (2.4)')
@@ -65,9 +65,9 @@ def _square(size: int) -> NDArray[np.uint8]:
 def erode(image: LabelImage, size: int, count: int) -> None:
     """Erosion, Pegoretti 2021, (2.4).
 
-    The least label around a pixel is 0 unless its whole neighborhood is labeled. That is the
-    erosion of each color's mask in one pass for any number of them, as long as no two colors lie
-    side by side; if they do, a pixel stays where the least label is also the greatest.
+    The minimum label around a pixel is 0 unless its whole neighborhood is labeled. This erodes the
+    masks of any number of colors in one pass, as long as no two colors are adjacent. If some are, a
+    pixel stays if the minimum label is also the maximum.
     """
     if size == 1:
         return
@@ -81,10 +81,10 @@ def erode(image: LabelImage, size: int, count: int) -> None:
 
 
 def colors_touch(image: LabelImage) -> bool:
-    """Whether two colors lie side by side; True, now and then, when they only nearly do."""
+    """Whether two colors are adjacent; occasionally True if they are only close."""
     filled, labels = image.content()
     flat = labels.reshape(-1)
-    # The words above those of the first row are words of the last.
+    # Above the first row, indexing wraps around to the last.
     above = image.words[filled - image.stride // WORD].view(np.uint8)
     return _differ(flat[1:], flat[:-1]) or _differ(flat, above)
 
@@ -104,7 +104,7 @@ def open_(image: LabelImage, size: int, count: int) -> None:
 
 
 def close(image: LabelImage, size: int, count: int) -> None:
-    """Closing, Pegoretti 2021, (2.7); where colors meet, the first one fills."""
+    """Closing, Pegoretti 2021, (2.7); where colors meet, the first one fills the gap."""
     if size == 1:
         return
     labels, image.filled = image.pixels, None

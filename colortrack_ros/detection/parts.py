@@ -1,4 +1,4 @@
-"""What is detected of several things in one blob."""
+"""Detections of several objects in one blob."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,22 +11,22 @@ from colortrack_ros.detection.templates import Fit
 Floats = NDArray[np.float64]
 
 LEAST_VISIBLE = 0.1
-"""Share of a thing that must be seen beside the others to tell where it is. Assumed."""
+"""Least visible share of an object for its place to be known. Assumed."""
 
 MOST_UNEXPLAINED = 0.15
-"""Share of a blob that is in none of its things where they are in it; and a pixel more along the
+"""Largest share of a blob that its fitted objects may leave unexplained, plus one pixel along the
 side of a square of its area, for the outline. Assumed."""
 
 FIT_ERROR, SHAPE_ERROR = 0.2, 0.01
-"""Standard deviations of a center by a fit, on an axis: [squares that were looked at], and [side of
-a square of its area over the share that is seen]: that of rendered balls of 6 to 54 px, seen by a
-tenth or wholly, was 0.10 to 0.53 px; things that turn are less alike."""
+"""Standard deviations of a fitted center, per axis: [squares of the fit], and [side of a square of
+its area over the visible share]. For rendered balls of 6 to 54 px, visible by a tenth or
+completely, it was 0.10 to 0.53 px; objects that turn look less alike."""
 
 
 def seen_of(fit: Fit, templates: list[BlobTemplate], area: int) -> tuple[Floats, NDArray[np.bool_]]:
-    """(K,) which part of each thing is seen, and whether that tells where it is.
+    """(K,) visible share of each object, and whether that is enough to locate it.
 
-    It does of none when the things are not what is in the blob.
+    It is not enough for any if the objects do not explain the blob.
 
     :param area: of the blob [px].
     """
@@ -40,9 +40,9 @@ def seen_of(fit: Fit, templates: list[BlobTemplate], area: int) -> tuple[Floats,
 def rows_of(
     row: NDArray[np.void], fit: Fit, templates: list[BlobTemplate], visible: NDArray[np.bool_]
 ) -> NDArray[np.void]:
-    """The visible things in one blob, whose row is (1,): where they are, as large as alone.
+    """Rows of the visible objects in one blob, with row (1,): at their places, as large as alone.
 
-    If none is, the blob remains, of which each may be anywhere inside it.
+    If none is visible, the blob's row remains, and each object may be anywhere inside it.
     """
     if not visible.any():
         return inside(row, templates)
@@ -60,9 +60,9 @@ def rows_of(
 
 
 def inside(row: NDArray[np.void], templates: list[BlobTemplate]) -> NDArray[np.void]:
-    """The row of a blob, (1,), whose things cannot be told apart: each is anywhere inside its box.
+    """The row of a blob, (1,), with inseparable objects, each anywhere inside its box.
 
-    Uniformly distributed, so that its variance on an axis is a twelfth of the square of the room.
+    The distribution is uniform: the variance per axis is a twelfth of the square of the free space.
     """
     least = np.min([template.box[2:] for template in templates], axis=0)
     row = row.copy()
@@ -73,7 +73,7 @@ def inside(row: NDArray[np.void], templates: list[BlobTemplate]) -> NDArray[np.v
 
 
 def replaced(rows: NDArray[np.void], parts: dict[int, NDArray[np.void]]) -> NDArray[np.void]:
-    """The rows with others in the places of some, largest area first."""
+    """Replace some rows by others, largest area first."""
     kept = np.delete(whole_rows(rows), list(parts))
     together = np.concatenate([kept, *map(whole_rows, parts.values())])
     return together[np.argsort(-together.view(DETECTION)['area'], kind='stable')].view(DETECTION)

@@ -1,4 +1,4 @@
-"""Pieces that a thing falls into where its color lies between two that are looked for."""
+"""Joins the pieces of an object whose color lies between two reference colors."""
 
 from collections.abc import Callable
 
@@ -13,20 +13,20 @@ from colortrack_ros.detection.blobs import touching
 from colortrack_ros.detection.label_image import LabelImage
 
 OTHER_SHARE = 0.5
-"""Share of a piece that must be of the larger one's color, too: that is the side of the surface
-between both that most of it is on."""
+"""Least share of a piece that must also have the larger one's color: most of it is then on that
+side of the surface between the two."""
 
 Within = Callable[[NDArray[np.intp], NDArray[np.uint8]], NDArray[np.bool_]]
-"""(N,) whether pixels, counted as in Runs, are within tolerance of the colors with these labels."""
+"""Returns (N,) whether pixels, counted as in Runs, are within tolerance of the labels' colors."""
 
 
 def join_pieces(image: LabelImage, within: Within) -> None:
-    """Let components be decided, not single pixels, which of several colors they are, in place.
+    """Decide between several colors by component, not by pixel, in place.
 
-    A component takes the label of a larger one that it touches, the largest of those whose color
-    most of its pixels have as well; what has taken its label goes with it.
+    A component takes the label of a larger one that it touches: the largest of those with a color
+    that most of its pixels also match. Components that have taken its label follow.
 
-    :param image: each pixel with the nearest of the colors that it is within tolerance of.
+    :param image: each pixel with the nearest color that it is within tolerance of.
     """
     runs = find_runs(image)
     count, component = connect(runs)
@@ -45,7 +45,7 @@ def join_pieces(image: LabelImage, within: Within) -> None:
     joined = np.bincount(pair, is_other, len(small)) >= OTHER_SHARE * area[small]
     small, large = small[joined], large[joined]
     target = np.arange(count)
-    # The last one that is written stays: the largest.
+    # The last write wins: the largest.
     by_area = np.lexsort((-large, area[large]))
     target[small[by_area]] = large[by_area]
     while ((above := target[target]) != target).any():
@@ -58,11 +58,11 @@ def join_pieces(image: LabelImage, within: Within) -> None:
 def _neighbors(
     runs: Runs, component: NDArray[np.intp], area: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Components that touch, each pair once: the smaller or, if equal, the later, and the other."""
+    """Pairs of touching components, each once: the smaller (if equal, the later) and the other."""
     upper, lower = touching(runs)
     (left,) = (runs.start[1:] == runs.end[:-1]).nonzero()
     pairs = component[np.stack([np.append(upper, left), np.append(lower, left + 1)])]
-    # Components count in raster order.
+    # Components are numbered in raster order.
     first, last = pairs.min(axis=0), pairs.max(axis=0)
     first, last = np.divmod(np.unique((first * len(area) + last)[first != last]), len(area))
     is_less = area[first] < area[last]

@@ -1,4 +1,4 @@
-"""Pixels of any encoding as red, green and blue."""
+"""Access to pixels of any encoding as RGB."""
 
 import cv2
 import numpy as np
@@ -17,14 +17,14 @@ RED_FIRST = ('rgb8', 'rgba8')
 
 
 def rgb_of(pixels: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
-    """Red, green and blue, (N, 3), of pixels, (N, channels) or (N,)."""
+    """RGB, (N, 3), of pixels, (N, channels) or (N,)."""
     if encoding == 'mono8':
         return np.repeat(pixels.reshape(-1, 1), 3, axis=1)
     return pixels[:, :3] if encoding in RED_FIRST else pixels[:, 2::-1]
 
 
 def pixels_at(frame: Frame, position: NDArray[np.intp]) -> NDArray[np.uint8]:
-    """(..., channels) single pixels; of a YUV picture, blue, green and red.
+    """(..., channels) single pixels; BGR for YUV pictures.
 
     :param position: v width + u.
     """
@@ -35,7 +35,7 @@ def pixels_at(frame: Frame, position: NDArray[np.intp]) -> NDArray[np.uint8]:
 
 
 def rgb_at(frame: Frame, pixel: Pixels) -> NDArray[np.uint8]:
-    """Red, green and blue, (N, 3), of single pixels.
+    """RGB, (N, 3), of single pixels.
 
     :param pixel: (N,) rows and columns.
     """
@@ -45,7 +45,7 @@ def rgb_at(frame: Frame, pixel: Pixels) -> NDArray[np.uint8]:
 
 
 def split_rgb(picture: NDArray[np.uint8], encoding: str) -> list[NDArray]:
-    """Red, green and blue of a picture, (H, W) each."""
+    """Red, green and blue channel of a picture, (H, W) each."""
     if encoding == 'mono8':
         return [picture.reshape(picture.shape[:2])] * 3
     order = (0, 1, 2) if encoding in RED_FIRST else (2, 1, 0)

@@ -1,4 +1,4 @@
-"""The parts of the picture in which to look."""
+"""Regions of the picture to search or to ignore."""
 
 from dataclasses import dataclass
 
@@ -15,11 +15,11 @@ from colortrack_ros.picture_files import read_picture
 
 @dataclass(frozen=True)
 class Region:
-    """A polygon to look in, or not to look in.
+    """A polygon to search or to ignore.
 
     :param name: of the region.
     :param polygon: (u, v) of at least three corners [px].
-    :param ignore: do not look in it.
+    :param ignore: whether to ignore it.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Region:
 
 @dataclass(frozen=True)
 class RegionConfig(Config):
-    """What each NAME in ``regions`` has."""
+    """Parameters of each NAME in ``regions``."""
 
     polygon: tuple[float, ...] = parameter(float, 'Corners [u1, v1, u2, v2, ...].', unit='px')
     ignore: bool = parameter(
@@ -45,9 +45,9 @@ class RegionConfig(Config):
 
 
 def region_of(name: str, config: RegionConfig) -> Region:
-    """The region that the parameters of a NAME describe.
+    """The region described by the parameters of a NAME.
 
-    :raises ValueError: the polygon has a half corner, or too few.
+    :raises ValueError: if the polygon has too few corners, or a coordinate is missing.
     """
     corners = config.polygon
     pairs = f'{name}.polygon'
@@ -56,12 +56,12 @@ def region_of(name: str, config: RegionConfig) -> Region:
 
 
 class Regions:
-    """Where blobs may be: in a region to look in, if there are any, and in none to ignore.
+    """Where blobs may be: inside a region to search, if there are any, and in none to ignore.
 
     :param regions: polygons.
-    :param mask: path of a picture that is dark where not to look, empty for none; it is scaled to
+    :param mask: path of a picture that is dark in places to ignore, empty for none; it is scaled to
         the frames.
-    :raises ValueError: when there is no such picture.
+    :raises ValueError: if there is no such picture.
     """
 
     def __init__(self, regions: tuple[Region, ...], mask: str) -> None:
@@ -70,11 +70,11 @@ class Regions:
         self._allowed: LabelImage | None = None
 
     def __bool__(self) -> bool:
-        """Whether there is anywhere not to look."""
+        """Whether any part of the picture is excluded."""
         return bool(self._regions) or self._picture is not None
 
     def apply(self, image: LabelImage) -> None:
-        """Set what is outside to 0, in place."""
+        """Clear the labels outside, in place."""
         if self._allowed is None or self._allowed.padded.shape != image.padded.shape:
             self._allowed = self._draw(*image.pixels.shape)
         np.bitwise_and(image.words, self._allowed.words, out=image.words)
@@ -94,9 +94,9 @@ class Regions:
 
 
 def _read_mask(path: str) -> NDArray[np.uint8]:
-    """The picture at a path in gray.
+    """Read a picture in gray.
 
-    :raises ValueError: there is none, or none that can be decoded.
+    :raises ValueError: if there is none, or it cannot be decoded.
     """
     try:
         return read_picture(path, cv2.IMREAD_GRAYSCALE)

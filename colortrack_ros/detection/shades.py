@@ -1,8 +1,9 @@
-"""The shades of a thing beyond the gap where its color ends: they lie on the thing, nowhere else.
+"""Further shades of an object, beyond the gap where its color ends.
 
-A thing has a light and a dark side, and its light changes. Such colors are outside of the ellipsoid
-that ends in the first gap (extent.py), but in the picture they are right beside what is inside.
-Near the color a larger ellipsoid takes them in, and farther on others, along the line of shades.
+An object has a light and a dark side, and its light changes. The colors of these shades are outside
+the ellipsoid that ends in the first gap (extent.py), but in the picture they are adjacent to the
+colors inside. Near the color, a larger ellipsoid covers them; farther away, more ellipsoids along
+the line of shades do.
 """
 
 from dataclasses import replace
@@ -22,41 +23,41 @@ from colortrack_ros.detection.extent import SLOPE_STEPS
 from colortrack_ros.detection.reference import Triple
 
 ELSEWHERE_SHARE = 0.01
-"""Pixels elsewhere that a color may take in with its shades [share of those that it has]: on four
-real clips, by `python benchmark/colors.py --constants`, half and twice of it change recall by at
-most 1 point, and twice the IoU of boxes of caps from 0.83 to 0.86."""
+"""Number of pixels elsewhere that the shades of a color may include [share of the color's pixels].
+On four real clips, `python benchmark/colors.py --constants`, half and twice of it change recall by
+at most 1 point, and twice changes the IoU of boxes of caps from 0.83 to 0.86."""
 
 OUTSIDE = 2
-"""Width of the outline of a thing, on either side of which is a pixel of the sample [px]."""
+"""Width of an object's outline, which has one pixel of the sample on each side [px]."""
 
 REACHES = np.exp(SIZE_STEP * np.arange(-SLOPE_STEPS, np.log(HALF_WAY) / SIZE_STEP + SLOPE_STEPS))
-"""Half axes that are tried over those of the gap, and what the growth at both ends is taken over.
-The gap is half-way to what is around at most, so that is where the last one ends."""
+"""Half axes to try, relative to those of the gap, and the margins for the growth at both ends. The
+gap is at most half-way to the surroundings, so the last one ends there."""
 
 
 NO_LIGHT = np.array([-16.0, 0.0, 0.0])
-"""Where the shades of all matt colors would meet: less light scales X, Y, Z alike, of which L + 16,
-a, and b have the cube root (CIE 15:2004)."""
+"""Point where the shades of all matte colors would meet: less light scales X, Y, Z alike, and L +
+16, a, and b are proportional to their cube root (CIE 15:2004)."""
 
 SHADE_STEP, MOST_SHADES = 0.5, 24
-"""From one shade to the next [half axes], and how many are tried to either side: every second is
-kept, as ellipsoids one half axis apart are a tube of at least 0.87 times their width. Assumed: by
-`python benchmark/colors.py --constants SHADE_STEP` half of the step, with the same gap, costs a
-third of the cups, and twice brings no shades to any of the four clips."""
+"""Step from one shade to the next [half axes], and the maximum number of steps to each side. Every
+second one is kept: ellipsoids one half axis apart form a tube of at least 0.87 times their width.
+Assumed: by `python benchmark/colors.py --constants SHADE_STEP`, half of the step, with the same
+gap, costs a third of the cups, and twice adds no shades to any of the four clips."""
 
 SHADE_GAP = 0.15
-"""Pixels that a shade adds where shades end [share of those before it]. Assumed: by `python
-benchmark/colors.py --constants SHADE_GAP` half changes no recall, twice that of cups by -7 points,
-and the IoU of boxes of caps is 0.83 and 0.96, with it 0.87."""
+"""Pixels that a shade adds where the shades end [share of those before it]. Assumed: by `python
+benchmark/colors.py --constants SHADE_GAP`, half changes no recall, and twice changes that of cups
+by -7 points. The IoU of boxes of caps is 0.83 and 0.96, compared to 0.87 with it."""
 
 
 def reach_of(
     cells: NDArray[np.uint16], counts: NDArray[np.float64], extent: Extent
 ) -> float | None:
-    """By how much the half axes may grow for the shades, 1 to HALF_WAY; None if no thing is seen.
+    """Factor by which shades extend the half axes, 1 to HALF_WAY; None if no object is visible.
 
-    They may as long as the count grows no more than in a gap, and what is added is at most as far
-    from the things as those are thick, but for ELSEWHERE_SHARE.
+    They grow as long as the count grows no more than in a gap. Except for ELSEWHERE_SHARE, the
+    added pixels must be no farther from the objects than those are thick.
 
     :param cells, counts: (H, W) and (65536,) of :func:`sample_colors`.
     """
@@ -82,9 +83,9 @@ def reach_of(
 
 
 def _beside(cells: NDArray[np.uint16], mine: NDArray[np.intp]) -> NDArray[np.intp] | None:
-    """(65536,) pixels in and around the things, at most as far from them as they are thick.
+    """(65536,) pixels in and near the objects, no farther away than those are thick.
 
-    None when there are no things, but for specks.
+    None if there are only specks.
 
     :param mine: cells of the color.
     """
@@ -107,7 +108,7 @@ def _beside(cells: NDArray[np.uint16], mine: NDArray[np.intp]) -> NDArray[np.int
 
 
 def with_shades(extent: Extent, reach: float) -> Extent:
-    """The extent, its half axes so much longer."""
+    """The extent with its half axes multiplied by reach."""
     dL, da, db = (reach * axis for axis in extent.axes)
     return replace(extent, axes=(dL, da, db))
 
@@ -115,11 +116,11 @@ def with_shades(extent: Extent, reach: float) -> Extent:
 def shades_beyond(
     cells: NDArray[np.uint16], counts: NDArray[np.float64], extent: Extent
 ) -> tuple[Triple, ...]:
-    """Centers of further ellipsoids with the shades of a color, lighter and darker ones.
+    """Centers of additional ellipsoids for lighter and darker shades of a color.
 
-    Each next one is ahead on the ridge of the color's own pixels. They go as far as the last gap
-    before a step that doubles what the color has, or takes in a thing that is not connected to one
-    of the color, or reaches gray.
+    Each one is a step ahead on the ridge of the color's own pixels. They end at the last gap before
+    a step that doubles the color's pixels, includes an object not connected to one of the color, or
+    reaches gray.
 
     :param cells, counts: (H, W) and (65536,) of :func:`sample_colors`.
     """
@@ -155,14 +156,14 @@ def shades_beyond(
 def _within(
     color: NDArray[np.float64], center: NDArray[np.float64], axes: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """(N,) whether colors are within an ellipsoid."""
+    """(N,) whether colors are inside an ellipsoid."""
     return np.asarray((((color - center) / axes) ** 2).sum(axis=1) < 1)
 
 
 def _apart(cells: NDArray[np.uint16], mine: NDArray[np.intp], added: NDArray[np.intp]) -> int:
-    """Pixels of things, but for their outlines, that are not connected to a thing of the color.
+    """Number of object pixels, without outlines, that are not connected to an object of the color.
 
-    :param mine, added: cells of the color, and more that it may take in.
+    :param mine, added: cells of the color, and those that it may include as well.
     """
     kind = np.zeros(CELLS, np.uint8)
     kind[added], kind[mine] = 1, 2

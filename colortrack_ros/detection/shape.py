@@ -1,4 +1,4 @@
-"""Which blobs have the shape of what is looked for."""
+"""Shape filter: keeps blobs of the configured sizes and shapes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
 
 PIXEL_MOMENT = 1 / 12
-"""Second moment of a unit square about its center, on each axis [px^2]."""
+"""Second moment of a unit square about its center, per axis [px^2]."""
 
 
 @dataclass(frozen=True)
 class ShapeConfig(Config):
-    """Which blobs are objects, by their size and shape."""
+    """Which blobs are objects, by size and shape."""
 
     min_area: int = parameter(
         20, 'Blobs with fewer pixels are dropped.', unit='px', minimum=1, maximum=MAX_AREA
@@ -43,7 +43,7 @@ class ShapeConfig(Config):
     )
 
     def check(self) -> None:
-        """min_area is at most max_area."""
+        """Require that min_area does not exceed max_area."""
         super().check()
         if self.max_area < self.min_area:
             raise ValueError(
@@ -65,7 +65,7 @@ def extent(blobs: BlobTable) -> NDArray[np.float64]:
 def circularity(blobs: BlobTable) -> NDArray[np.float64]:
     """Area^2 over 2 pi times the moment of inertia, 1 for a disc (Zunic 2010).
 
-    Unlike 4 pi A / P^2 it does not suffer from the ragged outline of small blobs.
+    Unlike 4 pi A / P^2, it is robust to the ragged outlines of small blobs.
     """
     inertia = np.sum(blobs.axes, axis=0) + 2 * PIXEL_MOMENT
     return np.minimum(blobs.area / (2 * np.pi * inertia), 1)
@@ -86,11 +86,11 @@ MEASURES: dict[str, Callable[[BlobTable], NDArray[np.float64]]] = {
     'min_circularity': circularity,
     'min_solidity': solidity,
 }
-"""Parameters and what has to be at least as much, 0..1."""
+"""The measure, 0..1, for which each parameter is the minimum."""
 
 
 def keep_shapes(blobs: BlobTable, config: ShapeConfig) -> BlobTable:
-    """The blobs with all the shapes asked for; 0 asks for nothing."""
+    """Keep the blobs that meet all limits; 0 is no limit."""
     for name, measure in MEASURES.items():
         least = getattr(config, name)
         if least > 0 and len(blobs.area):

@@ -1,4 +1,4 @@
-"""The third moments of blobs, which tell what is cut from what is whole."""
+"""Third moments of blobs, which distinguish cut objects from complete ones."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,26 +10,28 @@ from colortrack_ros.detection.shape import PIXEL_MOMENT
 Column = NDArray[np.float64]
 
 LEARN_RATE = 0.2
-"""How fast the usual skewness of a color and its spread follow [1/s]: a second behind something
-moves them by less than a small cover shows, and half a disc, 1.2, is usual after some seconds. As
-the constants of covariance.py, `python benchmark/detection_covariance.py` judges it."""
+"""Rate at which the usual skewness of a color and its spread adapt [1/s]. A second behind an
+occluder changes them by less than a small occlusion causes, and half a disc, 1.2, becomes usual
+after a few seconds. Like the constants of covariance.py, it is tested by `python
+benchmark/detection_covariance.py`."""
 
 SPREADS = 2
-"""Mean deviations from the usual skewness up to which one is usual: 95 % of a Laplace
+"""Number of mean deviations from the usual skewness up to which a value is usual: 95 % of a Laplace
 distribution are within 3, 86 % within 2."""
 
 USUAL_SHARE = 1 / 4
-"""Share of a usual skewness that still counts: the labeled centers of real things that are held and
-turned (a box, cups, a ball in a hand) are 0.05 to 0.2 half axes off the centroid of their color."""
+"""Share of a usual skewness that still counts: the labeled centers of real objects that are held
+and turned (a box, cups, a ball in a hand) are 0.05 to 0.2 half axes from the centroid of their
+color."""
 
 
 class UsualSkewness:
-    """Learns which three-fold skewness the blobs of each color usually have.
+    """Learns the usual three-fold skewness of the blobs of each color.
 
-    A ball has none, a cone and a hand have. What a blob has beyond that, something has cut. The
-    blobs that a color is first seen with are usual.
+    A ball has none, but a cone and a hand do. Any excess is due to a cut. The first blobs of a
+    color are assumed to be usual.
 
-    :param labels: the greatest label there is.
+    :param labels: the largest label.
     """
 
     def __init__(self, labels: int) -> None:
@@ -38,11 +40,11 @@ class UsualSkewness:
         self._stamp = 0
 
     def beyond(self, blobs: BlobTable, whole: NDArray[np.bool_], stamp: int) -> Column:
-        """Take the blobs of a frame into account.
+        """Compute the excess skewness of the blobs of a frame, and learn from them.
 
-        :param whole: (N,) which of them are wholly in the picture: the others are not learned from.
+        :param whole: (N,) which are completely inside the picture; the others are not learned from.
         :param stamp: of the frame [ns].
-        :returns: (N,) the part of each skewness that is more than usual, and a share of the rest.
+        :returns: (N,) the part of each skewness beyond the usual, and a share of the rest.
         """
         skewness, label = three_fold_skewness(blobs), blobs.label
         step = LEARN_RATE * min(max(stamp - self._stamp, 0) / NANOSECONDS, 1)
@@ -64,9 +66,9 @@ class UsualSkewness:
 def three_fold_skewness(blobs: BlobTable) -> Column:
     """How much a blob, made round by an affine map, resembles a triangle.
 
-    That is the modulus of the mean of z^3, z = p + i q, over the map in which the second moments
+    This is the modulus of the mean of z^3, z = p + i q, over the map in which the second moments
     along p and q are 1: 0 for an ellipse, a rectangle and two equal discs, 1.2 for half a disc, 2.3
-    for a triangle. It does not depend on size, direction and elongation.
+    for a triangle. It does not depend on size, direction or elongation.
 
     :returns: (N,).
     """

@@ -1,4 +1,4 @@
-"""Blobs of touching objects, cut apart."""
+"""Splits the blobs of touching objects."""
 
 import cv2
 import numpy as np
@@ -10,32 +10,32 @@ from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.shape import circularity
 
 DISC_CIRCULARITY = 0.95
-"""A blob more circular than this is one disc: two equal discs that touch have a circularity of
-2/3, rendered balls are at 0.995 and above."""
+"""Circularity above which a blob is a single disc: two equal discs that touch have 2/3, rendered
+balls have at least 0.995."""
 
 CUT_LEVELS = np.arange(0.95, 0.25, -0.05)
-"""Cuts through the distance transform, shares of its greatest value: steps of half and of twice the
-size move the centroids of `swarm` and `collision` by less than 0.0001 px."""
+"""Levels that cut the distance transform, as shares of its maximum. Steps of half and of twice the
+size change the centroids of `swarm` and `collision` by less than 0.0001 px."""
 
 PROMINENCE = 1.25
-"""Ratio of a part's greatest distance from the outline to that of the neck; chosen. In
-`python benchmark/detection_quality.py --constants` centroids of a crowd are off by 0.40 px at half
-of it, which cuts at any neck, 0.81 at it, and 1.35 at twice."""
+"""Least ratio of a part's largest distance from the outline to that of the neck. Chosen. In `python
+benchmark/detection_quality.py --constants` centroids of a crowd are off by 0.40 px with half of it,
+which cuts at any neck, 0.81 with it, and 1.35 with twice."""
 
 MOST_TOUCHING = 8
-"""Objects that may touch, as a multiple of max_area: larger blobs are something else, and the
-transform of a large blob is slow."""
+"""Maximum number of touching objects, as a multiple of max_area: larger blobs are something else,
+and their distance transform is slow."""
 
 
 def split_touching(image: LabelImage, blobs: BlobTable, max_area: float = np.inf) -> bool:
-    """Cut blobs at their necks, in place, with a line of label 0.
+    """Split blobs at their necks, in place, with a line of label 0.
 
-    Where two discs touch, the distance to the outline has two peaks, and between them a neck that
-    is lower. A blob is cut when, at some level, it falls into parts that all rise by PROMINENCE
-    above it; each pixel goes to the nearest part.
+    If two discs touch, the distance to the outline has two peaks and a lower neck between them. A
+    blob is split if, at some level, it falls apart into parts that all rise above the level by
+    PROMINENCE. Each pixel goes to the nearest part.
 
     :param max_area: of an object [px].
-    :returns: whether anything was cut.
+    :returns: whether anything was split.
     """
     changed = False
     for k in np.flatnonzero(
@@ -44,7 +44,7 @@ def split_touching(image: LabelImage, blobs: BlobTable, max_area: float = np.inf
         left, top, width, height = blobs.box[k]
         runs = blobs.take(np.arange(len(blobs.area)) == k).runs
         v, u = np.divmod(positions(runs), runs.stride)
-        # With a margin, beyond which nothing belongs to the blob.
+        # Add a margin of pixels outside the blob.
         mask = np.zeros((height + 2, width + 2), np.uint8)
         mask[v - top + 1, u - left + 1] = 1
         cores = _cores(mask)
@@ -57,7 +57,7 @@ def split_touching(image: LabelImage, blobs: BlobTable, max_area: float = np.inf
 
 
 def _cores(mask: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
-    """The middles of the parts of a blob, or None when it has but one."""
+    """The cores of the parts of a blob, or None if it has only one."""
     distance = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     best, most = None, 1
     for level in CUT_LEVELS * float(distance.max()):
@@ -73,7 +73,7 @@ def _cores(mask: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
 
 
 def _watershed(cores: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The pixels before a change of the nearest core, to the right or in the row below."""
+    """Pixels at which the nearest core changes to the right or in the row below."""
     _, nearest = cv2.distanceTransformWithLabels(
         (~cores).view(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_CCOMP
     )
