@@ -1,9 +1,9 @@
-"""Labels of YUV pictures, of which only what may have a color is converted.
+"""Labels YUV pictures, converting only the pixels that may have a color.
 
-Two or four pixels share their chroma, U and V, and most of a picture has a chroma that none of the
-colors has with any luma. One look-up for a chroma sample, 16 bits of the picture as they are, rules
-it out; the pixels of the others are converted and labeled. The result is that of converting the
-picture first, to the bit.
+Two or four pixels share their chroma, U and V. Most of a picture has a chroma that none of the
+colors has with any luma. One lookup per chroma sample, with 16 bits of the picture as they are,
+rules it out. The remaining pixels are converted and labeled. The result equals that of converting
+the whole picture first, to the bit.
 """
 
 from collections.abc import Callable
@@ -22,31 +22,31 @@ from colortrack_ros.encodings import to_bgr
 from colortrack_ros.encodings import YUV422
 
 Label = Callable[[NDArray[np.uint8]], NDArray[np.uint8]]
-"""(H, W) labels of a bgr8 picture, (H, W, 3)."""
+"""Returns (H, W) labels of a bgr8 picture, (H, W, 3)."""
 
 CHROMA_STEP = 4
-"""Levels of Y, U and V that are looked at together where the table of the chroma is made."""
+"""Levels of Y, U and V that are grouped to build the chroma table."""
 
 CELL_DILATION = (1, 2, 1)
-"""Cells of red, green and blue by which the color at the middle of CHROMA_STEP^3 levels may be
-beside that of any of them: by BT.601 they differ by at most 5.2, 4.6, 5.8 levels."""
+"""Cells of red, green and blue by which the color in the middle of CHROMA_STEP^3 levels may be off
+from any of theirs: by BT.601 they differ by at most 5.2, 4.6, 5.8 levels."""
 
 NEARLY_GRAY = slice(112, 144)
-"""U and V of what most of a picture is made of, within 1/8 of their range. Assumed; it sets the
-time alone, as it only says which of the two is looked at first."""
+"""U and V of most of a picture, within 1/8 of their range. Assumed; it affects only the time, since
+it only selects which of the two to test first."""
 
 CONVERTED_SHARE = 0.25
-"""Share of the chroma up to which it is worth it to convert pixels one by one. It sets the time
-alone, as CHROMA_PAUSE does; `python benchmark/detection.py` measures it."""
+"""Largest share of the chroma samples for which converting single pixels pays. Like CHROMA_PAUSE,
+it affects only the time; `python benchmark/detection.py` measures it."""
 
 CHROMA_PAUSE = 16
-"""Pictures for which that is not tried again where the share is larger. Assumed: a try in 16 costs
-little, and half a second at 30 Hz is soon enough."""
+"""Number of pictures before another attempt after the share was too large. Assumed: one attempt in
+16 costs little, and half a second at 30 Hz is soon enough."""
 
 
 @lru_cache(maxsize=1)
 def _cells() -> NDArray[np.intp]:
-    """(64 U, 64 V, 60 Y) the cell at the middle of CHROMA_STEP^3 levels, by ITU-R BT.601."""
+    """(64 U, 64 V, 60 Y) cell in the middle of CHROMA_STEP^3 levels, by ITU-R BT.601."""
     chroma = np.arange((CHROMA_STEP - 1) / 2, 256, CHROMA_STEP) - 128
     luma = 1.164 * (np.arange(16 + (CHROMA_STEP - 1) / 2, 256, CHROMA_STEP) - 16)
     u, v, y = np.meshgrid(chroma, chroma, luma, indexing='ij', sparse=True)
@@ -56,7 +56,7 @@ def _cells() -> NDArray[np.intp]:
 
 
 def _dilated(touched: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(65536,) the cells with those around them, by CELL_DILATION."""
+    """(65536,) the cells and their neighbors, by CELL_DILATION."""
     cells = touched.reshape(32, 64, 32)
     for axis, reach in enumerate(CELL_DILATION):
         one = np.moveaxis(cells, axis, 0)
@@ -69,17 +69,17 @@ def _dilated(touched: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 class ChromaFilter:
-    """Which chroma may belong to a color, with any luma.
+    """Finds which chroma may belong to a color, with any luma.
 
-    :param touched: (65536,) which cells of 5, 6 and 5 bits hold something of a color.
+    :param touched: (65536,) which cells of 5, 6 and 5 bits contain any part of a color.
     """
 
     def __init__(self, touched: NDArray[np.bool_]) -> None:
         may = _dilated(touched)[_cells()].any(axis=2)
         table = np.kron(may, np.ones((CHROMA_STEP, CHROMA_STEP), bool)).astype(np.uint8)
-        # The byte that comes first in the picture is the lower one of the number.
+        # The first byte in the picture is the low byte of the number.
         self._v_first, self._u_first = table.reshape(-1), table.T.reshape(-1)
-        # Of U and V alone, the one that tells more of what is nearly gray from the colors.
+        # Of U and V alone, use the one that better separates near-gray from the colors.
         alone = table.max(axis=1), table.max(axis=0)
         self._better = int(np.argmin([one[NEARLY_GRAY].sum() for one in alone]))
         self._alone = alone[self._better]
@@ -89,9 +89,9 @@ class ChromaFilter:
         self._pause = 0
 
     def label(self, frame: Frame, label: Label) -> LabelImage | None:
-        """The labels of a YUV picture, None where converting all of it is faster.
+        """Label a YUV picture; None if converting all of it is faster.
 
-        :param label: of what is converted.
+        :param label: labels the converted pixels.
         """
         if self._pause:
             self._pause -= 1
@@ -113,12 +113,12 @@ class ChromaFilter:
         return image
 
     def _may_have(self, frame: Frame) -> LabelImage:
-        """(H, W / 2) not 0 where U or V of yuyv or uyvy, the better one, may belong to a color."""
+        """(H, W / 2) nonzero if U or V (the better one) of yuyv or uyvy may belong to a color."""
         height, width = size_of(frame)
         may = LabelImage.empty(height, width // 2)
         channel = 2 * self._better + (frame.encoding == 'yuyv')
         pairs = frame.image.reshape(height, width // 2, 4)
-        # Into the memory of the last picture's: fresh pages cost as much as the work.
+        # Reuse the memory of the last picture: fresh pages cost as much as the work itself.
         self._chroma = cv2.extractChannel(pairs, channel, dst=self._chroma)
         low, high = self._range
         if self._alone[low : high + 1].all():
@@ -128,7 +128,7 @@ class ChromaFilter:
         return may
 
     def _plane_may_have(self, frame: Frame) -> LabelImage:
-        """(H / 2, W / 2) not 0 where U and V of nv12 or nv21 may belong to a color."""
+        """(H / 2, W / 2) nonzero if U and V of nv12 or nv21 may belong to a color."""
         chroma = frame.image[size_of(frame)[0] :].view(np.uint16)
         may = LabelImage.empty(*chroma.shape)
         look_up(self._v_first if frame.encoding == 'nv21' else self._u_first, chroma, may.pixels)
@@ -136,14 +136,14 @@ class ChromaFilter:
 
 
 def _pairs(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.uint8]:
-    """(1, 2 N, 2) pairs of pixels that share their chroma, as a picture of yuyv or uyvy."""
+    """(1, 2 N, 2) pairs of pixels that share their chroma, as a yuyv or uyvy picture."""
     width = frame.image.shape[1]
     words = np.ascontiguousarray(frame.image).reshape(-1).view(np.uint32)
     return words.take(row * (width // 2) + column).view(np.uint8).reshape(1, -1, 2)
 
 
 def _quadruples(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.uint8]:
-    """(3, 2 N) two by two pixels that share their chroma, as a picture of nv12 or nv21."""
+    """(3, 2 N) 2x2 pixels that share their chroma, as an nv12 or nv21 picture."""
     height, width = size_of(frame)
     words = np.ascontiguousarray(frame.image).reshape(-1).view(np.uint16)
     line = width // 2
@@ -155,7 +155,7 @@ def _quadruples(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -
 def _write(
     image: LabelImage, pairs: NDArray[np.uint16], top: NDArray[np.intp], column: NDArray[np.intp]
 ) -> None:
-    """Set pairs of labels, in place.
+    """Write pairs of labels, in place.
 
     :param pairs: (rows, N) in the row top, and below it.
     :param top, column: (N,) row, and column in pairs, in raster order.

@@ -1,9 +1,9 @@
-"""Which columns of a strip of the picture may hold a color at all.
+"""Finds the columns of a strip of the picture that may contain a color.
 
-Where the look-up in a table of 2^16 entries is slow (OpenCV 4), most pixels need none: red objects
-have far more red than green, so a subtraction of two channels and the maximum of each column rule
-out most of the picture. The result is the same to the bit; the constants below set the time alone,
-which `python benchmark/detection.py` measures.
+Where the lookup in a table of 2^16 entries is slow (OpenCV 4), most pixels can skip it. Red
+objects, for example, have far more red than green: the difference of two channels and the maximum
+of each column rule out most of the picture. The result is the same to the bit. The constants below
+affect only the time, which `python benchmark/detection.py` measures.
 """
 
 from functools import lru_cache
@@ -15,25 +15,29 @@ from numpy.typing import NDArray
 from colortrack_ros.detection.pixels import RED_FIRST
 
 CONTRASTS = ((0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1), (1, None), (None, 1))
-"""Channel minus channel, red 0, green 1, blue 2; None: of green alone, or of its darkness."""
+"""Channel minus channel, red 0, green 1, blue 2; with None, green alone, or its darkness."""
 
 GRAY_RANGE = 64
-"""Greatest difference of the channels [levels] in what most of a picture is made of. Assumed; as
-what follows it sets the time alone: half and twice of each give the same masks."""
+"""Largest difference of the channels [levels] in most of a picture. Assumed; like the constants
+that follow, it affects only the time: half and twice of each give the same masks."""
 
 JOIN_PIXELS = 8192
-"""Pixels between two candidates that are looked up with them: a second call costs as much."""
+"""Number of pixels between two candidates that are looked up with them: a second call costs as
+much."""
 
 WORTHWHILE_SHARE = 0.5
-"""Share of the columns that may be left for the filter to be worth its own time."""
+"""Largest share of columns that may remain for the filter to be worth its own time."""
 
 SHARE_STRIPS = 16
-"""Strips that the share is averaged over; while it is too large, one of this many is filtered."""
+"""Number of strips over which the share is averaged; while it is too large, one in this many is
+filtered."""
 
 
 @lru_cache(maxsize=1)
 def _ranges() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Least measures of each cell, (8, 65536), and how many gray cells reach a value, (8, 256)."""
+    """Least measures of each cell, (8, 65536), and number of gray cells that reach a value, (8,
+    256).
+    """
     cell = np.arange(1 << 16)
     low = np.stack([cell >> 11 << 3, (cell >> 5 & 63) << 2, (cell & 31) << 3])
     high = low + np.array([[7], [3], [7]])
@@ -49,9 +53,9 @@ def _ranges() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 class ColumnFilter:
-    """For each color the measure that rules out most of what is gray.
+    """Selects, for each color, the measure that rules out the most gray.
 
-    :param touched: (colors, 65536) which cells of 5, 6 and 5 bits hold something of a color.
+    :param touched: (colors, 65536) which cells of 5, 6 and 5 bits contain any part of a color.
     """
 
     def __init__(self, touched: NDArray[np.bool_]) -> None:
@@ -64,9 +68,9 @@ class ColumnFilter:
         self._turn, self._share = 0, 0.0
 
     def parts(self, picture: NDArray[np.uint8], encoding: str) -> list[tuple[int, int]]:
-        """The first column and the one after the last of each part that may hold a color.
+        """First column and one past the last of each part that may contain a color.
 
-        Where nearly everything may, most strips are not looked at: they are one part.
+        If nearly all columns may, most strips are not analyzed, and returned as one part.
 
         :param picture: (H, W, channels), not mono8.
         """

@@ -1,6 +1,6 @@
-"""CIELAB, Pegoretti 2021, (2.1): the one computation that defines which pixel belongs to a color.
+"""CIELAB, Pegoretti 2021, (2.1): the reference computation that decides on the color of a pixel.
 
-Everything faster in this room is a table of what is computed here, and agrees with it to the bit.
+Everything faster in this room is a table computed with it, and agrees with it to the bit.
 """
 
 import numpy as np
@@ -15,16 +15,17 @@ SRGB_TO_XYZ = np.array(
     ]
 )
 """Linear sRGB to CIE XYZ, the matrix of OpenCV (ITU-R BT.709 primaries); its rows sum to the white
-point D65, so that gray has a = b = 0."""
+point D65, so gray has a = b = 0."""
 
 WHITE_TO_ONE = SRGB_TO_XYZ / SRGB_TO_XYZ.sum(axis=1, keepdims=True)
 """Linear sRGB to XYZ over the white point."""
 
 _CUBE_ROOT_FROM = (6 / 29) ** 3
-"""X, Y, Z over white from which CIE 1976 has the cube root (CIE 15:2004): (24/116)^3."""
+"""Ratio of X, Y, Z to white from which CIE 1976 uses the cube root (CIE 15:2004): (24/116)^3."""
 
 _SLOPE = (29 / 6) ** 2 / 3
-"""Slope of the cube root there, 1 / (3 (6/29)^2); the line below goes on with it (CIE 15:2004)."""
+"""Slope of the cube root there, 1 / (3 (6/29)^2); the line below continues with it (CIE
+15:2004)."""
 
 
 def linear_from_srgb(srgb: ArrayLike) -> NDArray[np.float64]:
@@ -38,7 +39,7 @@ def linear_from_srgb(srgb: ArrayLike) -> NDArray[np.float64]:
 
 
 LINEAR = linear_from_srgb(np.arange(256))
-"""The transfer curve at the 256 values of a byte."""
+"""The inverse transfer curve at the 256 values of a byte."""
 
 
 def cube_root_or_line(ratio: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -47,15 +48,15 @@ def cube_root_or_line(ratio: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def cube_root_or_line_slope(ratio: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The derivative of :func:`cube_root_or_line`; it falls as the ratio grows."""
+    """The derivative of :func:`cube_root_or_line`; it decreases with the ratio."""
     return 1 / (3 * np.cbrt(np.maximum(ratio, _CUBE_ROOT_FROM)) ** 2)
 
 
 def lab_from_linear(linear: NDArray[np.float64]) -> NDArray[np.float64]:
     """CIE 1976 L*a*b* of linear sRGB, white point D65, 2 degrees.
 
-    Sums are written out, not left to a matrix product: the result for a color must not depend
-    on how many others are converted beside it.
+    Sums are written out instead of using a matrix product: the result for a color must not depend
+    on how many others are converted with it.
 
     :param linear: (..., 3) red, green, blue, 0..1.
     :returns: (..., 3) L 0..100, a and b signed.
@@ -69,16 +70,16 @@ def lab_from_linear(linear: NDArray[np.float64]) -> NDArray[np.float64]:
 def lab_from_rgb(rgb: NDArray[np.integer]) -> NDArray[np.float64]:
     """CIELAB of 8-bit sRGB colors.
 
-    :param rgb: (..., 3) whole numbers, 0..255.
+    :param rgb: (..., 3) integers, 0..255.
     :returns: (..., 3) L 0..100, a and b signed.
     """
     return lab_from_linear(LINEAR[rgb])
 
 
 def rgb_from_lab(lab: ArrayLike) -> NDArray[np.intp]:
-    """The 8-bit sRGB colors nearest to colors of CIELAB; undoes :func:`lab_from_rgb`.
+    """The 8-bit sRGB colors nearest to CIELAB colors; the inverse of :func:`lab_from_rgb`.
 
-    :param lab: (..., 3); what is outside of sRGB is cut.
+    :param lab: (..., 3); colors outside sRGB are clipped.
     """
     L, a, b = np.moveaxis(np.asarray(lab, np.float64), -1, 0)
     root = np.stack([(L + 16) / 116 + a / 500, (L + 16) / 116, (L + 16) / 116 - b / 200], axis=-1)

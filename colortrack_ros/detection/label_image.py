@@ -1,4 +1,4 @@
-"""A label image, and where in it there is anything at all."""
+"""Label images with fast access to their nonempty parts."""
 
 from dataclasses import dataclass
 
@@ -6,20 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 WORD = 8
-"""Bytes of a uint64, which are looked at together."""
+"""Bytes of a uint64, which are processed together."""
 
 
 @dataclass
 class LabelImage:
     """One byte for each pixel: 0 for none of the colors, k + 1 for color k.
 
-    The rows are padded with zeros, by at least one byte, to whole words of eight: a run ends with
-    its row, and a search for content skips eight empty pixels at a time.
+    Rows are padded with zeros, by at least one byte, to whole words of eight. Runs therefore end
+    with their row, and a search for content skips eight empty pixels at a time.
 
     :param padded: (H, stride) contiguous, 0 from column width on.
     :param width: of the picture [px].
-    :param filled: (N,) ascending numbers of the words that may hold labels, None where any may:
-        who sets labels beyond them has to set it to None, who clears labels may leave it.
+    :param filled: (N,) ascending indices of the words that may contain labels, None if any may.
+        Code that sets labels in other words must set it to None; code that clears labels may leave
+        it.
     """
 
     padded: NDArray[np.uint8]
@@ -28,14 +29,14 @@ class LabelImage:
 
     @classmethod
     def empty(cls, height: int, width: int) -> 'LabelImage':
-        """One whose pixels are not yet set."""
+        """An image whose pixels are not yet set."""
         padded = np.empty((height, (width // WORD + 1) * WORD), np.uint8)
         padded[:, width:] = 0
         return cls(padded, width)
 
     @property
     def stride(self) -> int:
-        """Width of the padded image [px]; positions are counted in it."""
+        """Width of the padded image [px]; positions refer to it."""
         return self.padded.shape[1]
 
     @property
@@ -49,17 +50,17 @@ class LabelImage:
         return self.padded.reshape(-1).view(np.uint64)
 
     def strip(self, top: int, bottom: int) -> 'LabelImage':
-        """Some of the rows, a view."""
+        """A view of some of the rows."""
         return LabelImage(self.padded[top:bottom], self.width)
 
     def copy(self) -> 'LabelImage':
-        """The same labels in a picture of their own."""
+        """A copy of the image."""
         return LabelImage(self.padded.copy(), self.width, self.filled)
 
     def content(self) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
         """The words that are not empty.
 
-        :returns: their numbers, (N,) ascending, and a copy of their labels, (N, 8).
+        :returns: their indices, (N,) ascending, and a copy of their labels, (N, 8).
         """
         if self.filled is None:
             (filled,) = (self.words != 0).nonzero()
@@ -68,9 +69,9 @@ class LabelImage:
         return filled, self.words[filled].view(np.uint8).reshape(-1, WORD)
 
     def row_groups(self, apart: int) -> list[tuple[int, int]]:
-        """The first row and the one after the last of each group of rows that hold all labels.
+        """First row and one past the last of each group of rows; together they contain all labels.
 
-        :param apart: empty rows that lie between two groups, at least.
+        :param apart: least number of empty rows between two groups.
         """
         if self.filled is None:
             return [(0, len(self.padded))]
@@ -83,7 +84,7 @@ class LabelImage:
         return list(zip(first.tolist(), behind.tolist(), strict=True))
 
     def positions(self) -> NDArray[np.intp]:
-        """(N,) the labeled pixels, v stride + u."""
+        """(N,) positions of the labeled pixels, v stride + u."""
         filled, labels = self.content()
         labeled = np.flatnonzero(labels)
         return (filled * WORD)[labeled >> 3] + (labeled & 7)
