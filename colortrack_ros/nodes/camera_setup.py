@@ -63,10 +63,10 @@ class CameraSetup(NodeSetup):
 
     @property
     def as_consumed(self) -> bool:
-        """Whether a recording goes as fast as it is consumed."""
+        """Whether a recording is played as fast as it is consumed."""
         return self.rate == -1.0
 
     def check(self) -> None:
-        """No rate between -1 and 0."""
+        """Raise ValueError for a rate between -1 and 0."""
         if -1.0 < self.rate < 0.0:
             raise ValueError(f'rate: expected -1, 0, or a positive number, got {self.rate}')

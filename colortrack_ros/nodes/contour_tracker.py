@@ -1,4 +1,4 @@
-"""The node that follows what has moved by its contour."""
+"""The contour tracker node: tracks moving objects by their contours."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,9 +25,9 @@ class ContourTrackerSetup(TargetTrackerSetup):
 
 
 class ContourTrackerNode(TargetTrackerNode[ContourTrackerSetup]):
-    """Targets that move, or that somebody names, followed by their contours.
+    """Tracks the contours of targets that move, or that a user or node names.
 
-    Images in; one message of tracks, outlines, and markers for each that it works on out.
+    Takes images; publishes one message of tracks, outlines, and markers for each that it processes.
     """
 
     tracker: ContourTracker
@@ -36,16 +36,16 @@ class ContourTrackerNode(TargetTrackerNode[ContourTrackerSetup]):
         super().__init__('contour_tracker', ContourTrackerSetup, **options)
 
     def configure(self) -> None:
-        """Make what every such node has, and the service."""
+        """Create what every target tracker has, and the service."""
         super().configure()
         offer(self, Trigger, '~/learn_background', self._learn_background)
 
     def facts(self) -> dict[str, Callable[[], object]]:
-        """Further values for the diagnostics."""
+        """Return additional values for the diagnostics."""
         return {**super().facts(), 'scene_changes': lambda: self.tracker.scene_changes}
 
     def make(self, setup: ContourTrackerSetup) -> ContourTracker:
-        """The tracker of the room."""
+        """Return a contour tracker."""
         return ContourTracker(setup.config, setup.targets)
 
     def _learn_background(self, _: Trigger.Request) -> str:

@@ -1,4 +1,4 @@
-"""The node that turns pictures into detections."""
+"""The detector node: turns pictures into detections."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -42,15 +42,16 @@ class DetectorSetup(NodeSetup):
     pictures: PictureQueueConfig = part(PictureQueueConfig)
 
     def check(self) -> None:
-        """The picture of the mask can be read, and the regions are polygons."""
+        """Raise an error if the mask cannot be read, or if regions are no polygons."""
         Regions(self.config.regions, self.config.mask)
 
 
 class DetectorNode(ManagedNode[DetectorSetup]):
-    """Images in, one message of detections for each image that it works on out.
+    """Takes images; publishes one message of detections for each image that it processes.
 
-    :param subscribe: whether images come from ``image_topic``, or into :attr:`stage` alone.
-    :ivar stage: makes the detections of frames; what is after it in the chain takes them.
+    :param subscribe: whether to subscribe to ``image_topic``, or to take images by :attr:`stage`
+        alone.
+    :ivar stage: turns frames into detections and passes them to the next stage of the chain.
     """
 
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
@@ -63,7 +64,7 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         self.stage.then(self._publish)
 
     def configure(self) -> None:
-        """Make a detector, and what it publishes, serves and takes."""
+        """Create the detector, its publishers, services and subscriptions."""
         self._detector = Detector(self.setup.config)
         self.health = Health(self, lambda: self._trouble, skipped=lambda: self.stage.skipped)
         self._publisher = publish_on(self, PointCloud2, self.setup.detections_topic)
@@ -74,11 +75,11 @@ class DetectorNode(ManagedNode[DetectorSetup]):
             receive_images(self, self.stage, self.setup.intake, self._refuse)
 
     def set_active(self, active: bool) -> None:
-        """Work on frames, or drop them."""
+        """Process frames, or drop them."""
         self.stage.paused = self._paused or not active
 
     def release(self) -> None:
-        """Finish what has come in."""
+        """Finish the frames that are waiting."""
         self.stage.flush()
 
     def _refuse(self, reason: str) -> None:
@@ -95,7 +96,7 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         return detections
 
     def _tell(self, trouble: str) -> None:
-        """Say what a person should know, once until it is over."""
+        """Log a problem once until it is over."""
         if trouble and not self._trouble:
             self.get_logger().warning(trouble)
         self._trouble = trouble
@@ -115,13 +116,13 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         return 'the background is learned anew from the next frame on'
 
     def apply(self, setup: DetectorSetup) -> None:
-        """Take changed parameters into use."""
+        """Apply changed parameters."""
         if setup.config != self.setup.config:
             self._detector.configure(setup.config)
         configure(self.stage, setup.intake)
 
     def close(self) -> None:
-        """End the thread that works."""
+        """Stop the worker thread."""
         self.stage.close()
         super().close()
 

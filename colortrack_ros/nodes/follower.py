@@ -1,4 +1,4 @@
-"""The node that drives a robot after the target."""
+"""The follower node: drives a robot after the target."""
 
 from collections.abc import Callable
 import contextlib
@@ -43,11 +43,11 @@ from colortrack_ros.world.selection import rule_of
 from colortrack_ros.world.selection import Selector
 
 TOLD_APART = 1.0
-"""Least time [s] from telling that the target is lost to telling that it is followed again: what
-comes and goes as on a machine that is too slow is told once. A person reads a line a second."""
+"""Least time [s] between reporting the target as lost and as followed again. A target that comes
+and goes, as on a machine that is too slow, is reported once. A person reads a line a second."""
 
 LAST_COMMAND = 0.5
-"""How long the command to stand may take to arrive [s], of the 1.5 s that a node has to end."""
+"""Time for the stop command to arrive [s], out of the 1.5 s that a node has to shut down."""
 
 
 @dataclass(frozen=True)
@@ -78,18 +78,18 @@ class FollowerSetup(NodeSetup):
     cmd_vel_topic: str = topic_name('cmd_vel', 'the speeds for the robot')
 
     def check(self) -> None:
-        """The target is one that there can be."""
+        """Raise an error if the selected target cannot exist."""
         rule_of(self.select, list(self.colors))
 
 
 class FollowerNode(ManagedNode[FollowerSetup]):
-    """Objects and odometry in; speeds for the robot out with each target, and while it moves."""
+    """Takes objects and odometry; publishes speeds with each target, and while the robot moves."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__('follower', FollowerSetup, **options)
 
     def configure(self) -> None:
-        """Make what is published, served and taken."""
+        """Create the publishers, services and subscriptions."""
         setup = self.setup
         self._following = Following(setup.config)
         self._selector = Selector(setup.select, list(setup.colors))
@@ -121,7 +121,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self._step()
 
     def _chosen(self, locations: Locations) -> Target | None:
-        """The object to follow, None where there is none."""
+        """Return the object to follow, or None."""
         if not len(self._poses):
             return None
         row = self._selector.choose(locations, self._poses.latest()[1].t)
@@ -149,7 +149,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self._step()
 
     def _check(self, topic: str, frame_id: str, stamp: int) -> None:
-        """Raise MessageError for what is of another frame or another time, or of two nodes."""
+        """Raise MessageError for a wrong frame or time, or for several publishers of one topic."""
         for name in (topic, self.setup.odometry.odometry_topic):
             if self.count_publishers(name) > 1:
                 raise MessageError(
@@ -167,7 +167,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
             )
 
     def _step(self) -> None:
-        """Tell the robot how fast to drive."""
+        """Publish the commanded speeds."""
         if not self.active or not len(self._poses):
             return
         now = self.get_clock().now().nanoseconds
@@ -183,18 +183,20 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self._tell()
         self._publish(now, *speeds)
         self.health.gave_out(at)
-        # a robot that stands is left to others until there is something to follow
+        # leave a stopped robot to other nodes until there is a target
         self._timer.reset() if self._following.follows else self._timer.cancel()
 
     def _clock_stands(self, now: int) -> bool:
-        """Whether simulated time has not gone on for stop_within: nothing would ever be late."""
+        """Whether simulated time has stood still for stop_within: nothing would ever be late."""
         steady = STEADY.now().nanoseconds
         if now != self._ticked[0]:
             self._ticked = now, steady
         return steady - self._ticked[1] > self.setup.config.stop_within * NANOSECONDS
 
     def _tell(self) -> None:
-        """Tell that the target is lost, and, a while after that, that it is followed."""
+        """Report that the target is lost, and, TOLD_APART later at the earliest, that it is
+        followed.
+        """
         follows, now = self._following.follows, STEADY.now().nanoseconds * 1e-9
         lately = now - self._lost < TOLD_APART
         if follows == self._told_following or (follows and lately):
@@ -220,13 +222,13 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         return 'following'
 
     def apply(self, setup: FollowerSetup) -> None:
-        """Take changed parameters into use."""
+        """Apply changed parameters."""
         self._following.configure(setup.config)
         if (setup.select, setup.colors) != (self.setup.select, self.setup.colors):
             self._selector = Selector(setup.select, list(setup.colors))
 
     def set_active(self, active: bool) -> None:
-        """Drive the robot, or leave it standing."""
+        """Drive the robot, or stop it."""
         if active:
             return
         self._timer.cancel()

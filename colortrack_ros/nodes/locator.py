@@ -1,4 +1,4 @@
-"""The node that turns tracks into objects in meters."""
+"""The locator node: turns tracks into objects in meters."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -42,19 +42,19 @@ class LocatorSetup(NodeSetup):
     pictures: PictureQueueConfig = part(PictureQueueConfig)
 
     def check(self) -> None:
-        """The target is one that there can be."""
+        """Raise an error if the selected target cannot exist."""
         rule_of(self.output.select, self.names)
 
     @property
     def names(self) -> list[str]:
-        """Of the colors."""
+        """Names of the colors."""
         return [kind.name for kind in self.config.colors]
 
 
 class Seen(NamedTuple):
-    """A picture, with all that belongs to it.
+    """A picture, with all data that belong to it.
 
-    :param camera: which of them has taken it.
+    :param camera: index of the camera that took it.
     """
 
     camera: int
@@ -65,13 +65,15 @@ class Seen(NamedTuple):
 
 
 class LocatorNode(ManagedNode[LocatorSetup]):
-    """Tracks, detections, calibration and poses in; for each picture the objects in meters out."""
+    """Takes tracks, detections, calibration and poses; publishes the objects in meters per
+    picture.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__('locator', LocatorSetup, **options)
 
     def configure(self) -> None:
-        """Make a locator, and what it publishes and takes."""
+        """Create the locator, its publishers and its subscriptions."""
         setup, feeds = self.setup, self.setup.feed.each
         self.health = Health(self, lambda: self._locator.doubt, objects=lambda: self._output.alive)
         self._locator = Locator(setup.config, self.health.refuse, len(feeds))
@@ -93,18 +95,18 @@ class LocatorNode(ManagedNode[LocatorSetup]):
         self.create_timer(IDLE, self._look, clock=STEADY)
 
     def set_active(self, active: bool) -> None:
-        """Take tracks, or drop them."""
+        """Accept tracks, or drop them."""
         for feed in self._feeds:
             feed.active = active
 
     def _taker(self, camera: int) -> Callable[[Tracks, Detections, View, Depth | None], object]:
-        """What takes the pictures of a camera."""
+        """Return the callback for the pictures of a camera."""
         return lambda tracks, *rest: self._order.put(
             camera, tracks.stamp, Seen(camera, tracks, *rest)
         )
 
     def _locate(self, seen: Seen) -> None:
-        """Locate and publish; start afresh where that fails half way."""
+        """Locate and publish; reset the locator if that fails."""
         try:
             self._publish(seen)
         except Exception as error:
@@ -136,7 +138,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
         self._order.look()
 
     def apply(self, setup: LocatorSetup) -> None:
-        """Take changed parameters into use."""
+        """Apply changed parameters."""
         if setup.config != self.setup.config or setup.feed != self.setup.feed:
             self._locator.configure(setup.config)
         if setup.output.select != self.setup.output.select:

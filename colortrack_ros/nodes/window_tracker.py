@@ -1,4 +1,4 @@
-"""The node that follows targets by what they look like."""
+"""The window tracker node: tracks targets by their appearance."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -31,7 +31,7 @@ class WindowTrackerSetup(TargetTrackerSetup):
 
 
 class WindowTrackerNode(TargetTrackerNode[WindowTrackerSetup]):
-    """Targets that somebody names, followed by their windows."""
+    """Tracks the windows of targets that a user or node names."""
 
     tracker: WindowTracker
 
@@ -39,12 +39,12 @@ class WindowTrackerNode(TargetTrackerNode[WindowTrackerSetup]):
         super().__init__('window_tracker', WindowTrackerSetup, **options)
 
     def configure(self) -> None:
-        """Make what every such node has, and the map."""
+        """Create what every target tracker has, and the publisher of the reliability map."""
         super().configure()
         self._reliability = publish_on(self, Image, self.setup.reliability_topic)
 
     def make(self, setup: WindowTrackerSetup) -> WindowTracker:
-        """The tracker of the room."""
+        """Return a window tracker."""
         return WindowTracker(setup.config, setup.targets)
 
     def _track(self, pair: Pair) -> Tracks:

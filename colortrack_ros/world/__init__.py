@@ -1,4 +1,4 @@
-"""world: tracks, lens, and pose of the camera -> objects in meters."""
+"""world: locates tracked objects in meters, given the lens and the pose of the camera."""
 
 from typing import Any
 from typing import TYPE_CHECKING
@@ -25,7 +25,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import the locator where it is asked for: SciPy is half of what a follower imports."""
+    """Import the locator on first use: SciPy is half of what a follower would import."""
     if name != 'Locator':
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     from colortrack_ros.world.locator import Locator

@@ -1,6 +1,6 @@
-"""Drive after a target at a distance, and never faster than the robot can still stop.
+"""Following: follow a target at a distance, never faster than the robot can stop.
 
-Plain Python: poses, targets and the time come in, speeds of a differential drive go out.
+Plain Python: takes poses, targets and the time; returns the speeds of a differential drive.
 """
 
 from dataclasses import dataclass
@@ -20,21 +20,23 @@ from colortrack_ros.world.view import way_between
 Floats = NDArray[np.float64]
 
 LONGEST_PERIOD = 0.05
-"""Longest time between two commands [s]: those of Nav2's controller server, 20 Hz."""
+"""Longest time between two commands [s]: the period of Nav2's controller server, at 20 Hz."""
 
 LONGEST_STEP = 0.2
-"""A pause between two steps [s] beyond which speeds change no further: time has jumped."""
+"""Longest time between two steps [s] over which speeds change; after a longer one, time has
+jumped."""
 
 
 FOLLOWING = 'following'
 
 AHEAD = 0.1
-"""How far ahead of the clock [s] a stamp may be: what clocks of machines that NTP keeps differ."""
+"""How far a stamp may be ahead of the clock [s]: the offset between machines synchronized by
+NTP."""
 
 
 @dataclass(frozen=True)
 class FollowingConfig(Config):
-    """How near, how fast, and when to stop."""
+    """Distance, speed limits, and when to stop."""
 
     distance: float = parameter(
         1.0, 'Distance from base_frame to the target.', unit='m', minimum=0.1, maximum=100.0
@@ -96,12 +98,12 @@ class FollowingConfig(Config):
 
 @dataclass(frozen=True)
 class Target:
-    """What is followed.
+    """The target to follow.
 
     :param position: (2,) x, y in the fixed frame [m].
     :param velocity: (2,) [m/s].
-    :param stamp: when it is there [ns].
-    :param measured: when it was last measured, at the latest then [ns].
+    :param stamp: time of the position [ns].
+    :param measured: time of the last measurement, no later than stamp [ns].
     :param sigma: standard deviation of the position along its worst axis [m].
     """
 
@@ -113,19 +115,19 @@ class Target:
 
 
 class Following:
-    """The controller.
+    """Controls the speed and turn rate of the robot.
 
     With the target at range r and bearing beta, u the direction to it and v_t its velocity, both in
-    the frame of the robot, it drives and turns by::
+    the frame of the robot, the commands are::
 
         v = (gain (r - distance) + u . v_t) cos(beta)
         w = turn_gain beta + (u x v_t + v sin(beta)) / r
 
-    whose second terms alone would keep range and bearing as they are. Both are limited so that they
-    reach 0 by their greatest deceleration at `stop_within` after the last measurement: what is
-    late is driven after more slowly, what is lost not at all.
+    The second terms alone would keep range and bearing constant. Both speeds are limited so that
+    the robot can brake to 0 by `stop_within` after the last measurement: it slows down if
+    measurements are late, and stops if the target is lost.
 
-    :ivar state: what it does and why, in words.
+    :ivar state: what the controller does and why, in words.
     """
 
     def __init__(self, config: FollowingConfig) -> None:
@@ -140,23 +142,23 @@ class Following:
 
     @property
     def follows(self) -> bool:
-        """Whether there is a target that may be driven after."""
+        """Whether there is a target to follow."""
         return self.state == FOLLOWING
 
     def configure(self, config: FollowingConfig) -> None:
-        """Take other parameters into use."""
+        """Apply changed parameters."""
         self._config = config
 
     def see(self, target: Target) -> None:
-        """Take what is known of the target; what is too uncertain counts as not measured.
+        """Update the target; one that is too uncertain counts as not measured.
 
-        So does what was measured before the robot jumped: it is of another frame.
+        So does one measured before the robot's pose jumped: it belongs to another frame.
         """
         if target.sigma <= self._config.max_sigma and target.measured >= self._since:
             self._target = target
 
     def stop(self) -> None:
-        """Stand, at once, until told to go."""
+        """Stop at once, until go() is called."""
         self._stopped = True
 
     def go(self) -> None:
@@ -164,15 +166,15 @@ class Following:
         self._stopped = False
 
     def lose(self, why: str) -> None:
-        """Forget the target: stand until there is a new one."""
+        """Forget the target, and stop until there is a new one."""
         self._target, self.state = None, why
 
     def step(self, now: int, base: Pose, at: int) -> tuple[float, float]:
-        """Speeds to drive with [m/s], [rad/s].
+        """Return the commanded speed [m/s] and turn rate [rad/s].
 
         :param now: [ns].
-        :param base: of the robot in the fixed frame, last known.
-        :param at: when it was there [ns].
+        :param base: last known pose of the robot in the fixed frame.
+        :param at: time of that pose [ns].
         """
         dt = 0.0 if self._last is None else (now - self._last) / NANOSECONDS
         dt = dt if 0 <= dt <= LONGEST_STEP else 0.0
@@ -189,7 +191,7 @@ class Following:
         return self._speed, self._turn
 
     def _watch(self, base: Pose, at: int) -> None:
-        """Lose the target where the robot has jumped: where it was is elsewhere now."""
+        """Lose the target if the robot's pose has jumped: its position is no longer valid."""
         last, self._base = self._base, (at, base)
         if last is None or at < last[0]:
             self._since = 0  # of a clock that has gone back
@@ -199,7 +201,7 @@ class Following:
             self._since = at
 
     def _time_left(self, now: int, at: int) -> float:
-        """Until the robot has to stand [s]; 0 when it has to by now."""
+        """Return the time by which the robot has to stop [s]; 0 if it has to be stopped now."""
         if self._target is None:
             return 0.0
         unseen, unknown = ((now - t) / NANOSECONDS for t in (self._target.measured, at))
@@ -216,10 +218,10 @@ class Following:
         return min(max(left, 0.0), self._config.stop_within)
 
     def _towards(self, target: Target, now: int, base: Pose, at: int) -> tuple[float, float]:
-        """Speeds that bring the target to its distance, straight ahead."""
+        """Return the speeds that bring the target to the set distance, straight ahead."""
         config, age = self._config, (now - at) / NANOSECONDS
         place = target.position + target.velocity * (now - target.stamp) / NANOSECONDS
-        # where the robot is now, by what it was told last
+        # current pose of the robot, predicted with the last command
         heading = math.atan2(base.R[1, 0], base.R[0, 0]) + self._turn * age
         ahead = np.array([math.cos(heading), math.sin(heading)])
         left = np.array([-ahead[1], ahead[0]])
@@ -238,7 +240,7 @@ class Following:
     def _limited(
         self, wanted: tuple[float, float], time_left: float, dt: float
     ) -> tuple[float, float]:
-        """Speeds within all limits; that of the time that is left comes before smoothness."""
+        """Return the speeds within all limits; stopping in time takes priority over smoothness."""
         config = self._config
         limits = (
             (self._speed, config.max_acceleration, config.braking, config.max_speed),

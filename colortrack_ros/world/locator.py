@@ -1,4 +1,4 @@
-"""Tracks, detections and the place of the camera -> objects in a fixed frame."""
+"""Locator: objects in a fixed frame from tracks, detections and the pose of the camera."""
 
 from collections.abc import Callable
 from copy import deepcopy
@@ -38,32 +38,33 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 NEVER = 1e9
-"""Cost of a track and an object that do not fit: above all that do."""
+"""Cost of an incompatible pair of track and object: above that of any compatible pair."""
 
 STUBBORN = 1.0
-"""An object whose measurements have been refused for so long [s] starts anew: it was moved, or its
-ID went to another one. Assumed."""
+"""Time without an accepted measurement [s] after which an object restarts: it was moved, or its ID
+was passed to another object. Assumed."""
 
 GAP = 10.0
-"""After a pause of so long [s] nothing is known of where things are; as long as poses are kept."""
+"""Gap between pictures [s] after which all objects restart: their positions are unknown. Equal to
+the time for which poses are kept."""
 
 UNCERTAIN = 0.5
-"""Share of the range that its standard deviation may have for an object to start: beyond, near the
-horizon, it may be anywhere."""
+"""Largest standard deviation of the range, as a share of the range, at which an object starts. Near
+the horizon it is larger, and the object may be anywhere."""
 
 SILENT = 1.0
-"""A camera that has told nothing for so long [s] sees none of its tracks any more. Assumed."""
+"""Time without a picture [s] after which a camera counts as having lost all its tracks. Assumed."""
 
 
 class Locator:
-    """The objects in the world, seen by one camera or several.
+    """Locates objects in the world, seen by one camera or several.
 
-    With one camera objects have the IDs of its tracks. With several they have their own: a track
-    that begins is of the object that it fits, or of a new one.
+    With one camera, objects have the IDs of its tracks. With several, they have their own IDs: a
+    new track is linked to the object that it matches, or starts a new one.
 
-    :param config: how they are located.
-    :param tell: takes what is wrong, one line at a time.
-    :param cameras: how many there are.
+    :param config: the parameters.
+    :param tell: receives warnings, one line at a time.
+    :param cameras: number of cameras.
     """
 
     def __init__(
@@ -73,13 +74,13 @@ class Locator:
         self.configure(config)
 
     def configure(self, config: LocatorConfig) -> None:
-        """Take other parameters into use; all objects start anew."""
+        """Apply changed parameters; all objects restart."""
         self._config = config
         self._kinds = Kinds.of(config)
         self.reset()
 
     def reset(self) -> None:
-        """Forget all objects, as when odometry has jumped."""
+        """Forget all objects, for example after a jump of odometry."""
         belief = Belief.of(self._config, self._cameras)
         self._objects = Objects.none(self._kinds, self._cameras, belief)
         self._heard = np.zeros(self._cameras, np.int64)
@@ -95,12 +96,12 @@ class Locator:
         depth: NDArray[np.float32] | None = None,
         camera: int = 0,
     ) -> Locations:
-        """The objects after one more picture.
+        """Return the objects after one more picture.
 
         :param tracks, detections: of the picture.
-        :param view: the camera when it was taken.
-        :param depth: (H, W) [m], aligned with it, for methods depth and fused.
-        :param camera: which of them has taken it.
+        :param view: the camera at the time of the picture.
+        :param depth: (H, W) [m], aligned with the picture, for methods depth and fused.
+        :param camera: index of the camera that took the picture.
         """
         self._advance(tracks.stamp, view)
         detections = self._inside(detections, view)
@@ -120,9 +121,9 @@ class Locator:
         return self.locations(tracks.stamp)
 
     def locations(self, stamp: int) -> Locations:
-        """The objects at a time [ns], predicted to it if it is later than the last picture.
+        """Return the objects at a time [ns], predicted if it is later than the last picture.
 
-        Those that are contradicted by what else is seen are left out.
+        Objects that contradict other observations are left out.
         """
         objects = self._objects
         belief = objects.belief
@@ -149,7 +150,7 @@ class Locator:
 
     @property
     def doubt(self) -> str:
-        """Why none of the objects is told; empty if some are."""
+        """Reason why no objects are published; empty if some are."""
         return self._doubts.reason
 
     def _advance(self, stamp: int, view: View) -> None:
@@ -176,19 +177,19 @@ class Locator:
 
     @property
     def _unseen(self) -> NDArray[np.bool_]:
-        """Which objects, (N,), no camera has measured in its last picture."""
+        """Which objects, (N,), were not measured by any camera in its last picture."""
         recent = self._heard[self._stamp - self._heard <= SILENT * NANOSECONDS]
         return np.asarray(self._objects.updated < recent.min(initial=self._stamp))
 
     def _inside(self, detections: Detections, view: View) -> Detections:
-        """The detections, none if they are of a picture of another size than the calibration."""
+        """Return the detections, none if the picture's size differs from the calibration's."""
         if trouble := outside(detections, view):
             self._tell(trouble)
             return replace(detections, rows=detections.rows[:0])
         return detections
 
     def _known(self, tracks: Tracks) -> NDArray[np.void]:
-        """The tracks of the colors that are known."""
+        """Return the tracks with known colors."""
         unknown = tracks.rows['color'] >= len(self._kinds)
         if unknown.any():
             self._tell(
@@ -198,7 +199,7 @@ class Locator:
         return np.asarray(tracks.rows[~unknown])
 
     def _follow(self, tracks: NDArray[np.void], camera: int) -> None:
-        """Drop the objects whose tracks have gone, and note what the others' tracks tell."""
+        """Drop objects whose tracks have ended, and update the others from their tracks."""
         objects = self._objects
         self._before, self._heard[camera] = self._heard[camera], self._stamp
         for silent in np.flatnonzero(self._stamp - self._heard > SILENT * NANOSECONDS):
@@ -208,9 +209,9 @@ class Locator:
     def _correct(
         self, found: NDArray[np.uint32], measured: Measured, view: View, camera: int
     ) -> None:
-        """Update objects that are measured; tracks that do not fit for long are of another one.
+        """Update measured objects, and unlink tracks whose measurements are refused for too long.
 
-        :param found: (K,) the tracks that are measured, of objects or not.
+        :param found: (K,) IDs of the measured tracks, whether linked to an object or not.
         """
         objects = self._objects
         own = objects.track_id[:, camera]
@@ -238,7 +239,7 @@ class Locator:
     def _recognize(
         self, tracks: NDArray[np.void], measured: Measured, view: View, camera: int
     ) -> None:
-        """Link tracks that begin to objects that other cameras see."""
+        """Link new tracks to objects that other cameras see."""
         objects, own = self._objects, self._objects.track_id[:, camera]
         (free,) = (own == 0).nonzero()
         if not len(free):
@@ -262,9 +263,9 @@ class Locator:
         objects.link(free[row], tracks[track], camera, self._stamp)
 
     def _start(self, tracks: NDArray[np.void], measured: Measured, view: View, camera: int) -> None:
-        """Begin objects where a measurement says how far away they are.
+        """Start objects whose range is measured.
 
-        :param tracks: (K,) of dtype TRACK that are measured, of objects or not.
+        :param tracks: (K,) of dtype TRACK, the measured ones, whether linked to an object or not.
         """
         own = self._objects.track_id[:, camera]
         rows = ~(tracks['track_id'][:, None] == own).any(axis=1)
