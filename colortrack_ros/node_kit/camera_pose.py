@@ -1,4 +1,4 @@
-"""The pose of the camera: from odometry and the mount on the robot, or from TF."""
+"""Pose of the camera: from odometry and its mount on the robot, or from TF."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from colortrack_ros.world.poses import TransformError
 
 @dataclass(frozen=True)
 class CameraPoseConfig(OdometryConfig):
-    """Where the pose of the camera comes from, and by what its pictures show the world."""
+    """Source of the camera's pose, and by what its pictures show the world."""
 
     pose_source: str = parameter(
         'odometry',
@@ -49,22 +49,22 @@ class CameraPoseConfig(OdometryConfig):
 
 
 class CameraPoses(Protocol):
-    """Where the camera is over time."""
+    """The pose of the camera over time."""
 
     def configure(self, config: CameraPoseConfig) -> None:
-        """Take another camera_pose into use."""
+        """Apply a changed camera_pose."""
 
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
-        """Poses of the robot in the fixed frame and of the camera's body on it.
+        """Return the poses of the robot in the fixed frame and of the camera body on the robot.
 
         :param stamp: [ns].
         :param frame_id: of the picture.
-        :raises TransformError: it is not known.
+        :raises TransformError: the pose is unknown.
         """
 
 
 class OdometryPoses:
-    """From nav_msgs/Odometry, and camera_pose; see receive_odometry() for the parameters."""
+    """Poses from nav_msgs/Odometry and camera_pose; see receive_odometry() for the parameters."""
 
     def __init__(
         self,
@@ -77,7 +77,7 @@ class OdometryPoses:
         self._poses = receive_odometry(node, config, refuse, came)
 
     def configure(self, config: CameraPoseConfig) -> None:
-        """Take another camera_pose into use."""
+        """Apply a changed camera_pose."""
         self._config = config
 
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
@@ -87,13 +87,13 @@ class OdometryPoses:
 
 
 class FixedPoses:
-    """Of a camera that stands in the room."""
+    """Poses of a stationary camera."""
 
     def __init__(self, config: CameraPoseConfig) -> None:
         self._config = config
 
     def configure(self, config: CameraPoseConfig) -> None:
-        """Take another camera_pose into use."""
+        """Apply a changed camera_pose."""
         self._config = config
 
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
@@ -103,9 +103,9 @@ class FixedPoses:
 
 
 class TfPoses:
-    """From TF.
+    """Poses from TF.
 
-    :raises StartError: there is no tf2_ros.
+    :raises StartError: tf2_ros is not installed.
     """
 
     def __init__(self, node: Node, config: CameraPoseConfig) -> None:
@@ -121,7 +121,7 @@ class TfPoses:
         self._listener = tf2_ros.TransformListener(self._buffer, node)
 
     def configure(self, config: CameraPoseConfig) -> None:
-        """See CameraPoses; TF tells where the camera is on the robot."""
+        """See CameraPoses; TF provides the pose of the camera on the robot."""
 
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
         """See CameraPoses."""
@@ -134,7 +134,7 @@ class TfPoses:
         try:
             found: Any = self._buffer.lookup_transform(parent, child, Time(nanoseconds=stamp))
         except self._tf2.TransformException as error:
-            # a transform of the future may still come, one of the past will not
+            # a future transform may still arrive, a past one will not
             past = 'extrapolation into the past' in str(error)
             raise TransformError(' '.join(str(error).split()), later=not past) from error
         t, q = found.transform.translation, found.transform.rotation

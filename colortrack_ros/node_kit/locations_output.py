@@ -1,4 +1,4 @@
-"""Publishes objects in the world."""
+"""Publishes located objects."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ from colortrack_ros.world.selection import Selector
 
 @dataclass(frozen=True)
 class LocationsOutputConfig(Config):
-    """The topics of the objects, and which object is the target."""
+    """Topics of the objects, and which object is the target."""
 
     select: str = parameter(
         'nearest',
@@ -62,7 +62,7 @@ class LocationsOutput:
     """Publishes the objects of a picture, and the target, on all topics.
 
     :param names: of the colors.
-    :param tf: whether there is TF to tell the target's frame to.
+    :param tf: whether to broadcast the target's frame on TF.
     """
 
     def __init__(
@@ -99,10 +99,10 @@ class LocationsOutput:
         selector: Selector,
         robot: NDArray[np.float64],
     ) -> None:
-        """Publish the objects, and the one that is selected as the target.
+        """Publish the objects, and the selected one as the target.
 
         :param tracks: of the picture.
-        :param robot: (3,) where the robot is [m].
+        :param robot: (3,) position of the robot [m].
         """
         self.alive = len(locations.rows)
         self._cloud.publish(cloud_of_locations(locations))

@@ -1,4 +1,4 @@
-"""Where the robot is, from nav_msgs/Odometry."""
+"""Pose of the robot, from nav_msgs/Odometry."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from colortrack_ros.world.poses import TransformError
 
 @dataclass(frozen=True)
 class OdometryConfig(Config):
-    """Where odometry comes from, and of what it is."""
+    """Topic and frames of the odometry."""
 
     odometry_topic: str = topic_name('odom', 'the odometry')
     fixed_frame: str = parameter('odom', 'The frame in which objects are located.', read_only=True)
@@ -28,9 +28,9 @@ class OdometryConfig(Config):
 
 
 class OdometryBuffer:
-    """Keeps the poses that odometry told of in the last seconds.
+    """Keeps the odometry poses of the last seconds.
 
-    :param refuse: takes the reason why a message is of no use.
+    :param refuse: receives the reason if a message is rejected.
     :ivar poses: of base_frame in fixed_frame.
     """
 
@@ -39,7 +39,7 @@ class OdometryBuffer:
         self._refuse = refuse
 
     def take(self, cdr: bytes) -> None:
-        """Take a serialized nav_msgs/Odometry."""
+        """Add a serialized nav_msgs/Odometry."""
         try:
             self._take(message_of_serialized(cdr, Odometry))
         except (MessageError, TransformError) as error:
@@ -68,9 +68,9 @@ def receive_odometry(
     refuse: Callable[[str], object],
     came: Callable[[], object] = lambda: None,
 ) -> PoseBuffer:
-    """Subscribe to odometry; the poses of the last seconds, which grow from now on.
+    """Subscribe to odometry; return the buffer of poses of the last seconds, filled from now on.
 
-    :param refuse: takes the reason why a message is of no use.
+    :param refuse: receives the reason if a message is rejected.
     :param came: called after each message.
     """
     buffer = OdometryBuffer(config, refuse)

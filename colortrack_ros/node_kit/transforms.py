@@ -1,4 +1,4 @@
-"""TF that a node tells, where tf2_ros is."""
+"""TF broadcasts of a node, if tf2_ros is installed."""
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
@@ -8,11 +8,11 @@ from colortrack_ros.world.poses import Pose
 
 
 class Transforms:
-    """Tells where a robot, and its camera on it, are; nobody where there is no tf2_ros.
+    """Broadcasts the poses of a robot and its camera; does nothing without tf2_ros.
 
-    :param parent: the frame that stays.
-    :param base: that of the robot.
-    :param optical: that of the camera.
+    :param parent: the fixed frame.
+    :param base: frame of the robot.
+    :param optical: optical frame of the camera.
     :param camera: pose of the optical frame on the robot.
     """
 
@@ -28,7 +28,7 @@ class Transforms:
         self._fixed.sendTransform(_transform(base, optical, 0, camera))
 
     def tell(self, pose: Pose, stamp: int) -> None:
-        """Tell where the robot is.
+        """Broadcast the pose of the robot.
 
         :param stamp: [ns].
         """

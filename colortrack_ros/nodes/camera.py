@@ -1,4 +1,4 @@
-"""The node that publishes pictures from a device, a file, a stream, a folder or a scene."""
+"""The camera node: publishes pictures from a device, a file, a stream, a folder or a scene."""
 
 from collections.abc import Callable
 import contextlib
@@ -42,22 +42,22 @@ if TYPE_CHECKING:  # it would bring SciPy, half of the time that a camera takes 
     from colortrack_ros.chain import ColorChain
 
 IN_FLIGHT = 2
-"""Frames that may wait for their detections when a recording goes as fast as it is consumed: one
-that is worked on, and the next, so that the detector never waits."""
+"""Frames that may wait for their detections when a recording is played as fast as it is consumed:
+the one being processed, and the next, so that the detector never idles."""
 ACQUAINTANCE = 0.5
-"""How long [s] subscribers that the camera knows may not know the camera yet: discovery tells one
-side first."""
+"""Time [s] for subscribers that the camera has discovered to discover the camera: discovery
+completes on one side first."""
 PAUSES = (0.5, 1.0, 2.0, 5.0)
-"""Pauses [s] before a live source that failed is opened again, longer for one that stays away; the
-last one repeats: a person still waits for that."""
+"""Pauses [s] before a failed live source is reopened, growing with repeated failures. The last one
+repeats: a user still waits that long."""
 
 
 class CameraNode(ManagedNode[CameraSetup]):
     """Publishes the frames of a source, and its CameraInfo with the same header.
 
     :param chain: takes each frame before it is published.
-    :param on_end: called when a recording has ended and ``exit_at_end`` is set, with the exit
-        status: 1 when parts of it could not be read.
+    :param on_end: called at the end of a recording if ``exit_at_end`` is set, with the exit status:
+        1 if parts of it could not be read.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class CameraNode(ManagedNode[CameraSetup]):
         self._going, self._paused = threading.Event(), False
 
     def configure(self) -> None:
-        """Open the source, and make what the node publishes and serves."""
+        """Open the source, and create the publishers and services."""
         self._grabber = self._open_first()
         self._state = 'playing'
         self._trouble = ''
@@ -87,7 +87,7 @@ class CameraNode(ManagedNode[CameraSetup]):
         self._calibration = CalibrationServer(
             self, self.setup.camera_info_url, self.setup.camera_info_topic
         )
-        # Beside the images, wherever they have been remapped to.
+        # Next to the image topic, wherever it is remapped to.
         self._jpegs = publish_on(self, CompressedImage, f'{self._images.topic_name}/compressed')
         self._answers: Subscription | None = None
         self._window = Window(IN_FLIGHT)
@@ -109,7 +109,7 @@ class CameraNode(ManagedNode[CameraSetup]):
             return Grabber(AbsentSource(error))
 
     def set_active(self, active: bool) -> None:
-        """Publish, or let a recording wait and a device's pictures pass."""
+        """Publish, or hold a recording and drop a device's pictures."""
         if active and not self._paused:
             self._going.set()
         else:
@@ -127,12 +127,12 @@ class CameraNode(ManagedNode[CameraSetup]):
         return Grabber(source, loop=lambda: self.setup.loop)
 
     def apply(self, setup: CameraSetup) -> None:
-        """Take changed parameters into use."""
+        """Apply changed parameters."""
         self._calibration.load(setup.camera_info_url)
         self._listen(setup)
 
     def _listen(self, setup: CameraSetup) -> None:
-        """Have the detections tell when a frame is consumed, where that is the pace."""
+        """Subscribe to the detections that report consumed frames, if they set the pace."""
         if setup.as_consumed and self._chain is None and self._answers is None:
             self._answers = subscribe_to(
                 self, PointCloud2, setup.detections_topic, self._take_answer, self.health.refuse
@@ -171,7 +171,7 @@ class CameraNode(ManagedNode[CameraSetup]):
         return 'paused' if request.data else 'playing'
 
     def _is_held(self) -> bool:
-        """Wait while a recording is paused; whether this frame is not to be published."""
+        """Wait while a recording is paused; return whether to drop this frame."""
         if self._grabber.live:
             return not self._going.is_set()
         if not self._going.is_set() and self._base is not None:
@@ -190,7 +190,7 @@ class CameraNode(ManagedNode[CameraSetup]):
                 return
 
     def _is_answered(self) -> bool:
-        """Whether somebody is there who tells when a frame is consumed."""
+        """Whether a node is there that reports consumed frames."""
         return self._answers is not None and self.count_publishers(self._answers.topic_name) > 0
 
     def _pace(self, stamp: int) -> None:
@@ -204,7 +204,9 @@ class CameraNode(ManagedNode[CameraSetup]):
             self._pacer.pace(self._grabber.period * 1e-9)
 
     def _stamped(self, frame: Frame) -> Frame:
-        """A recording's frames are stamped from the time on at which it started to play."""
+        """Return the frame with its stamp; a recording's stamps count from the start of
+        playback.
+        """
         if self._base is None:
             self._base = 0 if self._grabber.live else self.get_clock().now().nanoseconds
         return dataclasses.replace(
@@ -218,7 +220,7 @@ class CameraNode(ManagedNode[CameraSetup]):
             if self.setup.as_consumed:
                 self._chain.settle()
         self._infos.publish(self._calibration.beside(frame))
-        # A picture is a megabyte and more: made into a message only for somebody who wants it.
+        # A picture is a megabyte or more: converted to a message only for subscribers.
         if self._images.get_subscription_count() > 0:
             self._images.publish(image_of_frame(frame))
         if self._jpegs.get_subscription_count() > 0:
@@ -226,13 +228,13 @@ class CameraNode(ManagedNode[CameraSetup]):
         self.health.gave_out(frame.stamp)
 
     def _recover(self, error: SourceError, failures: int) -> None:
-        """Open a live source again, after a pause that grows with the failures in a row."""
+        """Reopen a live source, after a pause that grows with consecutive failures."""
         pause = PAUSES[min(failures, len(PAUSES) - 1)]
         self._state, self._trouble = 'failed', str(error)
         self.get_logger().error(f'{error} Next try in {pause:g} s.')
         self._closing.wait(pause)
         if not self._closing.is_set():
-            # Where this fails too, reading from the old one fails again and leads here again.
+            # If this fails too, the next read from the old one fails and leads here again.
             with contextlib.suppress(SourceError):
                 failed, self._grabber = self._grabber, self._open()
                 failed.close()
@@ -254,7 +256,7 @@ class CameraNode(ManagedNode[CameraSetup]):
             self._on_end(1 if lost else 0)
 
     def release(self) -> None:
-        """End the threads and close the source."""
+        """Stop the threads and close the source."""
         self._closing.set()
         self._going.set()
         self._grabber.close()

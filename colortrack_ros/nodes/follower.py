@@ -194,9 +194,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         return steady - self._ticked[1] > self.setup.config.stop_within * NANOSECONDS
 
     def _tell(self) -> None:
-        """Report that the target is lost, and, TOLD_APART later at the earliest, that it is
-        followed.
-        """
+        """Report a lost target at once, and one followed again after TOLD_APART at the earliest."""
         follows, now = self._following.follows, STEADY.now().nanoseconds * 1e-9
         lately = now - self._lost < TOLD_APART
         if follows == self._told_following or (follows and lately):

@@ -65,9 +65,7 @@ class Seen(NamedTuple):
 
 
 class LocatorNode(ManagedNode[LocatorSetup]):
-    """Takes tracks, detections, calibration and poses; publishes the objects in meters per
-    picture.
-    """
+    """Takes tracks, detections, calibration and poses; publishes objects in meters per picture."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__('locator', LocatorSetup, **options)

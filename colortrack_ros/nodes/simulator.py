@@ -1,4 +1,4 @@
-"""The node that is a robot with a camera in a room of colored things."""
+"""The simulator node: a robot with a camera in a room of colored objects."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -43,10 +43,10 @@ from colortrack_ros.simulation import SimulationConfig
 from colortrack_ros.world.poses import OPTICAL
 
 TICKS = 2
-"""Messages of odometry for each picture, the last at its stamp: of robots it comes more often than
-pictures."""
+"""Messages of odometry per picture, the last with the picture's stamp: robots publish odometry more
+often than pictures."""
 PATIENCE = 0.5
-"""The robot stands when no cmd_vel has come for so long [s]: that of diff_drive_controller."""
+"""Time without cmd_vel [s] after which the robot stops: the default of diff_drive_controller."""
 
 
 @dataclass(frozen=True)
@@ -86,14 +86,14 @@ class SimulatorSetup(NodeSetup):
 
 
 class SimulatorNode(ManagedNode[SimulatorSetup]):
-    """Speeds in; pictures, depths, calibration, odometry, and where everything is, out."""
+    """Takes speeds; publishes pictures, depths, calibration, odometry, and the true positions."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__('simulator', SimulatorSetup, **options)
         self._going = threading.Event()
 
     def configure(self) -> None:
-        """Make the room, and what is published and taken."""
+        """Create the room, the publishers and the subscriptions."""
         setup = self.setup
         self.health = Health(self)
         self._simulation = Simulation(setup.config)
@@ -128,7 +128,7 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
 
     @property
     def _stamp(self) -> int:
-        """The simulated time [ns]."""
+        """Simulated time [ns]."""
         return self._start + self._simulation.time
 
     def _drive(self, cdr: bytes) -> None:
@@ -154,13 +154,13 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
             self._look()
 
     def _advance(self, step: int) -> None:
-        """Let time go by, and tell the time and the odometry.
+        """Advance the time, and publish it and the odometry.
 
         :param step: [ns].
         """
         if self.setup.real_time:
             self._pacer.pace(step / NANOSECONDS)
-            # a machine that is too slow for all pictures shows fewer, not a slower robot
+            # a machine too slow for all pictures drops some instead of slowing the robot down
             step = max(self.get_clock().now().nanoseconds - self._stamp, 0)
         simulation, setup = self._simulation, self.setup
         with self.lock:
@@ -181,7 +181,7 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
         )  # fmt: skip
 
     def _look(self) -> None:
-        """Take and publish a picture, with what is true then."""
+        """Render and publish a picture, with the ground truth at its time."""
         frame_id, stamp = self.setup.frame_id, self._stamp
         self._infos.publish(self._info(stamp))
         if not any(p.get_subscription_count() for p in (self._images, self._depths, self._truth)):
@@ -191,7 +191,7 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
             truth = self._simulation.truth(sight.visible)
         truth = replace(truth, stamp=stamp, frame_id=self.setup.fixed_frame)
         self._truth.publish(cloud_of_locations(truth))
-        # megabytes: made into messages only for somebody who wants them
+        # megabytes each: converted to messages only for subscribers
         _publish(self._depths, lambda: image_of_depth(sight.depth, stamp, frame_id))
         _publish(self._images, lambda: image_of_frame(Frame(sight.image, 'bgr8', stamp, frame_id)))
         self.health.gave_out(stamp)
@@ -206,15 +206,15 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
         return info
 
     def apply(self, setup: SimulatorSetup) -> None:
-        """Take changed objects into use."""
+        """Apply changed objects."""
         self._simulation.place(setup.config.objects)
 
     def set_active(self, active: bool) -> None:
-        """Let time go by, or stand still."""
+        """Run or pause the simulation."""
         self._going.set() if active else self._going.clear()
 
     def release(self) -> None:
-        """End the thread."""
+        """Stop the thread."""
         self._closing.set()
         self._window.answer(self._stamp + NANOSECONDS)  # nobody else answers any more
         self._going.set()

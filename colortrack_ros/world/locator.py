@@ -45,8 +45,8 @@ STUBBORN = 1.0
 was passed to another object. Assumed."""
 
 GAP = 10.0
-"""Gap between pictures [s] after which all objects restart: their positions are unknown. Equal to
-the time for which poses are kept."""
+"""Gap between pictures [s] after which all objects restart; equal to the time that poses are
+kept."""
 
 UNCERTAIN = 0.5
 """Largest standard deviation of the range, as a share of the range, at which an object starts. Near
