@@ -19,7 +19,7 @@ from colortrack_ros.world.poses import TransformError
 
 @dataclass(frozen=True)
 class CameraPoseConfig(OdometryConfig):
-    """Source of the camera's pose, and by what its pictures show the world."""
+    """Source and frames of the camera's pose, and the calibration that applies to its pictures."""
 
     pose_source: str = parameter(
         'odometry',

@@ -204,9 +204,7 @@ class CameraNode(ManagedNode[CameraSetup]):
             self._pacer.pace(self._grabber.period * 1e-9)
 
     def _stamped(self, frame: Frame) -> Frame:
-        """Return the frame with its stamp; a recording's stamps count from the start of
-        playback.
-        """
+        """Set the stamp of a frame; those of a recording count from the start of playback."""
         if self._base is None:
             self._base = 0 if self._grabber.live else self.get_clock().now().nanoseconds
         return dataclasses.replace(

@@ -1,12 +1,12 @@
-"""What is believed of all objects and cameras: a sum of Gaussians over the pitch of the camera.
+"""Belief: the states of all objects and cameras, as a Gaussian sum over the pitch of the camera.
 
-How far away what is on the ground seems to be bends with the pitch: by r/h times its error, 17 % at
-4 m for one degree and a camera 0.4 m above. What pictures tell of the pitch is linearized where the
-objects are believed to be, and all pictures that do so at the same wrong place err alike: counted
-as independent, they make the pitch too certain. So it is divided into narrower cases, each with the
-states of all objects, weighed by how well they foretell what is measured (the Gaussian sum filter:
-Alspach and Sorenson 1972; over ranges of bearings-only targets: Peach 1995). When the pitch is
-known as well as within one of them, they become one.
+The range of an object on the ground is nonlinear in the pitch: its relative error is r/h times the
+pitch error, 17 % at 4 m for one degree and a camera 0.4 m above. Pictures linearized at the same
+wrong object positions share one error. Treated as independent, they make the pitch overconfident.
+It is therefore split into narrower cases, each with the states of all objects, weighted by the
+likelihood of the measurements (Gaussian sum filter: Alspach and Sorenson 1972; over ranges for
+bearings-only targets: Peach 1995). Once the pitch is as certain as within one case, they are
+merged.
 """
 
 from copy import copy
@@ -46,25 +46,25 @@ Bools = NDArray[np.bool_]
 Table = TypeVar('Table', bound=Columns)
 
 PITCH = TILT.start - OF_OBJECT + 1
-"""Of the errors of the first camera."""
+"""Index of the pitch among the errors of the first camera."""
 
 CASE_WIDTH = 0.6
-"""Standard deviation of a case's pitch, as a share of that of the whole. Cases are 2.3 of it apart,
-as far as their sum has one maximum."""
+"""Standard deviation of the pitch within a case, over the total one. Cases are 2.3 of it apart,
+close enough that their sum has a single maximum."""
 
 CASE_PITCHES, CASE_WEIGHTS = np.array([-(3**0.5), 0.0, 3**0.5]), np.array([1 / 6, 2 / 3, 1 / 6])
-"""Where the cases are, and their weights: Gauss-Hermite, exact for the moments up to the fifth."""
+"""Centers and weights of the cases: Gauss-Hermite, exact for moments up to the fifth."""
 
 LEAST_CASE = 1e-9
-"""Of a case, so that all may come back."""
+"""Least weight of a case, so that any case can recover."""
 
 
 class Belief(Columns):
-    """Of N objects, those of one robot after those of another, and the cameras of R robots.
+    """States of N objects, grouped by robot, and the errors of the cameras of R robots.
 
-    :ivar motion: (C N,) their states in each of C cases, one case after the other.
-    :ivar errors: (C R) how the cameras are off, in the same order.
-    :ivar log_weight: (C, R) of the cases.
+    :ivar motion: (C N,) states of the objects in each of C cases, grouped by case.
+    :ivar errors: (C R) errors of the cameras, in the same order.
+    :ivar log_weight: (C, R) log weights of the cases.
     """
 
     def __init__(self, motion: Motions, errors: CameraErrors, log_weight: Floats) -> None:
@@ -74,10 +74,10 @@ class Belief(Columns):
 
     @classmethod
     def of(cls, config: LocatorConfig, cameras: int = 1, robots: int = 1) -> 'Belief':
-        """Of no object yet."""
+        """Create a belief without objects."""
         errors = CameraErrors.of(config, cameras, robots)
         belief = cls(Motions.none(cameras), errors, np.zeros((1, robots)))
-        # where sizes tell the range as well, one linearization is enough
+        # if sizes measure the range too, a single case is enough
         bound = Kinds.of(config).bound.any() and config.method == 'ground'
         if bound and cameras == 1:
             belief._divide()
@@ -87,7 +87,7 @@ class Belief(Columns):
         return len(self.motion) // len(self.log_weight)
 
     def take(self, rows: Selection) -> 'Belief':
-        """See Columns.take(); of the same cameras."""
+        """See Columns.take(); the cameras stay the same."""
         taken = copy(self)
         taken.motion = self.motion.take(self._all(rows))
         return taken
@@ -97,17 +97,17 @@ class Belief(Columns):
         self.motion.keep(self._all(rows))
 
     def extend(self, other: 'Belief') -> None:
-        """See Columns.extend(); of the same cameras."""
+        """See Columns.extend(); other has the same cameras."""
         cases, own, more = len(self.log_weight), len(self), len(other)
         self.motion.extend(other.motion)
         old, new = (np.arange(cases * n).reshape(cases, n) for n in (own, more))
         self.motion.keep(np.concatenate([old, new + cases * own], axis=1).ravel())
 
     def combined(self) -> tuple[Floats, Floats]:
-        """Estimate, (N, 8), and its mean squared error, (N, 8, 8), with all that is not known.
+        """Return the estimates, (N, 8), and their mean squared errors, (N, 8, 8), of all sources.
 
-        Over the cases the mean is taken of one over the distance from the camera, in which the
-        pitch is linear: with a pitch as given, things are where their rays meet the ground.
+        The mean over the cases is that of the inverse distance from the camera, which is linear in
+        the pitch: for a given pitch, objects are where their rays meet the ground.
         """
         each, cov = self.motion.combined(self.errors)
         mean, cov = self.mixed(each, cov)
@@ -122,12 +122,14 @@ class Belief(Columns):
         return mean, cov
 
     def combined_errors(self) -> tuple[Floats, Floats]:
-        """How the cameras of each robot are off, (R, 8 C), and its covariance, over the cases."""
+        """Return the camera errors of each robot, (R, 8 C), and their covariance, over the
+        cases.
+        """
         mean, cov = (_parted(a, len(self.log_weight)) for a in (self.errors.mean, self.errors.cov))
         return mixture(np.exp(self.log_weight), mean, cov)
 
     def mixed(self, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:
-        """What is (C N, n) and (C N, n, n) in the cases, over all of them: (N, n), (N, n, n)."""
+        """Return mean and covariance over all cases, (N, n), (N, n, n), from those of each case."""
         if len(self.log_weight) == 1:
             return mean, cov
         cases = len(self.log_weight)
@@ -143,7 +145,7 @@ class Belief(Columns):
         ground: float,
         camera: int = 0,
     ) -> 'Belief':
-        """Of objects that are seen for the first time; see filter.started()."""
+        """Return a belief with new objects; see filter.started()."""
         cases = self._cases(len(position))
         motion = started(
             position[cases], reach[cases], self._in_cases(measured), view, self._in_cases(kinds),
@@ -154,22 +156,22 @@ class Belief(Columns):
         return belief
 
     def forget(self, dt: float) -> None:
-        """Let the errors of the cameras be less certain after dt [s]."""
+        """Increase the uncertainty of the camera errors for dt [s]."""
         forget(self.errors, dt)
 
     def predict(self, kinds: Kinds, ground: float, dt: float, unseen: Bools) -> None:
-        """Let dt [s] go by; see motion.predict()."""
+        """Predict by dt [s]; see motion.predict()."""
         unseen = unseen[self._cases(len(self))]
         predict(self.motion, self.errors, self._in_cases(kinds), ground, dt, unseen)
 
     def drift(self, robot: Floats, moved: float, turned: float, sigma: Floats) -> None:
-        """Add what odometry adds; see motion.drift()."""
+        """Add the drift of odometry; see motion.drift()."""
         drift(self.motion, robot, moved, turned, sigma)
 
     def misfit(
         self, measured: Measured, view: View, kinds: Kinds, ground: float, camera: int = 0
     ) -> Floats:
-        """How far measurements, (N,), are from what is expected; see filter.misfit()."""
+        """Return the misfits of measurements, (N,), from the predictions; see filter.misfit()."""
         off = misfit(
             self.motion, self.errors, self._in_cases(measured), view, self._in_cases(kinds),
             ground, camera,
@@ -179,9 +181,9 @@ class Belief(Columns):
     def update(
         self, measured: Measured, view: View, kinds: Kinds, ground: float, camera: int = 0
     ) -> Bools:
-        """Update all by measurements, (N,).
+        """Update all objects by measurements, (N,).
 
-        :return: (N,) which measurements have been refused, by most of the weight.
+        :return: (N,) which measurements were refused, by most of the weight.
         """
         self._eye = view.optical.t
         refused, likely = update(
@@ -199,7 +201,7 @@ class Belief(Columns):
         return np.asarray(most)
 
     def in_front(self, view: View) -> Bools:
-        """Which objects, (N,), are in front of the camera, by all cases."""
+        """Which objects, (N,), are in front of the camera in all cases."""
         return np.asarray(_parted(in_front(self.motion, view), len(self.log_weight)).all(axis=0))
 
     def kick(
@@ -212,11 +214,11 @@ class Belief(Columns):
         ground: float,
         camera: int,
     ) -> Bools:
-        """Let those of some objects, (K,), that fit a kick have been kicked.
+        """Apply a kick to those of some objects, (K,), whose measurements it fits.
 
-        :param since: (K,) time in which they may have been [s].
+        :param since: (K,) time span in which the kick may have happened [s].
         :param measured, kinds: of each, (K,).
-        :return: (K,) which do.
+        :return: (K,) which objects it fits.
         """
         part, cases = self.take(rows), self._cases(len(rows))
         part.motion = kicked(part.motion, kinds.speed[cases], since[cases])
@@ -226,26 +228,26 @@ class Belief(Columns):
         return np.asarray(fits)
 
     def _all(self, rows: Selection) -> NDArray[np.intp]:
-        """The rows of objects in all cases."""
+        """Return the rows of objects in all cases."""
         (chosen,) = rows.nonzero() if rows.dtype == bool else (rows,)
         starts = len(self) * np.arange(len(self.log_weight))
         return np.asarray((starts[:, None] + chosen).ravel())
 
     def _in_cases(self, table: Table) -> Table:
-        """What is of each object, once for each case."""
+        """Repeat a table of objects for each case."""
         return table if len(self.log_weight) == 1 else table.take(self._cases(len(table)))
 
     def _cases(self, count: int) -> NDArray[np.intp]:
-        """The rows of so many objects, once for each case."""
+        """Return the rows of count objects, repeated for each case."""
         return np.tile(np.arange(count), len(self.log_weight))
 
     def _of_objects(self) -> Floats:
-        """The weights of the cases, (C, N), by the robot of each object."""
+        """Return the weights of the cases, (C, N), of each object's robot."""
         robots = self.log_weight.shape[1]
         return np.asarray(np.repeat(np.exp(self.log_weight), len(self) // robots, axis=1))
 
     def _divide(self) -> None:
-        """Make cases of the pitch, of which nothing has been seen yet."""
+        """Split the initial pitch, before any measurement, into cases."""
         robots, count = self.log_weight.shape[1], len(CASE_PITCHES)
         first = self._whole.copy()
         sigma = np.sqrt(first[PITCH, PITCH])
@@ -258,7 +260,7 @@ class Belief(Columns):
         self.log_weight = np.repeat(np.log(CASE_WEIGHTS)[:, None], robots, axis=1)
 
     def _unite(self) -> None:
-        """Make one of the cases of robots whose pitch is known as well as within one at first."""
+        """Merge the cases of robots whose pitch is known as well as initially within one case."""
         cases, errors = len(self.log_weight), self.errors
         means = errors.mean.reshape(cases, -1, errors.mean.shape[1])
         mean, cov = self.combined_errors()
@@ -280,13 +282,15 @@ class Belief(Columns):
             self.log_weight = np.zeros((1, len(mean)))
 
     def _united_motion(self, change: Floats) -> Motions:
-        """The states over all cases, (N,), once the cameras' errors have changed, (C N, 8)."""
+        """Return the states, (N,), merged after a change of camera errors, (C N, 8), over the
+        cases.
+        """
         cases = len(self.log_weight)
         motion = in_inversion(self.motion, self._eye).shifted(change)
         weight = self._of_objects()[..., None]
         share = weight * _parted(motion.probability, cases)
         p = share.sum(axis=0)
-        # of what has just begun to fall one hypothesis has none
+        # objects that have just begun to fall have a hypothesis of probability 0
         share = np.where(p > 0, share / np.maximum(p, TINY), weight)
         mean, cov = mixture(share, _parted(motion.mean, cases), _parted(motion.cov, cases))
         slope = (share[..., None, None] * _parted(motion.slope, cases)).sum(axis=0)
@@ -294,5 +298,5 @@ class Belief(Columns):
 
 
 def _parted(a: NDArray[Any], cases: int) -> NDArray[Any]:
-    """By case, and by row within it."""
+    """Reshape an array to cases and rows within each."""
     return a.reshape(cases, len(a) // cases, *a.shape[1:])

@@ -1,7 +1,7 @@
-"""The camera: points in space to pixels, and pixels to rays, by K and D of CameraInfo.
+"""Camera: projects points to pixels and pixels to rays, by K and D of CameraInfo.
 
-The optical frame is that of REP-103: x to the right, y down, z forward. A pixel (u, v) is measured
-from the center of the top left one.
+The optical frame is that of REP-103: x right, y down, z forward. Pixels (u, v) are measured from
+the center of the top left pixel.
 """
 
 from collections.abc import Sequence
@@ -20,11 +20,12 @@ Floats = NDArray[np.float64]
 
 
 AT_BORDER = 32
-"""Points on each side of the picture at which it is looked at how far the lens sees. Chosen."""
+"""Points on each side of the picture at which the field of view of the lens is evaluated.
+Chosen."""
 
 
 class CalibrationError(ValueError):
-    """A calibration that no camera can have, or that nobody has made."""
+    """A calibration is impossible for any camera, or missing."""
 
 
 class SensorPart(Protocol):
@@ -37,7 +38,7 @@ class SensorPart(Protocol):
 
 
 class Calibration(Protocol):
-    """What of sensor_msgs/CameraInfo the camera needs."""
+    """The fields of sensor_msgs/CameraInfo that the camera needs."""
 
     width: int
     height: int
@@ -55,7 +56,7 @@ class CameraModel:
     """A camera with a lens.
 
     :param K: (3, 3) camera matrix [px].
-    :param lens: what its lens does.
+    :param lens: its distortion model.
     :param width, height: of the pictures [px].
     """
 
@@ -73,11 +74,11 @@ class CameraModel:
         d: ArrayLike = (),
         distortion_model: str = 'plumb_bob',
     ) -> 'CameraModel':
-        """The camera of a calibration.
+        """Create the camera of a calibration.
 
         :param k: 9 numbers, the rows of the camera matrix.
         :param d: distortion coefficients, as many as the model takes; none: no distortion.
-        :raises CalibrationError: it is none; the reason says what is wrong.
+        :raises CalibrationError: the calibration is invalid; the message says why.
         """
         K: Floats = np.asarray(k, float).reshape(-1)
         D: Floats = np.asarray(d, float).reshape(-1)
@@ -95,9 +96,10 @@ class CameraModel:
 
     @classmethod
     def of_info(cls, info: Calibration, rectified: bool = False) -> 'CameraModel':
-        """The camera of a CameraInfo: its K is of the whole sensor, the picture may be a part.
+        """Create the camera of a CameraInfo: K is of the full sensor, the picture may be a part.
 
-        :param rectified: whether its pictures are: P is their camera matrix, without distortion.
+        :param rectified: whether the pictures are rectified: P is their camera matrix, without
+            distortion.
         :raises CalibrationError: see :meth:`of`.
         """
         if rectified:
@@ -113,26 +115,26 @@ class CameraModel:
             )
         x, y = max(info.binning_x, 1), max(info.binning_y, 1)
         part = np.diag([1 / x, 1 / y, 1.0])
-        # the center of a binned pixel is between those of its first and last
+        # the center of a binned pixel is midway between those of its first and last
         part[:2, 2] = [-(roi.x_offset + (x - 1) / 2) / x, -(roi.y_offset + (y - 1) / 2) / y]
         width, height = -(-size // [x, y])
         return cls(part @ camera.K, camera.lens, int(width), int(height))
 
     def project(self, points: Floats) -> Floats:
-        """The pixels at which points are seen.
+        """Project points to pixels.
 
         :param points: (N, 3) in the optical frame [m].
-        :return: (N, 2); NaN for what the lens does not see, inside of the picture or not.
+        :return: (N, 2), inside the picture or outside; NaN for points that the lens does not see.
         """
         return self.linearized(points)[0]
 
     def linearized(self, points: Floats) -> tuple[Floats, Floats]:
-        """As :meth:`project`, and the Jacobian of the pixels by the points, (N, 2, 3)."""
+        """Project as :meth:`project`, and return the Jacobian of pixels by points, (N, 2, 3)."""
         seen, J = self.lens.distort(points)
         return seen @ self.K[:2, :2].T + self.K[:2, 2], self.K[:2, :2] @ J
 
     def rays(self, pixels: Floats) -> Floats:
-        """The directions that are seen at pixels.
+        """Return the rays of pixels.
 
         :param pixels: (N, 2) u, v.
         :return: (N, 3) unit vectors in the optical frame; NaN where the lens shows nothing.
@@ -141,7 +143,7 @@ class CameraModel:
 
     @cached_property
     def reach(self) -> float:
-        """How far from the middle the picture reaches, and the lens sees [focal lengths]."""
+        """Radius from the center that the picture covers and the lens sees [focal lengths]."""
         share = np.linspace(0, 1, AT_BORDER)
         along, zero = np.concatenate([share, share]), np.repeat([0.0, 1.0], AT_BORDER)
         border = np.concatenate([np.stack([along, zero], 1), np.stack([zero, along], 1)])
@@ -151,14 +153,14 @@ class CameraModel:
         return float(radius[seen].max()) if seen.any() else float(radius.min()) / 2
 
     def flat(self, pixels: Floats) -> Floats:
-        """Where pixels, (N, 2), are in the plane that the lens projects to [focal lengths]."""
+        """Map pixels, (N, 2), to the image plane of the lens [focal lengths]."""
         (fx, skew), fy = self.K[0, :2], self.K[1, 1]
         y = (pixels[:, 1] - self.K[1, 2]) / fy
         x = (pixels[:, 0] - self.K[0, 2] - skew * y) / fx
         return np.stack([x, y], axis=1)
 
     def unproject(self, pixels: Floats, depth: Floats) -> Floats:
-        """Points at a depth, as depth cameras measure it.
+        """Return the points at a depth, as measured by depth cameras.
 
         :param pixels: (N, 2); depth: (N,) along the optical axis, z [m].
         :return: (N, 3) in the optical frame.
@@ -167,16 +169,16 @@ class CameraModel:
         return np.asarray(rays * (depth / rays[:, 2])[:, None])
 
     def contains(self, pixels: Floats) -> NDArray[np.bool_]:
-        """Whether pixels, (N, 2), are inside of the picture."""
+        """Whether pixels, (N, 2), are inside the picture."""
         size = np.array([self.width, self.height])
         return np.asarray(((pixels >= -0.5) & (pixels < size - 0.5)).all(axis=1))
 
 
 def _rectified(info: Calibration) -> Floats:
-    """The camera matrix of rectified pictures, (3, 3).
+    """Return the camera matrix of rectified pictures, (3, 3).
 
-    :raises CalibrationError: it is of the second camera of a pair, whose P is in the frame of the
-        first.
+    :raises CalibrationError: it is that of the second camera of a pair, whose P is in the frame of
+        the first.
     """
     P: Floats = np.asarray(info.p, float).reshape(3, 4)
     if P[:, 3].any():
@@ -188,7 +190,7 @@ def _rectified(info: Calibration) -> Floats:
 
 
 def _lens(model: str, D: Floats) -> Lens:
-    """The lens of a distortion model and its coefficients."""
+    """Return the lens of a distortion model and its coefficients."""
     if not D.any() and (not model or model == 'plumb_bob' or not D.size):
         return LENSES['plumb_bob'](D[:0]) if model != 'equidistant' else LENSES[model](np.zeros(4))
     kind = LENSES.get(model)

@@ -1,7 +1,7 @@
-"""What a lens does to directions: the distortion models of sensor_msgs/CameraInfo.
+"""Lens: the distortion models of sensor_msgs/CameraInfo.
 
-A lens maps directions of the optical frame (x right, y down, z forward) to points of the plane that
-the camera matrix K turns into pixels. With Z = 1 and no distortion it is x = X/Z, y = Y/Z.
+A lens maps directions in the optical frame (x right, y down, z forward) to points in the plane that
+the camera matrix K maps to pixels. With Z = 1 and no distortion, x = X/Z and y = Y/Z.
 """
 
 from abc import ABC
@@ -13,27 +13,29 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 ITERATIONS = 20
-"""Newton steps at most; from the distorted point, 5 reach 1e-12 with the lenses of the tests."""
+"""Maximum number of Newton steps. From the distorted point, 5 reach 1e-12 for the lenses of the
+tests."""
 
 CONVERGED = 1e-9
-"""Error of an inverted distortion [focal lengths] that counts as none: 1e-6 px at f = 1000 px."""
+"""Largest error of an inverted distortion [focal lengths]: 1e-6 px at f = 1000 px."""
 
 WIDEST = 5.0
-"""Radius up to which a lens of a plane is looked at [focal lengths], 79 degrees off its axis."""
+"""Largest radius at which a planar lens model is evaluated [focal lengths]: 79 degrees off its
+axis."""
 
 SAMPLES = 2000
-"""Radii at which the monotony of a lens is looked at; a step is 0.1 degrees or less."""
+"""Number of radii at which the monotonicity of a lens is checked; a step is 0.1 degrees or less."""
 
 
 FIRST = np.eye(12)[0]
-"""Of the coefficients of a lens, k1."""
+"""Unit vector of the coefficient k1."""
 
 
 class Lens(ABC):
     """The interface of a distortion model.
 
-    :param coefficients: the D of CameraInfo.
-    :cvar counts: numbers of coefficients that it may have.
+    :param coefficients: D of CameraInfo.
+    :cvar counts: allowed numbers of coefficients.
     """
 
     counts: tuple[int, ...]
@@ -43,23 +45,23 @@ class Lens(ABC):
 
     @abstractmethod
     def distort(self, points: Floats) -> tuple[Floats, Floats]:
-        """Where points in space are seen, and how that changes with them.
+        """Return the image points of points in space, and their Jacobian.
 
         :param points: (N, 3) in the optical frame, of any length.
-        :return: (N, 2) and the Jacobian, (N, 2, 3); NaN where the lens does not see the point.
+        :return: (N, 2) and the Jacobian, (N, 2, 3); NaN if the lens does not see the point.
         """
 
     @abstractmethod
     def undistort(self, seen: Floats) -> Floats:
-        """Directions that are seen at these points.
+        """Return the directions of image points.
 
         :param seen: (N, 2).
-        :return: (N, 3) unit vectors; NaN where there is no such direction.
+        :return: (N, 3) unit vectors; NaN if there is no such direction.
         """
 
     @abstractmethod
     def bent(self, by: float) -> 'Lens':
-        """The lens with so much more of its first radial coefficient, k1."""
+        """Return the lens with its first radial coefficient, k1, increased by an amount."""
 
 
 class BrownConrady(Lens):
@@ -102,7 +104,7 @@ class BrownConrady(Lens):
 
     def undistort(self, seen: Floats) -> Floats:
         """See :meth:`Lens.undistort`; by Newton steps."""
-        # a strong barrel may be seen within the limit alone: begin inside of it
+        # strong barrel distortion may only be defined within the limit: start inside it
         radius = np.sqrt(np.square(seen).sum(axis=1) / self._limit)
         flat = seen / np.maximum(1, radius)[:, None]
         error = np.full(len(seen), np.inf)
@@ -127,7 +129,7 @@ class BrownConrady(Lens):
         return type(self)(self._all + by * FIRST[: self._all.size])
 
     def _radial(self, r2: Floats) -> tuple[Floats, Floats]:
-        """The value of g, and its derivative by r^2."""
+        """Return g and its derivative by r^2."""
         above = _polynomial(self._above, r2)
         if not self._divides:
             return above
@@ -136,7 +138,7 @@ class BrownConrady(Lens):
         return g, (above[1] - g * below[1]) / below[0]
 
     def _distort_flat(self, flat: Floats) -> tuple[Floats, Floats]:
-        """The points x', y', (N, 2), and their Jacobian by x and y, (N, 2, 2)."""
+        """Return the points x', y', (N, 2), and their Jacobian by x and y, (N, 2, 2)."""
         r2 = np.square(flat).sum(axis=1)
         g, slope = self._radial(r2)
         cross = flat[:, 0] * flat[:, 1]
@@ -213,19 +215,19 @@ class Equidistant(Lens):
         return type(self)(self._k[1:] + by * FIRST[: self._k.size - 1])
 
     def _bent(self, theta: Floats) -> tuple[Floats, Floats]:
-        """theta_d and its derivative by theta."""
+        """Return theta_d and its derivative by theta."""
         value, slope = _polynomial(self._k, theta * theta)
         return theta * value, value + 2 * theta * theta * slope
 
 
 class PlumbBob(BrownConrady):
-    """plumb_bob: k1 k2 p1 p2, and k3 mostly."""
+    """plumb_bob: k1 k2 p1 p2, and usually k3."""
 
     counts = (0, 4, 5)
 
 
 class RationalPolynomial(BrownConrady):
-    """rational_polynomial: with k4 k5 k6, and the four of a thin prism."""
+    """rational_polynomial: adds k4 k5 k6, and the four thin prism coefficients."""
 
     counts = (8, 12)
 
@@ -235,11 +237,11 @@ LENSES: dict[str, type[Lens]] = {
     'rational_polynomial': RationalPolynomial,
     'equidistant': Equidistant,
 }
-"""By the distortion_model of CameraInfo (sensor_msgs/distortion_models.hpp)."""
+"""Lens classes by the distortion_model of CameraInfo (sensor_msgs/distortion_models.hpp)."""
 
 
 def _polynomial(coefficients: Floats, x: Floats) -> tuple[Floats, Floats]:
-    """The value of a polynomial, lowest power first, and of its derivative."""
+    """Return the value of a polynomial, lowest power first, and its derivative."""
     value, slope = np.zeros_like(x), np.zeros_like(x)
     for c in coefficients[::-1]:
         slope = slope * x + value

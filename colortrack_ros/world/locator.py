@@ -45,8 +45,7 @@ STUBBORN = 1.0
 was passed to another object. Assumed."""
 
 GAP = 10.0
-"""Gap between pictures [s] after which all objects restart; equal to the time that poses are
-kept."""
+"""Gap between pictures [s] after which all objects restart: as long as poses are kept."""
 
 UNCERTAIN = 0.5
 """Largest standard deviation of the range, as a share of the range, at which an object starts. Near

@@ -1,4 +1,4 @@
-"""The objects: which tracks are of each, what is known of it, and where it is believed to be."""
+"""Objects: their tracks, their properties, and their estimated states."""
 
 from dataclasses import dataclass
 
@@ -20,14 +20,14 @@ Bools = NDArray[np.bool_]
 
 @dataclass
 class Objects(Columns):
-    """The objects, one row each, seen by C cameras.
+    """Table of objects, one per row, seen by C cameras.
 
     :ivar object_id, color: (N,).
-    :ivar track_id: (N, C) the track of each camera that is of it, 0 for none.
+    :ivar track_id: (N, C) ID of the linked track of each camera, 0 for none.
     :ivar states, scores: (N, C) of these tracks, 0 for none.
-    :ivar updates: (N, C) when each camera has measured it last, and was not refused [ns].
-    :ivar belief: where they are and go, and how the cameras are off.
-    :ivar kinds: what is known of them.
+    :ivar updates: (N, C) time of each camera's last accepted measurement [ns].
+    :ivar belief: states of the objects, and errors of the cameras.
+    :ivar kinds: known properties.
     """
 
     object_id: NDArray[np.int64]
@@ -41,7 +41,7 @@ class Objects(Columns):
 
     @classmethod
     def none(cls, kinds: Kinds, cameras: int, belief: Belief) -> 'Objects':
-        """No object yet."""
+        """Create an empty table."""
         ids, each = np.zeros(0, np.int64), np.zeros((0, cameras), np.int64)
         return cls(
             ids, ids, each, each.astype(np.uint8), each.astype(float), each,
@@ -50,7 +50,7 @@ class Objects(Columns):
 
     @property
     def state(self) -> NDArray[np.uint8]:
-        """The best that any camera says, (N,)."""
+        """Best state over the cameras, (N,)."""
         coasting = (self.states == COASTING).any(axis=1) * COASTING
         return np.where((self.states == CONFIRMED).any(axis=1), CONFIRMED, coasting).astype(
             np.uint8
@@ -58,16 +58,16 @@ class Objects(Columns):
 
     @property
     def score(self) -> Floats:
-        """The highest, (N,)."""
+        """Highest score over the cameras, (N,)."""
         return np.asarray(self.scores.max(axis=1, initial=0.0))
 
     @property
     def updated(self) -> NDArray[np.int64]:
-        """When last measured, (N,) [ns]."""
+        """Time of the last measurement, (N,) [ns]."""
         return np.asarray(self.updates.max(axis=1, initial=0))
 
     def follow(self, tracks: NDArray[np.void], camera: int) -> None:
-        """Note what the tracks of a camera tell, and drop what no camera has a track of any more.
+        """Update from the tracks of a camera, and drop objects without a track of any camera.
 
         :param tracks: all of the camera, of dtype TRACK, ascending.
         """
@@ -86,14 +86,14 @@ class Objects(Columns):
     def link(
         self, rows: NDArray[np.intp], tracks: NDArray[np.void], camera: int, stamp: int
     ) -> None:
-        """Note which tracks of a camera, (K,), are of objects that it has just measured, (K,)."""
+        """Link tracks of a camera, (K,), to objects that it has just measured, (K,)."""
         self.track_id[rows, camera] = tracks['track_id']
         self.states[rows, camera] = tracks['state']
         self.scores[rows, camera] = tracks['score']
         self.updates[rows, camera] = stamp
 
     def unlink(self, rows: NDArray[np.intp], camera: int) -> None:
-        """Note that a camera has no track of objects, (K,), any more."""
+        """Remove the links of objects, (K,), to tracks of a camera."""
         self.track_id[rows, camera], self.states[rows, camera] = 0, 0
         self.scores[rows, camera] = 0.0
 
@@ -106,11 +106,11 @@ class Objects(Columns):
         camera: int,
         times: tuple[int, int],
     ) -> Bools:
-        """Take what is refused twice in a row to have been kicked, if it fits that.
+        """Treat objects refused twice in a row as kicked, if that fits their measurements.
 
         :param refused: (N,); measured: N.
-        :param times: of the last picture of the camera, and of this one [ns].
-        :return: (N,) what is refused all the same.
+        :param times: of the camera's last picture, and of this one [ns].
+        :return: (N,) which measurements remain refused.
         """
         updated, kinds = self.updated, self.kinds
         may = refused & (updated < times[0]) & kinds.speed.any(axis=1) & ~kinds.falls

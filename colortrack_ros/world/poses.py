@@ -1,4 +1,4 @@
-"""Where a frame is in another one, over time: rigid motions, and a buffer as tf2 keeps it."""
+"""Poses: rigid motions, and a buffer of poses over time, as in tf2."""
 
 from bisect import bisect_left
 from bisect import insort
@@ -14,25 +14,25 @@ from colortrack_ros.data import NANOSECONDS
 Floats = NDArray[np.float64]
 
 CACHE = 10.0
-"""How long poses are kept [s]: tf2's default cache time."""
+"""Time for which poses are kept [s]: tf2's default cache time."""
 
 SPARSE, APART = 0.05, 0.5
-"""Between poses farther apart than this [s] the way is taken to bend, up to so far. A robot that
-swings by 60 degrees/s within 3 s leaves the chord by 0.04 degrees in 0.05 s, half a pixel at f =
-700 px, and by 0.6 degrees in 0.2 s."""
+"""Interval between poses [s] above which the path is interpolated as a curve, and largest interval
+for that. A robot whose turn rate swings by 60 degrees/s within 3 s deviates from the chord by 0.04
+degrees in 0.05 s, half a pixel at f = 700 px, and by 0.6 degrees in 0.2 s."""
 
 HARDEST = 5.0, 15.0
-"""Accelerations [m/s^2], [rad/s^2] above which it is no way of a robot that is told, but a jump or
-noise: the way is taken to be straight. Assumed."""
+"""Accelerations [m/s^2], [rad/s^2] above which a curve is a jump or noise rather than a robot's
+motion: the path is interpolated linearly. Assumed."""
 
 UNIT_TOLERANCE = 1e-3
-"""How far the length of a quaternion may be from 1: tf2 allows 1e-3."""
+"""Largest deviation of a quaternion's norm from 1: tf2 allows 1e-3."""
 
 
 class TransformError(ValueError):
-    """There is no such pose.
+    """A pose is not available.
 
-    :ivar later: whether one that comes later may give it, so that waiting helps.
+    :ivar later: whether a later pose may provide it, so that waiting helps.
     """
 
     def __init__(self, reason: str, later: bool = False) -> None:
@@ -42,7 +42,7 @@ class TransformError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Of a frame in its parent: a point p of the frame is at R p + t in the parent.
+    """Pose of a frame in its parent: a point p of the frame is at R p + t in the parent.
 
     :param t: (3,) [m].
     :param R: (3, 3) rotation.
@@ -53,7 +53,9 @@ class Pose:
 
     @classmethod
     def of_rpy(cls, xyz: ArrayLike, rpy: ArrayLike) -> 'Pose':
-        """Of fixed-axis roll, pitch, yaw [rad] (REP-103): R = Rz(yaw) Ry(pitch) Rx(roll)."""
+        """Create from fixed-axis roll, pitch, yaw [rad] (REP-103): R = Rz(yaw) Ry(pitch)
+        Rx(roll).
+        """
         (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
         R = [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -64,7 +66,7 @@ class Pose:
 
     @classmethod
     def of_quaternion(cls, xyz: ArrayLike, xyzw: ArrayLike) -> 'Pose':
-        """Of a quaternion in the order of geometry_msgs.
+        """Create from a quaternion in the order of geometry_msgs.
 
         :raises TransformError: it is no rotation, or numbers are not finite.
         """
@@ -79,7 +81,7 @@ class Pose:
 
     @property
     def quaternion(self) -> Floats:
-        """The rotation as x, y, z, w, with w >= 0."""
+        """Rotation as a quaternion x, y, z, w, with w >= 0."""
         # the eigenvector of Bar-Itzhack (2000) is exact at every angle, unlike the trace formulas
         R = self.R
         K = np.array(
@@ -95,28 +97,28 @@ class Pose:
 
     @property
     def turn(self) -> Floats:
-        """The rotation vector, (3,) [rad]."""
+        """Rotation vector, (3,) [rad]."""
         q = self.quaternion
         sine = float(np.linalg.norm(q[:3]))
         return np.asarray(2 * math.atan2(sine, q[3]) / sine * q[:3] if sine > 0 else q[:3])
 
     def __matmul__(self, other: 'Pose') -> 'Pose':
-        """The pose of a frame in this one's parent, of its pose in this frame.
+        """Compose: return a pose in this frame as a pose in this frame's parent.
 
-        One of both may stand for V poses, or both: t (V, 3), R (V, 3, 3).
+        Either or both may be arrays of V poses: t (V, 3), R (V, 3, 3).
         """
         return Pose((self.R @ other.t[..., None])[..., 0] + self.t, self.R @ other.R)
 
     def inverse(self) -> 'Pose':
-        """The pose of the parent in this frame."""
+        """Return the pose of the parent in this frame."""
         return Pose(-self.R.T @ self.t, self.R.T)
 
     def apply(self, points: Floats) -> Floats:
-        """Points of the frame, (N, 3), in the parent."""
+        """Transform points, (N, 3), from the frame to the parent."""
         return points @ self.R.T + self.t
 
     def between(self, other: 'Pose', share: float) -> 'Pose':
-        """On the way to another pose, as tf2 goes: straight, and turning evenly (slerp).
+        """Interpolate to another pose as tf2 does: linear position, and slerp.
 
         :param share: 0..1 of the way.
         """
@@ -135,12 +137,12 @@ class Pose:
 
 
 OPTICAL = Pose(np.zeros(3), np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]))
-"""The optical frame (x right, y down, z forward) in the body of its camera (x forward, y left, z
-up), REP-103."""
+"""Optical frame (x right, y down, z forward) in the body of its camera (x forward, y left, z up),
+REP-103."""
 
 
 def rotation_of(q: Floats) -> Floats:
-    """The rotation of a unit quaternion x, y, z, w."""
+    """Return the rotation matrix of a unit quaternion x, y, z, w."""
     x, y, z, w = q
     return np.array(
         [
@@ -152,11 +154,11 @@ def rotation_of(q: Floats) -> Floats:
 
 
 class PoseBuffer:
-    """The poses of one frame in another, over the last CACHE seconds, as tf2 keeps and reads them.
+    """Buffers the poses of one frame in another over the last CACHE seconds, like tf2.
 
-    Between two poses it interpolates; beyond them it refuses, with the words of tf2.
+    It interpolates between poses. It does not extrapolate, and reports that in the words of tf2.
 
-    :param parent, child: the names of the frames, for the reasons.
+    :param parent, child: names of the frames, for error messages.
     """
 
     def __init__(self, parent: str, child: str) -> None:
@@ -168,10 +170,10 @@ class PoseBuffer:
         return len(self._stamps)
 
     def add(self, stamp: int, pose: Pose) -> bool:
-        """Keep a pose; one of a stamp that there is already takes its place.
+        """Add a pose; it replaces one with the same stamp.
 
         :param stamp: [ns].
-        :return: False when it is older than the cache, and so not kept (TF_OLD_DATA).
+        :return: False if it is older than the cache and was dropped (TF_OLD_DATA).
         """
         if self._stamps and stamp < self._stamps[-1] - CACHE * NANOSECONDS:
             return False
@@ -183,14 +185,14 @@ class PoseBuffer:
         return True
 
     def clear(self) -> None:
-        """Forget all poses, as when time has gone back."""
+        """Forget all poses, for example after time has gone back."""
         self._stamps.clear()
         self._poses.clear()
 
     def latest(self) -> tuple[int, Pose]:
-        """The newest pose and its stamp [ns].
+        """Return the newest pose and its stamp [ns].
 
-        :raises TransformError: there is none yet.
+        :raises TransformError: the buffer is empty.
         """
         if not self._stamps:
             raise TransformError(
@@ -199,9 +201,9 @@ class PoseBuffer:
         return self._stamps[-1], self._poses[self._stamps[-1]]
 
     def at(self, stamp: int) -> Pose:
-        """The pose at a time [ns].
+        """Return the pose at a time [ns].
 
-        :raises TransformError: there is no pose yet, or the time lies beyond them.
+        :raises TransformError: the buffer is empty, or does not cover the time.
         """
         newest, _ = self.latest()
         if stamp in self._poses:
@@ -227,11 +229,11 @@ class PoseBuffer:
         return self._bent(pose, after, share) if end - start > SPARSE * NANOSECONDS else pose
 
     def _bent(self, pose: Pose, after: int, share: float) -> Pose:
-        """A pose between two that are far apart, with the acceleration by the one before them.
+        """Interpolate between two distant poses, with the acceleration from the pose before them.
 
-        The parabola through three poses is -share (1 - share) / 2 T^2 a off the chord.
+        The parabola through three poses deviates from the chord by -share (1 - share) / 2 T^2 a.
 
-        :param after: which is the later one; share: 0..1 of the way to it.
+        :param after: index of the later one; share: 0..1 of the way to it.
         """
         stamps = self._stamps[max(after - 2, 0) : after + 1]
         before, T = (

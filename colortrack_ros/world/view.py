@@ -1,4 +1,4 @@
-"""Where the camera is when a picture is taken, and how errors of its place move what it sees."""
+"""View: pose of the camera at the time of a picture, and the effect of its errors on pixels."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,20 +19,20 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 JUMP, FASTEST = 0.3, 20.0
-"""A robot that moves or turns by more than this [m], [rad], and faster [m/s], [rad/s], has jumped:
-no wheel is as fast."""
+"""Motion or turn [m], [rad], and speed [m/s], [rad/s], that both exceed these are a jump: no
+wheeled robot is as fast."""
 
 LEAST_LENGTH = 1e-9
-"""Of a direction, 0 for what is straight below or where the camera is."""
+"""Least length of a direction; it is 0 straight below the camera, or at the camera itself."""
 
 LOWEST = 0.02
-"""Height of a camera above the ground [m] from which on the ground tells how far things are."""
+"""Least height of the camera above the ground [m] at which ground contact measures the range."""
 
 CROSS_PRODUCTS = np.cross(np.eye(3), np.eye(3)[:, None]).swapaxes(1, 2).reshape(3, 9)
-"""Matrices of the cross product with each axis, one a row."""
+"""Matrices of the cross product with each axis, one per row."""
 
 STEP = 0.25
-"""Of the differences that make a Jacobian [px]: of a turn, which hardly bends."""
+"""Step of the finite differences for a Jacobian [px]: of a rotation, which is almost linear."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,39 +55,39 @@ class View:
 
     @cached_property
     def tilts(self) -> Floats:
-        """(3, 3) rotation vectors in the fixed frame, by columns, of 1 rad of roll, pitch, yaw.
+        """(3, 3) rotation vectors in the fixed frame, by columns, for 1 rad of roll, pitch, yaw.
 
-        About the axes of the camera itself: for one that looks down, those of fixed-axis angles
-        coincide, and how it leans to the side would be in none of them.
+        They are about the axes of the camera itself: for a camera that looks down, the axes of
+        fixed-axis angles coincide, and none of them describes its sideways tilt.
         """
         return np.asarray(self.base.R @ self.mount.R)
 
     @cached_property
     def _turns(self) -> Floats:
-        """(3, 9) by axis of tilt, matrices of the cross product with it."""
+        """(3, 9) matrices of the cross product with each axis of tilt."""
         return np.asarray(self.tilts.T @ CROSS_PRODUCTS)
 
     def way_since(self, last: 'View') -> tuple[float, float]:
-        """How far the robot has moved [m] and turned [rad]."""
+        """Return how far the robot has moved [m] and turned [rad]."""
         return way_between(last.base, self.base)
 
     def shows(self, pixels: Floats, reach: Floats) -> Bools:
-        """Whether any part of objects would be inside of the picture, (N,).
+        """Whether any part of objects would be inside the picture, (N,).
 
-        :param pixels: (N, 2) in the picture, or beside it.
-        :param reach: (N, 2, 2) of the objects to the low and the high side, by axis [px].
+        :param pixels: (N, 2) inside the picture or outside.
+        :param reach: (N, 2, 2) extent of the objects to the low and the high side, by axis [px].
         """
         size = np.array([self.camera.width, self.camera.height]) - 0.5
         inside = (pixels + reach[:, 1] >= -0.5) & (pixels - reach[:, 0] <= size)
         return np.asarray(inside.all(axis=1))
 
     def nearness(self, pixels: Floats, feet: Floats) -> Floats:
-        """How near is what stands on the ground, on which base_frame is: (N,) [1/m].
+        """Return the inverse distance of objects on the ground plane of base_frame, (N,) [1/m].
 
-        0 for what stands at the horizon or above, or with a camera that is on the ground itself.
+        It is 0 at or above the horizon, or for a camera on the ground itself.
 
         :param pixels: (N, 2) in the picture.
-        :param feet: (N, 2) where the same objects touch the ground, or seem to.
+        :param feet: (N, 2) pixels where the same objects touch the ground, or appear to.
         """
         height = self.optical.t[2] - self.base.t[2]
         if height < LOWEST:
@@ -101,13 +101,13 @@ class View:
     def moved(
         self, pixels: Floats, since: 'View', nearness: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Where in this picture is what stands where an earlier one shows it.
+        """Map pixels of stationary objects from an earlier picture to this one.
 
-        :param pixels: (N, 2) in the earlier picture, or beside it.
-        :param since: the camera then.
-        :param nearness: (N,) of what is there, one over its distance from the camera then [1/m].
-        :return: (N, 2), in this picture or beside it, the Jacobian, (N, 2, 2), and the nearness
-            now, (N,).
+        :param pixels: (N, 2) in the earlier picture, or outside.
+        :param since: the view at that time.
+        :param nearness: (N,) inverse distance of the objects from the camera at that time [1/m].
+        :return: (N, 2) in this picture or outside, the Jacobian, (N, 2, 2), and the current
+            nearness, (N,).
         """
         around = pixels + STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])[:, None]
         rays = directions_of(since.camera, around.reshape(-1, 2)) @ since.optical.R.T
@@ -119,7 +119,7 @@ class View:
         return moved[0], J, nearness / length[: len(pixels)]
 
     def to_optical(self, points: Floats, shift: Floats, tilt: Floats) -> tuple[Floats, Floats]:
-        """Points in the optical frame of a camera that is not quite where it is said to be.
+        """Transform points to the optical frame of a camera whose mount is slightly in error.
 
         :param points: (N, 3) in the fixed frame.
         :param shift: (N, 3) error of x, y, z of the mount [m].
@@ -129,7 +129,7 @@ class View:
         d = points - self.optical.t - shift @ self.base.R.T
         if len(tilt) > 1 and (tilt == tilt[0]).all():
             tilt = tilt[:1]
-        # as matrices of cross products, q = R^T (1 - W + W^2 / 2) d, and that by each axis of tilt
+        # by cross-product matrices, q = R^T (1 - W + W^2 / 2) d, and its derivative by each tilt
         across = self._turns.reshape(3, 3, 3)
         W = (tilt @ self._turns).reshape(-1, 3, 3)
         both = across @ W[:, None]
@@ -149,14 +149,14 @@ class View:
 
 
 def way_between(one: Pose, other: Pose) -> tuple[float, float]:
-    """How far apart they are [m] and by how much they are turned [rad]."""
-    # the trace of the rotation from one to the other
+    """Return the distance [m] and the angle [rad] between two poses."""
+    # trace of the relative rotation
     trace = float(np.vdot(one.R, other.R))
     return math.dist(one.t, other.t), math.acos(min(max((trace - 1) / 2, -1.0), 1.0))
 
 
 def jumped(moved: float, angle: float, dt: float) -> str:
-    """What tells that no robot moves [m] and turns [rad] so far in dt [s]; empty if one may."""
+    """Return why no robot moves [m] and turns [rad] this far in dt [s]; empty if it may."""
     if max(moved, angle) <= JUMP + FASTEST * dt:
         return ''
     way = f'{moved:.2f} m and {np.degrees(angle):.0f} degrees'
@@ -164,16 +164,16 @@ def jumped(moved: float, angle: float, dt: float) -> str:
 
 
 class JumpWatch:
-    """Refuses views that no motion of a robot leads to: odometry was reset, or the frame jumps."""
+    """Refuses views that a robot cannot reach: odometry was reset, or the frame jumps."""
 
     def __init__(self) -> None:
         self._last: tuple[int, View] | None = None
 
     def checked(self, stamp: int, view: View) -> View:
-        """The view of a picture, if it follows from the last one.
+        """Return the view of a picture if it is consistent with the last one.
 
-        :param stamp: of the picture [ns]; one that is not later follows from nothing.
-        :raises TransformError: it does not.
+        :param stamp: of the picture [ns]; one that is not later is not compared with the last.
+        :raises TransformError: it is inconsistent.
         """
         last, self._last = self._last, (stamp, view)
         if last is not None and stamp > last[0]:
