@@ -106,8 +106,8 @@ class Belief(Columns):
     def combined(self) -> tuple[Floats, Floats]:
         """Return the estimates, (N, 8), and their mean squared errors, (N, 8, 8), of all sources.
 
-        The mean over the cases is that of the inverse distance from the camera, which is linear in
-        the pitch: for a given pitch, objects are where their rays meet the ground.
+        Over the cases, the inverse distance from the camera is averaged, which is linear in the
+        pitch: for a given pitch, objects are where their rays meet the ground.
         """
         each, cov = self.motion.combined(self.errors)
         mean, cov = self.mixed(each, cov)
@@ -122,9 +122,7 @@ class Belief(Columns):
         return mean, cov
 
     def combined_errors(self) -> tuple[Floats, Floats]:
-        """Return the camera errors of each robot, (R, 8 C), and their covariance, over the
-        cases.
-        """
+        """Return the camera errors of each robot, (R, 8 C), and their covariance, (R, 8 C, 8 C)."""
         mean, cov = (_parted(a, len(self.log_weight)) for a in (self.errors.mean, self.errors.cov))
         return mixture(np.exp(self.log_weight), mean, cov)
 
@@ -282,9 +280,7 @@ class Belief(Columns):
             self.log_weight = np.zeros((1, len(mean)))
 
     def _united_motion(self, change: Floats) -> Motions:
-        """Return the states, (N,), merged after a change of camera errors, (C N, 8), over the
-        cases.
-        """
+        """Return the states, (N,), merged after a change of the camera errors, (C N, 8 C)."""
         cases = len(self.log_weight)
         motion = in_inversion(self.motion, self._eye).shifted(change)
         weight = self._of_objects()[..., None]

@@ -53,7 +53,7 @@ class Pose:
 
     @classmethod
     def of_rpy(cls, xyz: ArrayLike, rpy: ArrayLike) -> 'Pose':
-        """Create from fixed-axis roll, pitch, yaw [rad] (REP-103): R = Rz(yaw) Ry(pitch)
+        """Create from fixed-axis roll, pitch, yaw [rad], as REP-103: R = Rz(yaw) Ry(pitch)
         Rx(roll).
         """
         (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
