@@ -75,16 +75,15 @@ def centroid_covariance(
     - the pixel grid: PIXELATION / N;
     - shading, the surroundings, and the limit of the color: :func:`blur_shift`, :func:`seen_shift`;
     - :func:`border_shift` across the border, or :func:`cut_shift` in any direction;
-    - pixels of the color dropped beside the blob, along a share s of the outline. A small s cuts
-      off little, and more than half of an extent e is seldom cut off: s^4 (e / 2)^2 / 12.
+    - pixels dropped beside the blob, along a share s of the outline: s^4 (e / 2)^2 / 12, since a
+      small s cuts off little, and more than half of an extent e is seldom cut off.
 
     :param size: height and width of the picture [px].
     :param score: (N,) mean closeness to the reference color, 0..1.
     :param blur: (N, 2) width of the outline along u and v [px], see outline_blur().
     :param sided: (N, 2, 2) by how much farther out blobs end on one side of each axis, as seen in
         the picture, and its standard error [shares of blur].
-    :param part: (N,) share of the outline beyond which the color was dropped, 0..1, see
-        open_part().
+    :param part: (N,) share of the outline beyond which color was dropped, 0..1: open_part().
     :param skewness: (N,) excess three-fold skewness, see UsualSkewness.
     :param doubt: (N,) shift due to the uncertain limit of a blob [shares of blur], see Method.
     :returns: (N, 2, 2) [px^2], positive definite.

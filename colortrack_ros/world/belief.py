@@ -280,7 +280,7 @@ class Belief(Columns):
             self.log_weight = np.zeros((1, len(mean)))
 
     def _united_motion(self, change: Floats) -> Motions:
-        """Return the states, (N,), merged after a change of the camera errors, (C N, 8 C)."""
+        """Return the states, (N,), merged after a change of the camera errors, (C N, 8)."""
         cases = len(self.log_weight)
         motion = in_inversion(self.motion, self._eye).shifted(change)
         weight = self._of_objects()[..., None]
