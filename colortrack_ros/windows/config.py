@@ -1,4 +1,4 @@
-"""What can be set on the window tracker."""
+"""Parameters of the window tracker."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ SUPERVISIONS = ('confidence', 'discrepancy')
 
 @dataclass(frozen=True)
 class WindowConfig(TimeLimits):
-    """How windows of a picture are followed."""
+    """How windows of a picture are tracked."""
 
     method: str = parameter(
         'WM+K',

@@ -1,8 +1,8 @@
-"""The cost functions of Vidal 2009, Table 3.1, at every place of a search region.
+"""The cost functions of Vidal 2009, Table 3.1, at every position in a search region.
 
-I_1 is the template and I_2 the window of its size at a place; i_1 and i_2 are their means. A window
-without any light stays so under the gain i_1 / i_2 of LSAD and LSSD, whatever it is; a quotient
-0 / 0 of NCC and ZNCC is 0.
+I_1 is the template, and I_2 the window of the same size at a position; i_1 and i_2 are their means.
+Under the gain i_1 / i_2 of LSAD and LSSD a window that is entirely black stays black. A quotient 0
+/ 0 in NCC and ZNCC is 0.
 """
 
 from collections.abc import Callable
@@ -21,8 +21,9 @@ Picture = NDArray[np.float32]
 class Cost(NamedTuple):
     """A cost function.
 
-    surface: template (h, w) and region (H, W), both float32, to the cost of each place, (H - h + 1,
-    W - w + 1); ceiling: of a function that is maximized, what a template scores against itself.
+    surface: maps a template (h, w) and a region (H, W), both float32, to the cost at each position,
+    (H - h + 1, W - w + 1); ceiling: for functions to maximize, the score of a template against
+    itself.
     """
 
     surface: Callable[[Picture, Picture], Floats]
@@ -30,7 +31,7 @@ class Cost(NamedTuple):
 
 
 def distances(name: str, template: Picture, region: Picture) -> Floats:
-    """The matrix of distances (3.4.1): the cost at each place, turned so that 0 is alike.
+    """Distance at each position (the matrix of 3.4.1): the cost, with 0 for a perfect match.
 
     :param name: of the cost function, a key of COSTS.
     :param template: (h, w) gray levels.
@@ -86,12 +87,12 @@ def _ncc(template: Picture, region: Picture) -> Floats:
 
 def _zncc(template: Picture, region: Picture) -> Floats:
     surface = cv2.matchTemplate(*_leveled(template, region)[::-1], cv2.TM_CCOEFF_NORMED)
-    # Against a template without texture OpenCV says 1 everywhere.
+    # For a template without texture OpenCV returns 1 everywhere.
     return surface if np.ptp(template) > 0 else np.zeros_like(surface)
 
 
 def _ssd_frequency(template: Picture, region: Picture) -> Floats:
-    """SSD with the correlation as a product of transforms, (3.7)."""
+    """SSD, with the correlation as a product of transforms (3.7)."""
     size = [fft.next_fast_len(n, real=True) for n in region.shape]
     spectrum = fft.rfft2(region.astype(float), size)
     spectrum *= fft.rfft2(template.astype(float), size).conj()
@@ -106,9 +107,9 @@ def _absolute(
     gain: Floats | None = None,
     offset: Floats | None = None,
 ) -> Floats:
-    """The sum of |I_1 - gain I_2 - offset|, a row of places at a time.
+    """The sum of |I_1 - gain I_2 - offset|, one row of positions at a time.
 
-    :param gain, offset: of each place.
+    :param gain, offset: of each position.
     """
     windows = sliding_window_view(region, template.shape)
     surface = np.empty(windows.shape[:2], np.float32)
@@ -122,7 +123,7 @@ def _absolute(
 
 
 def _sums(template: Picture, region: Picture) -> tuple[Floats, Floats]:
-    """The sum and the sum of squares of the window at each place."""
+    """The sum and the sum of squares of the window at each position."""
     h, w = template.shape
     tables = cv2.integral2(region, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
     total, squares = (t[h:, w:] - t[:-h, w:] - t[h:, :-w] + t[:-h, :-w] for t in tables)
@@ -136,7 +137,7 @@ def _gain(template: Picture, total: Floats) -> Floats:
 
 
 def _leveled(template: Picture, region: Picture) -> tuple[Picture, Picture]:
-    """Both less their means: a cost that sees no brightness is to lose no digits to it either."""
+    """Both minus their means: a cost that ignores brightness should lose no digits to it."""
     return template - template.mean(), region - region.mean()
 
 
@@ -156,4 +157,4 @@ COSTS = {
     'zncc': Cost(_zncc, lambda _: 1.0),
     'ssd_frequency': Cost(_ssd_frequency),
 }
-"""By name: the nine of the table, and SSD once more, in the frequency domain."""
+"""Cost functions by name: the nine of the table, and SSD again, in the frequency domain."""

@@ -1,4 +1,4 @@
-"""Where a template is in the next picture (WM; Vidal 2009, 3.4), and how sure that is (3.2.3)."""
+"""Matching: where a template is in the next picture (WM; Vidal 2009, 3.4), and how sure (3.2.3)."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -18,32 +18,32 @@ NEIGHBORS: NDArray = np.ones((3, 3), np.uint8)
 """A pixel and its eight neighbors."""
 
 SUBPIXEL_SIGMA = 0.02
-"""Standard deviation of a position even in a picture without noise [px]: no cost is a parabola. On
+"""Standard deviation of a position even without noise [px], since no cost is a true parabola. On
 the scenes `clutter` and `jump` the RMSE is 0.015 px (``benchmark/windows.py --swarm``)."""
 
 NOISE_CURVATURE = 5.0
-"""Twice the standard deviation of the second difference of the distance by white noise alone, as a
-multiple of E_min / sqrt(n): where E_min = 2 n sigma^2, each distance has 2 sqrt(n) sigma^2, and the
+"""Twice the standard deviation of the second difference of distances under white noise, as a
+multiple of E_min / sqrt(n). With E_min = 2 n sigma^2, each distance has 2 sqrt(n) sigma^2, and the
 second difference sqrt(6) times that."""
 
 LEAST_REACH = 1.5
-"""Places to either side that are compared, at least, so that one of them has neighbors; as many as
-the least search region has (3 px)."""
+"""Least number of positions compared on either side, so that at least one has neighbors. The
+smallest search region (3 px) has as many."""
 
 LEAST_RESIDUAL = 0.05
-"""Share of the least distance on the grid that is left between its points, at least: a parabola
-through the distances of a match without noise dips below 0, which would be a negative variance.
+"""Lower bound of the distance between grid points, as a share of the least one on the grid. Without
+it the parabola through a match without noise dips below 0, and the variance would be negative.
 Assumed: half and twice the value change nothing on five scenes (``benchmark/windows.py --seeds 1
 --constants matching.LEAST_RESIDUAL``)."""
 
 
 class Match(NamedTuple):
-    """What the search for one template has found.
+    """Result of the search for one template.
 
-    position: (u, v) of the window's center [px]; around: (3, 3) distances there and beside
-    it, by v and u, NaN where there is none; innovation_norm: from the predicted position [px];
-    alone: there was no other candidate; surface: distances of all windows, by v and u; corner:
-    (u, v) of the first pixel in the middle of the first of them.
+    position: (u, v) of the window's center [px]; around: (3, 3) distances at and around it, by v
+    and u, NaN where there is none; innovation_norm: distance to the predicted position [px]; alone:
+    whether there was no other candidate; surface: distances of all windows, by v and u; corner: (u,
+    v) of the first pixel in the middle of the first window.
     """
 
     position: Floats
@@ -55,13 +55,13 @@ class Match(NamedTuple):
 
 
 class Matches(NamedTuple):
-    """What the search for M templates has found.
+    """Results of the search for M templates.
 
     z: (M, 2) u, v of the windows' centers [px], the prediction if nothing was found; R: (M, 2, 2)
     its covariance [px^2], NaN without a minimum; similarity, correlation: (M,) of window and
-    template (see Template.align), NaN if nothing was found; innovation_norm, alone: (M,) as of
+    template (see Template.align), NaN if nothing was found; innovation_norm, alone: (M,) as in
     Match; crops: the parts of the frame that were searched; surfaces: corner and surface of each
-    Match, and the pixels from one of its windows to the next.
+    Match, and the step between its windows in pixels.
     """
 
     z: Floats
@@ -74,7 +74,7 @@ class Matches(NamedTuple):
     surfaces: list[tuple[NDArray[np.intp], NDArray, int]]
 
     def are_valid(self, last_similarity: Floats, config: WindowConfig) -> NDArray[np.bool_]:
-        """(M,) which matches are to be trusted (3.4.1, "Validação da Correspondência").
+        """Which matches are valid, (M,) (3.4.1, "Validação da Correspondência").
 
         :param last_similarity: (M,) of the last valid match.
         """
@@ -83,10 +83,10 @@ class Matches(NamedTuple):
         return self.are_sharp(config.max_deviation) & (self.similarity >= least)
 
     def are_sharp(self, deviation: float) -> NDArray[np.bool_]:
-        """(M,) whose positions have at most that standard deviation [px] in every direction."""
+        """Which positions have at most this standard deviation [px] in every direction, (M,)."""
         half_sum = (self.R[:, 0, 0] + self.R[:, 1, 1]) / 2
         half_difference = (self.R[:, 0, 0] - self.R[:, 1, 1]) / 2
-        widest = half_sum + np.hypot(half_difference, self.R[:, 0, 1])  # the greater eigenvalue
+        widest = half_sum + np.hypot(half_difference, self.R[:, 0, 1])  # the larger eigenvalue
         return np.asarray(widest <= deviation**2)
 
 
@@ -94,7 +94,7 @@ def match_templates(
     frame: Frame, templates: Sequence[Template], predicted: Floats, half: Floats,
     mean_innovation: Floats, config: WindowConfig,
 ) -> Matches:  # fmt: skip
-    """Search for every template around its predicted position.
+    """Search for each template around its predicted position.
 
     :param templates: of M targets.
     :param predicted: (M, 2) u, v [px].
@@ -128,12 +128,12 @@ def match_templates(
 def reliability_map(
     surfaces: list[tuple[NDArray[np.intp], NDArray, int]], shape: tuple[int, ...]
 ) -> NDArray[np.uint8]:
-    """Where the windows are like the templates (3.2.3): a peak that stands alone can be relied on.
+    """Picture of how much windows resemble the templates (3.2.3): an isolated peak is reliable.
 
     :param surfaces: see Matches.
     :param shape: height and width of the picture.
-    :return: of that shape, for the center of each window that was compared from 0, the least like
-        its template in the search region, to 255, the most like; 0 elsewhere.
+    :return: array of that shape. The center of each compared window has a value from 0, the least
+        similar of its search region, to 255, the most similar; the rest is 0.
     """
     picture = np.zeros(shape, np.uint8)
     for (u, v), surface, times in surfaces:
@@ -150,8 +150,8 @@ def _search(
 ) -> tuple[Match, Crop] | None:  # fmt: skip
     """Compare a template with the windows of a search region.
 
-    :return: what was found, and the part of the frame that it was found in; None when no window
-        of the region is inside the picture.
+    :return: the match, and the part of the frame that contains it; None if no window of the region
+        is inside the picture.
     """
     times = template.times
     rim = np.array(template.picture.shape[::-1]) // 2 * times
@@ -170,11 +170,11 @@ def _search(
 
 
 def _choose(matrix: NDArray, predicted: Floats, mean_innovation: float, ambiguity: float) -> Match:
-    """Choose among the candidates: the local minima of nearly the least distance.
+    """Choose among the candidates, the local minima close to the least distance.
 
     The candidate nearest to the prediction wins, unless even its innovation is larger than the
-    mean: then the innovation tells nothing, and the most alike wins (the two conditions of 3.4.1,
-    "Vetor de Candidatos").
+    mean. In that case the innovation is no evidence, and the most similar one wins (the two
+    conditions of 3.4.1, "Vetor de Candidatos").
     """
     v, u = np.unravel_index(int(matrix.argmin()), matrix.shape)
     least = matrix[v, u]
@@ -194,16 +194,16 @@ def _choose(matrix: NDArray, predicted: Floats, mean_innovation: float, ambiguit
 
 
 def refine(around: Floats, pixels: NDArray[np.intp]) -> tuple[Floats, Floats]:
-    """Where between the pixels the distance is least, and the covariance of that position.
+    """Subpixel position of the least distance, and its covariance.
 
-    A parabola through the least distance and its neighbors, on each axis. Where the distance is
-    E = E_min + d^T H d / 2 and E_min is noise of n pixels, the position has the covariance
-    2 E_min / n H^-1 (of least squares, for sums of squares): wide in directions in which the
-    distance hardly changes, where the match is not to be trusted (Anandan 1989; 3.2.3). Noise alone
-    makes the distance curve as well; only curvature beyond twice that counts.
+    Fits a parabola through the least distance and its neighbors on each axis. If the distance is E
+    = E_min + d^T H d / 2 and E_min is noise of n pixels, the covariance of the position is 2 E_min
+    / n H^-1 (by least squares, for sums of squares). It is large in directions in which the
+    distance hardly changes, where the match is unreliable (Anandan 1989; 3.2.3). Noise alone curves
+    the distance, too; only curvature beyond twice that counts.
 
     :param around: (M, 3, 3) distances, by v and u; NaN: none.
-    :param pixels: (M,) n, of the template.
+    :param pixels: (M,) n, number of pixels of the template.
     :return: shift (M, 2) by (u, v), within half a pixel, and R (M, 2, 2) [px^2]; NaN where the
         distance has no minimum.
     """

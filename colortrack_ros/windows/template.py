@@ -1,4 +1,4 @@
-"""What a target looks like, and where exactly a window looks like it."""
+"""Templates: the picture of a target, and the exact position of a window that resembles it."""
 
 from functools import cached_property
 
@@ -11,44 +11,44 @@ from colortrack_ros.windows.crop import Floats
 from colortrack_ros.windows.crop import Gray
 
 GAUSS_NEWTON_STEPS = 2
-"""Steps towards the position of a window: with 1 the RMSE on the scene `texture` is 0.62 px, with 2
-0.32, with 4 0.28 (``benchmark/windows.py --seeds 1 --constants template.GAUSS_NEWTON_STEPS``, which
-tells of the constants below as well)."""
+"""Gauss-Newton steps to align a window. With 1 the RMSE on the scene `texture` is 0.62 px, with 2
+0.32, with 4 0.28 (``benchmark/windows.py --seeds 1 --constants template.GAUSS_NEWTON_STEPS``; the
+figures below come from the same command)."""
 
 MAX_STEP = 1.0
-"""The longest of them [px of the template]: the match that they begin with is right to a pixel.
-Half and twice as much change nothing."""
+"""Largest step [px of the template]: the initial match is accurate to a pixel. Half and twice the
+value change nothing."""
 
 RENEWAL_MATCHES = 3
-"""Matches in a row that a change of look has to last, unless it is a rotation or a change of scale.
-With 1 templates take on what covers the target (RMSE 0.58 instead of 0.15 px on `hidden`), with 6
-nothing changes."""
+"""Consecutive matches for which a change in appearance has to last, unless it is a rotation or a
+change of scale. With 1 templates adopt whatever covers the target (RMSE 0.58 instead of 0.15 px on
+`hidden`), with 6 nothing changes."""
 
 EXPLAINED_SHARE = 0.6
-"""It is one if the similarity falls by at most this share of what the correlation falls by. Half as
-much changes little (0.30 px on `texture`, not 0.32), twice as much takes covers for rotations (0.58
-px on `hidden`)."""
+"""Largest loss of similarity of a rotation or a change of scale, as a share of the loss of
+correlation. Half the value changes little (0.30 px on `texture`, not 0.32), twice the value takes
+covers for rotations (0.58 px on `hidden`)."""
 
 PROVEN_MATCHES = 12
-"""Valid matches after which a template shows the target and nothing that was about to cover it.
-Half and twice as many change nothing on five scenes with three seeds each (``benchmark/windows.py
---constants template.PROVEN_MATCHES --seeds 3``)."""
+"""Valid matches after which a template is known to show the target, and nothing that was about to
+cover it. Half and twice the value change nothing on five scenes with three seeds each
+(``benchmark/windows.py --constants template.PROVEN_MATCHES --seeds 3``)."""
 
 COARSE_SIDE = 64
-"""Pixels of a template on a side, in the mean of width and height, at least. A window that has
-twice as many is compared on a picture half as large, and so on. Assumed: on 17 public sequences of
-large targets half and twice the value change success by less than 1 %, and a frame takes 3.9 and
-4.5 ms instead of 4.2."""
+"""Least side of a template in pixels, in the mean of width and height. A window twice as large is
+compared in a picture of half the size, and so on. Assumed: on 17 public sequences of large targets
+half and twice the value change success by less than 1 %, and a frame takes 3.9 and 4.5 ms instead
+of 4.2."""
 
 
 class Template:
-    """The look of a target.
+    """Picture of a target to match.
 
     :param picture: (h, w) gray levels, float32, both odd.
     :param last: the template before this one.
-    :param times: pixels of a frame, on either axis, of which each of them is the mean.
+    :param times: side, in pixels of the frame, of the square that each pixel averages.
     :ivar matches: valid matches so far.
-    :ivar former: the last template that had proven itself, for when this one is not found.
+    :ivar former: the last proven template, a fallback if this one is not found.
     """
 
     def __init__(self, picture: Gray, last: 'Template | None' = None, times: int = 1) -> None:
@@ -64,18 +64,18 @@ class Template:
 
     @classmethod
     def of(cls, frame: Frame, center: Floats, width: int, height: int) -> 'Template':
-        """What is around a center (u, v) [px], of an odd width and height [px]."""
+        """Template of the window around a center (u, v) [px], of an odd width and height [px]."""
         times = max(int((width * height) ** 0.5 / COARSE_SIDE), 1)
         shape = (height // times - 1) | 1, (width // times - 1) | 1
         return cls(cut_window(frame, center, shape, times), times=times)
 
     def renewed(self, frame: Frame, center: Floats) -> 'Template':
-        """The next one, of what is around a center (u, v) [px]."""
+        """The successor of this template, taken around a center (u, v) [px]."""
         window = cut_window(frame, center, self.picture.shape, self.times)
         return Template(window, self, self.times)
 
     def record_match(self, similarity: float, correlation: float, renewal: float) -> bool:
-        """Take note of a valid match; return whether its window should be the next template.
+        """Record a valid match; return whether its window should be the next template.
 
         :param renewal: see WindowConfig.
         """
@@ -89,24 +89,24 @@ class Template:
         return self._worn_matches > 0 and (explained or self._worn_matches >= RENEWAL_MATCHES)
 
     def correlation(self, window: Gray) -> float:
-        """Zero-mean normalized correlation, -1..1; 0 where there is no texture."""
+        """Zero-mean normalized correlation, -1..1; 0 without texture."""
         centered, norm = self._centered
         other = window.ravel() - window.mean()
         norm *= float(np.sqrt(np.dot(other, other)))
         return float(np.dot(centered, other)) / norm if norm > 0 else 0.0
 
     def align(self, crop: Crop, position: Floats) -> tuple[Floats, float, float]:
-        """Tell rotation and scale from translation.
+        """Align the template with a window, with rotation and scale separate from translation.
 
-        Least squares of the window by the template that is translated, rotated, scaled, and changed
-        in brightness and contrast a little, all at a time (Hager and Belhumeur 1998). Matching
-        alone takes part of a rotation for a translation, and with each new template so found the
-        target would drift away.
+        Least squares fit of the template to the window under a small translation, rotation, and
+        change of scale, brightness and contrast, all at once (Hager and Belhumeur 1998). Matching
+        alone mistakes part of a rotation for a translation, and each new template found that way
+        would let the target drift away.
 
         :param position: (u, v) of the window's center, within about a pixel [px].
-        :return: the position corrected; the similarity there, which is the coefficient of multiple
-            correlation, near 1 for a window that is the template so changed, and less where
-            something covers it; and the correlation.
+        :return: the corrected position; the similarity there, which is the coefficient of multiple
+            correlation: near 1 for a window that is the transformed template, less where something
+            covers it; and the correlation.
         """
         jacobian, solver = self._jacobian
         for _ in range(GAUSS_NEWTON_STEPS):
@@ -123,20 +123,20 @@ class Template:
         return position, float(np.sqrt(1 - unexplained / total)), correlation
 
     def _residual(self, crop: Crop, position: Floats) -> Gray:
-        """The window at a position less the template, (n,)."""
+        """The window at a position minus the template, (n,)."""
         return np.asarray((crop.window(position, self.picture.shape) - self.picture).ravel())
 
     @cached_property
     def _centered(self) -> tuple[Gray, float]:
-        """The picture less its mean, (n,), and its norm."""
+        """The picture minus its mean, (n,), and its norm."""
         centered = self.picture.ravel() - self.picture.mean()
         return centered, float(np.sqrt(np.dot(centered, centered)))
 
     @cached_property
     def _jacobian(self) -> tuple[Gray, Gray]:
-        """How the n pixels of a moving window change, (6, n), and what solves for it, (6, n).
+        """Jacobian of the window's n pixels, (6, n), and its negative pseudoinverse, (6, n).
 
-        By translation along u and v, scale, rotation, contrast and brightness.
+        The rows are translation along u and v, scale, rotation, contrast and brightness.
         """
         dv, du = np.gradient(self.picture)
         h, w = self.picture.shape

@@ -1,4 +1,4 @@
-"""The window tracker: a frame in, tracks out."""
+"""The window tracker: frames in, tracks out."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,8 +31,8 @@ from colortrack_ros.windows.swarm import Swarm
 from colortrack_ros.windows.template import Template
 
 STEPS = 4
-"""Velocities of matches that have to agree before a target coasts by theirs: the least number whose
-variance says more than that two are alike."""
+"""Number of recent velocities by matching that have to agree before a target coasts at their mean.
+4 is the least number whose variance shows more than that two happen to be alike."""
 
 WINDOW_FIELDS = [
     ('template', 'O'),
@@ -49,23 +49,21 @@ WINDOW_FIELDS = [
     ('looks', 'i8'),
     ('followed', 'i8'),
 ]
-"""What is recorded of a target besides what is of every track.
+"""Fields of a target in addition to those of every track.
 
 template: the Template; appearance: the Appearance, with config.appearance; area, box_w, box_h: of
 the box [px]; similarity: of the last valid match, 0 before the first; mean_innovation: mean norm
-[px], infinite before the first;
-last: (u, v) by matching and by the filter in the last frame [px]; drift: covariance of what the
-template has moved on the object [px^2]; steps: the last velocities by matching [px/s], NaN: none;
-seen: (u, v) of the last match [px]; looks: frames without it since it was last seen for sure;
-followed: when it was last seen, be it in doubt [ns].
-"""
+[px], infinite before the first; last: (u, v) by matching and by the filter in the last frame [px];
+drift: covariance of the template's drift on the object [px^2]; steps: the last velocities by
+matching [px/s], NaN: none; seen: (u, v) of the last match [px]; looks: frames without a match since
+the target was last seen for certain; followed: when it was last seen, even if in doubt [ns]."""
 
 
 class WindowTracker:
-    """Follows the pictures of a few dozen targets (Vidal 2009, chapters 3 to 5).
+    """Tracks a few dozen targets by template matching (Vidal 2009, chapters 3 to 5).
 
     :param config: see WindowConfig.
-    :param targets: boxes to start with the first frame, and again after each restart; see start.
+    :param targets: boxes to start in the first frame, and again after each restart; see start.
     :ivar waiting: boxes that wait for the next frame.
     :ivar surfaces: of the last frame; see Matches and reliability_map.
     """
@@ -81,37 +79,37 @@ class WindowTracker:
         self._tracks = TrackTable(none, WINDOW_FIELDS, first_id)
 
     def reset(self, why: str = '') -> None:
-        """Forget all targets, and start the first ones again. IDs go on: none is used twice.
+        """Delete all targets, and start the first ones again. IDs continue: none is used twice.
 
-        :param why: what the next Tracks tell as the reason.
+        :param why: the reason that the next Tracks report.
         """
         self._clock.restart(why)
         self.waiting.restart()
         self._start(self._tracks.next_id)
 
     def configure(self, config: WindowConfig) -> None:
-        """Change the configuration; the targets live on."""
+        """Change the configuration and keep the targets."""
         self.config, self._swarm = config, Swarm(config)
         self._tracks.filters.forget_velocities(config)
 
     def start(self, boxes: ArrayLike) -> None:
-        """Follow what is inside the boxes in the next frame.
+        """Start a target on each box in the next frame.
 
         :param boxes: (N, 4) u, v of the top left pixel, width and height [px].
         """
         self.waiting.add(boxes, offered=False)
 
     def offer(self, boxes: ArrayLike) -> None:
-        """Follow what is inside the boxes in the next frame, where no target is yet; see start."""
+        """Start targets in the next frame on boxes where there is none yet; see start."""
         self.waiting.add(boxes, offered=True)
 
     def update(self, frame: Frame) -> Tracks:
-        """Take the next frame.
+        """Process the next frame.
 
-        One that is older than the last starts afresh: what only comes late is sorted in or dropped,
-        and counted, before it comes here (flow.order).
+        A frame older than the last one restarts the tracker. Frames that merely arrive late are
+        sorted in, or dropped and counted, before they get here (flow.order).
 
-        :raises ValueError: when the encoding is not known or does not fit the picture's shape.
+        :raises ValueError: if the encoding is unknown or does not fit the picture's shape.
         :return: the tracks at its stamp, with its header.
         """
         check(frame)
@@ -145,7 +143,7 @@ class WindowTracker:
         return self.config.appearance and self.config.drift_compensation
 
     def _validate(self, matches: Matches) -> Bools:
-        """Which matches of templates are to be trusted, (N,)."""
+        """Which template matches are valid, (N,)."""
         if self.config.drift_compensation:
             return matches.are_valid(self._tracks.records['similarity'], self.config)
         return np.asarray(~np.isnan(matches.similarity))
@@ -153,9 +151,10 @@ class WindowTracker:
     def _supervise(self, matches: Matches, valid: Bools, predicted: Floats) -> Bools:
         """Which targets are measured, (N,): True for the match, False for the prediction alone.
 
-        The measure of confidence and tolerance of 4.3.1. They disagree when u and v differ by more
-        than the tolerance on average. Then either the valid match is right and the filter has to
-        learn another velocity, or whichever has moved farther since the last frame is wrong.
+        Implements the measure of confidence and the tolerance of 4.3.1. Match and prediction
+        disagree if u and v differ by more than the tolerance on average. Then either the valid
+        match is right and the filter has to learn a new velocity, or the one that moved farther
+        since the last frame is wrong.
         """
         config, z, last = self.config, matches.z, self._tracks.records['last']
         accepted = valid.copy()
@@ -173,9 +172,9 @@ class WindowTracker:
         return accepted
 
     def _correct(self, matches: Matches, accepted: Bools, certain: Bools, dt: float) -> None:
-        """Update filters and records with the matches that are accepted.
+        """Update filters and records with the accepted matches.
 
-        :param certain: (N,) those that count as seen.
+        :param certain: (N,) which of them count as hits.
         """
         track, records = np.flatnonzero(accepted), self._tracks.records
         if dt > 0:
@@ -185,14 +184,14 @@ class WindowTracker:
         self._tracks.filters.bank.correct(track, matches.z[track], R)
         if self.config.method == 'WM+K+PSO' and dt > 0 and len(track):
             step = matches.z[track] - records['last'][track, 0]
-            # After a gap matching tells no velocity: in the last frame it was a prediction.
+            # After a gap there is no velocity by matching: the last position was a prediction.
             last_frame = self._clock.now - round(dt * NANOSECONDS)
             step[records['followed'][track] < last_frame] = np.nan
             step[~matches.are_sharp(self.config.max_deviation)[track]] = np.nan
             self._tracks.filters.steer(self._swarm, track, step, dt)
         self._tracks.record_hits(np.flatnonzero(certain), self._clock.now)
         records['seen'][track], records['followed'][track] = matches.z[track], self._clock.now
-        alike = track[matches.similarity[track] > 0]  # not of what was seen beside the template
+        alike = track[matches.similarity[track] > 0]  # not sightings by appearance
         records['similarity'][alike] = matches.similarity[alike]
         mean, norm = records['mean_innovation'], matches.innovation_norm
         step = norm - np.where(np.isinf(mean), 0.0, mean)
@@ -202,10 +201,10 @@ class WindowTracker:
         mean[usual] = np.where(np.isinf(mean), norm, mean + share * step)[usual]
 
     def _note_steps(self, matches: Matches, accepted: Bools, dt: float) -> None:
-        """Keep the last velocities by matching; who begins to coast goes on as far as they agree.
+        """Record velocities by matching; targets that start to coast keep theirs if they agree.
 
-        A velocity of mean m whose variance from frame to frame is s^2 is shrunk by
-        m^2 / (m^2 + s^2), which leaves the least squared error: nothing if matches jump about.
+        A velocity of mean m and variance s^2 from frame to frame is shrunk by m^2 / (m^2 + s^2),
+        which minimizes the squared error. If matches jump about, nothing is left of it.
         """
         records, motion = self._tracks.records, self._tracks.filters
         sure = matches.are_sharp(self.config.tolerance)
@@ -223,10 +222,10 @@ class WindowTracker:
         records['steps'][going, 0] = (matches.z[going] - records['seen'][going]) / dt
 
     def _renew_templates(self, frame: Frame, matches: Matches, accepted: Bools) -> None:
-        """Take new templates from this frame: all of them, or with drift compensation few.
+        """Take new templates from this frame: all of them, or a few with drift compensation.
 
-        A template's error stays with the target as long as its successors are found by it, so each
-        is kept until the target looks clearly less like it than in the beginning.
+        A template's error persists as long as its successors are found with it. With drift
+        compensation a template is kept until the target looks clearly less like it than at first.
         """
         records, compensated = self._tracks.records, self.config.drift_compensation
         position = self._tracks.filters.bank.estimate()[0][:, :2]
@@ -243,20 +242,20 @@ class WindowTracker:
                 records['drift'][i] += np.nan_to_num(matches.R[i])
                 records['template'][i] = template.renewed(frame, place[i])
             elif compensated and not accepted[i] and template.former:
-                # It may have taken on what covers the target: try the one before, by turns.
+                # It may show what covers the target: alternate with the one before.
                 former, template.former = template.former, None
                 former.former = template
                 records['template'][i] = former
 
     def _delete(self, frame: Frame) -> None:
-        """Delete targets whose center has left the picture, or that were not even seen in doubt."""
+        """Delete targets whose centers have left the picture, and those unseen for too long."""
         position = self._tracks.filters.bank.estimate()[0][:, :2]
         longest = round(self.config.max_time_since_update * NANOSECONDS)
         overdue = self._clock.now - self._tracks.records['followed'] > longest
         self._tracks.keep(is_inside(position, *frame.image.shape[:2]) & ~overdue)
 
     def _unfollowed(self, boxes: Floats) -> Floats:
-        """Those whose centers are in no target's box."""
+        """Boxes whose centers are in no target's box."""
         if not len(boxes):
             return boxes
         records, position = self._tracks.records, self._tracks.filters.bank.estimate()[0][:, :2]
@@ -265,7 +264,7 @@ class WindowTracker:
         return boxes[~np.any(inside, axis=1)]
 
     def _initiate(self, frame: Frame, boxes: Floats) -> None:
-        """Begin targets with the windows in boxes."""
+        """Start targets on boxes."""
         if not len(boxes):
             return
         free = max(self.config.max_targets - len(self._tracks), 0)
@@ -286,7 +285,7 @@ class WindowTracker:
                 new['appearance'][i] = Appearance(frame, center[i], box[i])
 
     def _rows(self) -> NDArray[np.void]:
-        """The tracks as they are published; all are confirmed from the first."""
+        """The tracks as published; all are confirmed from the start."""
         now, records = self._clock.now, self._tracks.records
         self._tracks.update_states(now, 1)
         rows = self._tracks.rows(now, *self._tracks.filters.bank.estimate())
