@@ -67,6 +67,13 @@ class Records(Columns, dict[str, NDArray[Any]]):
         super().extend(other)
         self.clear()
 
+    def blank(self: Some, count: int) -> Some:
+        """A table of so many rows with the same fields, which are 0."""
+        table = self.part(slice(0))
+        for name, block in table.columns().items():
+            vars(table)[name] = np.zeros((len(block), count, *block.shape[2:]), block.dtype)
+        return table
+
     def joined(self: Some, below: Some) -> Some:
         """A table of these rows and of others below them."""
         table = self.part(slice(None))

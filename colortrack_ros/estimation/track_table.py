@@ -43,7 +43,6 @@ class TrackTable(Columns, Generic[Filters]):
         self.filters = filters
         self.records = Records([*COMMON, *fields])
         self.next_id = next_id
-        self._fields = (*COMMON, *fields)
         self._published = set(TRACK.names or ()) & set(self.records.names)
 
     def __len__(self) -> int:
@@ -57,7 +56,7 @@ class TrackTable(Columns, Generic[Filters]):
         :return: a view of their records, to be filled in.
         """
         count = len(filters)
-        new = Records(self._fields, count)
+        new = self.records.blank(count)
         new['track_id'] = np.arange(self.next_id, self.next_id + count)
         new['born'] = new['updated'] = stamp
         new['hits'], new['state'] = 1, TENTATIVE

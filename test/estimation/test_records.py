@@ -38,6 +38,7 @@ def test_rows_are_taken_kept_and_joined_as_those_of_a_structured_array(which, co
     below, rows_below = both(count, 2)
     which = np.array(which, np.intp)
     assert_alike(records.take(which), rows[which])
+    assert_alike(records.blank(count), np.zeros(count, FIELDS))
     assert_alike(records.joined(below), np.concatenate([rows, rows_below]))
     assert_alike(records, rows)
     records.keep(which)
