@@ -180,8 +180,7 @@ def tell_apart(
     if prediction.sized:
         _sum_up_sizes(records, pairs.track, prediction.sizes, stamp)
     one = np.flatnonzero(records['rival'])
-    other = records['track_id'].searchsorted(records['rival'][one])
-    other = np.minimum(other, len(records) - 1)
+    other = _rivals_of(records, one)
     gone = records['rival'][other] != records['track_id'][one]
     records['rival'][one[gone]] = 0
     scans = np.minimum(records['scans'][one], records['scans'][other])
@@ -219,11 +218,16 @@ def _sum_up_sizes(records: Records, track: Indices, sizes: Sizes, stamp: int) ->
     :param track: (K,) which were measured.
     """
     mine = track[(records['rival'][track] > 0) & (records['apart'][track] < stamp)]
-    theirs = records['track_id'].searchsorted(records['rival'][mine])
-    theirs = np.minimum(theirs, len(records) - 1)
+    theirs = _rivals_of(records, mine)
     size = np.stack([records['box_w'][mine], records['box_h'][mine]], axis=1).astype(float)
     own, other = (sizes.log_fit(records['before_size'][rows], size) for rows in (mine, theirs))
     records['size_log_ratio'][mine] += own - other
+
+
+def _rivals_of(records: Records, track: Indices) -> Indices:
+    """Rows of the rivals of tracks, (K,); any row for a rival that is gone."""
+    row = records['track_id'].searchsorted(records['rival'][track])
+    return np.minimum(row, len(records) - 1)
 
 
 def _lines(records: Records, track: Indices, stamp: int) -> tuple[Floats, Floats]:
