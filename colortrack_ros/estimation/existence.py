@@ -24,6 +24,9 @@ the two. Halving it acts like doubling COVERED_EVERY, and the reverse."""
 HIDDEN_SHARE = GONE_EVERY / (GONE_EVERY + COVERED_EVERY)
 """Share of disappearing objects that are hidden, by these two times."""
 
+DISAPPEARING = 1 / GONE_EVERY + 1 / COVERED_EVERY
+"""Rate at which a visible object gets out of sight [1/s]."""
+
 MOST_CHAINS = 8
 """Step lengths whose transition probabilities are cached: see bank.MOST_STEPS."""
 

@@ -49,8 +49,15 @@ FIRST_FALSE, LEAST_NEW = 0.003, 0.003
 """Initial rate of false detections, and least rate of new objects, per frame. Assumed: one in 11 s
 at 30 frames/s."""
 
+FIRST_NEW = 0.01
+"""Initial rate of new objects over a long time, per frame. Assumed: one in 3 s at 30 frames/s."""
+
 FIRST_AREA = 3e5
 """Least area of the picture while its size is not known [px^2]: about 640 x 480."""
+
+AREA_SHRINKING = 0.6
+"""Factor on that area for each new object inside a smaller one. If the logarithm of the area is
+normal with variance 1/2, n objects move its mode by -n/2, until it meets the area seen. Assumed."""
 
 BORDER, ENTERING, FEW_PLACES = 0.05, 0.9, 10.0
 """Width of the border as a share of the picture, prior share of new objects that appear there, and
@@ -78,7 +85,7 @@ NO_ORIGINS = np.zeros((0, 2))
 class Adaptation:
     """Learns from measured tracks."""
 
-    def __init__(self) -> None:
+    def __init__(self, longest: float = 1.5) -> None:
         self.recent = Recent()
         self.unsteadiness = ProcessNoise()
         self._speed2 = np.full(2, FIRST_SPEED**2)
@@ -87,12 +94,16 @@ class Adaptation:
         self.has_met = False
         """Whether there have been objects yet."""
         self._places = FEW_PLACES * np.array([ENTERING, 1 - ENTERING])
-        self._begun, self._watched_for = WORTH * LEAST_NEW, float(WORTH)
+        self._begun, self._watched_for = WORTH * FIRST_NEW, float(WORTH)
         self._false, self._frames, self._births = FIRST_FALSE, 3, LEAST_NEW
+        self._late, self._late_at = 0.0, 0
+        self._met, self._seen_area = 0, 0.0
         self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
         self.area = FIRST_AREA
         """Area of the picture [px^2], as far as known."""
-        self.disappearances = Disappearances()
+        self.birth_area = FIRST_AREA
+        """Area in which new objects appear [px^2], as far as known."""
+        self.disappearances = Disappearances(longest)
         """What became of lost objects."""
         self.image_size = (0, 0)
         """Width and height of the picture [px]; 0 while unknown."""
@@ -137,25 +148,38 @@ class Adaptation:
         """New objects per frame in the last LONG frames, without those present at the start."""
         return self._begun / self._watched_for
 
+    @property
+    def expected_births(self) -> float:
+        """New objects in a frame now: as in the last LONG frames, or as many as lately.
+
+        One alone is no crowd, and does not count as lately.
+        """
+        late = self._late * (1 - SLOW) ** (self._frames - self._late_at)
+        return max(self.lasting_births, late - SLOW)
+
     def birth_places(self, z: Floats) -> Floats:
         """Density of new objects at z, (K, 2): (K,) [1/px^2]; most appear at the border."""
-        if not all(self.image_size):
-            return np.full(len(z), 1 / self.area)
         inner = (1 - 2 * BORDER) ** 2
         entered, appeared = self._places / self._places.sum()
         share = np.where(self._is_at_border(z), entered / (1 - inner), appeared / inner)
-        return np.asarray(share / self.area)
+        return np.asarray(share / self.birth_area)
 
     def _is_at_border(self, z: Floats) -> Bools:
-        """Which positions, (K, 2) [px], are at the border of the picture, (K,)."""
-        from_border = np.minimum(z, np.array(self.image_size) - z) / self.image_size
-        return np.asarray(from_border.min(axis=1) < BORDER)
+        """Which positions, (K, 2) [px], are at the border of the picture, (K,).
+
+        While its size is not known, at the border of the box around all detections.
+        """
+        low, high = self._low, self._high
+        if all(self.image_size):
+            low, high = np.zeros(2), np.array(self.image_size)
+        margin = BORDER * (high - low)
+        return np.asarray((np.minimum(z - low, high - z) < margin).any(axis=1))
 
     def know_size(self, image_size: tuple[int, int]) -> None:
         """Set the size of the picture [px]; zeros, for unknown, are ignored."""
         if image_size != self.image_size and all(image_size):
             self.image_size = image_size
-            self.area = float(image_size[0] * image_size[1])
+            self.area = self.birth_area = float(image_size[0] * image_size[1])
             self.sudden_speed = FIRST_SPEED * math.sqrt(max(self.area / VGA, 1.0))
 
     def learn_size(self, z: Floats) -> None:
@@ -166,7 +190,8 @@ class Adaptation:
             self._low = np.minimum(self._low, z.min(axis=0))
             self._high = np.maximum(self._high, z.max(axis=0))
             width, height = self._high - self._low
-            self.area = max(float(width * height), FIRST_AREA)
+            self._seen_area = float(width * height)
+            self.area = max(self._seen_area, FIRST_AREA)
 
     def meet(self, before: Floats, after: Floats, dt: float) -> None:
         """Learn the speed from the first objects, (N, 2), and the next detections, (M, 2) [px].
@@ -189,9 +214,15 @@ class Adaptation:
         :param origin: (K, 2) where the confirmed ones started [px].
         """
         true = len(origin)
-        if true and all(self.image_size):
+        if true and not all(self.image_size):
+            self._met += true
+            self.birth_area = max(self._seen_area, FIRST_AREA * AREA_SHRINKING**self._met)
+        if true:
             entered = np.count_nonzero(self._is_at_border(origin))
             self._places += entered, true - entered
+        if true and self._frames >= AT_START:
+            left = (1 - SLOW) ** (self._frames + 1 - self._late_at)
+            self._late, self._late_at = left * self._late + SLOW * true, self._frames + 1
         self._frames += 1
         self._false += max(SLOW, 1 / self._frames) * (false - self._false)
         self._births += SLOW * (max(true, LEAST_NEW) - self._births)

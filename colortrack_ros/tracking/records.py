@@ -38,7 +38,6 @@ FIELDS = [
     ('visible', 'f8'),
     ('hidden', 'f8'),
     ('hidden_share', 'f8'),
-    ('believed_share', 'f8'),
     ('shared', 'i8'),
     ('rival', 'u4'),
     ('met', 'i8'),
@@ -69,8 +68,7 @@ growth: of the extent [1/s].
 partial: never seen completely yet, by axis.
 outside: predicted outside the picture.
 visible, hidden: probability that the object exists and is, or is not, visible.
-hidden_share, believed_share: share of objects lost there that are hidden, as believed when it was
-    lost and as believed now.
+hidden_share: share of the objects lost there that are hidden.
 shared: stamp of the last frame in which it shared its detection, see unresolved; 0 for none [ns].
 rival: ID of the track that it may have swapped detections with, 0 for none.
 met, apart: stamps of the first and the last frame in which the two were close [ns].

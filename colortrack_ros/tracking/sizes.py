@@ -26,6 +26,9 @@ FIRST_ALIKE, ALIKE_SHARE = 0.1, 0.03
 """Initial share of unassociated blobs that have the size of some track, and the weight of one more
 blob in it. Assumed."""
 
+FIRST_COMPARED = 3
+"""Blobs that the initial share is worth. Assumed."""
+
 JITTER_MEMORY = 10.0
 """Time after which a change of size has decayed to 1/e [s]. Assumed: as for noise.NOISE_MEMORY."""
 
@@ -77,6 +80,7 @@ class Sizes:
 
     def __init__(self) -> None:
         self.alike, self.jitter = FIRST_ALIKE, 0.0
+        self._compared = FIRST_COMPARED
         self.looseness = 1.0
         """Ratio of slack to tolerance, at least 1."""
         self._changes, self._log_sum = 0.0, 0.0
@@ -127,7 +131,9 @@ class Sizes:
         """Learn from some unassociated blobs, (K, 2) [px], given the objects, (N, 2) [px]."""
         same = np.abs(new[:, None] - size) <= self.slack(size)
         alike = int(np.count_nonzero((same[..., 0] & same[..., 1]).any(axis=1)))
-        self.alike += -math.expm1(-ALIKE_SHARE * len(new)) * (alike / len(new) - self.alike)
+        self._compared += len(new)
+        share = max(-math.expm1(-ALIKE_SHARE * len(new)), len(new) / self._compared)
+        self.alike += share * (alike / len(new) - self.alike)
 
     def learn_jitter(self, last: Floats, size: Floats, period: float) -> None:
         """Learn from boxes of objects that were measured in the last frame, too.

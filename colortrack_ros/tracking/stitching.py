@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import LOG_2PI
 from colortrack_ros.estimation.gaussian import TINY
@@ -41,10 +42,6 @@ Assumed."""
 WAITING = 100.0
 """Standard deviation of the distance at which the first reappear [px]: about the width of what
 hides them. Assumed."""
-
-OUTLASTING = 3.0
-"""How much more likely objects stay hidden beyond max_time_since_update than with the exponential
-times of the existence model, by which a share of e^-3 does: 15 %. Assumed."""
 
 ALMOST = 1 - 2.0**-53
 """The largest probability below 1, so that its complement has a logarithm."""
@@ -91,9 +88,11 @@ def find_stitches(
     one, other = fit.nonzero()
     unmeasured = lost.unmeasured(stamp)
     remembered = unmeasured > config.max_time_since_update
-    gain = np.where(remembered[one], _reappearing(lost, found, one, other, learned.area), -np.inf)
-    gain = np.logaddexp(gain, _compare_states(lost, found, unmeasured, one, other, learned, config))
-    gain += _log_prior(lost, remembered, period, learned, config)[one]
+    moved = _compare_states(lost, found, unmeasured, one, other, learned, config)
+    waited = _reappearing(lost, found, one, other, learned.birth_area)
+    gain = np.where(remembered[one], np.logaddexp(waited, moved), moved)
+    gap = (found.records['born'][other] - lost.records['updated'][one]) / NANOSECONDS
+    gain += _log_prior(lost, remembered, unmeasured, gap, one, period, learned, config)
     gain -= np.log(learned.birth_places(found.records['origin']))[other]
     gain += remembered[one] * _compare_sizes(lost, found, one, other, learned.sizes)
     gain[_is_repeated(lost, found, one, other)] = CERTAIN
@@ -157,21 +156,33 @@ def _reappearing(
 def _log_prior(
     lost: TrackTable[Bank],
     remembered: NDArray[np.bool_],
+    unmeasured: Floats,
+    gap: Floats,
+    one: Indices,
     period: float,
     learned: Adaptation,
     config: TrackerConfig,
 ) -> Floats:
-    """Log of the probability, (N,), that each is hidden, over the rate of new objects.
+    """Log of the probability of pairs, (K,), that the lost object appears, over that of a new one.
 
-    For remembered tracks, that they reappear in this frame, over the long-term rate; not for those
-    that a known turn of the camera took out of the picture, since it also tells when they return.
+    A known turn of the camera, which took an object out of the picture, also tells when it returns.
+
+    :param remembered, unmeasured: (N,) of the lost tracks.
+    :param gap: (K,) from the last measurement of the lost track to the first of the new one [s].
+    :param one: (K,) indices of lost tracks.
     """
-    hidden = np.maximum(lost.records['hidden'], 1e-9)
-    odds = OUTLASTING * hidden / (1 - np.minimum(hidden, 0.999))
-    in_a_frame = period / max(config.max_hidden, period)
-    back = odds / (1 + odds) * in_a_frame / learned.lasting_births
-    known = lost.records['left'] > lost.records['updated']
-    return np.asarray(np.log(np.where(remembered & ~known, back, hidden / learned.births)))
+    records = lost.records
+    share = np.array(records['hidden_share'])
+    share[remembered] = learned.disappearances.share_of_deleted(
+        records['seen'][remembered], learned.area
+    )
+    share[records['splinter']] = 0.0
+    detected = learned.detection_rate.estimate(config.detection_probability)
+    back = learned.disappearances.return_odds(share[one], gap, unmeasured[one], detected, period)
+    odds = back / learned.expected_births
+    turned = records['left'] > records['updated']
+    expected = np.maximum(records['hidden'], 1e-9) / learned.births
+    return np.asarray(np.log(np.maximum(np.where(turned[one], expected[one], odds), TINY)))
 
 
 def _compare_sizes(

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
 from colortrack_ros.estimation.bank import Bank
@@ -20,6 +21,7 @@ from colortrack_ros.tracking.crossings import tell_apart
 from colortrack_ros.tracking.deletion import confirm
 from colortrack_ros.tracking.deletion import go_on
 from colortrack_ros.tracking.deletion import is_present
+from colortrack_ros.tracking.disappearances import TELLING_HITS
 from colortrack_ros.tracking.doubts import doubt
 from colortrack_ros.tracking.doubts import DoubtedTurns
 from colortrack_ros.tracking.doubts import join
@@ -78,7 +80,7 @@ class Tracker:
         first_id = max(first_id, self._population.total + 1)
         self._tracks = TrackTable(Bank(model), FIELDS, first_id)
         self._memory = Memory(self._tracks.take(np.zeros(0, np.intp)), self._population)
-        self._adaptation = Adaptation()
+        self._adaptation = Adaptation(config.max_time_since_update)
         self._doubts: DoubtedTurns | None = None
         self._period = FIRST_PERIOD
 
@@ -208,7 +210,10 @@ class Tracker:
         keep = confirm(tracks, now, config)
         overdue = ~keep & (records['state'] == COASTING)
         gone = overdue & ~(records['outside'] | records['splinter'])
-        learned.disappearances.learn(records['seen'][gone], returned=False)
+        gone &= records['hits'] >= TELLING_HITS
+        learned.disappearances.learn(
+            records['seen'][gone], tracks.unmeasured(now)[gone], returned=False
+        )
         false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
         keep &= is_present(tracks, now, self._period, learned.image_size, config)
         has_left = records['outside'] & ~overdue & (not learned.camera.is_known)
@@ -246,9 +251,12 @@ class Tracker:
         one, other = find_stitches(
             lost, tracks.take(found), now, self._period, learned, self.config, self._population
         )
+        away = tracks.records['born'][found[other]] - lost.records['updated'][one]
         stitch(tracks, found[other], lost.records.take(one))
-        learned.disappearances.learn(lost.records['seen'][one], returned=True)
         is_live = one < len(coasting)
+        seen, away = lost.records['seen'][one], away / NANOSECONDS
+        for which, in_time in ((is_live, True), (~is_live, False)):
+            learned.disappearances.rejoin(seen[which], away[which], self._period, in_time=in_time)
         keep[coasting[one[is_live]]] = False
         memory.forget(one[~is_live] - len(coasting))
         return other

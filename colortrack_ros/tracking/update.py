@@ -13,6 +13,7 @@ from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.disappearances import LOST
 from colortrack_ros.tracking.extents import update_extents
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
@@ -52,9 +53,8 @@ SURE = 0.9
 """Least probability of being visible of the tracks that indicate an outage: tentative tracks on
 clutter, which is detected once, would indicate one in every frame. Assumed."""
 
-LOST, JUST_LOST = 4.5, 1.5
-"""Frames after which an object was hidden rather than missed: with 95 % detected, four misses in a
-row happen once in 160,000; and frames within which it was measured in the last one."""
+JUST_LOST = 1.5
+"""Frames within which an object was measured in the last one."""
 
 FORMED_VELOCITY = 2
 """Hits after which the velocity has been measured (two-point differencing), so that innovations say
@@ -200,7 +200,7 @@ def _learn_disappearances(
     records, unmeasured = prediction.records, prediction.unmeasured
     back = pairs.track[unmeasured[pairs.track] > LOST * prediction.step.period]
     if len(back):
-        learned.disappearances.learn(records['seen'][back], returned=True)
+        learned.disappearances.learn(records['seen'][back], unmeasured[back], returned=True)
     if prediction.step.again or np.count_nonzero(measured) == len(measured):
         return
     recent = (unmeasured > 0) & (unmeasured < JUST_LOST * prediction.step.period) & ~measured
@@ -209,7 +209,7 @@ def _learn_disappearances(
     if len(lost):
         share = learned.disappearances.share(records['seen'][lost], learned.area)
         share[records['splinter'][lost]] = 0.0
-        records['hidden_share'][lost] = records['believed_share'][lost] = share
+        records['hidden_share'][lost] = share
         records['visible'][lost], records['hidden'][lost] = weigh_hidden(
             records['visible'][lost], records['hidden'][lost], share
         )

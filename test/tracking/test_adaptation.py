@@ -8,6 +8,7 @@ from support.silhouettes import points
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.adaptation import Adaptation
+from colortrack_ros.tracking.sizes import Sizes
 
 DT = 1 / 24
 
@@ -75,3 +76,34 @@ def test_the_first_two_frames_of_a_few_objects_tell_nothing():
     before = learned.speed
     learned.meet(np.zeros((19, 2)), np.zeros((19, 2)), 1 / 30)
     assert (learned.speed == before).all()
+
+
+def test_new_objects_are_expected_at_the_border_of_what_has_been_seen():
+    learned = Adaptation()
+    learned.learn_size(np.array([[0.0, 0.0], [320.0, 180.0]]))
+    learned.learn_new(0, np.array([[2.0, 90.0], [160.0, 3.0], [318.0, 20.0]]))
+    border, inside = learned.birth_places(np.array([[3.0, 90.0], [160.0, 90.0]]))
+    assert border > 10 * inside
+
+
+@pytest.mark.parametrize(('known', 'ratio'), [(True, 1.0), (False, 1.5)])
+def test_a_few_new_objects_show_how_small_the_picture_is(known, ratio):
+    """Without a size, three objects in 320x240 do not make it 640x480."""
+    learned, size = Adaptation(), np.array([320.0, 240.0])
+    if known:
+        learned.know_size((320, 240))
+    learned.learn_size(np.array([[0.0, 0.0], size]))
+    learned.learn_new(0, np.array([[60.0, 60.0], [260.0, 200.0], [100.0, 200.0]]))
+    u, v = np.meshgrid(np.arange(320) + 0.5, np.arange(240) + 0.5)
+    total = learned.birth_places(np.column_stack([u.ravel(), v.ravel()])).sum()
+    assert 1 / ratio <= total * (1 + 1e-9) <= 1 + 1e-6
+
+
+def test_where_all_are_alike_size_soon_says_nothing():
+    """Of balls of one size, the tenth that is like the others is no coincidence."""
+    sizes, ball = Sizes(), np.array([[20.0, 20.0]])
+    first = sizes.log_fit(ball, ball)[0]
+    for _ in range(10):
+        sizes.learn_alike(ball, ball)
+    assert first > 1.5
+    assert sizes.log_fit(ball, ball)[0] < 0.5

@@ -16,13 +16,13 @@ from colortrack_ros.tracking.disappearances import Disappearances
 
 
 def test_nothing_is_known_before_anything_has_disappeared():
-    assert Disappearances().share(np.zeros((3, 2)), 9e5) == pytest.approx([HIDDEN_SHARE] * 3)
+    assert Disappearances(1.5).share(np.zeros((3, 2)), 9e5) == pytest.approx([HIDDEN_SHARE] * 3)
 
 
 def test_a_cover_hides_and_the_open_does_not():
-    learned, rng = Disappearances(), np.random.default_rng(0)
-    learned.learn(rng.normal((100, 100), 5, (10, 2)), returned=True)
-    learned.learn(rng.normal((500, 100), 5, (10, 2)), returned=False)
+    learned, rng = Disappearances(1.5), np.random.default_rng(0)
+    learned.learn(rng.normal((100, 100), 5, (10, 2)), np.full(10, 0.5), returned=True)
+    learned.learn(rng.normal((500, 100), 5, (10, 2)), np.full(10, 1.5), returned=False)
     cover, open_air, elsewhere = learned.share(
         np.array([[100, 100], [500, 100], [300, 400.0]]), 9e5
     )
@@ -32,9 +32,9 @@ def test_a_cover_hides_and_the_open_does_not():
 
 
 def test_what_is_long_ago_is_forgotten():
-    learned, place = Disappearances(), np.full((200, 2), 50.0)
-    learned.learn(place, returned=False)
-    learned.learn(place, returned=True)
+    learned, place = Disappearances(1.5), np.full((200, 2), 50.0)
+    learned.learn(place, np.full(200, 1.5), returned=False)
+    learned.learn(place, np.full(200, 0.5), returned=True)
     assert learned.share(place[:1], 9e5) > 0.98
 
 
@@ -105,8 +105,25 @@ def test_that_several_do_not_come_back_is_seen_long_before_their_time_is_over():
 
 
 def test_that_one_does_not_come_back_does_not_tell_of_itself():
-    learned, place = Disappearances(), np.array([[300.0, 200.0]])
+    learned, place = Disappearances(1.5), np.array([[300.0, 200.0]])
     alone = learned.share(place, 9e5, np.array([[0.1, 0.9]]))
     assert alone == pytest.approx([HIDDEN_SHARE])
     beside = learned.share(np.repeat(place, 2, axis=0), 9e5, np.array([[0.1, 0.9]] * 2))
     assert (beside < 0.5).all()
+
+
+def test_the_longer_others_were_hidden_the_longer_what_is_lost_may_come_back():
+    odds, one = [], np.ones(1)
+    for time in (0.3, 3.0):
+        learned = Disappearances(1.5)
+        learned.learn(np.zeros((20, 2)), np.full(20, time), returned=True)
+        odds.append(learned.return_odds(0.5 * one, 4 * one, 4 * one, 0.95, 1 / 30)[0])
+    assert odds[1] > 2 * odds[0]
+
+
+def test_who_has_been_given_up_and_comes_back_after_all_tells_of_the_others():
+    learned, place = Disappearances(1.5), np.array([[100.0 * k, 200.0] for k in range(6)])
+    learned.learn(place, np.full(6, 1.5), returned=False)
+    before = learned.share_of_deleted(place[5:], 9e5)
+    learned.rejoin(place[:5], np.full(5, 3.0), 1 / 30, in_time=False)
+    assert before < 0.5 < learned.share_of_deleted(place[5:], 9e5)

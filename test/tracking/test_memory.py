@@ -5,6 +5,7 @@ import pytest
 from support.silhouettes import FRAME
 from support.silhouettes import points
 
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion.constant_velocity import ConstantVelocity
 from colortrack_ros.estimation.track_table import TrackTable
@@ -111,6 +112,23 @@ def test_two_that_change_places_unseen_are_told_apart_by_their_sizes(swapped):
         if k == SEEN - 1:
             before = dict(zip(rows['box_w'], rows['track_id'], strict=True))
     assert dict(zip(rows['box_w'], rows['track_id'], strict=True)) == before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('rate', [15, 30, 60])
+def test_what_begins_in_the_open_is_not_what_was_taken_away_there(rate):
+    """One is put down every half a second, and taken away 1 to 4 s later: one of 24 may err."""
+    rng, count = np.random.default_rng(rate), 24
+    start, way = rng.uniform((80, 80), (560, 400), (count, 2)), rng.uniform(-40, 40, (count, 2))
+    begin = np.arange(count) / 2
+    end = begin + rng.uniform(1.0, 4.0, count)
+    tracker, names = Tracker(), set()
+    for k in range(12 * rate):
+        here = np.flatnonzero((begin <= k / rate) & (k / rate < end))
+        z = (start + way * (k / rate - begin)[:, None])[here]
+        rows = tracker.update(points(z + rng.normal(0, 0.5, z.shape), round(k / rate * 1e9))).rows
+        names |= set(rows['track_id'][rows['state'] != TENTATIVE])
+    assert len(names) >= count - 1
 
 
 def test_a_reset_forgets():
