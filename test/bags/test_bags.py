@@ -195,6 +195,7 @@ def recorded(folder, storage, compressed=False):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('storage', 'compressed'),
     [

@@ -23,6 +23,7 @@ from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import TRACK
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('shape', SHAPES)
 @pytest.mark.parametrize('width', [30, 80])
 @pytest.mark.parametrize('level', [120, pytest.param(45, marks=pytest.mark.slow)])

@@ -131,6 +131,7 @@ def test_a_bad_setting_is_refused_by_its_name(name, value):
         ContourConfig(**{name: value})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('encoding', list(LAYOUTS))
 def test_the_target_is_followed_in_every_encoding(encoding):
     tracker = ContourTracker(QUICK)

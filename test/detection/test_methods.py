@@ -127,6 +127,7 @@ def moving(config, frames):
     return [detector.detect(frame).rows for frame in frames]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('encoding', ENCODINGS)
 @pytest.mark.parametrize('model', ['median', 'mog2', 'knn'])
 def test_background_finds_what_moves_in_every_encoding(model, encoding):

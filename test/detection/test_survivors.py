@@ -64,6 +64,7 @@ def both(config, frame, monkeypatch):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('erosion', [3, 5, 7])
 @pytest.mark.parametrize('count', [1, 2, 4])
 def test_what_outlasts_an_erosion_is_that_of_the_whole_picture(

@@ -138,6 +138,7 @@ def test_a_bad_tolerance_is_mended_and_the_rest_of_the_file_stays(tmp_path, caps
     assert given.read_text() == FILE
 
 
+@pytest.mark.slow
 def test_what_is_no_better_where_it_was_held_out_is_not_written(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr('colortrack_ros.tools.tune.search', lambda *_: {SCORE: 0.99})
     tuned = tmp_path / 'tuned.yaml'

@@ -67,6 +67,7 @@ def test_many_give_the_bytes_of_one_by_one_and_a_failure_is_in_the_same_report(c
     assert {path: path.stat().st_mtime_ns for path in Path('new').rglob('*')} == times
 
 
+@pytest.mark.slow
 def test_other_parameters_are_another_result_and_overwrite_nothing_unless_asked_for(capsys):
     Path('new').mkdir()
     assert run(*SCENES, *MANY) == 0
@@ -99,6 +100,7 @@ def test_a_replay_that_is_killed_goes_on_and_leaves_nothing_half_written():
     assert files('new') == one_by_one('single', *SCENES)
 
 
+@pytest.mark.slow
 def test_a_batch_that_is_stopped_keeps_what_is_whole_and_says_how_to_go_on(capsys):
     Path('new').mkdir()
     stop = threading.Event()

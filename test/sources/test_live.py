@@ -92,6 +92,7 @@ def test_a_stream_is_read_until_it_breaks_off(server, capfd):
     assert capfd.readouterr() == ('', '')
 
 
+@pytest.mark.slow
 def test_a_stream_that_stalls_fails_in_time(server, monkeypatch):
     monkeypatch.setattr(stream, 'TIMEOUT_MS', 2000)
     source = open_source(f'http://{server}/stall')

@@ -38,6 +38,7 @@ def errors(config, paths, seed=1):
     return np.sqrt(np.mean(squares)), tracker
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('acceleration', [20.0, 300.0, 3000.0])
 def test_learned_process_noise_is_as_good_as_the_true_one(acceleration):
     known = TrackerConfig(process_noise=acceleration, maneuvers=False)

@@ -45,6 +45,7 @@ def boxes(seen, jitter, k, rng):
     return Detections(rows, round(k / 30 * 1e9))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('jitter', [0.0, 0.15])
 @pytest.mark.parametrize('chance', [0.6, 0.8])
 def test_what_is_often_missed_is_shown_all_the_same(chance, jitter):

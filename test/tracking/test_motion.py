@@ -23,6 +23,7 @@ def test_a_new_motion_model_starts_afresh_and_says_so():
     assert tracks.rows['track_id'].tolist() == [2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('model', MOTION_MODELS)
 @pytest.mark.parametrize('associator', ASSOCIATORS)
 def test_every_model_with_every_associator_follows_crossing_objects(model, associator):
@@ -59,6 +60,7 @@ def test_an_object_that_has_rested_long_is_not_lost_when_it_starts():
     np.testing.assert_allclose(rows['u'], [z[0][0], 50], atol=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', range(2, 8))
 def test_what_a_first_detection_could_not_decide_three_do(seed):
     """In clutter a lost object is recognized by its velocity, not by a single detection."""

@@ -75,6 +75,7 @@ def score(x, z, size=None, judged=range(FORMED, FRAMES)):
     return np.mean(inside), np.sqrt(np.mean(squares)), len(names) / COUNT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('motion', [lines, circles])
 @pytest.mark.parametrize('sigma', [(0.5, 5.0), (4.0, 1.0)])
 def test_noise_that_differs_by_axis_is_learned_by_axis(motion, sigma):
@@ -86,6 +87,7 @@ def test_noise_that_differs_by_axis_is_learned_by_axis(motion, sigma):
     assert names == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('motion', [lines, circles])
 @pytest.mark.parametrize(('side', 'size'), [(1.0, 20.0), (2.0, 40.0), (5.0, 60.0)])
 def test_boxes_that_jitter_are_believed_no_more_than_their_centers(motion, side, size):
@@ -112,6 +114,7 @@ def test_positions_that_are_rounded_are_not_taken_for_exact(motion, step):
     assert names == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('motion', [lines, circles])
 @pytest.mark.parametrize(('rho', 'least'), [(0.3, 0.9), (0.5, 0.9), (0.7, 0.9), (0.9, 0.75)])
 def test_errors_that_last_are_doubted(motion, rho, least):
@@ -148,6 +151,7 @@ def test_what_a_filter_passes_on_of_errors_that_last_is_computed(gain):
     np.testing.assert_allclose(passed_on(np.array([gain]))[0], squares / squares[0], rtol=0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('motion', [lines, circles])
 @pytest.mark.parametrize('change', [(1.0, 3.0), (1.0, 5.0), (0.5, 4.0), (5.0, 1.0)])
 def test_noise_that_changes_at_once_is_learned_anew(motion, change):

@@ -46,6 +46,7 @@ def names(paths, detections):
     return owned
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('aside', [8.0, 14.0])
 @pytest.mark.parametrize('seed', range(4))
 def test_what_is_found_twice_keeps_its_id(seed, aside):

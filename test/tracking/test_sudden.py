@@ -35,6 +35,7 @@ def tracks_of(frames, rate, noise=1.0, seed=0, scale=1):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('scale', [1, 2, 6])
 @pytest.mark.parametrize('beside', [(420.0, 80.0), (200.0, 120.0)], ids=['alone', 'past another'])
 @pytest.mark.parametrize(('rate', 'speed'), [(30, 900), (15, 900), (15, 600), (10, 600)])
@@ -49,6 +50,7 @@ def test_what_is_pushed_keeps_its_id(rate, speed, beside, scale):
         assert np.hypot(rows['u'] - centers[:, 0], rows['v'] - centers[:, 1]).max() < 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', range(3))
 def test_false_detections_draw_away_nobody_who_is_missed(seed):
     """As many false detections as true ones, and a fifth of the true ones missed."""

@@ -58,6 +58,7 @@ def pair(apart, slow=20.0, frames=150):
     return np.stack([one, np.stack([400 - slow * t, 300 + apart + 0 * t], axis=1)], axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('apart', [8.0, pytest.param(15.0, marks=pytest.mark.slow), 25.0])
 def test_two_that_are_one_detection_for_seconds_come_out_as_whom_they_were(apart):
     for seed in range(3):

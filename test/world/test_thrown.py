@@ -34,6 +34,7 @@ def thrown(t, first, speed):
     return (x, y, z + speed[2] * t - GRAVITY * t**2 / 2), (*speed[:2], speed[2] - GRAVITY * t)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('rate', [10, 30, 60])
 @pytest.mark.parametrize('speed', [(0, 0, 4.0), (0.4, -0.8, 3.0), (1.5, 0.5, 3.0)])
 def test_a_ball_at_rest_that_is_thrown_is_followed_at_once(rate, speed):
