@@ -1,4 +1,4 @@
-"""What is in the room, and what the robot is made of."""
+"""Parameters of the room, its things, the robot, and its camera."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ ROOM_NAMES = ('balls', 'empty')
 
 @dataclass(frozen=True)
 class ThingConfig(Config):
-    """What one thing in the room is, NAME.shape and so on."""
+    """Parameters of one thing in the room: NAME.shape and so on."""
 
     shape: str = parameter('ball', 'A ball, or a cylinder that stands.', choices=SHAPES)
     rgb: tuple[float, ...] = parameter(
@@ -43,7 +43,7 @@ class ThingConfig(Config):
     )
 
     def check(self) -> None:
-        """Corners are pairs."""
+        """Check that corners come in pairs."""
         if len(self.path) < 2 or len(self.path) % 2:
             raise ValueError(
                 f'path: expected x and y of each corner, at least one, got {list(self.path)}'
@@ -54,8 +54,8 @@ class ThingConfig(Config):
 class Thing:
     """One thing in the room.
 
-    :param name: what it is called in parameters.
-    :param config: what it is.
+    :param name: its name in parameters.
+    :param config: its parameters.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Thing:
 
 @dataclass(frozen=True)
 class SimulationConfig(Config):
-    """The room, the robot, and its camera."""
+    """Parameters of the room, the robot, and its camera."""
 
     room: str = parameter(
         'balls',
@@ -143,7 +143,7 @@ class SimulationConfig(Config):
 
     @property
     def camera(self) -> CameraModel:
-        """The camera of the robot, with its principal point in the middle of the picture."""
+        """The robot's camera, with its principal point in the middle of the picture."""
         (width, height), f = self.picture_size, self.focal_length
         K = (f, 0, (width - 1) / 2, 0, f, (height - 1) / 2, 0, 0, 1)
         return CameraModel.of(width, height, K, self.distortion)

@@ -1,4 +1,4 @@
-"""Where a thing is at any time: along a closed path, and up and down."""
+"""Motion of a thing over time: along a closed path, and bouncing."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,15 +9,16 @@ from colortrack_ros.world.state import GRAVITY
 Floats = NDArray[np.float64]
 
 LOWEST_HOP = 0.3
-"""A ball that leaves the ground slower than this [m/s] has bounced out: it would rise
-v^2 / 2g, 5 mm, and be back after 2v / g, 0.06 s, two pictures at 30 Hz."""
+"""A ball that leaves the ground slower than this [m/s] has stopped bouncing: it would rise by
+v^2 / 2g, 5 mm, and land after 2v / g, 0.06 s, two pictures at 30 Hz."""
 
 
 class Course:
     """The motion of a thing, as a function of time.
 
-    It goes its path at a constant speed, around sharp corners, and begins again. What bounces falls
-    freely; its flights take 2 v / g, and each begins with `restitution` of the speed v of the last.
+    It follows its path at constant speed, around sharp corners, again and again. A bouncing thing
+    is in free fall; a flight takes 2 v / g, and the next one starts at `restitution` times its
+    speed v.
     """
 
     def __init__(self, config: ThingConfig) -> None:
@@ -36,7 +37,7 @@ class Course:
         self._landings = np.cumsum(2 * self._hops / GRAVITY)
 
     def at(self, time: float) -> tuple[Floats, Floats]:
-        """Position of the center and velocity, (3,) each [m], [m/s].
+        """Return position of the center and velocity, (3,) each [m], [m/s].
 
         :param time: since the start [s].
         """

@@ -1,4 +1,4 @@
-"""What a stereo camera makes of true depths: errors that grow with the square, and holes."""
+"""Errors of a stereo camera: noise that grows with the square of the depth, and holes."""
 
 from typing import Any
 
@@ -7,28 +7,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 MATCHED_AT_ONCE = 8
-"""Pixels on each side of what a stereo camera matches at once, whose errors are alike. Assumed: as
-of usual block matching. With half and twice as many, things are located to 0.76 and 0.74 % of the
-range, not 0.81, with another seed to 1.14 and 1.17, as with this (the run with noise and holes of
-test_simulation)."""
+"""Side of the blocks that a stereo camera matches [px]; the pixels of one share their error.
+Assumed: usual for block matching. With half and twice as many, things are located to 0.76 and
+0.74 % of the range instead of 0.81 %; with another seed, to 1.14 and 1.17 %, as with this (the run
+with noise and holes of test_simulation)."""
 
 EDGE_STEP = 0.1
-"""A step of depth by this share between pixels beside each other is an edge, at which one of the
-cameras sees what the other does not. Assumed; half and twice the value change nothing there."""
+"""A step of the depth between neighboring pixels by this share is an edge, where one camera sees
+what the other does not. Assumed; half and twice the value change nothing there."""
 
 
 class StereoErrors:
-    """Errors of depth pictures.
+    """Adds errors to depth pictures.
 
-    :param noise: standard deviation at 1 m, which grows with the square of the depth [1/m].
-    :param holes: share of the picture that is lost, besides the edges, 0..1.
+    :param noise: standard deviation at 1 m; it grows with the square of the depth [1/m].
+    :param holes: share of the picture that is lost in addition to the edges, 0..1.
     """
 
     def __init__(self, noise: float, holes: float, rng: np.random.Generator) -> None:
         self._noise, self._holes, self._rng = noise, holes, rng
 
     def of(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """What is measured of true depths, (H, W) [m]; NaN in holes."""
+        """Return what is measured of true depths, (H, W) [m]; NaN in holes."""
         if self._noise > 0:
             error = self._windows(depth.shape, self._rng.standard_normal)
             depth = depth + np.float32(self._noise) * depth * depth * error
@@ -38,7 +38,7 @@ class StereoErrors:
         return depth
 
     def _windows(self, shape: tuple[int, ...], draw: Any) -> NDArray[np.float32]:
-        """Random numbers, (H, W), alike within each window."""
+        """Return random numbers, (H, W), equal within each block."""
         height, width = shape
         size = -(-height // MATCHED_AT_ONCE) + 1, -(-width // MATCHED_AT_ONCE) + 1
         drawn = np.repeat(np.repeat(draw(size, np.float32), MATCHED_AT_ONCE, 0), MATCHED_AT_ONCE, 1)
@@ -47,7 +47,7 @@ class StereoErrors:
 
 
 def _edges(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Which pixels, (H, W), are beside a step."""
+    """Return which pixels, (H, W), are next to a step."""
     kernel = np.ones((3, 3), np.uint8)
     with np.errstate(invalid='ignore'):
         step = cv2.dilate(depth, kernel) - cv2.erode(depth, kernel)

@@ -1,4 +1,4 @@
-"""What the camera sees of the room: one ray for each pixel, and the nearest thing on it."""
+"""Rendering by ray casting: one ray per pixel, and the nearest thing on it."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 Rays = NDArray[np.float32]
 
 TILE = 0.5
-"""Side of the tiles of the floor [m]. Assumed, for the look of it."""
+"""Side of the floor tiles [m]. Assumed, for the look of it."""
 
 SURFACES = np.array(
     [
@@ -25,24 +25,24 @@ SURFACES = np.array(
     ],
     np.uint8,
 )  # fmt: skip
-"""blue, green, red of the tiles, dark and light; of the walls in x, -x, y, -y; of the ceiling."""
+"""Blue, green, red of dark and light tiles, of the walls at x, -x, y, -y, and of the ceiling."""
 
 TILES, WALLS_X, WALLS_Y, CEILING = 0, 2, 4, 6
-"""The first row of each in that table."""
+"""Index of the first row of each in SURFACES."""
 
 LAMP = np.array([0.3, -0.2, 0.93], np.float32)
-"""Direction to the lamp: above and a little to the side; chosen."""
+"""Direction to the lamp: above, and a little to the side. Chosen."""
 
 SHADE = 0.65
-"""Brightness of what the light does not reach: lamps and walls light a room from all sides.
+"""Brightness where the light does not reach, since lamps and walls light a room from all sides.
 Assumed, for the look of it; with 1 nothing has a dark side."""
 
 NEAREST = 0.02
-"""What is nearer to the camera [m] is behind its lens. Assumed: half or twice as
-much changes the pictures of what touches the lens alone."""
+"""Least depth [m]; what is nearer is not drawn. Assumed: half or twice as much changes only
+pictures of things that touch the lens."""
 
 CORNERS = np.array(list(product((-1, 1), repeat=3)))
-"""Of a cube around 0."""
+"""Corners of a cube around 0."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Sight:
 
     :ivar image: (H, W, 3) bgr8.
     :ivar depth: (H, W) along the optical axis [m], NaN where the lens shows nothing.
-    :ivar visible: (N,) share of each thing that is in the picture and not hidden.
+    :ivar visible: (N,) share of each thing that is inside the picture and not hidden.
     """
 
     image: NDArray[np.uint8]
@@ -72,23 +72,23 @@ class Renderer:
         shape = camera.height, camera.width
         v, u = np.mgrid[: shape[0], : shape[1]]
         rays = camera.rays(np.stack([u.ravel(), v.ravel()], axis=1).astype(float))
-        # a ray of depth 1, so that its parameter is the depth of what it hits
+        # Rays have depth 1, so that the ray parameter of a hit is its depth.
         flat = rays[:, :2] / np.where(rays[:, 2:] > 0, rays[:, 2:], np.nan)
         self._rays = np.concatenate([flat.T, np.ones((1, len(flat)))]).astype(np.float32)
-        # what the columns and the rows of the picture show, from X/Z or Y/Z to
+        # The range of X/Z that each column shows, and that of Y/Z for each row.
         planes = flat.T.reshape(2, *shape)
         self._first = [np.nanmin(plane, axis=axis) for axis, plane in enumerate(planes)]
         self._last = [np.nanmax(plane, axis=axis) for axis, plane in enumerate(planes)]
-        # each picture takes its noise from another place of this one
+        # Each picture takes its noise from a random part of this one.
         large = rng.normal(0.0, noise, (2 * shape[0], 2 * shape[1], 3))
         self._noise = large.round().astype(np.int16) if noise > 0 else None
 
     def render(self, optical: Pose, things: list[Thing], centers: Floats) -> Sight:
-        """The picture.
+        """Render the picture.
 
-        :param optical: the optical frame in the room.
-        :param things: N things; the pillars of the room are there as well.
-        :param centers: (N, 3) of the things [m].
+        :param optical: pose of the optical frame in the room.
+        :param things: N things; the pillars of the room are added.
+        :param centers: (N, 3) centers of the things [m].
         """
         shape = self._camera.height, self._camera.width
         rays = (optical.R.astype(np.float32) @ self._rays).reshape(3, *shape)
@@ -113,7 +113,7 @@ class Renderer:
         return Sight(self._noisy(image), depth, visible)
 
     def _walls(self, rays: Rays, eye: NDArray[np.float32]) -> tuple[Rays, NDArray[np.uint8]]:
-        """Depth and surface, (H, W) each, of the floor, the walls and the ceiling."""
+        """Return depth and surface, (H, W) each, of floor, walls, and ceiling."""
         x, y, z = rays
         half_x, half_y = (np.float32(half) for half in self._room.half_size)
         with np.errstate(divide='ignore', invalid='ignore'):
@@ -132,7 +132,7 @@ class Renderer:
         return depth, surface
 
     def _part(self, optical: Pose, thing: Thing, center: Floats) -> tuple[slice, slice] | None:
-        """The part of the picture in which a thing is, None for one that is not in it."""
+        """Return the part of the picture that contains a thing, or None if there is none."""
         corners = center + CORNERS * _half_box(thing)
         points = optical.inverse().apply(corners)
         low, high = points.min(axis=0), points.max(axis=0)
@@ -141,7 +141,7 @@ class Renderer:
         if low[2] > NEAREST:
             flat = points[:, :2] / points[:, 2:]
             first, last = flat.min(axis=0), flat.max(axis=0)
-        else:  # it reaches behind the camera, and so, to its side, beyond all pictures
+        else:  # it reaches behind the camera, and so beyond the picture on that side
             first = np.where(low[:2] > 0, low[:2] / high[2], -np.inf)
             last = np.where(high[:2] < 0, high[:2] / high[2], np.inf)
         columns, rows = (
@@ -153,7 +153,7 @@ class Renderer:
         return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
     def _sizes(self, optical: Pose, things: list[Thing], centers: Floats) -> Floats:
-        """How many pixels each thing would have if nothing hid it, (N,)."""
+        """Return how many pixels, (N,), each thing would cover if nothing hid it."""
         sizes = np.zeros(len(things))
         for k, thing in enumerate(things):
             away = float(np.linalg.norm(centers[k] - optical.t))
@@ -172,23 +172,23 @@ class Renderer:
 
 
 def _half_box(thing: Thing) -> Floats:
-    """Half of the size of a thing, (3,) [m]."""
+    """Return half of the size of a thing, (3,) [m]."""
     config = thing.config
     radius = config.diameter / 2
     return np.array([radius, radius, radius if config.shape == 'ball' else config.height / 2])
 
 
 def _body(rays: Rays, eye: Floats, thing: Thing) -> tuple[Rays, Rays]:
-    """Where rays hit a thing, (h, w), inf for nowhere, and the light on it there, 0..1.
+    """Return the depth, (h, w), where rays hit a thing, inf if they miss, and its brightness, 0..1.
 
     :param rays: (3, h, w) in the room.
-    :param eye: (3,) the camera, seen from the thing's center [m].
+    :param eye: (3,) the camera relative to the thing's center [m].
     """
     x, y, z = rays
     o = eye.astype(np.float32)
     radius = np.float32(thing.config.diameter / 2)
     is_ball = thing.config.shape == 'ball'
-    # |o + t d| = radius, over x and y, and z of a ball
+    # |o + t d| = radius in x and y, for a ball also in z
     a, b = x * x + y * y, x * o[0] + y * o[1]
     c = o[0] * o[0] + o[1] * o[1] - radius * radius
     if is_ball:
@@ -200,7 +200,7 @@ def _body(rays: Rays, eye: Floats, thing: Thing) -> tuple[Rays, Rays]:
         if not is_ball:
             half = np.float32(thing.config.height / 2)
             side = np.abs(o[2] + t * z) < half
-            # from above, a ray may come in through the lid
+            # From above, a ray may enter through the lid.
             top = (half - o[2]) / z
             lid = np.square(o[0] + top * x) + np.square(o[1] + top * y) < radius * radius
             lid &= (o[2] > half) & ~side

@@ -1,4 +1,4 @@
-"""A robot with a differential drive: what it is told, where it goes, and what its wheels tell."""
+"""A robot with a differential drive: its commands, its motion, and its odometry."""
 
 from dataclasses import dataclass
 
@@ -7,27 +7,27 @@ import numpy as np
 from colortrack_ros.world.poses import Pose
 
 ACCELERATION, TURNING = 5.0, 20.0
-"""What wheels with rubber can do [m/s^2], [rad/s^2]: half of friction 1 times gravity. Assumed."""
+"""Acceleration of rubber wheels [m/s^2], [rad/s^2]: half of a friction of 1. Assumed."""
 
 TOP_SPEED, TOP_TURN = 1.5, 4.0
-"""As fast as the motors turn [m/s], [rad/s]. Assumed: a Jackal drives 2 m/s, a TurtleBot 0.3."""
+"""Top speeds of the motors [m/s], [rad/s]. Assumed: a Jackal drives 2 m/s, a TurtleBot 0.3."""
 
 ROBOT_RADIUS = 0.2
-"""Of the robot [m]: it stops where something is nearer to its middle. Assumed: a
+"""Radius of the robot [m]: it stops before anything comes closer to its center. Assumed: a
 TurtleBot 4 has 0.17."""
 
 
 @dataclass
 class Place:
-    """Of a robot on the ground: x, y [m] and heading [rad]."""
+    """Pose of a robot on the ground: x, y [m] and heading [rad]."""
 
     x: float = 0.0
     y: float = 0.0
     yaw: float = 0.0
 
     def moved(self, way: float, turn: float) -> 'Place':
-        """After driving on an arc of so many m, turning by so many rad."""
-        # the chord of an arc is sin(turn/2) / (turn/2) as long, in the direction of its middle
+        """Return the place after an arc of length `way` [m] that turns by `turn` [rad]."""
+        # The chord of an arc is shorter by sin(turn/2) / (turn/2), and points along its middle.
         chord = way * np.sinc(turn / (2 * np.pi))
         middle = self.yaw + turn / 2
         return Place(
@@ -36,18 +36,18 @@ class Place:
 
     @property
     def pose(self) -> Pose:
-        """In space."""
+        """The same in space."""
         return Pose.of_rpy((self.x, self.y, 0.0), (0.0, 0.0, self.yaw))
 
 
 class Robot:
-    """A robot that begins in the middle of the room and looks along x.
+    """A robot that starts in the middle of the room, facing along x.
 
-    :param drift: standard deviations of what odometry is off by after 1 m [m] and 1 rad [rad].
+    :param drift: standard deviations of the odometry's error after 1 m [m] and 1 rad [rad].
     :param rng: for the drift.
-    :ivar place: where it is.
-    :ivar odometry: where its wheels say that it is.
-    :ivar speed, turn: of now [m/s], [rad/s].
+    :ivar place: true pose.
+    :ivar odometry: pose according to its wheels.
+    :ivar speed, turn: current speeds [m/s], [rad/s].
     """
 
     def __init__(self, drift: tuple[float, ...], rng: np.random.Generator) -> None:
@@ -57,21 +57,21 @@ class Robot:
         self._command = (0.0, 0.0)
 
     def command(self, speed: float, turn: float) -> None:
-        """Take the speeds to drive with [m/s], [rad/s]."""
+        """Set the desired speeds [m/s], [rad/s]."""
         self._command = (
             float(np.clip(speed, -TOP_SPEED, TOP_SPEED)),
             float(np.clip(turn, -TOP_TURN, TOP_TURN)),
         )
 
     def next(self, dt: float) -> Place:
-        """Change the speeds towards the command; where it is after dt [s] if nothing is there."""
+        """Adapt the speeds to the command; return where it gets in dt [s] if the way is free."""
         speed, turn = self._command
         self.speed += float(np.clip(speed - self.speed, -ACCELERATION * dt, ACCELERATION * dt))
         self.turn += float(np.clip(turn - self.turn, -TURNING * dt, TURNING * dt))
         return self.place.moved(self.speed * dt, self.turn * dt)
 
     def go(self, place: Place, dt: float) -> None:
-        """Be there, with the odometry that the wheels count."""
+        """Move there, and update the odometry."""
         way, turn = self.speed * dt, self.turn * dt
         off = self._rng.normal(size=2) * self._drift
         self.odometry = self.odometry.moved(

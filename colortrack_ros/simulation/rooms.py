@@ -1,4 +1,4 @@
-"""The rooms: their size, their pillars, and the things in them from the start."""
+"""Rooms: their size, their pillars, and their initial things."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from colortrack_ros.simulation.config import ThingConfig
 RED, BLUE = (205.0, 58.0, 34.0), (38.0, 84.0, 176.0)
 YELLOW, GREEN = (224.0, 178.0, 30.0), (44.0, 150.0, 62.0)
 STONE = (150.0, 146.0, 140.0)
-"""Chosen: 60 CIELAB units and more from each other and from the pillars."""
+"""Chosen to be at least 60 CIELAB units apart from each other and from the pillars."""
 
 
 @dataclass(frozen=True)
@@ -17,8 +17,8 @@ class Room:
 
     :param half_size: x, y [m].
     :param height: of its walls [m].
-    :param things: which truth tells of.
-    :param pillars: which hide them.
+    :param things: reported in the truth.
+    :param pillars: hide things, and are not in the truth.
     """
 
     half_size: tuple[float, float]
@@ -54,4 +54,4 @@ ROOMS = {
     ),
     'empty': Room((6.0, 4.5), 2.4, (), ()),
 }
-"""By the parameter room."""
+"""Rooms by the value of the parameter ``room``."""

@@ -1,4 +1,4 @@
-"""The room as time goes by: the robot drives, things move, the camera looks."""
+"""The simulation: the robot drives, things move, the camera takes pictures."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -28,8 +28,8 @@ from colortrack_ros.world.view import View
 Floats = NDArray[np.float64]
 
 SEEN = 0.3
-"""A thing of which this share is visible is seen: a detector finds that much of it. Assumed; truth
-alone has it, so that with half or twice the value what is half covered counts as seen or not."""
+"""A thing is seen if at least this share of it is visible, enough for a detector. Assumed; only the
+truth uses it, to decide whether a half-covered thing counts as seen."""
 
 
 class Simulation:
@@ -37,8 +37,8 @@ class Simulation:
 
     :ivar time: since the start [ns].
     :ivar robot: the robot.
-    :ivar mount: pose of the camera's body on it.
-    :ivar things: what truth tells of.
+    :ivar mount: pose of the camera's body on the robot.
+    :ivar things: those reported in the truth.
     """
 
     def __init__(self, config: SimulationConfig) -> None:
@@ -53,13 +53,13 @@ class Simulation:
         self.place(config.objects)
 
     def place(self, objects: Sequence[Thing]) -> None:
-        """Have these things in the room, besides those that are there from the start."""
+        """Put things into the room, in addition to its initial ones."""
         self.things = [*self._room.things, *objects]
         self._courses = [Course(thing.config) for thing in self.things]
         self._seen = np.full(len(self.things), self.time)
 
     def advance(self, duration: int) -> None:
-        """Let time go by.
+        """Advance the simulation.
 
         :param duration: [ns].
         """
@@ -80,13 +80,13 @@ class Simulation:
 
     @property
     def view(self) -> View:
-        """The camera as odometry tells it."""
+        """The camera's view according to odometry."""
         return View(self.camera, self.robot.odometry.pose, self.mount)
 
     def truth(self, visible: Floats) -> Locations:
-        """Where things are in the frame of the odometry, whose drift they seem to follow.
+        """Return the true locations in the odometry's frame, in which things share its drift.
 
-        :param visible: of the picture; the score.
+        :param visible: (N,) visible share of each thing, see Sight; becomes the score.
         """
         off = self.robot.odometry.pose @ self.robot.place.pose.inverse()
         states = self._states()
@@ -104,13 +104,13 @@ class Simulation:
         return Locations(rows, self.time)
 
     def _states(self) -> Floats:
-        """Position and velocity of each thing in the room, (N, 6)."""
+        """Return position and velocity of each thing in the room, (N, 6)."""
         now = self.time / NANOSECONDS
         states = [np.concatenate(course.at(now)) for course in self._courses]
         return np.reshape(states, (-1, 6))
 
     def _is_free(self, place: Place) -> bool:
-        """Whether the robot can be there: nothing stands or lies in its way."""
+        """Return whether the robot fits there: no wall, pillar, or low thing is in its way."""
         x, y = self._room.half_size
         inside = abs(place.x) < x - ROBOT_RADIUS and abs(place.y) < y - ROBOT_RADIUS
         states = self._states()

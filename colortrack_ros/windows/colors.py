@@ -1,4 +1,4 @@
-"""Which colors are the target's, and which are beside it."""
+"""Color histograms of a target and of its surroundings."""
 
 from typing import Any
 
@@ -11,15 +11,15 @@ from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.features import Pixels
 
 LEVELS, COLOR_RATE = 32, 0.04
-"""Of each channel in a histogram, and the rate of learning (Bertinetto et al. 2016, table 1)."""
+"""Levels of each channel in a histogram, and learning rate (Bertinetto et al. 2016, table 1)."""
 
 INNER, OUTER = 0.8, 1.1
-"""A pixel is the target's inside this share of its box, as in Staple (inner padding of 0.2), and
-of what is beside it outside this one: what is between is either."""
+"""Pixels inside the first share of the box belong to the target (Staple's inner padding of 0.2),
+pixels outside the second to its surroundings. Those in between may be either and are ignored."""
 
 
 class Colors:
-    """Histograms of the colors of a target, and of those around it (Possegger et al. 2015).
+    """Color histograms of a target and of its surroundings (Possegger et al. 2015).
 
     :param patch: (rows, columns) or (rows, columns, 3) with the target in the middle.
     :param target: its width and height [px of the patch].
@@ -38,7 +38,7 @@ class Colors:
         self._renew_table(np.flatnonzero(self._seen))
 
     def learn(self, patch: Pixels) -> None:
-        """Learn the colors of a patch with the target in the middle."""
+        """Update the histograms from a patch with the target in the middle."""
         counts = self._counts(patch)
         self._seen |= counts.any(axis=0)
         seen = np.flatnonzero(self._seen)  # a few hundred of 32,768
@@ -47,11 +47,11 @@ class Colors:
         self._renew_table(seen)
 
     def likelihood(self, patch: Pixels) -> Features:
-        """Probability of each pixel to be the target's by its color, (rows, columns)."""
+        """Return the probability, (rows, columns), that a pixel is the target's by its color."""
         return np.asarray(self._table.take(_index(patch)))
 
     def _renew_table(self, seen: NDArray[np.intp]) -> None:
-        """Take the probabilities of the bins seen so far from the histograms."""
+        """Recompute the probabilities of the bins that have been seen."""
         target, beside = self._shares[:, seen]
         both = target + beside
         half = np.full(len(seen), 0.5)
@@ -59,19 +59,19 @@ class Colors:
 
     @property
     def _pixels(self) -> Floats:
-        """Of the target and of what is beside it, (2, 1)."""
+        """Number of pixels of the target and of its surroundings, (2, 1)."""
         return np.array([[max(len(where), 1)] for where in self._places], float)
 
     def _counts(self, patch: Pixels) -> NDArray[np.intp]:
-        """Pixels of each color inside and outside, (2, LEVELS ** channels)."""
+        """Count the pixels of each color, target and surroundings: (2, LEVELS ** channels)."""
         index, count = _index(patch).ravel(), LEVELS ** (3 if patch.ndim == 3 else 1)
         return np.stack([np.bincount(index[where], minlength=count) for where in self._places])
 
 
 def mean_inside(likelihood: Features, size: tuple[int, int], target: Floats) -> Features:
-    """Mean likelihood of a box of the target's size around each cell.
+    """Return the mean likelihood in a box of the target's size around each cell.
 
-    :param size: columns and rows of cells that are wanted.
+    :param size: columns and rows of the result [cells].
     :param target: width and height of the box [cells].
     """
     cells = cv2.resize(likelihood, size, interpolation=cv2.INTER_AREA)
@@ -80,7 +80,7 @@ def mean_inside(likelihood: Features, size: tuple[int, int], target: Floats) -> 
 
 
 def _index(patch: Pixels) -> NDArray[np.integer[Any]]:
-    """The bin of each pixel, (rows, columns): the upper five bits of each channel."""
+    """Return the bin of each pixel, (rows, columns): the upper five bits of each channel."""
     if patch.ndim == 2:
         return patch // (256 // LEVELS)
     return cv2.cvtColor(patch, cv2.COLOR_BGR2BGR555).view(np.uint16)[..., 0]

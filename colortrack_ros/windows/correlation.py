@@ -1,4 +1,4 @@
-"""A correlation filter, learned from what is the target and what is beside it."""
+"""A correlation filter that tells a target from its surroundings."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from colortrack_ros.windows.features import Floats
 Spectrum = NDArray[np.complex64]
 
 PEAK_SIGMA, FILTER_RATE = 0.1, 0.02
-"""Width of the wanted peak as a share of the target's size, and the rate of learning; of KCF with
+"""Width of the desired peak as a share of the target's size, and learning rate, both of KCF with
 histograms of gradients (Henriques et al. 2015, table 2)."""
 
 FILTER_REGULARIZATION = 1e-3
@@ -18,17 +18,17 @@ FILTER_REGULARIZATION = 1e-3
 
 
 class CorrelationFilter:
-    """The filter that answers a target in the middle of its features with a peak there.
+    """A filter that responds with a peak where the target is.
 
-    Of many channels, in the frequency domain, with one denominator: H = sum A_l / (B + lambda)
-    (Danelljan et al. 2014, (3)). It is cut off at the box of the target: what is around it is most
-    of what is looked at, moves otherwise, and would take it along. (The first step of the
-    alternation by which Lukezic et al. 2017, 3.2, constrain a filter; two further ones were worth
-    nothing on ten public sequences.)
+    It has many channels and one denominator, in the frequency domain: H = sum A_l / (B + lambda)
+    (Danelljan et al. 2014, (3)). It is cut off at the target's box: most of the patch is
+    background, which moves differently and would drag the target along. This is the first step of
+    the alternation by which Lukezic et al. 2017, 3.2, constrain a filter; two more steps gained
+    nothing on ten public sequences.
 
     :param features: (channels, rows, columns) with the target in the middle.
     :param target: its width and height [cells].
-    :ivar window: (rows, columns) weights of the cells, 1 in the middle and none beyond the rim.
+    :ivar window: (rows, columns) weights of the cells, 1 in the middle, falling to 0 past the rim.
     :ivar sigma: width of the peak [cells].
     """
 
@@ -45,13 +45,13 @@ class CorrelationFilter:
         self._filter = self._cut_off()
 
     def transform(self, features: Features) -> Spectrum:
-        """Spectrum of features, (channels, rows, columns / 2 + 1), for learn and respond."""
+        """Return the spectrum, (channels, rows, columns / 2 + 1), for learn and respond."""
         return np.asarray(fft.rfft2(features * self.window))
 
     def learn(self, spectrum: Spectrum, place: Floats) -> None:
-        """Learn what the target looks like now.
+        """Update the filter with the target's current appearance.
 
-        :param place: (u, v) of the target from the middle of the features [cells].
+        :param place: (u, v) of the target relative to the middle of the features [cells].
         """
         numerator, energy = self._lesson(spectrum, place)
         self._numerator += FILTER_RATE * (numerator - self._numerator)
@@ -59,12 +59,12 @@ class CorrelationFilter:
         self._filter = self._cut_off()
 
     def respond(self, spectrum: Spectrum) -> Features:
-        """How much each cell looks like the middle of the target, (rows, columns), below 1."""
+        """Return the response, (rows, columns), below 1: how well the target fits at each cell."""
         answer = (self._filter * spectrum).sum(axis=0)
         return np.asarray(fft.fftshift(fft.irfft2(answer, s=self.window.shape)))
 
     def _cut_off(self) -> Spectrum:
-        """The filter inside the target's box alone, conjugated."""
+        """Return the conjugate of the filter, restricted to the target's box."""
         whole = fft.irfft2(
             self._numerator / (self._energy + FILTER_REGULARIZATION), s=self._inside.shape
         )
@@ -72,16 +72,16 @@ class CorrelationFilter:
 
     def _lesson(self, spectrum: Spectrum, place: Floats) -> tuple[Spectrum, Features]:
         turns = sum(f * x for f, x in zip(self._frequencies, place, strict=True))
-        moved = np.exp(2j * np.pi * turns).astype(np.complex64)  # the peak is wanted at the place
+        moved = np.exp(2j * np.pi * turns).astype(np.complex64)  # puts the peak at the place
         energy = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
         return self._wanted * moved * spectrum, energy
 
 
 def _taper(count: int) -> Features:
-    """A Hann window without its zeros: a transform knows no borders."""
+    """Return a Hann window without its zeros, since the transform wraps around the borders."""
     return np.hanning(count + 2)[1:-1].astype(np.float32)
 
 
 def _share(place: NDArray[np.intp], side: float) -> Features:
-    """The share of each cell, counted from the middle, that is inside a box of that side."""
+    """Return the share of each cell, counted from the middle, inside a box of that side."""
     return np.clip((side + 1) / 2 - np.abs(place), 0, 1).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Parts of a picture in gray levels, and windows of them at positions between pixels."""
+"""Gray crops of a picture, and windows in them at subpixel positions."""
 
 import cv2
 import numpy as np
@@ -18,11 +18,11 @@ TO_GRAY = {
 
 
 class Crop:
-    """A part of a picture.
+    """A gray part of a picture.
 
     :param gray: (H, W) gray levels, float32.
     :param corner: u, v of its top left pixel [px].
-    :param times: pixels of the picture, on either axis, of which each gray level is the mean.
+    :param times: each gray level is the mean of this many pixels of the picture on each axis.
     """
 
     def __init__(self, gray: Gray, corner: NDArray[np.intp], times: int = 1) -> None:
@@ -32,9 +32,9 @@ class Crop:
     def of(
         cls, frame: Frame, low: NDArray[np.intp], high: NDArray[np.intp], times: int = 1
     ) -> 'Crop':
-        """The part of a frame from pixel low to pixel high, (u, v), both inside and included.
+        """Return the part of a frame from pixel low to pixel high, (u, v), both included.
 
-        What is left over beside whole means is cut off at its right and lower side.
+        Incomplete means at the right and at the bottom are cut off.
         """
         part: NDArray = frame.image[low[1] : high[1] + 1, low[0] : high[0] + 1]
         if frame.encoding in TO_GRAY:
@@ -48,9 +48,9 @@ class Crop:
         return cls(part, low, times)
 
     def window(self, center: Floats, shape: tuple[int, ...]) -> Gray:
-        """The window (height, width) around a center with a fraction of a pixel.
+        """Return the window, (height, width), around a subpixel center.
 
-        What would lie outside repeats the border of the crop.
+        Outside the crop, its border is repeated.
 
         :param center: (u, v) [px].
         :param shape: height and width [gray levels].
@@ -60,7 +60,7 @@ class Crop:
 
 
 def cut_window(frame: Frame, center: Floats, shape: tuple[int, ...], times: int = 1) -> Gray:
-    """The window (height, width) of a frame around a center (u, v) [px]; see Crop."""
+    """Return the window, (height, width), of a frame around a center (u, v) [px]; see Crop."""
     size, half = np.array(frame.image.shape[1::-1]), times * (np.array(shape[::-1]) / 2 + 1)
     low = np.clip(np.floor(center - half).astype(int), 0, size - 1)
     high = np.clip(np.ceil(center + half).astype(int), low, size - 1)

@@ -1,4 +1,4 @@
-"""What a part of a picture looks like: oriented gradients and colors, on a grid of cells."""
+"""Appearance of a part of a picture: oriented gradients and colors on a grid of cells."""
 
 from functools import cache
 
@@ -14,31 +14,31 @@ Pixels = NDArray[np.uint8]
 Features = NDArray[np.float32]
 
 CELL = 4
-"""Side of a cell [px of a patch], as of the histograms of Staple (Bertinetto et al. 2016, 4)."""
+"""Side of a cell [px of a patch], as in the histograms of Staple (Bertinetto et al. 2016, 4)."""
 
 ORIENTATIONS = 9
 """Directions of gradients in half a turn (Dalal and Triggs 2005, 6.3)."""
 
 CLIP = 0.4
-"""Greatest component of a cell's histogram: twice the 0.2 of Felzenszwalb et al. (2010), whose four
-normalizations, which are added here as one, halve it."""
+"""Largest component of a cell's histogram. Felzenszwalb et al. (2010) take 0.2 and sum four
+normalizations with a weight of one half; here there is one."""
 
 FLAT = 4.0
-"""Sum of gradients in a cell that is told from none: a quarter of a gray level on each pixel, as
-rounding makes it."""
+"""Sum of gradients in a cell that counts as none: a quarter of a gray level at each pixel, as
+rounding causes."""
 
 COARSE = 2.0
-"""Pixels of the picture on one of the patch from which interpolation would miss some."""
+"""Pixels of the picture per pixel of the patch from which on interpolation would skip some."""
 
 
 def sample(frame: Frame, center: Floats, size: Floats, out: tuple[int, int]) -> Pixels:
-    """The part of a picture around a center, resampled.
+    """Return the part of a picture around a center, resampled.
 
-    What would lie outside the picture repeats its border.
+    Outside the picture, its border is repeated.
 
     :param center: (u, v) [px].
     :param size: width and height of the part [px].
-    :param out: columns and rows that are wanted.
+    :param out: columns and rows of the result.
     :return: (rows, columns) gray, or (rows, columns, 3).
     """
     limit = np.array(frame.image.shape[1::-1])
@@ -46,7 +46,7 @@ def sample(frame: Frame, center: Floats, size: Floats, out: tuple[int, int]) -> 
     low = np.floor(center - size / 2).astype(int) - 1
     part, rim = _cut(frame.image, low, low + np.ceil(size).astype(int) + 3, limit)
     corner = center - step * (np.array(out) - 1) / 2 - low - rim
-    while step.min() >= COARSE and min(part.shape[:2]) > 1:  # no aliases: half of it, by means
+    while step.min() >= COARSE and min(part.shape[:2]) > 1:  # against aliases: halve it, by means
         columns, rows = part.shape[1] // 2, part.shape[0] // 2
         part = part[: 2 * rows, : 2 * columns]
         part = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA), np.uint8)
@@ -58,9 +58,9 @@ def sample(frame: Frame, center: Floats, size: Floats, out: tuple[int, int]) -> 
 
 
 def _cut(image: Pixels, low: Indices, high: Indices, limit: Indices) -> tuple[Pixels, Indices]:
-    """What is inside the picture of the part from low to high (u, v), which is excluded.
+    """Return what of the part from low to high, (u, v), excluded, is inside the picture.
 
-    :return: it, and how much is missing to the left and above, (u, v).
+    :return: the part, and how much is missing to the left and above, (u, v).
     """
     first = np.clip(low, 0, limit - 1)
     last = np.clip(high, first + 1, limit)
@@ -69,7 +69,7 @@ def _cut(image: Pixels, low: Indices, high: Indices, limit: Indices) -> tuple[Pi
 
 
 def to_gray(patch: Pixels, encoding: str) -> Features:
-    """Gray levels (rows, columns) of a patch of that encoding."""
+    """Return the gray levels, (rows, columns), of a patch in that encoding."""
     if patch.ndim == 3:
         code = cv2.COLOR_BGR2GRAY if encoding.startswith('bgr') else cv2.COLOR_RGB2GRAY
         return np.asarray(cv2.cvtColor(patch, code), np.float32)
@@ -77,10 +77,11 @@ def to_gray(patch: Pixels, encoding: str) -> Features:
 
 
 def oriented_gradients(gray: Features) -> Features:
-    """Histograms of the directions of the gradients (Dalal and Triggs 2005), of each cell.
+    """Return histograms of oriented gradients of each cell (Dalal and Triggs 2005).
 
-    Each gradient is shared by the two directions next to its own, in a whole turn; those of half a
-    turn are their sums. A histogram is normalized by the gradients of the cells around it.
+    Each gradient is split between the two nearest of the directions in a whole turn; the histogram
+    over half a turn adds up opposite ones. Histograms are normalized by the gradients of the cells
+    around.
 
     :param gray: (rows, columns), multiples of CELL.
     :return: (rows / CELL, columns / CELL, 3 ORIENTATIONS).
@@ -90,7 +91,7 @@ def oriented_gradients(gray: Features) -> Features:
     size = rows // CELL * (columns // CELL) * count
     du = cv2.Sobel(gray, cv2.CV_32F, 1, 0, ksize=1)
     dv = cv2.Sobel(gray, cv2.CV_32F, 0, 1, ksize=1)
-    # cartToPolar's magnitude differs in its last bit by where its arrays lie (OpenCV 4.6).
+    # The last bit of cartToPolar's magnitude depends on the alignment of its arrays (OpenCV 4.6).
     magnitude = np.sqrt(du * du + dv * dv)
     angle = np.asarray(cv2.phase(du, dv)) * np.float32(count / (2 * np.pi))
     lower = angle.astype(np.intp)
@@ -109,13 +110,13 @@ def oriented_gradients(gray: Features) -> Features:
 
 @cache
 def _first_bins(rows: int, columns: int) -> Indices:
-    """The first bin of the histogram of each pixel's cell, (rows, columns)."""
+    """Return the index of the first bin of each pixel's cell, (rows, columns)."""
     cell = np.arange(rows)[:, None] // CELL * (columns // CELL) + np.arange(columns) // CELL
     return 2 * ORIENTATIONS * cell
 
 
 def describe(patch: Pixels, encoding: str) -> Features:
-    """Oriented gradients and mean colors of each cell, (channels, rows / CELL, columns / CELL)."""
+    """Return gradients and mean colors of the cells: (channels, rows / CELL, columns / CELL)."""
     gradients = oriented_gradients(to_gray(patch, encoding))
     size = gradients.shape[1::-1]
     colors = cv2.resize(patch, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255 - 0.5

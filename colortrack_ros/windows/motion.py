@@ -1,4 +1,4 @@
-"""How targets move: Kalman filters, and the swarm that steers them (Vidal 2009, 4.3, 5.4)."""
+"""Motion of targets: Kalman filters, corrected by the swarm (Vidal 2009, 4.3, 5.4)."""
 
 from dataclasses import dataclass
 
@@ -17,22 +17,21 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 GATE_SIGMAS, GATE_GROWTH = 3.0, 3.0
-"""The search region holds so many standard deviations, 99.7 % on each axis, up to so many times its
-normal size, which is an area 9 times as large. Assumed; half and twice GATE_SIGMAS
-change nothing on five scenes (``benchmark/windows.py --seeds 1 --constants
-motion.GATE_SIGMAS``)."""
+"""Standard deviations inside the search region, 99.7 % on each axis, and the factor by which it may
+grow at most, to 9 times the area. Assumed; half and twice GATE_SIGMAS change nothing on five scenes
+(``benchmark/windows.py --seeds 1 --constants motion.GATE_SIGMAS``)."""
 
 LEAST_T = 1e-3
-"""Least time that a change of velocity is told from [s]: two frames may have the same stamp."""
+"""Least time step for a change of velocity [s]: two frames may have the same stamp."""
 
 
 @dataclass
 class Motion(Columns):
     """The filters of N targets.
 
-    :param bank: with the model of constant velocity.
-    :param velocity: (N, T, 2, 2) in the last T frames, the latest first, by matching and by the
-        filter, u and v [px/frame]; NaN: none. The swarm looks at it.
+    :param bank: constant-velocity filters.
+    :param velocity: (N, T, 2, 2) velocities in the last T frames, latest first, by matching and by
+        the filter, u and v [px/frame]; NaN where there is none. Input of the swarm.
     """
 
     bank: Bank
@@ -40,18 +39,20 @@ class Motion(Columns):
 
     @classmethod
     def of_new(cls, center: Floats, config: WindowConfig) -> 'Motion':
-        """Filters that begin at rest in the centers (K, 2) [px] of windows."""
+        """Return filters at rest at the centers of windows, (K, 2) [px]."""
         bank = Bank(MOTION_MODELS['constant_velocity']())
         R = np.broadcast_to(SUBPIXEL_SIGMA**2 * np.eye(2), (len(center), 2, 2))
         spread = np.repeat([0.0, config.initial_speed], 2)
         return cls(bank.at_rest(center, R, spread), _no_velocities(len(center), config))
 
     def forget_velocities(self, config: WindowConfig) -> None:
-        """Let the swarm look back on nothing."""
+        """Clear the velocities that the swarm uses."""
         self.velocity = _no_velocities(len(self), config)
 
     def predict(self, dt: float, config: WindowConfig) -> Floats:
-        """Go on by dt [s]; WM has no memory of the motion and expects targets where they were last.
+        """Predict by dt [s] and return where targets are expected.
+
+        WM has no memory of the motion, and expects them where they were last.
 
         :return: (N, 2) u, v [px].
         """
@@ -61,7 +62,7 @@ class Motion(Columns):
         return self.bank.estimate()[0][:, :2].copy()
 
     def search_regions(self, config: WindowConfig) -> Floats:
-        """Half the width and height of the regions to search, (N, 2) [px]."""
+        """Return half the width and height of the search regions, (N, 2) [px]."""
         half = np.array([config.search_width, config.search_height]) / 2
         if config.method == 'WM':
             return np.tile(half, (len(self), 1))
@@ -69,23 +70,24 @@ class Motion(Columns):
         return np.clip(GATE_SIGMAS * np.sqrt(variance), half, GATE_GROWTH * half)
 
     def turn(self, track: Indices, innovation: Floats, unmeasured: Floats) -> None:
-        """Let filters doubt their velocity where it has led them astray.
+        """Increase the velocity's covariance of filters that it has led astray.
 
-        :param track: (K,) which.
+        :param track: (K,) indices of the filters.
         :param innovation: (K, 2) [px].
-        :param unmeasured: (K,) time since they were last right [s].
+        :param unmeasured: (K,) time since their last accepted measurement [s].
         """
         T = np.maximum(unmeasured, LEAST_T)
         self.bank.add_turn(track, T, (np.abs(innovation).max(axis=1) / T) ** 2)
         self.velocity[track] = np.nan
 
     def steer(self, swarm: Swarm, track: Indices, step: Floats, dt: float) -> None:
-        """Give filters the velocity that the swarm has found, (5.5).
+        """Set the velocity of filters to the one that the swarm finds, (5.5).
 
-        In the frame of a turn the filter tells none: it cannot know when it was.
+        In the frame of a turn, the filter's own velocity is left out: it does not know when the
+        turn was.
 
-        :param track: (K,) which.
-        :param step: (K, 2) that the match has made since the last frame [px]; NaN: not known.
+        :param track: (K,) indices of the filters.
+        :param step: (K, 2) displacement of the match since the last frame [px]; NaN if unknown.
         """
         past = np.roll(self.velocity[track], 1, axis=1)
         turned = np.isnan(past).all(axis=(1, 2, 3)) & ~np.isnan(step[:, 0])

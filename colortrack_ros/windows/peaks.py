@@ -1,4 +1,4 @@
-"""Where between its values a peak is."""
+"""Peaks between samples."""
 
 from typing import Any
 
@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 
 def vertex(values: NDArray[np.floating[Any]], k: int) -> float:
-    """Where the parabola through a peak and its neighbors is highest, within 0.5 of k.
+    """Return the vertex of the parabola through a peak and its neighbors, within 0.5 of k.
 
     :param values: (n,).
-    :param k: index of the highest.
-    :return: the place as an index with a fraction; k where a neighbor is missing.
+    :param k: index of the highest value.
+    :return: fractional index; k where a neighbor is missing.
     """
     if not 0 < k < len(values) - 1:
         return float(k)

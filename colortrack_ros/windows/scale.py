@@ -1,4 +1,4 @@
-"""How large a target is, found by a correlation filter over sizes (Danelljan et al. 2014, 4)."""
+"""The size of a target, by a correlation filter over sizes (Danelljan et al. 2014, 4)."""
 
 import cv2
 import numpy as np
@@ -15,39 +15,41 @@ from colortrack_ros.windows.features import to_gray
 from colortrack_ros.windows.peaks import vertex
 
 SCALE_RATE, SCALE_REGULARIZATION = 0.025, 1e-2
-"""Rate of learning, and what is added to the energy (Danelljan et al. 2014, 5.1)."""
+"""Learning rate, and regularization of the energy (Danelljan et al. 2014, 5.1)."""
 
 COUNT, SCALE_STEP = 11, 1.06
-"""Sizes that are compared, and the ratio of neighbors. They reach 34 % up and down, as the 33 steps
-of 1.02 there do in three times the time. On 17 public sequences sizes are 14 % off, with those 33
-15 %, with 17 of them, which reach 17 %, 20 % (``benchmark/windows_sizes.py FOLDER``)."""
+"""Number of sizes compared, and ratio of neighbors. They reach 34 % up and down, as do the 33 steps
+of 1.02 of that paper, which take three times as long. On 17 public sequences sizes are 14 % off;
+with the 33 steps 15 %, and with 17 steps of 1.02, which reach 17 %, 20 %
+(``benchmark/windows_sizes.py FOLDER``)."""
 
 LABEL_SIGMA = 1.0
-"""Width of the wanted peak, in steps; 11, 13, or 17 steps, with widths of 1 to 1.5, do as well."""
+"""Width of the desired peak, in steps. Widths of 1 to 1.5 with 11, 13, or 17 steps do as well."""
 
 UNCHANGED = 0.1
-"""Steps that are no change but noise: 0.6 %. With none, sizes are as far off on those sequences."""
+"""Changes below this many steps, 0.6 %, are noise. With 0, sizes are as far off on those
+sequences."""
 
 RESAMPLED = 0.5
-"""Steps of change from which what is learned is taken at the new size. To take it so after every
-change costs half as much time again, for sizes as far off."""
+"""From this many steps of change on, the filter learns from a patch of the new size. Doing so after
+every change takes half as much time again, and sizes are as far off."""
 
 PATCH_SIDE = 32
 """Pixels of the side of a patch, in the mean of width and height: 512 of an area (ibid.), doubled
 for cells that are as large as the target's."""
 
 FINER = 2
-"""Pixels for each of a patch in the one picture that those of all sizes are taken from."""
+"""Resolution, relative to a patch, of the one picture that the patches of all sizes come from."""
 
 LEAST_SCALE, GREATEST_SCALE = 0.2, 5.0
-"""Of the size that a target began with; what grows or shrinks more has been lost."""
+"""Limits of the size, relative to the first one. Beyond them the target has been lost. Assumed."""
 
 
 class ScaleFilter:
     """The size of one target.
 
     :param center: u, v [px].
-    :param size: width and height that it begins with [px].
+    :param size: initial width and height [px].
     """
 
     def __init__(self, frame: Frame, center: Floats, size: Floats) -> None:
@@ -63,7 +65,7 @@ class ScaleFilter:
         self._numerator, self._energy = self._lesson(self._spectrum(frame, center))
 
     def update(self, frame: Frame, center: Floats) -> None:
-        """Find the size of the target around a center, and learn what it looks like."""
+        """Find the size of the target around a center, and learn its appearance."""
         spectrum = self._spectrum(frame, center)
         answer = (np.conj(self._numerator) * spectrum).sum(axis=1) / (
             self._energy + SCALE_REGULARIZATION
@@ -79,7 +81,7 @@ class ScaleFilter:
         self._energy += SCALE_RATE * (energy - self._energy)
 
     def _spectrum(self, frame: Frame, center: Floats) -> NDArray[np.complex128]:
-        """Transform over the sizes of each gradient, (COUNT, n)."""
+        """Return the transform, over the sizes, of each gradient: (COUNT, n)."""
         greatest = self._size * (self.scale * self._factors[-1])
         rows, columns = FINER * self._patch[1], FINER * self._patch[0]
         whole = to_gray(sample(frame, center, greatest, (columns, rows)), frame.encoding)

@@ -1,4 +1,4 @@
-"""Targets whose templates are not found are looked for by their appearance."""
+"""Search by appearance for targets whose templates are not found."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,34 +13,33 @@ from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.matching import Matches
 
 RINGS = 20
-"""Of places around the last one that a lost target was seen at: with the least region of 12 px that
-is looked at, they fill the 300 px around it; a target of 40 px is looked for in 2000 px."""
+"""Rings of places to search around the last position of a lost target. In steps of the smallest
+region, 12 px, they cover 300 px around it; for a target of 40 px, 2000 px."""
 
 DISAGREEMENT = 9.0
-"""Square of the standard deviations of what is seen that a template may be found beside it: 3."""
+"""Gate on the squared Mahalanobis distance of a template match from the sighting: 3 sigma."""
 
 _GRID = np.stack(np.meshgrid(*2 * [np.arange(-RINGS, RINGS + 1)]), axis=-1).reshape(-1, 2)
 SPIRAL = _GRID[np.hypot(*_GRID.T).argsort(kind='stable')].astype(float)
-"""The places, the nearest first, (n, 2) by u and v, in units of Appearance.reach."""
+"""The places, (n, 2) by u and v, nearest first, in units of Appearance.reach."""
 
 
 def sight(
     frame: Frame, records: Records, matches: Matches, valid: NDArray[np.bool_],
     predicted: Floats,
 ) -> dict[int, Sighting]:  # fmt: skip
-    """Look for all targets by their appearance, save those that the next look can wait for.
+    """Search for targets by their appearance.
 
-    A target that was just seen for sure, and whose template is found, is looked at in every other
-    frame: in those between, its size is looked for (see learn).
+    A target that was just seen for sure, and whose template is found, is skipped in every other
+    frame, in which its size is estimated instead (see learn).
 
-    Where the template is not found, or is found at another place than the target is clearly seen
-    at, what is seen takes the place of the match. (A template that has taken on a part of what is
-    behind the target stays there with it.)
+    Where the template is not found, or is found away from where the target is clearly seen, the
+    sighting replaces the match. (A template that has learned some background stays there with it.)
 
     :param records: of the N tracks.
-    :param valid: (N,) whether the template is found; True from now on where the target is seen.
+    :param valid: (N,) whether the template is found; set where the target is seen.
     :param predicted: (N, 2) u, v [px].
-    :return: by track, those that are seen for sure.
+    :return: sightings by index of the track.
     """
     sightings, looks, hits = {}, records['looks'], records['hits']
     for i, appearance in enumerate(records['appearance']):
@@ -52,10 +51,10 @@ def sight(
                 continue
             elsewhere = _elsewhere(frame, appearance, records['seen'][i], int(looks[i]))
             seen = appearance.look(frame, elsewhere)
-            # The more places were looked at, the rarer has to be one as like.
+            # The more places have been searched, the likelier one resembles the target by chance.
             if appearance.likeness(seen) < NEARBY + RARER * np.log(looks[i] + 1):
                 continue
-            looks[i] = max(looks[i], 1)  # it is lost even if it was just seen
+            looks[i] = max(looks[i], 1)  # lost, even if it was just seen
         sightings[i] = seen
         if not appearance.is_sure(seen):
             seen = appearance.partly(seen)
@@ -68,9 +67,9 @@ def sight(
 def are_doubtful(
     records: Records, matches: Matches, sightings: dict[int, Sighting]
 ) -> NDArray[np.bool_]:
-    """Which targets had been lost, and are seen again by their appearance, but not for sure, (N,).
+    """Return which targets, (N,), were lost and are seen again, but not for sure.
 
-    They are followed, but not said to be there: of what is as like as they are there is much.
+    They are followed, but not reported as seen: many other things look as similar.
     """
     unsure = np.zeros(len(records), bool)
     for i, seen in sightings.items():
@@ -82,13 +81,14 @@ def learn(
     frame: Frame, records: Records, accepted: NDArray[np.bool_], matches: Matches,
     sightings: dict[int, Sighting],
 ) -> None:  # fmt: skip
-    """Learn what the targets look like where they are, and how large they are.
+    """Learn the targets' appearance and size.
 
-    What is less like a target than it has been is learned where its template is found as well: two
-    witnesses that agree on the place are hardly wrong. (By its likeness alone a target that deforms
-    is learned no more from some frame on, and from there on is less and less like.)
+    A sighting that resembles the target less than usual is learned only where the template is found
+    as well: two witnesses that agree on the place are hardly wrong. (By its likeness alone, a
+    target that deforms would no longer be learned from some frame on, and resemble itself less and
+    less.)
 
-    :param accepted: (N,) which are measured, and not doubtful.
+    :param accepted: (N,) which targets are measured and not doubtful.
     """
     found = matches.similarity > 0
     records['looks'] = np.where(accepted, 0, records['looks'] + 1)
@@ -104,15 +104,15 @@ def learn(
 
 
 def _is_sized(hits: int) -> bool:
-    """Whether the size of a target is looked for when it has been seen so many times.
+    """Return whether to estimate the size of a target that has been seen this many times.
 
-    By turns with what it looks like: each is half of the time.
+    Size and appearance take turns, and each costs half of the time.
     """
     return hits % 2 == 1
 
 
 def _elsewhere(frame: Frame, appearance: Appearance, last: Floats, looks: int) -> Floats:
-    """Where to look for a lost target: around its last place, in cycles twice as long each time."""
+    """Return where to search for a lost target: around its last place, in cycles that double."""
     size = np.array(frame.image.shape[1::-1])
     place = np.clip(last, 0, size - 1) + SPIRAL * appearance.reach
     place = place[((place >= 0) & (place < size)).all(axis=1)]

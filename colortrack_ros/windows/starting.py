@@ -1,4 +1,4 @@
-"""Which boxes can be followed."""
+"""Boxes that can be followed."""
 
 import numpy as np
 
@@ -9,23 +9,23 @@ from colortrack_ros.windows.motion import Bools
 from colortrack_ros.windows.motion import Floats
 
 LEAST_SIDE = 5
-"""Pixels that a template is wide and high, at least: 25 for the six unknowns of Template.align."""
+"""Least width and height of a template [px]: 25 pixels for the six unknowns of Template.align."""
 
 UNIFORM_LEVELS = 0.5
-"""Standard deviation of a uniform patch, at most [levels]: what rounding leaves of no texture."""
+"""Largest standard deviation of a uniform patch [levels]: rounding alone makes as much."""
 
 
 def centers(boxes: Floats) -> Floats:
-    """Centers (N, 2) of boxes, (N, 4) [px]."""
+    """Return the centers, (N, 2), of boxes, (N, 4) [px]."""
     return boxes[:, :2] + (boxes[:, 2:] - 1) / 2
 
 
 def are_followable(frame: Frame, boxes: Floats, config: WindowConfig) -> Bools:
-    """Which boxes can be told from what is around them, (N,).
+    """Return which boxes, (N,), can be told from their surroundings.
 
-    Their centers are in the picture, and they are no larger than it. They fill at least half of the
-    least template, unless its size is given: else it would show what is beside the target. And the
-    picture has some texture as far as the target is searched for.
+    The center must lie inside the picture, and the box may not be larger than the picture. Unless
+    the size of the template is given, the box must fill at least half of the smallest one, which
+    would otherwise show mostly background. And the search region must have some texture.
 
     :param boxes: (N, 4) u, v of the top left pixel, width and height [px].
     """

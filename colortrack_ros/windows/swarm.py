@@ -10,14 +10,14 @@ Particles = NDArray[np.float32]
 
 
 class Swarm:
-    """Searches, for all targets at once, the velocity that matching and filter agree on best.
+    """Finds the velocity on which matching and filter agree best, for all targets at once.
 
-    The cost of a velocity v is its mean squared distance from those that the two have found in
-    the last T frames, (5.5) with v in the place of the other one::
+    The cost of a velocity v is its mean squared distance from those that the two have found in the
+    last T frames, (5.5) with v in place of the other one::
 
         V(v) = 1/T sum_t [v_WM,t - v]^2 + [v_K,t - v]^2
 
-    It is quadratic, so that its minimum is known, the mean; the swarm comes near it.
+    It is quadratic, so its minimum is the mean, which the swarm approaches.
 
     :param config: see WindowConfig.
     """
@@ -29,10 +29,10 @@ class Swarm:
         self._inertia = np.linspace(first, last, config.swarm_iterations).tolist()  # (5.3)
 
     def search(self, velocity: Floats) -> Floats:
-        """The best velocity of each target.
+        """Return the best velocity of each target.
 
-        :param velocity: (M, n, 2) found by either in the last frames [px/frame]; NaN: none. Each
-            target has one at least.
+        :param velocity: (M, n, 2) found by either in the last frames [px/frame]; NaN where there is
+            none. Each target has at least one.
         :return: (M, 2) [px/frame].
         """
         config, known = self._config, ~np.isnan(velocity)
@@ -40,7 +40,7 @@ class Swarm:
         target = found.sum(axis=1) / known.sum(axis=1)
         rest = np.where(known, velocity - target[:, None], 0.0)
         low, high = (side.T[..., None].astype(np.float32) for side in (rest.min(1), rest.max(1)))
-        # Particles are (2, M, P), from the target, so that all axes of an operation are long.
+        # Particles are (2, M, P), relative to the target, to keep the last axis of operations long.
         x = low + self._draw(1, len(target))[0] * (high - low)
         step, best, cost = np.zeros_like(x), x.copy(), x[0] ** 2 + x[1] ** 2
         for weight in self._inertia:
@@ -64,5 +64,5 @@ class Swarm:
 
 
 def _leading(best: Particles, cost: Particles) -> Particles:
-    """The best place of all particles, (2, M, 1)."""
+    """Return the best place of all particles, (2, M, 1)."""
     return best[:, np.arange(len(cost)), cost.argmin(axis=1)][..., None]
