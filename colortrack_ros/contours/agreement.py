@@ -1,4 +1,4 @@
-"""Whether edges and foreground agree on where targets are, and how targets follow the latter."""
+"""Agreement of edges and foreground about targets, and how targets follow the foreground."""
 
 from dataclasses import dataclass
 
@@ -23,40 +23,39 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.records import Records
 
 REGION_SIGMA = 3.0
-"""Standard deviation of where a foreground's sides are [px]: as that of edges, `sigma`. It
-matters: IDF1 is 0.63 and 0.79, not 0.88, with half and twice the value on PETS S3.MF1, 0.46 and
-0.41, not 0.40, on TUD Campus (``benchmark/real_contours.py FOLDER --constants
-agreement.REGION_SIGMA``)."""
+"""Standard deviation of a foreground's sides [px], the same as `sigma` of edges. It matters: IDF1
+is 0.63 and 0.79, not 0.88, with half and twice the value on PETS S3.MF1, 0.46 and 0.41, not 0.40,
+on TUD Campus (``benchmark/real_contours.py FOLDER --constants agreement.REGION_SIGMA``)."""
 
 SIZE_SECONDS, COVERED_SECONDS = 0.2, 1.0
-"""Time constants of sizes that follow their foreground: the longer one where it shrinks and had
-the target's size until recently, because something may cover it. With 0.1 and 0.4 s in place of the
-shorter one IDF1 of the real clip `pets` is 0.56 and 0.71 instead of 0.65, of `onebyone` 0.98 and
-0.93 instead of 0.93, which is what chance makes of them (``benchmark/real_contours.py FOLDER
---constants agreement.SIZE_SECONDS``). Half and twice COVERED_SECONDS: 0.84 and 0.82, not 0.84,
-on PETS S3.MF1."""
+"""Time constants with which sizes follow their foreground. The longer one holds where it shrinks
+and had the target's size until recently, since something may cover it. With 0.1 and 0.4 s in place
+of the shorter one IDF1 of the real clip `pets` is 0.56 and 0.71 instead of 0.65, of `onebyone` 0.98
+and 0.93 instead of 0.93, which is within their random variation (``benchmark/real_contours.py
+FOLDER --constants agreement.SIZE_SECONDS``). Half and twice COVERED_SECONDS: 0.84 and 0.82, not
+0.84, on PETS S3.MF1."""
 
 
 STEADY_SECONDS = 0.4
-"""Time constant of the size that a foreground had before: of what goes behind a cover, or comes
-out, the size changes by more than the slack in that time if it does so by more than 8 px and a
-quarter of itself in a second, SLACK / 0.4 and SLACK_SHARE / 0.4. IDF1 of PETS S3.MF1 is 0.84
+"""Time constant of a foreground's previous size. The size of something that goes behind a cover, or
+comes out, changes by more than the slack in that time if it changes by more than 8 px and a quarter
+of itself per second, SLACK / 0.4 and SLACK_SHARE / 0.4. IDF1 of PETS S3.MF1 is 0.84
 (benchmark/notes/contours.md), with half and twice the value 0.85 and 0.76."""
 
 
 ALONE_SECONDS = 1.0
-"""What was an area of its own for so long is a thing of its own [s]: people come apart in parts for
-shorter. IDF1 and precision of TUD Campus are 0.32 and 0.42 (benchmark/notes/contours.md), with half
-and twice the value 0.31, 0.38 and 0.32, 0.41."""
+"""After this time as a separate area, something is a separate thing [s]: people fall apart into
+pieces for less. IDF1 and precision of TUD Campus are 0.32 and 0.42 (benchmark/notes/contours.md),
+with half and twice the value 0.31, 0.38 and 0.32, 0.41."""
 
 
 @dataclass(frozen=True)
 class History(Columns):
-    """What was so far of N targets.
+    """History of N targets.
 
-    :ivar recent: (N,) whether a contour and its foreground have agreed lately.
-    :ivar rigid: (N,) whether a contour has its shape of edges.
-    :ivar changing: (N, 2) whether the foreground gets wider or narrower, higher or lower.
+    :ivar recent: (N,) whether contour and foreground have agreed lately.
+    :ivar rigid: (N,) whether the contour's shape comes from edges.
+    :ivar changing: (N, 2) whether the foreground's width, and height, is changing.
     """
 
     recent: Bools
@@ -67,11 +66,11 @@ class History(Columns):
 def history(
     records: Records, regions: OwnAreas, stamp: int, longest: float, seconds: float
 ) -> History:
-    """What the records tell, in which the sizes of the foreground are kept up to date.
+    """Return the targets' history, and update the foreground's sizes in the records.
 
     :param records: (N,) with CONTOUR_FIELDS.
     :param stamp: now [ns].
-    :param longest: for so long contours need not agree with their foreground [s].
+    :param longest: time for which contours need not agree with their foreground [s].
     :param seconds: since the last frame.
     """
     size = np.nan_to_num(regions.box[:, 2:] - regions.box[:, :2])
@@ -89,7 +88,7 @@ def history(
 
 
 def expected_boxes(contours: Contours, spline: Spline, unseen: Floats) -> Floats:
-    """Boxes of predicted contours, (N, 4); of unseen ones as much wider as they are uncertain.
+    """Return boxes of predicted contours, (N, 4), enlarged by one sigma for unseen ones.
 
     :param unseen: (N,) time without a measurement until the last frame [s].
     """
@@ -105,16 +104,17 @@ def believed(
     past: History,
     clear: Bools,
 ) -> Bools:
-    """Where edges are believed, (N,): where the foreground is where they say.
+    """Return where edges are believed, (N,): where the foreground confirms them.
 
-    If they agreed until recently, a contour larger than its foreground may be covered in part while
-    that changes its size, and one that is smaller may have joined something else. Where several
-    share the foreground they have to be in it, and to keep their sizes. At the border lines end,
-    and edges with them: what had its shape before it came there is as good as covered.
+    If they agreed until recently, a contour larger than its foreground may be partly covered while
+    the foreground's size changes, and a smaller one may have joined something else. Contours that
+    share a foreground have to be inside it, and to keep their sizes. At the border of the picture
+    there are no edges: a target that had its shape before it got there counts as covered.
 
-    :param before: (N, 4) boxes of the prediction; after: those that edges make of them [px].
-    :param past: of these targets.
-    :param clear: (N,) whether there are edges on nearly all lines.
+    :param before: (N, 4) boxes of the prediction [px].
+    :param after: (N, 4) boxes after the correction by edges [px].
+    :param past: history of these targets.
+    :param clear: (N,) whether nearly all lines have edges.
     """
     off, most = regions.box - after, slack(after)
     inward = np.hstack([off[:, :2], -off[:, 2:]])
@@ -135,15 +135,15 @@ def follow(
     spline: Spline,
     config: ContourConfig,
 ) -> None:
-    """Move contours to the foreground that is theirs.
+    """Move contours to their foreground.
 
-    Where they have agreed lately, and the foreground gets smaller or larger, they shrink slowly,
-    and rigid ones not at all: they may be covered. At the border they grow with it at once: there
-    they come in.
+    If the two agreed lately, and the foreground's size is changing, contours shrink slowly, and
+    rigid ones not at all, since they may be covered. At the border they grow at once, since they
+    are entering the picture.
 
-    :param regions: of these contours, all with an area.
-    :param past: of these targets.
-    :param frames: time passed.
+    :param regions: of these contours; each has an area.
+    :param past: history of these targets.
+    :param frames: time since the last frame [frames].
     """
     own = boxes(spline.outline(contours.nodes))
     together = in_common(own, regions.box, regions.first)

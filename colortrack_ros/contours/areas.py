@@ -1,4 +1,4 @@
-"""Areas of a mask: each for itself, and cut where several things touch."""
+"""Connected areas of a mask, split where several things touch."""
 
 from dataclasses import dataclass
 
@@ -14,28 +14,28 @@ Bools = NDArray[np.bool_]
 Mask = NDArray[np.uint8]
 
 CORE = 0.6
-"""The cores of an area are farther from its outline than this share of the farthest pixel. IDF1 of
+"""Depth of an area's cores below its outline, as a share of the deepest pixel's. IDF1 of
 PETS S3.MF1 (benchmark/notes/contours.md) is 0.84; with half of this 0.81, with nothing cut 0.71
 (``benchmark/real_contours.py FOLDER --constants areas.CORE``)."""
 
 PART = 0.25
-"""Least share of an area that is a thing of its own. Half and twice: 0.85 and 0.71 (as above)."""
+"""Least share of an area that becomes a part. Half and twice: 0.85 and 0.71 (as above)."""
 
 FITS = 0.6
-"""Intersection over union of an area and a target that is known, above which it is not cut.
-Half: 0.73; without it, always cutting: 0.85 (as above)."""
+"""Intersection over union with a known target above which an area is not split. Half: 0.73; always
+splitting: 0.85 (as above)."""
 
 
 @dataclass(frozen=True)
 class Areas(Columns):
     """K segmented areas of a frame.
 
-    :ivar box: (K, 4) first and last column and row of each: left, top, right, bottom [px].
-    :ivar center: (K, 2) their centroids [px].
+    :ivar box: (K, 4) left, top, right, bottom, the first and last column and row [px].
+    :ivar center: (K, 2) centroids [px].
     :ivar size: (K,) [px].
-    :ivar piece: (K,) whether an area is a part of one that was cut.
-    :ivar cut: (K, 4) whether left, top, right and bottom are those of the picture.
-    :ivar mask: (K,) of each the pixels in its box, 1 where they are its own.
+    :ivar piece: (K,) whether an area is a part of one that was split.
+    :ivar cut: (K, 4) whether left, top, right, and bottom touch the border of the picture.
+    :ivar mask: (K,) masks of the boxes, 1 where pixels belong to the area.
     """
 
     box: Floats
@@ -47,13 +47,15 @@ class Areas(Columns):
 
     @classmethod
     def none(cls) -> 'Areas':
-        """No areas."""
+        """Return a table without areas."""
         no = np.zeros(0)
         box = np.zeros((0, 4))
         return cls(box, np.zeros((0, 2)), no, no > 0, box > 0, np.zeros(0, object))
 
     def outline(self, k: int, kind: str = 'area') -> Floats:
-        """The outline of one of them, or as in Figure 2 its box: a closed polygon (P, 2) [px]."""
+        """Return the outline of area k, or its box, as in Figure 2: a closed polygon, (P, 2)
+        [px].
+        """
         if kind == 'box':
             return self.box[k][[[0, 1], [2, 1], [2, 3], [0, 3]]]
         found, _ = cv2.findContours(self.mask[k], cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
@@ -61,12 +63,12 @@ class Areas(Columns):
 
 
 def find_areas(mask: Mask, least: int, known: Floats) -> Areas:
-    """The connected areas of a mask, their holes filled.
+    """Return the connected areas of a mask, with holes filled.
 
     :param mask: (H, W), not 0 where something is.
-    :param least: smaller ones are none [px].
-    :param known: (M, 4) boxes of targets where they are expected [px]: what is as large as one of
-        them is not cut.
+    :param least: smaller areas are ignored [px].
+    :param known: (M, 4) predicted boxes of targets [px]: an area as large as one of them is not
+        split.
     """
     if not mask.any():
         return Areas.none()
@@ -87,7 +89,7 @@ def find_areas(mask: Mask, least: int, known: Floats) -> Areas:
 
 
 def _table(found: list[tuple[Mask, int, int, bool]], shape: NDArray[np.intp]) -> Areas:
-    """Areas of masks, with their left and top, and whether each is a piece."""
+    """Return areas, given masks, their left and top, and whether each is a piece."""
     count = len(found)
     box, center, size = np.zeros((count, 4)), np.zeros((count, 2)), np.zeros(count)
     piece, masks = np.zeros(count, bool), np.empty(count, object)
@@ -102,10 +104,10 @@ def _table(found: list[tuple[Mask, int, int, bool]], shape: NDArray[np.intp]) ->
 
 
 def split(mask: Mask, least: int) -> list[Mask]:
-    """An area, or its parts where it is two or more things side by side: cut at its necks.
+    """Return an area, or its parts if it consists of several things side by side.
 
-    Each pixel belongs to the nearest core. What is above each other, as a head, a body and legs,
-    is one thing.
+    Each pixel goes to the nearest core. Cores above each other, such as a head, a body, and legs,
+    are one thing.
     """
     edged = cv2.copyMakeBorder(mask, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
     depth = cv2.distanceTransform(edged, cv2.DIST_L2, cv2.DIST_MASK_5)[1:-1, 1:-1]
@@ -126,7 +128,7 @@ def split(mask: Mask, least: int) -> list[Mask]:
 
 
 def _beside(left: NDArray[np.intp], right: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Groups of spans, (K,) from 0: those that overlap are in one."""
+    """Return the groups, (K,) from 0, of spans; overlapping ones are in the same group."""
     order = np.argsort(left, kind='stable')
     reach = np.maximum.accumulate(right[order])
     group = np.zeros(len(left), int)

@@ -1,4 +1,4 @@
-"""What stood still longest at each place: the background of a scene in which people walk."""
+"""Background of a busy scene: what has stood still longest at each pixel."""
 
 import cv2
 import numpy as np
@@ -13,63 +13,64 @@ from colortrack_ros.detection.background_model import Picture
 from colortrack_ros.detection.blobs import BlobTable
 
 STILLNESS_STEP = 0.1
-"""Time from one look to the next, at least [s]; with 0.04 the MOTA of TUD Campus is -0.11 and not
+"""Least time between looks [s]; with 0.04 the MOTA of TUD Campus is -0.11 and not
 -0.16, of PETS S3.MF1 0.70 as it is (before agreement.ALONE_SECONDS;
 benchmark/notes/contours.md)."""
 
 STILL_LEVELS = 10.0
-"""Mean change of the channels up to which a pixel stands still [levels]: half of
-difference_threshold, so that what stood still is not in the foreground of its own mean. With 6 the
-same two are -0.15 and 0.69."""
+"""Largest mean change of the channels of a pixel that stands still [levels]: half of
+difference_threshold, to keep what stands still out of the foreground. With 6 the same two are -0.15
+and 0.69."""
 
 KNOWN_SECONDS = 0.3
-"""What stood still for so long is background until something else did so for longer [s]; with 0.2
-the same two are -0.26 and 0.65."""
+"""What has stood still for this time is background, until something else does so for longer [s];
+with 0.2 the same two are -0.26 and 0.65."""
 
 THING_EDGES = 4.0
-"""Edges around what differs in the picture, over those in the background, from which on it is a
-thing. With 1 or 2 the scene `silhouette` is the same; MOTA of KITTI-17 and of `pets` is -0.83 and
-0.62 with 1, -0.76 and 0.53 with 2, -0.77 and 0.58 with 4 as without."""
+"""Least ratio of the edges around a difference, in the picture over those in the background, for it
+to be a thing. With 1 or 2 the scene `silhouette` is the same; MOTA of KITTI-17 and of `pets` is
+-0.83 and 0.62 with 1, -0.76 and 0.53 with 2, -0.77 and 0.58 with 4 as without."""
 
 CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 """A pixel and its four neighbors."""
 
 LAST_LOOK = 10.0
-"""What has not stood still for learn_seconds after so long does not [s], as in CLUTTER_SECONDS.
+"""Time after which nothing more is learned where nothing has stood still for learn_seconds [s]; the
+same as CLUTTER_SECONDS.
 Half and twice the value change 0.01 of IDF1 and precision on PETS S3.MF1, nothing on TUD Campus
 (``benchmark/real_contours.py FOLDER --constants background.LAST_LOOK``)."""
 
 
 class StillBackground(BackgroundModel):
-    """One that begins with what stood still longest, for learn_seconds at most.
+    """A background model that starts with what has stood still longest, for at most learn_seconds.
 
-    The median of five pictures shows what is there in three of them, and before the fifth there is
-    none: where people walk all the time, it has parts of them. Those stand still less long than
-    what is behind them, and a place that nothing has stood still at yet is not known.
+    A median of five pictures shows what is there in three of them, and needs all five: where people
+    keep walking, it contains parts of them. They stand still for less time than what is behind
+    them, and a place where nothing has stood still yet is unknown.
     """
 
     def restart(self) -> None:
-        """Begin with the next frame."""
+        """Start over with the next frame."""
         super().restart()
         self._stillness: Stillness | None = None
 
     @property
     def pictures(self) -> list[Picture]:
-        """The recent and the lasting one, (H, W, channels)."""
+        """The recent and the lasting background, (H, W, channels) each."""
         return self._models
 
     @property
     def is_learning(self) -> bool:
-        """Whether learn_seconds have not passed yet since the first picture."""
+        """Whether less than learn_seconds have passed since the first picture."""
         return self._stillness is not None and self._stillness.seconds < self._most
 
     @property
     def has_looked(self) -> bool:
-        """Whether the last frame was compared with the ones before, which takes long."""
+        """Whether the last frame was compared with earlier ones, which takes time."""
         return self._stillness is not None and self._stillness.seconds == self._stillness.last
 
     def unknown(self) -> Bools | None:
-        """(H, W) where it is not known what is there; None if everything is."""
+        """Return where the background is unknown, (H, W); None if it is known everywhere."""
         return None if self._stillness is None else self._stillness.longest < self._least
 
     def follow(self, picture: Picture, stamp: int, blobs: BlobTable, learn_seconds: float) -> None:
@@ -79,7 +80,7 @@ class StillBackground(BackgroundModel):
             return
         if not self.knows(picture):
             super().follow(picture, stamp, blobs, learn_seconds)
-            self._samples = [picture] * LEARN_FRAMES  # it needs no median
+            self._samples = [picture] * LEARN_FRAMES  # no median is needed
             self._stillness = Stillness(picture, stamp)
             self._least, self._most = min(KNOWN_SECONDS, learn_seconds), learn_seconds
             return
@@ -93,17 +94,17 @@ class StillBackground(BackgroundModel):
 
 
 class Stillness:
-    """How long each pixel has had a value, and the value.
+    """Value of each pixel, and the time for which it has had it.
 
-    The value is that of the second look since a pixel changed: in the first one the edge of what
-    has moved may be in it, and in the last one that of what comes.
+    The value is that of the second look after a change: the first one may contain the edge of what
+    has left, and the last one that of what comes.
 
-    :param picture: (H, W, channels), the first.
-    :param stamp: of it [ns].
+    :param picture: (H, W, channels), the first one.
+    :param stamp: of the picture [ns].
     :ivar value: (H, W, channels) of each pixel since it changed.
-    :ivar longest: (H, W) for how long it has stood still at most [s].
-    :ivar seconds: since the first picture.
-    :ivar last: when a picture was last looked at, as seconds.
+    :ivar longest: (H, W) longest time for which it has stood still [s].
+    :ivar seconds: time since the first picture [s].
+    :ivar last: time of the last look, like seconds.
     :ivar is_over: whether nothing is left to learn.
     """
 
@@ -118,10 +119,9 @@ class Stillness:
     def look(self, picture: Picture, stamp: int, most: float, background: Picture) -> Mask:
         """Take the next picture.
 
-        :param most: what has stood still for so long stays, whatever does so for longer [s].
-        :param background: (H, W, channels) what is taken for it so far.
-        :return: (H, W) 1 where the value is now one that has stood still for longer than any other,
-            and was not before.
+        :param most: after this time of standing still, a value is final [s].
+        :param background: (H, W, channels) the current one.
+        :return: (H, W) 1 where the value has just become the one that has stood still longest.
         """
         self.seconds += max(stamp - self._stamp, 0) / NANOSECONDS
         self._stamp = stamp
@@ -148,15 +148,15 @@ class Stillness:
 
 
 def _apart(one: Picture, other: Picture) -> Bools:
-    """(H, W) where pictures differ by more than what stands still."""
+    """Return where pictures differ by more than STILL_LEVELS, (H, W)."""
     mean = np.full((1, one.shape[2]), 1 / one.shape[2])
     return np.asarray(cv2.transform(cv2.absdiff(one, other), mean) > STILL_LEVELS)
 
 
 def _of_things(soft: Picture, background: Picture) -> Bools:
-    """(H, W) where what differs from a background is a thing, and not where one was before.
+    """Return where a difference from the background is a thing, not the place that one has left.
 
-    Around a thing there are edges in the picture; around where it was, in the background.
+    A thing has edges around it in the picture, a place that it has left in the background.
     """
     differs, things = _apart(soft, background).astype(np.uint8), np.zeros(soft.shape[:2], bool)
     left, top, width, height = cv2.boundingRect(differs)
@@ -172,11 +172,11 @@ def _of_things(soft: Picture, background: Picture) -> Bools:
 
 
 def _edges(picture: Picture, where: Bools) -> NDArray[np.int64]:
-    """By how much the neighbors of each pixel there differ, (n,), sum of the channels [levels]."""
+    """Return the gradients, (n,), of the pixels there, summed over the channels [levels]."""
     steps = cv2.morphologyEx(picture, cv2.MORPH_GRADIENT, CROSS)
     return np.asarray(steps.reshape(*where.shape, -1)[where].sum(axis=1, dtype=np.int64))
 
 
 def _softened(picture: Picture) -> NDArray[np.uint8]:
-    """The mean of each pixel and its neighbors: one alone has the noise of its own."""
+    """Return the mean of each pixel and its neighbors, against noise."""
     return np.asarray(cv2.blur(picture, (3, 3)).reshape(picture.shape), np.uint8)

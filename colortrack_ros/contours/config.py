@@ -1,4 +1,4 @@
-"""What can be set on the contour tracker."""
+"""Parameters of the contour tracker."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ FILTERS = ('joint', 'two')
 
 @dataclass(frozen=True)
 class ContourConfig(TimeLimits):
-    """How what moves becomes contours. Noises are variances that grow in a frame of 1 / rate."""
+    """Parameters of the contour tracker. Noises are variances per frame of 1 / rate."""
 
     start: str = parameter(
         'background',
@@ -231,7 +231,7 @@ class ContourConfig(TimeLimits):
     )
 
     def check(self) -> None:
-        """An opening with a middle, and a mask that sees edges alone."""
+        """Check that the opening has a center, and that the mask responds only to edges."""
         if self.opening_size % 2 == 0:
             raise ValueError(f'opening_size: expected an odd number of px, got {self.opening_size}')
         fits = 3 <= len(self.mask) <= 15 and len(self.mask) % 2 == 1

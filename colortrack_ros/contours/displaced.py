@@ -1,4 +1,4 @@
-"""Areas of the background that has moved by a little: leaves in the wind, a fluttering tape."""
+"""Areas where the background moves slightly, such as leaves in the wind or fluttering tape."""
 
 import numpy as np
 
@@ -8,28 +8,30 @@ from colortrack_ros.contours.filters import Indices
 from colortrack_ros.detection.background_model import Picture
 
 MOVE_REACH = 2
-"""How far the background may have moved [px]. IDF1, precision of KITTI-17, as it is and mirrored,
+"""Largest displacement of the background [px]. IDF1, precision of KITTI-17, as is and mirrored,
 and of TUD Campus are 0.15, 0.28; 0.23, 0.39; 0.40, 0.76, with half 0.19, 0.33; 0.16, 0.29; 0.41,
 0.78, with twice the value 0.13, 0.28; 0.19, 0.47; 0.45, 0.91 (``benchmark/real_contours.py FOLDER
 --constants displaced.MOVE_REACH``)."""
 
 DISPLACED_SHARE = 0.5
-"""Share of an area that has to be so: more of it is background than is not. IDF1 and
-precision of KITTI-17 mirrored are 0.19, 0.50 and 0.18, 0.28, not 0.23, 0.39, with half and twice
-the value, of TUD Campus 0.47, 0.89 and 0.39, 0.71, not 0.40, 0.76 (as above); with 0.3 others lose
+"""Least share of an area that is displaced background: most of it. IDF1 and precision of KITTI-17
+mirrored are 0.19, 0.50 and 0.18, 0.28, not 0.23, 0.39, with half and twice the value, of TUD Campus
+0.47, 0.89 and 0.39, 0.71, not 0.40, 0.76 (as above); with 0.3 others lose
 (benchmark/notes/contours.md)."""
 
 AREA_PIXELS = 64
-"""Pixels of an area that are looked at: the deviation of a share of one half is 1/16."""
+"""Pixels of an area that are sampled: the standard deviation of a share of one half is 1/16."""
 
 
 def is_displaced(areas: Areas, picture: Picture, background: Picture, threshold: float) -> Bools:
-    """Which areas show what is in the background close by, (K,) (Elgammal et al. 2000).
+    """Return which areas, (K,), show background from nearby (Elgammal et al. 2000).
 
-    Counted are pixels that differ at their own place, without the rim that a Gaussian adds.
+    Only pixels that differ from the background at their own place count; the rim that the Gaussian
+    adds does not.
 
-    :param picture: (H, W, channels); background: of the same shape.
-    :param threshold: up to which pixels are alike, mean of the channels [levels].
+    :param picture: (H, W, channels).
+    :param background: of the same shape.
+    :param threshold: largest difference of equal pixels, mean of the channels [levels].
     """
     if not len(areas):
         return np.zeros(0, bool)
@@ -48,7 +50,7 @@ def is_displaced(areas: Areas, picture: Picture, background: Picture, threshold:
 
 
 def _pixels_of(areas: Areas, k: int) -> Indices:
-    """Rows and columns of AREA_PIXELS pixels of an area at most, (P, 2)."""
+    """Return rows and columns, (P, 2), of at most AREA_PIXELS pixels of an area."""
     mask = areas.mask[k]
     own = np.flatnonzero(mask)
     own = own[np.linspace(0, len(own) - 1, min(len(own), AREA_PIXELS)).astype(int)]

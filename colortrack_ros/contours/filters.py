@@ -1,4 +1,4 @@
-"""The filters of motion and shape, all targets at once.
+"""Filters of motion and shape, for all targets at once.
 
 The state of a target is its nodes X, (n, 2) [px], and its motion M = (u, v, s, r): velocity of the
 center [px/frame], change of scale and angular velocity [1/frame]. With H of (6), a row for each
@@ -6,11 +6,11 @@ node (I, X - C, and X - C turned by a right angle)::
 
     X_k = X_{k-1} + T H M_k + w,  M_k = M_{k-1} + q,  z_i = n_i (X_i - X'_i) + v
 
-(De Bem 2007, (4)-(8)), T being the time that has passed in frames, n_i the normal of line i and z_i
-where its edge is. A line says nothing of what moves along the contour.
+(De Bem 2007, (4)-(8)), where T is the time step in frames, n_i the normal of line i, and z_i the
+place of its edge. A line says nothing about motion along the contour.
 
-They are not those of the bank: its filters measure a position, (u, v), and go from frame to frame
-by one matrix for all targets; here n scalars are measured along normals, and H is each target's.
+The Kalman bank does not fit: its filters measure a position, (u, v), and share one transition
+matrix; here n scalars are measured along normals, and each target has its own H.
 """
 
 from dataclasses import dataclass
@@ -29,12 +29,12 @@ MOTION_SIZE = 4
 """Components of M."""
 
 NO_EDGE_VARIANCE = 1e12
-"""Variance of what has not been measured [px^2]: of 1e6 px, beyond any picture."""
+"""Variance of a missing measurement [px^2]: a sigma of 1e6 px, beyond any picture."""
 
 NODE_SIGMA, MOTION_SIGMA = 2.0, np.array([1.0, 1.0, 1e-2, 1e-2])
-"""Standard deviations of a new target: of a node [px], what a blur of 1.5 px and an opening by 1 px
-to each side move an outline by, and of M [px/frame, 1/frame]. Mean squared errors of `silhouette`
-and `approach`, 0.064 and 0.023 px^2, become 0.025 to 0.067 and 0.021 to 0.037 with half and twice
+"""Initial standard deviations of a node [px], by which a blur of 1.5 px and an opening by 1 px to
+each side move an outline, and of M [px/frame, 1/frame]. Mean squared errors of `silhouette` and
+`approach`, 0.064 and 0.023 px^2, become 0.025 to 0.067 and 0.021 to 0.037 with half and twice
 NODE_SIGMA, 0.029 to 0.064 and 0.022 to 0.024 with those of MOTION_SIGMA (``benchmark/contours.py
 --constants filters.NODE_SIGMA filters.MOTION_SIGMA``)."""
 
@@ -46,10 +46,10 @@ class Contours(Columns):
     :ivar nodes: (N, n, 2) [px].
     :ivar motion: (N, MOTION_SIZE).
     :ivar cov: (N, 2n + MOTION_SIZE, 2n + MOTION_SIZE) of nodes (u and v in turn) and motion.
-    :ivar node_design: (N, n) P_X of (8) for each coordinate; of filters `two` alone.
-    :ivar motion_design: (N, MOTION_SIZE, MOTION_SIZE) P_M of (7); of filters `two` alone.
+    :ivar node_design: (N, n) P_X of (8) for each coordinate; only for filters `two`.
+    :ivar motion_design: (N, MOTION_SIZE, MOTION_SIZE) P_M of (7); only for filters `two`.
     :ivar sides: (N, n, 2) usual intensities just inside and outside of each edge [levels], NaN
-        where not known yet.
+        while unknown.
     """
 
     nodes: Floats
@@ -61,7 +61,7 @@ class Contours(Columns):
 
     @classmethod
     def new(cls, nodes: Floats, velocity: Floats, config: ContourConfig) -> 'Contours':
-        """Targets that begin with nodes (N, n, 2) and velocities (N, 2) [px/frame]."""
+        """Return new targets with nodes (N, n, 2) and velocities (N, 2) [px/frame]."""
         count, n = nodes.shape[:2]
         motion = np.zeros((count, MOTION_SIZE))
         motion[:, :2] = velocity
@@ -78,13 +78,13 @@ class Contours(Columns):
         )
 
     def doubt_velocity(self, sigma: float) -> None:
-        """Take velocities for as good as unknown, with that standard deviation [px/frame]."""
+        """Set the standard deviation of velocities that are as good as unknown [px/frame]."""
         u = 2 * self.nodes.shape[1]
         self.cov[:, [u, u + 1], [u, u + 1]] = sigma**2
         self.motion_design[:, [0, 1], [0, 1]] = sigma**2
 
     def renewed(self, which: Indices, nodes: Floats, config: ContourConfig) -> 'Contours':
-        """Some of these, which (K,), with new nodes (K, n, 2) and the motion that they have."""
+        """Return targets `which`, (K,), with new nodes, (K, n, 2), and their current motion."""
         new, n = Contours.new(nodes, self.motion[which, :2], config), nodes.shape[1]
         new.motion[:] = self.motion[which]
         new.cov[:, 2 * n :, 2 * n :] = self.cov[which, 2 * n :, 2 * n :]
@@ -92,7 +92,7 @@ class Contours(Columns):
         return new
 
     def predict(self, T: float, config: ContourConfig) -> None:
-        """(4), with the covariance of nodes and motion together."""
+        """Predict by (4), with the joint covariance of nodes and motion."""
         count, n = self.nodes.shape[:2]
         H = T * motion_matrix(self.nodes)
         self.nodes += (H @ self.motion[..., None]).reshape(count, n, 2)
@@ -107,7 +107,7 @@ class Contours(Columns):
         self.motion_design += np.diag(T * noise[2 * n :])
 
     def sigma_along(self, normals: Floats) -> Floats:
-        """Standard deviations of the nodes along the normals (N, n, 2), (N, n) [px]."""
+        """Return the standard deviations, (N, n) [px], of nodes along the normals, (N, n, 2)."""
         u = 2 * np.arange(self.nodes.shape[1])
         x, y = normals[..., 0], normals[..., 1]
         variance = self.cov[:, u, u] * x * x + self.cov[:, u + 1, u + 1] * y * y
@@ -123,14 +123,15 @@ class Contours(Columns):
         config: ContourConfig,
         variance: float | None = None,
     ) -> None:
-        """Take edges in: by the gain of the one filter, or by those of (7) and then (8).
+        """Update with edges, by the gain of the joint filter, or by those of (7) and then (8).
 
-        The covariance is that of the estimate by whatever gain, in Joseph form.
+        The covariance is in Joseph form, which holds for any gain.
 
-        :param offset: (N, n) of the edges along the normals [px].
-        :param found: (N, n); lines without an edge tell nothing.
+        :param offset: (N, n) offsets of the edges along the normals [px].
+        :param found: (N, n) which lines have an edge.
         :param normals: (N, n, 2).
         :param T: time since the last frame [frames].
+        :param variance: of an edge [px^2]; by default edge_variance.
         """
         count, n = self.nodes.shape[:2]
         R = np.where(found, variance or config.edge_variance, NO_EDGE_VARIANCE)
@@ -151,7 +152,7 @@ class Contours(Columns):
 
     @staticmethod
     def _along_normals(matrix: Floats, normals: Floats) -> Floats:
-        """Matrices (N, m, 2n or more) times the normals, what lines see of the nodes, (N, m, n)."""
+        """Return matrices, (N, m, 2n or more), projected on the lines, (N, m, n)."""
         n = normals.shape[1]
         pairs = matrix[:, :, : 2 * n].reshape(*matrix.shape[:2], n, 2)
         return np.asarray(
@@ -161,10 +162,9 @@ class Contours(Columns):
     def _gain_of_two_filters(
         self, found: Bools, normals: Floats, T: float, config: ContourConfig
     ) -> Floats:
-        """What the motion filter (7) and then the shape filter (8) make of the edges, (N, m, n).
+        """Return the gain, (N, m, n), of the motion filter (7) followed by the shape filter (8).
 
-        Each edge is a measured point there: of what moves along the contour it is said that it
-        does not.
+        There an edge is a measured point, which implies that nothing moves along the contour.
         """
         count, n = self.nodes.shape[:2]
         v, H = config.edge_variance, T * motion_matrix(self.nodes)
@@ -183,12 +183,12 @@ class Contours(Columns):
         return np.concatenate([shape, motion], axis=1)
 
     def hold_size(self, mask: Bools) -> None:
-        """Let targets that are not seen, mask (N,), neither grow nor turn."""
+        """Stop scaling and rotation of unseen targets, mask (N,)."""
         self.motion[mask, 2:] = 0.0
 
 
 def motion_matrix(nodes: Floats) -> Floats:
-    """H of (6), with rotation: (N, 2n, MOTION_SIZE), what the motion does to nodes (N, n, 2)."""
+    """Return H of (6), with rotation, (N, 2n, MOTION_SIZE), for nodes (N, n, 2)."""
     arm = nodes - nodes.mean(axis=1, keepdims=True)
     H = np.zeros((*nodes.shape, MOTION_SIZE))
     H[..., 0, 0] = H[..., 1, 1] = 1.0
@@ -198,6 +198,6 @@ def motion_matrix(nodes: Floats) -> Floats:
 
 
 def motion_noise(config: ContourConfig) -> Floats:
-    """Q of (7), its diagonal (MOTION_SIZE,)."""
+    """Return the diagonal of Q of (7), (MOTION_SIZE,)."""
     turn = config.turn_noise if config.rotation else 0.0
     return np.array([config.motion_noise, config.motion_noise, config.scale_noise, turn])

@@ -1,4 +1,4 @@
-"""What moves in a frame: the segmentation of De Bem 2007, section 3, in every frame."""
+"""Segmentation of what moves (De Bem 2007, section 3), in every frame."""
 
 from typing import Any
 
@@ -27,33 +27,33 @@ from colortrack_ros.detection.morphology import open_
 from colortrack_ros.detection.pixels import channels_of
 
 MAX_FOREGROUND = 0.3
-"""Where more of the picture differs it is the background that moves: most of a picture is
-background, by definition. Half of it changes nothing on three real clips
+"""If a larger share of the picture differs, the background itself moves, since most of a picture is
+background by definition. Half of it changes nothing on three real clips
 (``benchmark/real_contours.py FOLDER --constants foreground.MAX_FOREGROUND``)."""
 
 SETTLED_SECONDS = 1.5
-"""Another scene that stands still for so long is taken for the background [s]: learn_seconds. Half
+"""Time after which another scene that stands still becomes the background [s]: learn_seconds. Half
 and twice the value: MOTA of PETS S3.MF1 bumped by 30 px 0.44 and 0.47, not 0.52; a hand before it
 for a second 0.55 and 0.74, not 0.74 (``benchmark/disturbed_contours.py CLIP OTHER --after 4
 --constants foreground.SETTLED_SECONDS``)."""
 
 CLUTTER_SECONDS, CLUTTER_SHARE = 10.0, 0.3
-"""Where for so much of this time something differed, and nothing moved on, only flickers.
-IDF1 of PETS S3.MF1 is 0.84 (benchmark/notes/contours.md), 0.85 and 0.83 with half and twice the
-first, 0.86 and 0.83 with half and twice the second (``benchmark/real_contours.py FOLDER
+"""Time [s], and share of it in which a place differs without anything moving on, for it to count as
+flicker. IDF1 of PETS S3.MF1 is 0.84 (benchmark/notes/contours.md), 0.85 and 0.83 with half and
+twice the first, 0.86 and 0.83 with half and twice the second (``benchmark/real_contours.py FOLDER
 --constants foreground.CLUTTER_SHARE``)."""
 
 
 class Foreground:
-    """Background subtraction as the detector's method `background` does it, or frame differencing.
+    """Background subtraction like the detector's method `background`, or frame differencing.
 
-    Subtraction, Gaussian, threshold, area opening and opening are the detector's; the background
-    begins with what stood still longest. Differencing is that of three pictures: what differs from
-    both earlier ones is where something is now.
+    Subtraction, Gaussian, threshold, area opening, and opening are the detector's; the background
+    starts with what has stood still longest. Differencing compares three pictures: something is
+    where the current one differs from both earlier ones.
 
-    :ivar is_new: whether this frame begins another scene, before the background learned of it.
-    :ivar is_busy: whether the background was looked at in this frame, and not in the last one too:
-        what else takes long can wait for the next.
+    :ivar is_new: whether another scene starts with this frame.
+    :ivar is_busy: whether this frame, and not the last one, updated the background, so that other
+        work that takes time can wait for the next one.
     """
 
     def __init__(self, config: ContourConfig) -> None:
@@ -64,7 +64,7 @@ class Foreground:
         self.restart()
 
     def configure(self, config: ContourConfig) -> None:
-        """Take another configuration; what was learned of the background stays."""
+        """Set another configuration; the learned background stays."""
         subtraction = DetectorConfig(
             method='background',
             difference_threshold=config.difference_threshold,
@@ -81,20 +81,20 @@ class Foreground:
         self.restart()
 
     def restart(self) -> None:
-        """Forget the pictures before, but not the background."""
+        """Forget earlier pictures, but not the background."""
         self._earlier: list[Frame] = []
         self._change.restart()
         self._clutter = np.zeros((0, 0), np.float32)
 
     @property
     def is_learning(self) -> bool:
-        """Whether the outlines of areas may be those of what was there in the first picture."""
+        """Whether outlines may still be those of things in the first picture."""
         return self._config.start == 'background' and self._background.is_learning
 
     def areas(self, frame: Frame, known: Floats) -> Areas | None:
-        """What differs; None where too much does, and it is the camera that moves.
+        """Return the areas that differ, or None if too much does since the camera moves.
 
-        None as well where nothing is looked for, and while the background is not to be seen.
+        Also None if there is no segmentation, and while the background is covered.
 
         :param known: see find_areas.
         """
@@ -124,7 +124,7 @@ class Foreground:
         return areas.take(~self._is_background(areas, frame, known))
 
     def _is_background(self, areas: Areas, frame: Frame, known: Floats) -> Bools:
-        """Which areas, (K,), are background that has moved by a little, and nothing known."""
+        """Return which areas, (K,), are slightly displaced background, and no known target."""
         picture = channels_of(frame)
         if self._config.start != 'background' or not self._background.knows(picture):
             return np.zeros(len(areas), bool)
@@ -133,10 +133,10 @@ class Foreground:
         return displaced & ~(intersections(known, areas.box) > 0).any(axis=0)
 
     def learn_clutter(self, moving: Floats, seconds: float) -> None:
-        """Learn where something differs, but nothing moves on: what flickers, or was put there.
+        """Learn where something differs, but nothing moves on: flicker, or a thing put there.
 
         :param moving: (N, 4) boxes of what does move on [px].
-        :param seconds: since the last frame.
+        :param seconds: time since the last frame [s].
         """
         if not self._mask.size:
             return
@@ -147,7 +147,7 @@ class Foreground:
             self._clutter[part] = usual[part]
 
     def _subtract(self, frame: Frame) -> Mask:
-        """What differs from the background, of which the frame is learned."""
+        """Return what differs from the background, and learn the background from the frame."""
         if not frame.image.size:
             return np.zeros(frame.image.shape[:2], np.uint8)
         image = self._subtraction.label(frame)
@@ -162,13 +162,13 @@ class Foreground:
         return image.pixels * np.uint8(255)
 
     def _is_covered(self, frame: Frame, known: Floats) -> bool:
-        """Whether the background is not to be seen: another scene, or something before the lens.
+        """Return whether the background is covered: by another scene, or something in front.
 
-        The background of what stands still is learned, and taken in the end.
+        The background of another scene is learned meanwhile, and taken once it has settled.
         """
         picture = channels_of(frame)
         if not self._background.knows(picture):
-            self._change.restart()  # what it knows is of another size
+            self._change.restart()  # the known one is of another size
             return False
         is_covered = self._change.look(picture, frame.stamp, self._background.pictures, known)
         if not self._change.seconds:
@@ -185,7 +185,7 @@ class Foreground:
         return True
 
     def _difference(self, frame: Frame) -> Mask:
-        """What differs from the pictures start_interval and twice that before."""
+        """Return what differs from the pictures start_interval and twice that before."""
         picture, size = frame.image, self._config.opening_size
         earlier = [f for f in self._earlier if f.stamp < frame.stamp]
         earlier = [f for f in earlier if f.image.shape == picture.shape]

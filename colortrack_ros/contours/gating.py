@@ -1,4 +1,4 @@
-"""Which edges are a target's, and which are of something else."""
+"""Gating of edges: which belong to a target, and which to something else."""
 
 import numpy as np
 
@@ -9,28 +9,29 @@ from colortrack_ros.contours.filters import motion_matrix
 from colortrack_ros.contours.filters import MOTION_SIZE
 
 FIT_ROUNDS = 4
-"""Times that a motion is fitted with new weights. With 2 and 8 the errors of `silhouette` and
+"""Iterations of the reweighted fit. With 2 and 8 the errors of `silhouette` and
 `approach` are the same to 0.001 px^2 (``benchmark/contours.py --constants gating.FIT_ROUNDS``)."""
 
 RIDGE = 1e-3
-"""Added to the diagonal of what a fit inverts: a line's row is of the order of 1, so it matters
-only where the edges do not tell the motion."""
+"""Regularization of the fit, added to the diagonal: a line contributes about 1, so it matters only
+where the edges do not determine the motion."""
 
 
 def gate(
     offset: Floats, found: Bools, spread: Floats, normals: Floats, nodes: Floats,
     config: ContourConfig,
 ) -> Bools:  # fmt: skip
-    """Which edges are where they are predicted, or where one motion of the whole contour puts them.
+    """Return which edges agree with the prediction, or with a common motion of the whole contour.
 
-    What covers a part of a target has edges as well, and they would press its contour together. So
-    only those count that are near enough to the prediction, or, where that makes them more, to a
-    motion fitted to all by weights that are the smaller the larger an edge's residual is: the least
-    sum of absolute residuals, by iteratively reweighted least squares.
+    Whatever covers a part of a target has edges as well, which would compress its contour.
+    Therefore only edges close to the prediction count, or, if these are more, edges close to a
+    motion fitted to all of them: that with the least sum of absolute residuals, by iteratively
+    reweighted least squares.
 
-    :param offset: (N, n) [px]; found: (N, n).
+    :param offset: (N, n) of the edges from the prediction [px].
+    :param found: (N, n) whether a line has an edge.
     :param spread: (N, n) standard deviation of the offsets [px].
-    :return: (N, n), a part of found.
+    :return: (N, n), a subset of found.
     """
     if config.outlier == 0:
         return found
@@ -47,14 +48,14 @@ def gate(
         square = weighted.swapaxes(1, 2) @ H + RIDGE * np.eye(H.shape[2])
         fit = np.linalg.solve(square, weighted.swapaxes(1, 2) @ offset[..., None])
         residual = np.abs(offset - (H @ fit)[..., 0])
-    # a motion that was fitted has to do better than one that was expected
+    # a fitted motion has to do better than the predicted one
     better = (found & (residual <= limit / 2)).sum(axis=1) > good[rest].sum(axis=1)
     good[rest[better]] = (found & (residual <= limit))[better]
     return good
 
 
 def _seen_motion(nodes: Floats, normals: Floats, *, rotation: bool) -> Floats:
-    """What the lines see of a motion, (N, n, 3 or 4); scale and turn in pixels as the others."""
+    """Return the design matrix of a motion along the lines, (N, n, 3 or 4), all in pixels."""
     H = motion_matrix(nodes).reshape(*nodes.shape, MOTION_SIZE)[
         ..., : MOTION_SIZE if rotation else MOTION_SIZE - 1
     ]

@@ -1,4 +1,4 @@
-"""New targets: areas of nobody, in two frames."""
+"""Initiation of targets: areas that are unassigned in two frames."""
 
 from dataclasses import dataclass
 
@@ -14,10 +14,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Candidates(Columns):
-    """Areas that are in two frames.
+    """K areas found in two frames.
 
-    :ivar areas: in the later one.
-    :ivar velocity: (K, 2) of their centroids [px/s].
+    :ivar areas: those of the later frame.
+    :ivar velocity: (K, 2) velocities of their centroids [px/s].
     """
 
     areas: Areas
@@ -25,19 +25,19 @@ class Candidates(Columns):
 
 
 class Initiation:
-    """Correspondence of two frames by nearest neighbor (De Bem 2007, 5.3)."""
+    """Nearest-neighbor correspondence of two frames (De Bem 2007, 5.3)."""
 
     def __init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
-        """Forget the frame before."""
+        """Forget the last frame."""
         self._before, self._stamp = Areas.none(), 0
 
     def candidates(self, areas: Areas, stamp: int) -> Candidates:
-        """Areas that are each other's nearest in two frames, no farther apart than they are large.
+        """Return areas that are each other's nearest in two frames, within their size.
 
-        :param areas: those of nobody.
+        :param areas: the unassigned ones.
         :param stamp: of their frame [ns].
         """
         before, seconds = self._before, (stamp - self._stamp) / NANOSECONDS

@@ -1,4 +1,4 @@
-"""Edges along measurement lines: one remap for all samples, one filter for all lines."""
+"""Edges along measurement lines, with one remap for all samples and one filter for all lines."""
 
 from dataclasses import dataclass
 
@@ -13,19 +13,18 @@ Indices = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
 SIDE_SAMPLES = np.array([[-6, -5, -4, -3, -2], [2, 3, 4, 5, 6]])
-"""Samples that tell what is just inside and just outside of an edge [px]: from where the edge
-detector of the document, 5 samples wide, ends."""
+"""Samples just inside and just outside of an edge [px], starting where the document's edge
+detector, 5 samples wide, ends."""
 
 MAX_COORDINATE = 30_000.0
-"""Points farther out are looked for here [px]: OpenCV's remap has 16-bit coordinates, up to 32767.
-"""
+"""Coordinates are clipped to this [px]: OpenCV's remap has 16 bits, up to 32767."""
 
 
 @dataclass(frozen=True)
 class Edges:
     """One edge on each line, or none.
 
-    :param found: (N, n).
+    :param found: (N, n) whether there is one.
     :param offset: (N, n) from the middle of the line outward [px], 0 where there is none.
     :param sides: (N, n, 2) intensities just inside and outside of it [levels], NaN where there is
         none.
@@ -37,11 +36,11 @@ class Edges:
 
 
 def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: int) -> NDArray:
-    """Intensities along lines, the greatest of the channels (V of HSV, as in the document).
+    """Return intensities along lines: the largest channel (V of HSV, as in the document).
 
     :param image: (H, W, channels) or (H, W).
-    :param points: (M, 2) middles of the lines [px].
-    :param normals: (M, 2) their directions, of length 1.
+    :param points: (M, 2) midpoints of the lines [px].
+    :param normals: (M, 2) their unit directions.
     :param reach: samples to each side, 1 px apart.
     :return: (M, 2 reach + 1) uint8, from inside to outside.
     """
@@ -51,7 +50,7 @@ def sampled(image: NDArray[np.uint8], points: Floats, normals: Floats, reach: in
     start = np.clip(points, -MAX_COORDINATE, MAX_COORDINATE).astype(np.float32)
     along = normals.astype(np.float32)
     u, v = (start[:, [axis]] + along[:, [axis]] * steps for axis in (0, 1))
-    # Of coordinates in fixed point, 1/32 px, all versions of OpenCV make the same.
+    # With fixed-point coordinates, 1/32 px, all versions of OpenCV give the same result.
     fixed = cv2.convertMaps(u, v, cv2.CV_16SC2)
     picture = cv2.remap(image, *fixed, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     if picture.ndim == 2:
@@ -67,12 +66,12 @@ def find_edges(
     usual: Floats,
     config: ContourConfig,
 ) -> Edges:
-    """The edge of maximum a posteriori probability on each line (De Bem 2007, section 3, Figure 3).
+    """Return the maximum a posteriori edge of each line (De Bem 2007, section 3, Figure 3).
 
-    :param points: (N, n, 2) predicted [px].
+    :param points: (N, n, 2) predicted points [px].
     :param normals: (N, n, 2), outward.
     :param sigma: (N, n) standard deviation of an edge around its prediction [px].
-    :param usual: (N, n, 2) intensities inside and outside [levels], NaN where not known.
+    :param usual: (N, n, 2) usual intensities inside and outside [levels], NaN where unknown.
     """
     half, shape = config.line_length // 2, points.shape[:2]
     margin = max(len(config.mask) // 2, int(SIDE_SAMPLES.max())) + 1
@@ -101,7 +100,7 @@ def find_edges(
 
 
 def _peaks(contrast: NDArray, least: float) -> tuple[Indices, Indices]:
-    """Line and place, (K,) each, of the local maxima of contrasts (N, m) but the first and last."""
+    """Return line and place, (K,) each, of the inner local maxima of contrasts, (N, m)."""
     here = contrast[:, 1:-1]
     peaks = (here >= contrast[:, :-2]) & (here > contrast[:, 2:]) & (here >= least)
     line, place = np.nonzero(peaks)
@@ -109,24 +108,24 @@ def _peaks(contrast: NDArray, least: float) -> tuple[Indices, Indices]:
 
 
 def _strongest(line: Indices, score: NDArray, least: float) -> Indices:
-    """Which of the peaks has the greatest score of its line, more than the least; by lines."""
+    """Return the indices of the best peak of each line that scores more than the least."""
     order = np.lexsort((score, line))
     order = order[score[order] > least]
     return order[np.diff(line[order], append=-1) != 0]
 
 
 def _squared_deviation(sides: Floats, usual: Floats, config: ContourConfig) -> Floats:
-    """Squares of how many deviations intensities (K, 2) are off the usual, summed; 0 if unknown."""
+    """Return the squared normalized deviation, (K,), of intensities, (K, 2); 0 where unknown."""
     deviations = np.array([config.inside_deviation, config.outside_deviation])
     weights = np.where(deviations > 0, 1 / np.maximum(deviations, 1e-9), 0.0)
     squared = np.square((sides - usual) * weights)
-    return np.asarray(np.fmax(squared, 0.0).sum(axis=1))  # of NaN and 0 it takes 0
+    return np.asarray(np.fmax(squared, 0.0).sum(axis=1))  # fmax ignores NaN
 
 
 def _responses(samples: NDArray[np.uint8], mask: tuple[float, ...]) -> NDArray[np.float32]:
-    """The edge mask at each sample, without its sign: h for a step by h levels.
+    """Return the absolute response of the edge mask at each sample: h for a step by h levels.
 
-    (cv2.filter2D rounds sums in one order or another by its version, and equal ones differ.)
+    Not with cv2.filter2D: the order of its sums, and so their rounding, depends on its version.
     """
     weights = np.array(mask, np.float32)
     weights /= np.abs(weights).sum() / 2

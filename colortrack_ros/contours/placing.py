@@ -1,4 +1,4 @@
-"""Where the first nodes of a contour are put."""
+"""Placing of a contour's nodes along an outline."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,30 +9,31 @@ from colortrack_ros.contours.spline import Spline
 Floats = NDArray[np.float64]
 
 PHASES = 8
-"""Beginnings of equally spaced nodes that are tried."""
+"""Number of starting points that are tried for equally spaced nodes."""
 
 MAX_ROUNDS = 40
-"""Moves of a node, to bound the time: it is the longest work in a frame. With half of them the
+"""Most moves of nodes, to bound the time of what takes longest in a frame. With half of them the
 IDF1 of the real clip `onebyone` falls from 0.98 to 0.89 (``benchmark/real_contours.py``)."""
 
 FIRST_STEP, LAST_STEP, LEAST_SPACING = 0.4, 0.02, 0.25
-"""Nodes are moved by so much, and come so near to each other [their spacing]. Of these
-numbers half and twice the value change the mean squared error by 0.01 px^2 at most on `silhouette`
-and `approach` (``benchmark/contours.py --constants placing.PHASES placing.MAX_ROUNDS ...``)."""
+"""First and last step of a move, and least distance of nodes, in units of their spacing. Half and
+twice these values, and those of PHASES and MAX_ROUNDS, change the mean squared error by 0.01 px^2
+at most on `silhouette` and `approach` (``benchmark/contours.py --constants placing.PHASES
+placing.MAX_ROUNDS ...``)."""
 
 CENTROID_WEIGHT = 4.0
-"""How much more a centroid that is off counts than a curve that is: what is published is the
-centroid. Half and twice the value make the mean squared errors of `silhouette` and `approach` 0.021
-and 0.048 instead of 0.064 px^2, 0.031 and 0.020 instead of 0.023 (``benchmark/contours.py
---constants placing.CENTROID_WEIGHT``)."""
+"""Weight of the centroid's error relative to the curve's: the centroid is what is published. Half
+and twice the value make the mean squared errors of `silhouette` and `approach` 0.021 and 0.048
+instead of 0.064 px^2, 0.031 and 0.020 instead of 0.023 (``benchmark/contours.py --constants
+placing.CENTROID_WEIGHT``)."""
 
 TIE = 1e-9
-"""Costs that differ by a smaller share are equal: on symmetrical outlines, of which the last digit,
-rounded otherwise by each library, would choose one of two ways."""
+"""Costs with a smaller relative difference are equal. On symmetrical outlines, the last digit,
+which libraries round differently, would otherwise choose between two solutions."""
 
 
 def equally_spaced(points: Floats, spline: Spline) -> Floats:
-    """Nodes (n, 2) [px] equally spaced along an outline, of positive area.
+    """Return nodes, (n, 2) [px], equally spaced along an outline, with a positive area.
 
     :param points: (P, 2) of a closed polygon [px], in either sense.
     """
@@ -40,14 +41,14 @@ def equally_spaced(points: Floats, spline: Spline) -> Floats:
 
 
 def along_outline(points: Floats, spline: Spline) -> tuple[Floats, float]:
-    """Nodes (n, 2) [px] on an outline, so that the curve follows it as well as it can.
+    """Return nodes, (n, 2) [px], on an outline, such that the curve follows it as well as possible.
 
-    They are spaced equally, and then each is moved along the outline, one at a time, as long as
-    that makes the squares of the distances of curve and centroids smaller.
+    They start equally spaced, and are then moved along the outline, one at a time, as long as that
+    reduces the squared distances of curve and centroid.
 
     :param points: (P, 2) of a closed polygon [px], in either sense.
-    :return: nodes in the sense from u to v, so that the area is positive, and by how much the
-        curve misses the outline, root mean square [px].
+    :return: nodes in the sense from u to v, which makes the area positive, and the RMS distance of
+        the curve from the outline [px].
     """
     outline, n = _Outline(points, spline), spline.count
     tried = np.arange(n) / n + np.arange(PHASES)[:, None] / PHASES / n
@@ -69,12 +70,12 @@ def along_outline(points: Floats, spline: Spline) -> tuple[Floats, float]:
 
 
 def _first_least(cost: Floats) -> int:
-    """Index of the least cost, of ties the first."""
+    """Return the index of the least cost, the first of ties."""
     return int(np.argmax(cost <= cost.min() * (1 + TIE)))
 
 
 class _Outline:
-    """A closed polygon; places on it are parts of the way around, and go on beyond 1."""
+    """A closed polygon; places on it are fractions of its length, modulo 1."""
 
     def __init__(self, points: Floats, spline: Spline) -> None:
         after = np.roll(points, -1, axis=0)
@@ -90,21 +91,23 @@ class _Outline:
         self._spline = spline
 
     def nodes(self, place: Floats) -> Floats:
-        """Points at places (...), (..., 2)."""
+        """Return points, (..., 2), at places, (...)."""
         found = np.interp((place % 1.0) * self._way[-1], self._way, self._points)
         return np.stack([found.real, found.imag], axis=-1)
 
     def cost(self, place: Floats) -> Floats:
-        """How badly curves through nodes at places (K, n) follow, and their centroids, (K,)."""
+        """Return the cost, (K,), of curves through nodes at places (K, n): distance and
+        centroid.
+        """
         nodes = self.nodes(place)
         off = np.square(self._spline.center(nodes) - self._center).sum(axis=1)
         far = self.squared_distance(place, nodes)
         return far + CENTROID_WEIGHT * np.where(np.isnan(off), np.inf, off)
 
     def squared_distance(self, place: Floats, nodes: Floats) -> Floats:
-        """Mean squares of the distances of curves through nodes at places (K, n), (K,) [px^2].
+        """Return the mean squared distance, (K,) [px^2], of curves through nodes at places (K, n).
 
-        A node is the middle of its segment; to what lies between two nodes the curve belongs the
+        A node is the middle of its segment; the curve between two nodes is compared with the
         outline between their places.
         """
         t = (np.arange(SEGMENT_POINTS) + 0.5) / SEGMENT_POINTS - 0.5

@@ -1,4 +1,4 @@
-"""Position and velocity of targets, with covariance, of their contours."""
+"""Position and velocity of targets, with covariance, from their contours."""
 
 import numpy as np
 
@@ -11,13 +11,13 @@ from colortrack_ros.contours.spline import Spline
 def positions(
     contours: Contours, spline: Spline, rate: float, misfit: Floats
 ) -> tuple[Floats, Floats]:
-    """The centroids of the splines' areas, and how they move.
+    """Return the centroids of the splines' areas, and their velocities.
 
-    Their covariance is that of nodes and motion, carried over by the derivatives, and by them what
-    the curve cannot follow of the outline.
+    The covariance of nodes and motion is propagated by the derivatives, and so is the misfit
+    between curve and outline.
 
-    :param rate: frames of the filters in a second.
-    :param misfit: (N,) variance of each node that the filters do not know [px^2].
+    :param rate: frames of the filters per second.
+    :param misfit: (N,) additional variance of each node, unknown to the filters [px^2].
     :return: (N, 4) u, v [px], du, dv [px/s], and its covariance (N, 4, 4).
     """
     center, derivative = spline.centroid(contours.nodes)

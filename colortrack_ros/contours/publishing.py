@@ -1,4 +1,4 @@
-"""What is published of the targets."""
+"""The published rows and outlines of targets."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +12,16 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.track_table import TrackTable
 
 CORRELATED_MISFIT = 0.35
-"""Share of what a curve misses of an outline that does not cancel out from node to node. It sets
-the covariance alone: half, once and twice the value make the normalized squared error, 2 when
-right, 0.89, 0.62, 0.28 on `silhouette` and 1.24, 1.06, 0.72 on `approach`
+"""Share of the misfit between curve and outline that does not average out over the nodes. It
+affects only the covariance: with half, once, and twice the value the normalized squared error, 2 if
+right, is 0.89, 0.62, 0.28 on `silhouette` and 1.24, 1.06, 0.72 on `approach`
 (``benchmark/contours.py --constants publishing.CORRELATED_MISFIT``)."""
 
 
 def published(
     tracks: TrackTable[Contours], spline: Spline, config: ContourConfig, now: int
 ) -> tuple[NDArray[np.void], Floats]:
-    """Rows and outlines of all but confirmed tracks that probably do not exist any more."""
+    """Return rows and outlines of all but confirmed tracks that probably no longer exist."""
     fresh = tracks.freshness(now, config.max_time_since_update)
     score = np.clip(tracks.records['edge_share'], 0, 1) * fresh
     shown = (score >= config.min_score) | (tracks.records['state'] == TENTATIVE)

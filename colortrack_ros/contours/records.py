@@ -1,4 +1,4 @@
-"""What is recorded of a target, and whether it has moved."""
+"""Records of targets, and the test whether they have moved."""
 
 import numpy as np
 
@@ -18,46 +18,49 @@ CONTOUR_FIELDS = [
     ('from_u', 'f8'), ('from_v', 'f8'), ('told', '?'), ('seen_w', 'f8'), ('seen_h', 'f8'),
     ('single', '?'), ('alone', 'f8'), ('proven', '?'),
 ]  # fmt: skip
-"""What is recorded of a target besides what is of every track.
+"""Fields of a target, in addition to those of every track.
 
-edge_share: share of its lines that had an edge when it was last measured, 1 by its foreground;
-placed_area: when its nodes were placed [px]; misfit: what the curve missed of its outline then
-[root of that area]; by_area: whether its nodes are those of its foreground; inner: whether it
-began where another one was; agreed: when it was last as large as its foreground, later by as long
-as it was unseen since [ns]; placed: when its nodes were last tried to be placed [ns]; moved:
-whether it has ever moved by much; from, from_u, from_v: since when and where its motion is counted
-[ns, px]; told: whether somebody named it: it may stand still; seen_w, seen_h: the size
-that its foreground had until recently, 0 where it had none [px];
-single: whether it was an area of its own for ALONE_SECONDS; alone: for how long it was [s];
-proven: whether it has moved, and was there for long for its size.
+edge_share: share of its lines with an edge when last measured; 1 if measured by its foreground.
+placed_area: area when its nodes were placed [px].
+misfit: RMS distance of curve and outline then [square root of that area].
+by_area: whether its nodes come from its foreground.
+inner: whether it started inside another target.
+agreed: stamp when it last was as large as its foreground, plus the time unseen since [ns].
+placed: stamp of the last attempt to place its nodes [ns].
+moved: whether it has ever moved far enough.
+from, from_u, from_v: start of its motion, stamp and place [ns, px].
+told: whether it was started by a box; it may stand still.
+seen_w, seen_h: size of its foreground until recently, 0 without one [px].
+single, alone: whether it was a separate area for ALONE_SECONDS, and for how long it was [s].
+proven: whether it has moved, and has existed long enough for its size.
 """
 
 RENEWAL_SCALE = 1.6
-"""A contour whose area has become so many times larger or smaller gets new nodes. At twice the
-value the mean squared error on `silhouette` is 0.032 instead of 0.037 px^2, on `approach` 0.016
-instead of 0.025; at half of it, always renewing, 0.042 and 0.033 (``benchmark/contours.py
---constants records.RENEWAL_SCALE``)."""
+"""A contour gets new nodes when its area has changed by this factor. At twice the value the mean
+squared error on `silhouette` is 0.032 instead of 0.037 px^2, on `approach` 0.016 instead of 0.025;
+at half of it, always renewing, 0.042 and 0.033 (``benchmark/contours.py --constants
+records.RENEWAL_SCALE``)."""
 
 MOTION_SECONDS = 3.0
-"""Time within which a new target has to move by min_motion: then its motion is counted anew.
+"""Time within which a new target has to move by min_motion; after it, counting starts again.
 Assumed: half and twice the value change nothing on TUD Campus, 0.01 of precision on PETS S3.MF1
 (``benchmark/real_contours.py FOLDER --constants records.MOTION_SECONDS``)."""
 
 PROOF_SECONDS = 1.0
-"""For so long a new target as small as min_area is tentative [s], one of twice its width and height
-for half of that: heads, legs, leaves, and what the background has of walkers are small, and come
-and go. The frame before it began counts. MOTA, precision of TUD Campus with half, once and twice
+"""Time for which a new target of min_area is tentative [s]; one of twice the width and height, half
+of that. Heads, legs, leaves, and traces of walkers in the background are small, and come and go.
+The frame before the target started counts. MOTA, precision of TUD Campus with half, once and twice
 the value, that frame not counted: 0.13, 0.63; 0.18, 0.73; 0.24, 0.92; of `pets` 0.59, 0.88; 0.59,
 0.88; 0.57, 0.89 (``benchmark/real_contours.py FOLDER --constants records.PROOF_SECONDS``)."""
 
 CROSSING_SHARE = 0.25
-"""What is so fast that this would be more than a quarter of its way across the picture is proven by
-then. Assumed; half and twice the value change nothing beyond 0.01 of IDF1 on TUD Campus and S3.MF1,
-half of it nothing on `pets` either (as above)."""
+"""A target so fast that it would cross more than this share of the picture in that time is proven
+when it has. Assumed; half and twice the value change nothing beyond 0.01 of IDF1 on TUD Campus and
+S3.MF1, half of it nothing on `pets` either (as above)."""
 
 
 def begin(tracks: TrackTable[Contours], contours: Contours, spline: Spline, stamp: int) -> Records:
-    """Begin targets; return their records, a view.
+    """Start targets, and return a view of their records.
 
     :param contours: of the new targets.
     :param stamp: now [ns].
@@ -80,17 +83,18 @@ def hold_unproven(
     size: tuple[int, int],
     stamp: int,
 ) -> Bools:
-    """Keep those tentative that have not moved yet, or were not there for long for their size.
+    """Keep targets tentative that have not moved yet, or have not existed long enough for their
+    size.
 
-    A size is the root mean square of width and height: a fluttering tape has next to no area.
+    The size is the RMS of width and height, since fluttering tape has hardly any area.
 
     :param records: (N,) with CONTOUR_FIELDS; their states are set.
     :param nodes: (N, n, 2) [px].
     :param area: (N,) [px^2].
-    :param speed: (N,) as the filters have it [px/s].
+    :param speed: (N,) according to the filters [px/s].
     :param size: height and width of the picture [px].
     :param stamp: now [ns].
-    :return: which those are, (N,).
+    :return: which targets are unproven, (N,).
     """
     place = nodes.mean(axis=1)
     way = np.hypot(place[:, 0] - records['from_u'], place[:, 1] - records['from_v'])
@@ -111,7 +115,7 @@ def hold_unproven(
 
 
 def outgrown(records: Records, area: Floats) -> Bools:
-    """Which targets have changed their size by much, (N,).
+    """Return which targets, (N,), need new nodes after a change of size.
 
     :param records: (N,) with CONTOUR_FIELDS.
     :param area: (N,) of their contours [px^2].

@@ -1,4 +1,4 @@
-"""Which areas are whose: areas of the foreground to predicted contours."""
+"""Assignment of foreground areas to predicted contours."""
 
 from dataclasses import dataclass
 
@@ -15,35 +15,35 @@ from colortrack_ros.data import Columns
 from colortrack_ros.estimation.records import Records
 
 LEAST_OVERLAP = 0.1
-"""Intersection over union of an area's box and a target's, at least, for it to be the target's.
+"""Least intersection over union of the boxes of an area and its target.
 Assumed: half and twice the value make 0.43 and 0.41 of an IDF1 of 0.40 on TUD Campus,
 and change nothing on PETS S3.MF1 (``benchmark/real_contours.py FOLDER --constants
 regions.LEAST_OVERLAP``)."""
 
 MOST_OF = 0.5
-"""An area, or a target, belongs to what covers more than half of its box: to one at most. IDF1 of
+"""An area, or a target, belongs to whatever covers more than this share of its box. IDF1 of
 PETS S3.MF1 (benchmark/notes/contours.md) is 0.84; with half of this 0.71, with no such areas 0.83
 (``benchmark/real_contours.py FOLDER --constants regions.MOST_OF``)."""
 
 SIDE_BY_SIDE = 0.25
-"""Things side by side have no more of the narrower one's columns in common: arms, and legs that
-stride. Assumed; half and twice the value change nothing on S3.MF1 (as above)."""
+"""Things side by side share at most this part of the narrower one's columns: arms, and striding
+legs. Assumed; half and twice the value change nothing on S3.MF1 (as above)."""
 
 SLACK, SLACK_SHARE = 3.0, 0.1
-"""Sides of a contour and of its foreground agree within so many px and so much of its size. It
-matters: IDF1 is 0.76 and 0.61 with half and twice the first, 0.74 and 0.62 with half and twice the
-second (as above)."""
+"""Sides of a contour and of its foreground agree within this many px plus this share of the size.
+It matters: IDF1 is 0.76 and 0.61 with half and twice the first, 0.74 and 0.62 with half and twice
+the second (as above)."""
 
 
 @dataclass(frozen=True)
 class OwnAreas(Columns):
-    """What of the foreground is each target's.
+    """Foreground areas of N targets.
 
-    :ivar box: (N, 4) of its areas together [px], NaN where there is none.
+    :ivar box: (N, 4) around its areas [px], NaN if it has none.
     :ivar shared: (N,) whether another target is in the same area.
-    :ivar cut: (N, 4) which sides of the box are those of the picture.
-    :ivar first: (N,) index of its largest area, -1 where there is none.
-    :ivar piece: (N,) whether that is a part of an area that was cut.
+    :ivar cut: (N, 4) which sides of the box are at the border of the picture.
+    :ivar first: (N,) index of its main area, -1 if it has none.
+    :ivar piece: (N,) whether that is a part of an area that was split.
     """
 
     box: Floats
@@ -54,12 +54,12 @@ class OwnAreas(Columns):
 
 
 def match(own: Floats, areas: Areas) -> tuple[OwnAreas, Bools]:
-    """Assign areas to targets with boxes own, (N, 4) [px].
+    """Assign areas to targets with boxes `own`, (N, 4) [px].
 
-    An area goes to the target whose box it overlaps best, and with it smaller areas that lie in
-    that box: parts of one thing. Targets that are covered by an area of another share it.
+    An area goes to the target whose box it overlaps best, along with smaller areas inside that box,
+    as parts of the same thing. Targets covered by another target's area share it.
 
-    :return: also which areas are nobody's, (K,).
+    :return: the targets' areas, and which of the K areas are unassigned, (K,).
     """
     count, others = len(own), len(areas)
     first, mine = np.full(count, -1), np.zeros((count, others), bool)
@@ -95,39 +95,39 @@ def match(own: Floats, areas: Areas) -> tuple[OwnAreas, Bools]:
 
 
 def _above_or_below(box: Floats, main: NDArray[np.intp]) -> Bools:
-    """Which areas, boxes (K, 4), have columns in common with others, main (K,), -1 for none."""
+    """Return which boxes, (K, 4), share columns with others, main (K,); -1 counts as shared."""
     other = box[main]
     common = np.minimum(box[:, 2], other[:, 2]) - np.maximum(box[:, 0], other[:, 0])
     return np.asarray((main < 0) | (common >= 0))
 
 
 def slack(box: Floats) -> Floats:
-    """How far the sides of boxes (N, 4) may be off, (N, 4) [px]."""
+    """Return the tolerance, (N, 4) [px], of the sides of boxes, (N, 4)."""
     return np.tile(SLACK + SLACK_SHARE * (box[:, 2:] - box[:, :2]), 2)
 
 
 def is_same(box: Floats, regions: OwnAreas) -> Bools:
-    """Which boxes, (N, 4), are those of their own foreground, but for the slack."""
+    """Return which boxes, (N, 4), match a foreground of their own, within the slack."""
     return _fits(box, regions) & ~regions.shared
 
 
 def _fits(box: Floats, regions: OwnAreas) -> Bools:
-    """Which boxes, (N, 4), are those of their foreground, shared or not, but for the slack."""
+    """Return which boxes, (N, 4), match their foreground, shared or not, within the slack."""
     return np.asarray((np.abs(regions.box - box) <= slack(box)).all(axis=1))
 
 
 def is_within(box: Floats, others: Floats) -> Bools:
-    """Which boxes, (K, 4), lie for the most part in one of others, (N, 4)."""
+    """Return which boxes, (K, 4), lie mostly inside one of others, (N, 4)."""
     common = intersections(others, box) / extents(box)
     return np.asarray(common.max(axis=0, initial=0.0) > MOST_OF)
 
 
 def is_double(own: Floats, regions: OwnAreas, records: Records) -> Bools:
-    """Which targets are parts of another one, (N,).
+    """Return which targets are parts of another one, (N,).
 
-    They began in it, and the area that both are in now is as large as that one alone: the rest of
-    something that came out behind a bar. Or they were never seen by themselves, and are above or
-    below a larger one in its area, as legs are: parts of what began in pieces.
+    Either they started inside it, and their common area is as large as the other one alone: the
+    rest of something that came out from behind a bar. Or they were never seen separately, and are
+    above or below a larger one in its area, like legs: parts of a thing that started in pieces.
 
     :param own: (N, 4) boxes of the predicted targets [px].
     :param records: (N,) with CONTOUR_FIELDS.
@@ -139,7 +139,7 @@ def is_double(own: Floats, regions: OwnAreas, records: Records) -> Bools:
 
 
 def _are_stacked(own: Floats, regions: OwnAreas) -> Bools:
-    """Which targets are above or below a larger one in its area, (N, N)."""
+    """Return which targets are above or below which larger one in the same area, (N, N)."""
     together = regions.shared[:, None] & (regions.first[:, None] == regions.first)
     size = extents(own)
     smaller = size[:, None] < size
@@ -147,16 +147,16 @@ def _are_stacked(own: Floats, regions: OwnAreas) -> Bools:
 
 
 def _in_common(span: Floats) -> Floats:
-    """What spans (N, 2), from and to, have in common, (N, N) [the shorter one's length]."""
+    """Return the overlaps, (N, N), of spans, (N, 2), in units of the shorter one's length."""
     common = np.minimum(span[:, None, 1], span[:, 1]) - np.maximum(span[:, None, 0], span[:, 0])
     length = np.maximum(span[:, 1] - span[:, 0], 1.0)
     return np.asarray(common / np.minimum(length[:, None], length))
 
 
 def is_hidden(own: Floats, regions: OwnAreas) -> Bools:
-    """Which targets nothing is seen of, (N,): the area that they share is another one alone.
+    """Return which targets are hidden, (N,): the area they share is that of another one alone.
 
-    They are behind that one, or they are a second contour of it, and end like what nobody sees.
+    They are behind it, or a second contour of it, and end like unseen targets.
 
     :param own: (N, 4) boxes of the predicted targets [px].
     """
@@ -170,11 +170,11 @@ def is_hidden(own: Floats, regions: OwnAreas) -> Bools:
 
 
 def shifts(own: Floats, region: Floats, cut: Bools) -> Floats:
-    """How far boxes own, (N, 4), have to go to be where their regions are, (N, 2) [px].
+    """Return the shifts, (N, 2) [px], from boxes `own`, (N, 4), to their regions.
 
-    The mean of both sides, or, where the size is another, the one that is nearer to its prediction:
-    what covers a part of a target, or joins it, leaves the other side alone. The border of the
-    picture is no side.
+    The mean shift of both sides, or, if the size differs, that of the side nearer to its
+    prediction: whatever covers a part of a target, or joins it, leaves the other side alone. Sides
+    at the border of the picture do not count.
 
     :param region: (N, 4) boxes [px].
     :param cut: (N, 4) which of their sides are at the border.
@@ -188,10 +188,11 @@ def shifts(own: Floats, region: Floats, cut: Bools) -> Floats:
 
 
 def in_common(own: Floats, region: Floats, group: NDArray[np.intp]) -> Floats:
-    """The same for targets that share a region: by the sides on which they are outermost, (N, 2).
+    """Return shifts, (N, 2) [px], of targets that share a region, by their outermost sides.
 
-    :param own: (N, 4) boxes; region: (N, 4) boxes of what they share [px].
-    :param group: (N,) equal for those that share one.
+    :param own: (N, 4) boxes of the targets [px].
+    :param region: (N, 4) boxes of what they share [px].
+    :param group: (N,) equal for targets that share a region.
     """
     off, result = region - own, np.zeros((len(own), 2))
     for k in np.unique(group):
@@ -206,6 +207,6 @@ def in_common(own: Floats, region: Floats, group: NDArray[np.intp]) -> Floats:
 
 
 def resized(nodes: Floats, own: Floats, box: Floats) -> Floats:
-    """Nodes (N, n, 2) whose boxes own, (N, 4), are stretched to other ones, (N, 4)."""
+    """Return nodes, (N, n, 2), after stretching their boxes, `own`, to `box`, (N, 4) each."""
     scale = (box[:, 2:] - box[:, :2]) / np.maximum(own[:, 2:] - own[:, :2], 1.0)
     return np.asarray(box[:, None, :2] + (nodes - own[:, None, :2]) * scale[:, None])

@@ -1,4 +1,4 @@
-"""Targets that nobody sees, and areas of nobody beside them: what comes out from behind a cover."""
+"""Coasting targets that reappear from behind a cover as an unassigned area."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +16,16 @@ Indices = NDArray[np.intp]
 
 
 def resume(tracks: TrackTable[Contours], spline: Spline, areas: Areas, stamp: int) -> Indices:
-    """Move targets that coast to the areas of nobody that they came out as.
+    """Move coasting targets to the unassigned areas as which they reappear.
 
-    Those are each other's nearest, and, as from one frame to the next (De Bem 2007, 5.3), no
-    farther apart than the target is large: what could still be seen of it when it went behind a
-    cover has held it back by less than itself. The area may be a part of it, as a foot: it keeps
-    its shape, and goes to where the side that is nearer fits.
+    The two are each other's nearest, and, as from one frame to the next (De Bem 2007, 5.3), no
+    farther apart than the size of the target: while it went behind the cover, its visible part held
+    it back by less than that. The area may be only a part of the target, such as a foot; the target
+    keeps its shape, and moves so that its nearer side fits.
 
-    :param areas: that nobody has in two frames, K.
+    :param areas: K areas, unassigned in two frames.
     :param stamp: now [ns].
-    :return: the areas that are left.
+    :return: the remaining areas.
     """
     records, left = tracks.records, np.arange(len(areas))
     coasting = np.flatnonzero(records['state'] == COASTING)

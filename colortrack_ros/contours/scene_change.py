@@ -1,4 +1,4 @@
-"""Whether the camera shows another scene than that of the background: cut, bumped, or turned."""
+"""Detection of scene changes: a cut, or a camera that was bumped or turned."""
 
 import cv2
 import numpy as np
@@ -11,38 +11,38 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.background_model import Picture
 
 OTHER_SCENE = 'another scene stands still: a cut, or the camera was moved; targets have ended'
-"""What is told with the tracks."""
+"""Reason for the restart, published with the tracks."""
 
 LOOK_PIXELS = 76_800
-"""Pixels of what is looked at: those of 320x240, on which a bump by 5 px of 640 is 2 px.
+"""Pixels of the reduced picture, as many as of 320x240, in which a bump by 5 px of 640 is 2 px.
 Half and twice the value: MOTA of PETS S3.MF1 that trembles by 4 px 0.14 and 0.20, not 0.25, and
 nothing else (as below)."""
 
 TILE_SIDE = 8
-"""Side of a tile [px of these]: correlations of noise in its 64 pixels have a deviation of 1/8.
-With twice of it a bump by 5 px is not noticed (as below)."""
+"""Side of a tile [px of the reduced picture]: the correlation of noise in its 64 pixels has a
+standard deviation of 1/8. With twice the value a bump by 5 px is not noticed (as below)."""
 
 TEXTURED = 5.0
-"""Standard deviation from which on a tile has texture [levels]: twice that of a camera's noise.
+"""Least standard deviation of a textured tile [levels]: twice that of a camera's noise.
 With half of it MOTA of PETS S3.MF1 that trembles by 4 px is 0.18, not 0.25, with twice the value a
 bump by 5 px is not noticed (``benchmark/disturbed_contours.py CLIP OTHER --after 4 --constants
 scene_change.TEXTURED``)."""
 
 ALIKE = 0.5
-"""Correlation of tiles that show the same: four deviations of that of noise. With half
-of it a bump by 5 px is not noticed; with 1 nothing is like anything (as above)."""
+"""Least correlation of tiles that show the same: four sigma of that of noise. With half the value a
+bump by 5 px is not noticed; with 1 nothing matches (as above)."""
 
 QUARTER_TILES = 16
-"""Tiles with texture by which a quarter of the picture is judged: the deviation of a share of one
-half is 1/8. Half and twice the value: what trembles by 4 px 0.16 and -0.12, not 0.25, and nothing
-else (as above)."""
+"""Least number of textured tiles to judge a quarter of the picture: the standard deviation of a
+share of one half is 1/8. Half and twice the value: what trembles by 4 px 0.16 and -0.12, not 0.25,
+and nothing else (as above)."""
 
 
 class Tiles:
-    """Tiles of a picture: their means and texture.
+    """Tiles of a picture, with their texture.
 
     :param picture: (H, W, channels).
-    :ivar textured: (rows, columns) which have texture.
+    :ivar textured: (rows, columns) which tiles have texture.
     """
 
     def __init__(self, picture: Picture) -> None:
@@ -60,44 +60,43 @@ class Tiles:
         self.textured: Bools = np.asarray(self._sigma > TEXTURED)
 
     def _mean(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Mean of each tile, (rows, columns)."""
+        """Return the mean of each tile, (rows, columns)."""
         return np.asarray(cv2.resize(values, self._shape, interpolation=cv2.INTER_AREA))
 
     def free_of(self, known: Floats) -> Bools:
-        """Which tiles no box, (N, 4) [px], touches."""
+        """Return which tiles are not touched by any box, (N, 4) [px]."""
         free = np.ones(self.textured.shape, bool)
         for left, top, right, bottom in np.maximum(known // self._pitch, 0).astype(int).tolist():
             free[top : bottom + 1, left : right + 1] = False
         return free
 
     def alike(self, other: 'Tiles') -> Bools:
-        """Which tiles show the same in another picture of the same size."""
+        """Return which tiles show the same in another picture of the same size."""
         common = self._mean(self._off * other._off)
         return np.asarray(common > ALIKE * np.maximum(self._sigma * other._sigma, 1.0))
 
     def mostly_as(self, other: 'Tiles', free: Bools) -> bool:
-        """Whether most texture is as in another picture of the same size."""
+        """Return whether most texture is the same in another picture of the same size."""
         textured = self.textured & free
         return bool(2 * np.sum(textured & self.alike(other)) > np.sum(textured))
 
 
 class SceneChange:
-    """Tells another scene from things before the same one, by texture, whatever the light.
+    """Tells another scene from things in front of the same one, by texture, in any light.
 
-    A scene is another one when in each quarter of the picture most of the background's texture has
-    gone, and most of the texture that is there instead stands still. Correlation of small tiles is
-    the same in any light; what moves, the picture of a moving camera included, does not stand
-    still; what covers the picture without texture shows nothing; and targets that are known are
-    left out.
+    The scene has changed if, in each quarter of the picture, most of the background's texture has
+    gone, and most of the new texture stands still. The correlation of small tiles does not depend
+    on the light; whatever moves, including the picture of a moving camera, does not stand still; a
+    cover without texture shows nothing; and known targets are left out.
 
-    :ivar seconds: for how long another scene has been standing still [s].
+    :ivar seconds: time for which another scene has stood still [s].
     """
 
     def __init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
-        """Forget what was seen."""
+        """Forget everything seen."""
         self._backgrounds: list[Tiles] = []
         self._renewed = 0
         self._forget()
@@ -109,9 +108,10 @@ class SceneChange:
     def look(self, picture: Picture, stamp: int, backgrounds: list[Picture], known: Floats) -> bool:
         """Take the next picture.
 
-        :param picture: (H, W, channels); backgrounds: of its shape.
-        :param stamp: of it [ns].
-        :param known: (N, 4) boxes of targets.
+        :param picture: (H, W, channels).
+        :param stamp: of the picture [ns].
+        :param backgrounds: of the same shape.
+        :param known: (N, 4) boxes of targets [px].
         :return: whether the background has gone.
         """
         age = (stamp - self._renewed) / NANOSECONDS
@@ -130,7 +130,7 @@ class SceneChange:
 
     @staticmethod
     def _has_gone(now: Tiles, before: list[Tiles], free: Bools) -> bool:
-        """Whether most texture of the backgrounds has gone in each quarter that has some."""
+        """Return whether, in each quarter with texture, most of the backgrounds' has gone."""
         textured = before[0].textured & free
         gone = textured & ~np.any([now.alike(each) for each in before], axis=0)
         middle = np.array(free.shape) // 2

@@ -1,4 +1,4 @@
-"""Cast shadows: what lies on the ground beside what casts it, and dims the background."""
+"""Removal of cast shadows, which lie on the ground beside a body and dim the background."""
 
 import cv2
 import numpy as np
@@ -9,37 +9,38 @@ from colortrack_ros.contours.filters import Bools
 from colortrack_ros.detection.background_model import Picture
 
 BODY_SHARE = 0.5
-"""Columns of an area that are higher than this share of the highest are those of bodies. Assumed:
-what is half as far away is half as high."""
+"""Columns of an area higher than this share of the highest belong to bodies. Assumed: a body twice
+as far away is half as high."""
 
 TAIL_SHARE = 0.25
-"""How far a shadow reaches beyond a body, at least, as a share of the body's height: beyond a leg
-that strides. IDF1, MOTA of KITTI-17 with half and twice the value are 0.48, 0.09 and 0.44, 0.14,
-not 0.50, 0.20 (``benchmark/real_contours.py FOLDER --constants shadows.TAIL_SHARE``)."""
+"""Least reach of a shadow beyond a body, as a share of the body's height: more than a striding leg.
+IDF1, MOTA of KITTI-17 with half and twice the value are 0.48, 0.09 and 0.44, 0.14, not 0.50, 0.20
+(``benchmark/real_contours.py FOLDER --constants shadows.TAIL_SHARE``)."""
 
 DIMMED = (0.1, 0.9)
-"""What a shadow leaves of the light: some comes from the sky, and less than a tenth off is what
-light and noise do anyway. On paving in the sun it is 0.17 to 0.8 (KITTI-17)."""
+"""Range of the light that remains in a shadow: some comes from the sky, and a loss of less than a
+tenth may be a change of light, or noise. On sunlit paving it is 0.17 to 0.8 (KITTI-17)."""
 
 TINT_SHARE = 0.1
-"""How far the channels of a shadow are from those of the background dimmed, as a share of its
+"""Largest deviation of a shadow's channels from those of the dimmed background, as a share of its
 level: the sky is bluer than the sun. On KITTI-17 75 % of a shadow's pixels are below 0.06, 90 %
-below 0.08. With 8 levels for all IDF1, MOTA are 0.21, -0.09 there, not 0.50, 0.20."""
+below 0.08. With a fixed limit of 8 levels IDF1, MOTA are 0.21, -0.09 there, not 0.50, 0.20."""
 
 
 def without_shadows(
     mask: Mask, picture: Picture, background: Picture, least: int, threshold: float
 ) -> Mask:
-    """A mask without the shadows beside things.
+    """Return a mask without the shadows beside things.
 
-    A shadow leaves the columns of what casts it, as clothes, which may look like the dimmed
-    background as well, do not.
+    A shadow extends beyond the columns of its body. Clothes, which may look like dimmed background
+    as well, do not.
 
     :param mask: (H, W), not 0 where something is.
-    :param picture: (H, W, channels); background: of the same shape. In one channel all that is
-        darker is the background dimmed: there nothing is told from a shadow, and nothing is cut.
+    :param picture: (H, W, channels). With one channel, everything darker looks like dimmed
+        background, and nothing is removed.
+    :param background: of the same shape.
     :param least: smaller areas are left as they are [px].
-    :param threshold: up to which pixels are alike, mean of the channels [levels].
+    :param threshold: largest difference of equal pixels, mean of the channels [levels].
     """
     if picture.shape[2] == 1 or not mask.any():
         return mask
@@ -59,7 +60,7 @@ def without_shadows(
 
 
 def _beside_bodies(own: Bools) -> Bools:
-    """Which columns of an area, (W,), are low, and far enough from bodies, or between them."""
+    """Return which columns of an area, (W,), are low, and far beyond bodies or between them."""
     top, bottom = own.argmax(axis=0), own[::-1].argmax(axis=0)
     high = np.where(own.any(axis=0), len(own) - top - bottom, 0)
     low = high <= BODY_SHARE * high.max()
@@ -71,15 +72,15 @@ def _beside_bodies(own: Bools) -> Bools:
 
 
 def _runs(which: Bools) -> NDArray[np.intp]:
-    """Where runs of True begin and end, (N, 2)."""
+    """Return start and end, (N, 2), of each run of True."""
     steps = np.diff(which.astype(np.int8), prepend=0, append=0)
     return np.stack([np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)], axis=1)
 
 
 def _is_dimmed(picture: Picture, background: Picture, threshold: float) -> bool:
-    """Whether most pixels, (P, channels), show the background dimmed (Horprasert et al. 1999).
+    """Return whether most pixels, (P, channels), show dimmed background (Horprasert et al. 1999).
 
-    Counted are those that differ at their own place, without the rim that a Gaussian adds.
+    Only pixels that differ from the background count; the rim that the Gaussian adds does not.
     """
     now, before = picture.astype(np.float32), background.astype(np.float32)
     gain = (now * before).sum(axis=1) / np.maximum((before * before).sum(axis=1), 1.0)

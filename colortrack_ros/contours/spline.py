@@ -4,8 +4,8 @@ Segment i of the curve (De Bem 2007, section 3; Blake and Isard 1998, 3.2) is, f
 
     x(t) = (1 - t)^2 / 2 x_{i-1} + (1/2 + t - t^2) x_i + t^2 / 2 x_{i+1}
 
-A contour is known by its nodes, where its measurement lines stand. Node i belongs to the middle of
-segment i, where the curve is next to control point i: (x_{i-1} + 6 x_i + x_{i+1}) / 8.
+A contour is represented by its nodes, from which its measurement lines start. Node i is the middle
+of segment i, where the curve is closest to control point i: (x_{i-1} + 6 x_i + x_{i+1}) / 8.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 GAUSS = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
 GAUSS_WEIGHTS = np.array([5, 8, 5]) / 18
-"""Gauss and Legendre's points and weights, exact for the degree 5 of the moments on a segment."""
+"""Gauss-Legendre points and weights, exact for the moments' degree of 5 on a segment."""
 
 SEGMENT_POINTS = 4
 """Points of an outline on each segment. IDF1 is 0.87 and 0.81, not 0.88, with half and twice the
@@ -24,11 +24,11 @@ value on PETS S3.MF1, 0.40 and 0.38, not 0.40, on TUD Campus (``benchmark/real_c
 
 
 class Spline:
-    """All contours with so many nodes; everything is linear in the nodes.
+    """Operations on contours with n nodes; the curve is linear in the nodes.
 
-    :param count: of nodes, n.
-    :param interpolating: the nodes lie on the curve; if not, they are its control points, as in the
-        document, and the curve runs inside of them where it is convex.
+    :param count: number of nodes, n.
+    :param interpolating: whether the nodes lie on the curve; if not, they are its control points,
+        as in the document, and the curve runs inside them where it is convex.
     """
 
     def __init__(self, count: int, *, interpolating: bool = True) -> None:
@@ -44,32 +44,34 @@ class Spline:
         self._sample = _values(count, steps) @ control
 
     def outline(self, nodes: Floats) -> Floats:
-        """Points along the curves, (..., n SEGMENT_POINTS, 2), of nodes (..., n, 2)."""
+        """Return points along the curves, (..., n SEGMENT_POINTS, 2), of nodes (..., n, 2)."""
         return np.asarray(self._sample @ nodes)
 
     def normals(self, nodes: Floats) -> Floats:
-        """Normals of length 1 at the nodes, (..., n, 2), outward where the area is positive."""
+        """Return unit normals at the nodes, (..., n, 2), outward if the area is positive."""
         tangent = self._tangent @ nodes
         length = np.hypot(tangent[..., 0], tangent[..., 1])
         normal = np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
         return np.asarray(normal / np.maximum(length, 1e-12)[..., None])
 
     def area(self, nodes: Floats) -> Floats:
-        """Areas (...) [px^2], positive where the nodes go from u to v: half of x dy - y dx."""
+        """Return areas, (...) [px^2], half of x dy - y dx: positive if the nodes turn from u to
+        v.
+        """
         x, d = self._value @ nodes, self._slope @ nodes
         return np.asarray((x[..., 0] * d[..., 1] - x[..., 1] * d[..., 0]) @ self._weight / 2)
 
     def center(self, nodes: Floats) -> Floats:
-        """Centroids of the areas, (..., 2) [px], NaN where there is none; see centroid."""
+        """Return the centroids of the areas, (..., 2) [px], NaN for an empty one; see centroid."""
         return np.concatenate(self._moments(nodes)[-2:], axis=-1)
 
     def centroid(self, nodes: Floats) -> tuple[Floats, Floats]:
-        """Centroids of the areas, (..., 2) [px], and their derivatives by the nodes.
+        """Return the centroids of the areas, (..., 2) [px], and their derivatives by the nodes.
 
-        By Green's theorem the moments are integrals along the curve. When it moves by (dx, dy), an
-        integral of f over the area changes by that of f (dx y' - dy x') along the curve.
+        By Green's theorem, the moments are integrals along the curve. If the curve moves by (dx,
+        dy), the integral of f over the area changes by that of f (dx y' - dy x') along the curve.
 
-        :return: also (..., 2, n, 2), by u and v of each node.
+        :return: centroids, and derivatives, (..., 2, n, 2), by u and v of each node.
         """
         x, y, dx, dy, safe, u, v = self._moments(nodes)
         arm = np.stack([x - u, y - v], axis=-2) / safe[..., None]
@@ -78,7 +80,9 @@ class Spline:
         return np.concatenate([u, v], axis=-1), np.asarray(by_node.swapaxes(-2, -1))
 
     def _moments(self, nodes: Floats) -> tuple[Floats, ...]:
-        """x, y, and their steps at the Gauss points, (..., m), area and centroid, (..., 1)."""
+        """Return x, y, and their steps at the Gauss points, (..., m); area and centroid, (...,
+        1).
+        """
         x, y = (nodes[..., k] @ self._value.T for k in (0, 1))
         dx, dy = (nodes[..., k] @ self._slope.T * self._weight for k in (0, 1))
         area = (x * dy - y * dx).sum(axis=-1) / 2
@@ -89,17 +93,19 @@ class Spline:
 
 
 def _values(count: int, t: Floats) -> Floats:
-    """(n len(t), n): points of each segment, of the control points."""
+    """Return the matrix, (n len(t), n), from control points to points at t on each segment."""
     return _circulant(count, np.stack([(1 - t) ** 2 / 2, 0.5 + t - t * t, t * t / 2]))
 
 
 def _slopes(count: int, t: Floats) -> Floats:
-    """(n len(t), n): derivatives by t of each segment."""
+    """Return the matrix, (n len(t), n), from control points to derivatives by t."""
     return _circulant(count, np.stack([t - 1, 1 - 2 * t, t]))
 
 
 def _circulant(count: int, three: Floats) -> Floats:
-    """Rows with three weights (3, k) at the control points before, of and after each segment."""
+    """Return rows with weights, (3, k), at the control points before, of, and after each
+    segment.
+    """
     rows = np.zeros((count, three.shape[1], count))
     i = np.arange(count)
     for offset, weight in zip((-1, 0, 1), three, strict=True):

@@ -1,4 +1,4 @@
-"""Targets that somebody names: boxes of a person, or of a detector."""
+"""Targets started by boxes, from a person or a detector."""
 
 from dataclasses import replace
 
@@ -16,22 +16,22 @@ from colortrack_ros.contours.spline import Spline
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 
 LEAST_BOX_SIDE = 4.0
-"""Narrower boxes are refused [px]: their sides are not 16 px apart all around, the least area."""
+"""Narrower boxes are refused [px]: their area is below the least one, 16 px."""
 
 MAX_LINE = 200
-"""Longest line that there may be [px]: the greatest line_length."""
+"""Longest measurement line [px]: the maximum of line_length."""
 
 
 def begin_in(
     waiting: WaitingBoxes, own: Floats, shape: tuple[int, ...], free: int
 ) -> tuple[Floats, Indices]:
-    """Boxes that begin a target in this frame, and which targets are such a box already.
+    """Return boxes that start a target in this frame, and targets that already match a box.
 
-    Those offered with their center in a target, or in a box that is not offered, are dropped.
+    Offered boxes whose center lies in a target, or in a box that is not offered, are dropped.
 
     :param own: (N, 4) boxes of the targets [px].
-    :param shape: height and width of the frame, and more.
-    :param free: so many may begin.
+    :param shape: of the frame: height, width, ...
+    :param free: number of targets that may start.
     :return: (K, 4) left, top, right, bottom [px], and (M,).
     """
     named, offered = waiting.take()
@@ -54,10 +54,10 @@ def begin_in(
 def contours_in(
     box: Floats, image: NDArray[np.uint8], spline: Spline, config: ContourConfig
 ) -> Contours:
-    """Contours of things in boxes, (K, 4): from ellipses in them to the edges next to these.
+    """Return contours of things in boxes, (K, 4): ellipses in them, moved to the nearest edges.
 
-    Edges are looked for up to a quarter of the largest side inward and outward, and none has to be
-    where the others are.
+    Edges are searched for up to a quarter of the largest side inward and outward, each on its
+    own.
     """
     angle = 2 * np.pi * np.arange(config.points) / config.points
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)

@@ -49,29 +49,29 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 
 CONFIRM_HITS = 3
-"""Measurements that confirm a target, as many as the tracker of detections wants by default."""
+"""Measurements that confirm a target, as in the tracker of detections by default."""
 
 SIDES_SHARE = 0.1
-"""Share of each measurement in what is usual beside an edge. Half and twice the value change
+"""Weight of a measurement in the usual intensities beside an edge. Half and twice the value change
 nothing on `silhouette` and `approach` (``benchmark/contours.py --constants
 tracker.SIDES_SHARE``)."""
 
 GATE_SIGMA = 0.5
-"""Standard deviation of a node [px] beyond which edges have to agree with each other all the same:
-after a time unseen everything would be as predicted. 0.25 makes 0.027 px^2 of 0.023 on `approach`,
-1.0 makes 0.027 of 0.064 on `silhouette` (as above)."""
+"""Largest standard deviation of a node in the gate [px]: after a time unseen, any edge would agree
+with the prediction, but edges still have to agree with each other. 0.25 makes 0.027 px^2 of 0.023
+on `approach`, 1.0 makes 0.027 of 0.064 on `silhouette` (as above)."""
 
 LEAST_AREA = 16.0
-"""A target whose contour encloses less has collapsed [px]: nothing so small starts (min_area)."""
+"""A target with a smaller area has collapsed [px]: nothing this small starts (min_area)."""
 
 
 class ContourTracker:
-    """Follows what has moved by its contour, whatever its shape (De Bem 2007).
+    """Tracks moving things by their contours, whatever their shape (De Bem 2007).
 
     :param config: see ContourConfig.
-    :param targets: boxes to start with the first frame, and again after each restart; see start.
+    :param targets: boxes to start in the first frame, and after each restart; see start.
     :ivar waiting: boxes that wait for the next frame.
-    :ivar scene_changes: times that the background was learned anew of itself.
+    :ivar scene_changes: number of times that another scene has become the background.
     """
 
     def __init__(self, config: ContourConfig | None = None, targets: ArrayLike = ()) -> None:
@@ -87,7 +87,7 @@ class ContourTracker:
         self._tracks = TrackTable(none, CONTOUR_FIELDS, first_id)
 
     def reset(self, why: str = '') -> None:
-        """Forget all targets, not the background; why is told next. No ID is used twice."""
+        """Forget all targets, but not the background; IDs go on. The next tracks tell why."""
         self._clock.restart(why)
         self._initiation.restart()
         self._foreground.restart()
@@ -95,12 +95,12 @@ class ContourTracker:
         self._start(self._tracks.next_id)
 
     def learn_background(self) -> None:
-        """Forget the background: what stands still from the next frame on is background."""
+        """Forget the background, and learn it again from the next frame on."""
         self._foreground.learn_background()
         self._initiation.restart()
 
     def configure(self, config: ContourConfig) -> None:
-        """Change the configuration; the targets live on, unless their nodes do not."""
+        """Change the configuration; targets survive unless their nodes change."""
         old, self.config = self.config, config
         self._foreground.configure(config)
         if (old.points, old.interpolating) != (config.points, config.interpolating):
@@ -108,20 +108,20 @@ class ContourTracker:
             self._start(self._tracks.next_id)
 
     def start(self, boxes: ArrayLike) -> None:
-        """Follow in the next frame what is inside the boxes, (N, 4); see WaitingBoxes."""
+        """Start targets in boxes, (N, 4), in the next frame; see WaitingBoxes."""
         self.waiting.add(boxes, offered=False)
 
     def offer(self, boxes: ArrayLike) -> None:
-        """The same, where no target is yet."""
+        """Start targets in boxes where there is no target yet."""
         self.waiting.add(boxes, offered=True)
 
     def update(self, frame: Frame) -> Tracks:
-        """Take the next frame.
+        """Track targets to the next frame.
 
-        One that is older than the last starts afresh: what only comes late is sorted in or dropped,
-        and counted, before it comes here (flow.order).
+        A frame older than the last one restarts the tracker; frames that are merely late are
+        reordered or dropped, and counted, before they get here (flow.order).
 
-        :raises ValueError: when the encoding is not known or does not fit the picture's shape.
+        :raises ValueError: if the encoding is unknown or does not fit the picture's shape.
         :return: the tracks at its stamp, with its header.
         """
         check(frame)
@@ -154,9 +154,9 @@ class ContourTracker:
         return Tracks(rows, frame.stamp, frame.frame_id, self._clock.tell_restart(), outlines)
 
     def _lives_on(self) -> Bools:
-        """Which targets go on though the background is not to be seen, (N,)."""
+        """Return which targets, (N,), survive while the background is covered."""
         if not self._foreground.is_new:
-            return self._is_known()  # what is new may be background that moves
+            return self._is_known()  # new ones may be moving background
         self.scene_changes, self._clock.restarted = self.scene_changes + 1, OTHER_SCENE
         return np.asarray(self._tracks.records['told'])
 
@@ -164,10 +164,9 @@ class ContourTracker:
         return np.asarray(self._tracks.records['state'] != TENTATIVE)
 
     def _correct(self, frame: Frame, frames: float, regions: OwnAreas | None = None) -> None:
-        """Update filters and records with the edges of the frame where the foreground agrees.
+        """Update filters and records with edges where the foreground agrees, elsewhere with it.
 
-        Elsewhere with the foreground; nothing is there where there is none. Without regions the
-        edges are believed.
+        Without foreground there is no target. Without regions, all edges are believed.
         """
         contours, records, now = self._tracks.filters, self._tracks.records, self._clock.now
         seconds = frames / self.config.rate
@@ -197,10 +196,10 @@ class ContourTracker:
         contours.hold_size(~measured)
 
     def _place_anew(self, frame: Frame, areas: Areas, regions: OwnAreas) -> None:
-        """Give targets that follow their areas, or have outgrown their nodes, new nodes.
+        """Place new nodes on targets that follow their areas, or have outgrown their nodes.
 
-        Along the outlines, for one of them where the curve follows it best, when the background is
-        learned: that takes time.
+        They are equally spaced on the outlines. For one target a frame, they are also optimized,
+        which takes time, once the background is learned.
         """
         records, contours, kind = self._tracks.records, self._tracks.filters, self.config.outline
         same = is_same(boxes(self._spline.outline(contours.nodes)), regions)
@@ -229,11 +228,11 @@ class ContourTracker:
     def _measure(
         self, frame: Frame, contours: Contours, frames: float, least: float
     ) -> tuple[Bools, Floats]:
-        """Correct contours by the edges on their lines, and learn what is beside the edges.
+        """Update contours with the edges on their lines, and learn the intensities beside them.
 
-        :param frames: time passed.
-        :param least: share of the lines that need an edge.
-        :return: whether there were enough, and their share, (N,).
+        :param frames: time since the last frame [frames].
+        :param least: share of lines that need an edge.
+        :return: whether enough lines had one, and their share, (N,) each.
         """
         if not len(contours):
             return np.zeros(0, bool), np.zeros(0)
@@ -252,7 +251,7 @@ class ContourTracker:
         return np.asarray(measured), np.asarray(share)
 
     def _delete(self, frame: Frame) -> None:
-        """Delete targets that have left the picture, were not seen for long, or have collapsed.
+        """Delete targets that have left the picture, are overdue, or have collapsed.
 
         A tentative one has to be seen in every frame.
         """
@@ -271,7 +270,7 @@ class ContourTracker:
             tracks.keep(keep)
 
     def _initiate(self, nobodys: Areas, predicted: Floats) -> None:
-        """Begin what is nobody's in two frames, on its outline; predicted: boxes of the others."""
+        """Start targets on areas that are unassigned in two frames; predicted: others' boxes."""
         new = self._initiation.candidates(nobodys, self._clock.now)
         if self.config.follow_foreground:
             new = new.take(resume(self._tracks, self._spline, new.areas, self._clock.now))
@@ -286,7 +285,7 @@ class ContourTracker:
         records['inner'] = is_within(new.areas.box, predicted)
 
     def _begin_told(self, frame: Frame) -> None:
-        """Begin what was told, at the edges next to ellipses in the boxes."""
+        """Start targets in waiting boxes, at the edges next to ellipses in them."""
         if not len(self.waiting):
             return
         tracks, free = self._tracks, self.config.max_targets - len(self._tracks)
