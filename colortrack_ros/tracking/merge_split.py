@@ -122,14 +122,17 @@ def _join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:
     :param whole: (K,) index of the blob that each belongs to.
     :return: (M,) with each joint box in place of the blob that its track took.
     """
-    z, R, box = blobs.z.copy(), blobs.R.copy(), blobs.box.copy()
+    rows, z, R, box = (each.copy() for each in (blobs.rows, blobs.z, blobs.R, blobs.box))
     np.minimum.at(box[:, 0], whole, box[piece, 0])
     np.maximum.at(box[:, 1], whole, box[piece, 1])
     z[whole] = box[whole].mean(axis=1)
     R[whole] = EDGE_VARIANCE * np.eye(2)
-    mixed = blobs.mixed.copy()
+    size, mixed = box[:, 1] - box[:, 0], blobs.mixed.copy()
     mixed[whole] = True
-    return replace(blobs, z=z, R=R, box=box, size=box[:, 1] - box[:, 0], mixed=mixed)
+    rows['box_u'][whole], rows['box_v'][whole] = box[whole, 0].T + 0.5
+    rows['box_w'][whole], rows['box_h'][whole] = size[whole].T
+    np.add.at(rows['area'], whole, rows['area'][piece])
+    return replace(blobs, rows=rows, z=z, R=R, box=box, size=size, mixed=mixed)
 
 
 def _once(
