@@ -1,7 +1,7 @@
-"""Objects updated as if the errors of the cameras were known, and what that tells of the errors.
+"""Update of objects conditional on the camera errors, and its information about these errors.
 
-The measurement is linearized again where the last step has led (iterated extended Kalman filter:
-Bell and Cathey 1993; Bar-Shalom, Li and Kirubarajan 2001, 10.5.2).
+The measurement is relinearized at the updated state (iterated extended Kalman filter: Bell and
+Cathey 1993; Bar-Shalom, Li and Kirubarajan 2001, 10.5.2).
 """
 
 from dataclasses import dataclass
@@ -30,50 +30,51 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 LINEARIZATIONS = 4
-"""Linearizations of an update at most: where the last one has led."""
+"""Most linearizations of an update, each at the result of the last one."""
 
 LINEAR_WITHIN = 0.02
-"""Updated of X/Z, Y/Z, 1/Z [1/m] up to which one linearization is enough: 10 px at f = 500 px, 40
-times the noise. Also of smaller ones it would put the noise into both factors of what is told of
-the cameras' errors, which then would all seem to be on one side."""
+"""Change of X/Z, Y/Z, 1/Z [1/m] up to which one linearization is enough: 10 px at f = 500 px, 40
+times the noise. Relinearizing smaller changes as well would correlate both factors of the
+information about the camera errors through the noise, and bias these errors."""
 
 LEAST_PARALLAX = 0.02
-"""Share of what an error of a camera does to a measurement that the object's state must leave
-unexplained, so that it tells of the error. Less is that of the linearization: a first ray that is
-off by 0.5 px puts what is 5 m away 1.2 % too far. `python benchmark/world.py` gives for what stands
-on the ground before a robot that stands a NEES of 8 in place of 3.2, of 3, if it is 0."""
+"""Least share of a camera error's effect on a measurement that the object's state must leave
+unexplained for the error to be observable. Smaller shares come from linearization: a first ray that
+is off by 0.5 px puts an object 5 m away 1.2 % too far. With 0, `python benchmark/world.py` gives
+objects that stand on the ground before a standing robot a NEES of 8 in place of 3.2, of 3."""
 
 COUNTED = 0.5
-"""Share of the information about the cameras' errors that is counted, because one picture after the
-other is linearized at nearly the same place, which is off. At 1 `python benchmark/world.py` gives
-what rolls before a robot that stands a NEES of 6.3 in place of 4.7, of 4, by fused."""
+"""Share of the information about the camera errors that counts. Successive pictures are linearized
+at nearly the same, wrong place. With 1, `python benchmark/world.py` gives rolling objects before a
+standing robot a NEES of 6.3 in place of 4.7, of 4, by fused."""
 
 SURELY = 64
-"""What stands tells much more of the cameras' errors than what rolls, and what rolls slowly fits
-cameras that are off and things that stand, in all pictures alike. So it is counted as far as an
-object has stood in so many pictures, were each another chance: its probability to this power. At 1
-`python benchmark/world.py --elsewhere --seed 21 --runs 30` gives what rolls at 60 Hz a NEES of 5.8
-in place of 3.7, of 4; at 16 4.1, at 256 3.6, but then what rests is off by 2.0, not 1.6 %."""
+"""Standing objects tell much more about the camera errors than rolling ones do, but an object that
+rolls slowly looks, in all pictures alike, like a standing object seen with camera errors. So the
+weight of the standing hypothesis is its probability to this power: as if the object had to stand in
+that many independent pictures. With 1, `python benchmark/world.py --elsewhere --seed 21 --runs 30`
+gives rolling objects at 60 Hz a NEES of 5.8 in place of 3.7, of 4; with 16 4.1; with 256 3.6, but
+then the error of resting objects is 2.0 instead of 1.6 %."""
 
 LEAST_LIKELY = 1e-3
-"""Probability that each hypothesis keeps, however badly it fits: a ball that is kicked fits none.
+"""Least probability of each hypothesis, however badly it fits: a ball that is kicked fits none.
 Assumed."""
 
 FARTHER = 4.0
-"""How many times farther away a step of an update may take an object: the linearization does not
-reach beyond, where 1/Z comes near 0."""
+"""Largest factor by which one update step may increase the range of an object: the linearization
+does not hold beyond, where 1/Z comes near 0."""
 
 
 @dataclass
 class Updated:
-    """An update of N objects, by two hypotheses each; positions in inverse depth.
+    """Update of N objects under two hypotheses each; positions in inverse depth.
 
-    :ivar states: after it, if the errors of the cameras stay as estimated.
-    :ivar nis: (N,) normalized innovation squared, of the hypothesis that it fits best.
-    :ivar information: (N, 8 C, 8 C) of what is measured about the errors of the cameras.
-    :ivar vector: (N, 8 C) information times the correction that it asks for.
-    :ivar p: (N, 2) of the hypotheses before it.
-    :ivar volume: (N, 2) log of the least likely; e: (N, 2, M) their whitened innovations.
+    :ivar states: the updated states if the camera errors stay as estimated.
+    :ivar nis: (N,) normalized innovation squared of the best-fitting hypothesis.
+    :ivar information: (N, 8 C, 8 C) of the measurement about the camera errors.
+    :ivar vector: (N, 8 C) information times the correction.
+    :ivar p: (N, 2) prior probabilities of the hypotheses.
+    :ivar volume: (N, 2) log density of a zero innovation; e: (N, 2, M) whitened innovations.
     """
 
     states: Motions
@@ -85,9 +86,9 @@ class Updated:
     e: Floats
 
     def likelihoods(self) -> tuple[Floats, Floats]:
-        """Logs of how likely what is measured is, and would be as expected, (N,).
+        """Return the log likelihoods of the measurements and of zero innovations, (N,).
 
-        If the errors of the cameras are as estimated.
+        The camera errors are taken as estimated.
         """
         nis = np.square(self.e).sum(axis=-1)
         logs = np.stack([self.volume - nis / 2, self.volume])
@@ -101,10 +102,9 @@ class Updated:
 class _Line:
     """M measurements of N objects, linearized.
 
-    :ivar H: (N, M, 8) by the state.
-    :ivar rest: (N, M, 8 C + 1) by the errors of the cameras, and what is expected there, less what
-        is measured.
-    :ivar seen: (N,) whether the camera would see the object there at all.
+    :ivar H: (N, M, 8) derivative by the state.
+    :ivar rest: (N, M, 8 C + 1) derivative by the camera errors, and predicted minus measured value.
+    :ivar seen: (N,) whether the object is visible to the camera at that state.
     """
 
     H: Floats
@@ -123,7 +123,7 @@ def conditional(
     camera: int,
     within: float = LINEAR_WITHIN,
 ) -> Updated:
-    """Update states in inverse depth as if the errors of the cameras were as estimated."""
+    """Update states in inverse depth as if the camera errors were as estimated."""
     rows = np.flatnonzero(measured.used.any(axis=0))
     P, R = errors.cov[robot], measured.R[:, None, rows][..., rows]
     p, whole, known, falls = part.probability, part.whole, errors.mean[robot], kinds.falls
@@ -154,12 +154,13 @@ def conditional(
 def _innovations(
     line: _Line, at: Floats, part: Motions, R: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """The innovations of states, by both hypotheses.
+    """Return the innovations of states under both hypotheses.
 
-    :param at: (N, 8) where measurements are linearized; R: (N, 1, M, M) their covariance.
-    :return: how they change with the errors of the cameras, (N, 2, M, 8 C), their covariance,
-        (N, 2, M, M), what whitens them, alike, and whitened, (N, 2, M, 8 + 8 C + 1), their
-        covariance with the states, their change, and they themselves, less than 0 for more.
+    :param at: (N, 8) point of linearization; R: (N, 1, M, M) covariance of the measurements.
+    :return: the derivative of the innovations by the camera errors, (N, 2, M, 8 C), their
+        covariance, (N, 2, M, M), its whitening matrix, of the same shape, and, whitened, (N, 2, M,
+        8 + 8 C + 1), the cross-covariance with the states, that derivative, and the innovations
+        with opposite sign.
     """
     H, beside = line.H[:, None], part.whole.copy()
     beside[..., -1] -= at[:, None]
@@ -171,25 +172,26 @@ def _innovations(
 
 
 def _stabilize(states: Motions, K: Floats, H: Floats, R: Floats) -> None:
-    """Make (I - KH) P, which states have, (I - KH) P (I - KH)^T + K R K^T (Joseph), in place.
+    """Turn the covariance (I - KH) P of states into Joseph form, in place.
 
-    It holds for other gains than Kalman's as well, and where the prior is so wide that rounding
-    counts.
+    (I - KH) P (I - KH)^T + K R K^T also holds for other gains than Kalman's, and for priors so wide
+    that rounding matters.
     """
     states.cov[...] += (K @ R - states.cov @ H.swapaxes(-1, -2)) @ K.swapaxes(-1, -2)
 
 
 def _shares(probability: Floats) -> Floats:
-    """How much of what each hypothesis tells of the cameras counts, (N, 2)."""
+    """Return the weight of each hypothesis in the information about the cameras, (N, 2)."""
     surely = probability[:, STANDS] ** SURELY
     return np.stack([surely, 1 - surely], axis=1)
 
 
 def _learned(counted: Floats, G: Floats, e: Floats) -> tuple[Floats, Floats]:
-    """Information and vector of Updated, over both hypotheses.
+    """Return information and vector of Updated, summed over both hypotheses.
 
-    :param counted: (N, 2) share of what each tells.
-    :param G: (N, 2, M, 8 C) what of whitened innovations, e: (N, 2, M), tells of the errors.
+    :param counted: (N, 2) weight of each hypothesis.
+    :param G: (N, 2, M, 8 C) derivative of the whitened innovations by the camera errors, as far as
+        it is observable; e: (N, 2, M) whitened innovations.
     """
     weighed = (counted[:, :, None, None] * G).swapaxes(-1, -2)
     vector = (weighed @ e[..., None])[..., 0].sum(axis=1)
@@ -197,13 +199,13 @@ def _learned(counted: Floats, G: Floats, e: Floats) -> tuple[Floats, Floats]:
 
 
 def _considered(PH: Floats, slope: Floats, G: Floats, P: Floats) -> Floats:
-    """Kalman's gain, (N, 2, 8, M), with the errors of the cameras considered (Schmidt), not known.
+    """Return the Schmidt-Kalman gain, (N, 2, 8, M), which considers the camera errors.
 
-    For what falls, as its bounces bend too much for the other: it would be certain of what holds
-    only if the errors were as estimated.
+    Used for falling objects, whose bounces are too nonlinear for the conditional gain: their
+    covariance would hold only if the camera errors were as estimated.
 
-    :param PH: (N, 2, 8, M) Kalman's gain if they are known, of whitened innovations.
-    :param P: (N, 8 C, 8 C) covariance of the errors of the cameras, 0 of what does not fall.
+    :param PH: (N, 2, 8, M) Kalman gain for known errors, of whitened innovations.
+    :param P: (N, 8 C, 8 C) covariance of the camera errors, 0 for objects that do not fall.
     """
     PG = P[:, None] @ G.swapaxes(-1, -2)
     S = np.eye(G.shape[-2]) + G @ PG
@@ -211,9 +213,9 @@ def _considered(PH: Floats, slope: Floats, G: Floats, P: Floats) -> Floats:
 
 
 def _told(G: Floats, direct: Floats, S: Floats) -> Floats:
-    """The share of each error of the cameras that innovations tell of, (N, 2, 1, 8 C).
+    """Return the observable share of each camera error, (N, 2, 1, 8 C).
 
-    :param G: (N, 2, M, 8 C) how innovations change with them; direct: if states did not.
+    :param G: (N, 2, M, 8 C) derivative of the innovations by the errors; direct: with states fixed.
     """
     over = 1 / np.einsum('...ii->...i', S)[..., None, :]
     told = over @ np.square(G)
@@ -224,12 +226,13 @@ def _told(G: Floats, direct: Floats, S: Floats) -> Floats:
 def _weigh(
     states: Motions, P: Floats, G: Floats, volume: Floats, e: Floats, falls: Bools
 ) -> Floats:
-    """Weigh hypotheses by their innovations, in place; the least normalized and squared, (N,).
+    """Weigh the hypotheses by innovations, in place; return the least NIS of each object, (N,).
 
-    :param P: (N, 8 C, 8 C) covariance of the errors of the cameras.
-    :param G: (N, 2, M, 8 C) how innovations change with them, whitened as if they were known.
-    :param volume: (N, 2) log of what whitens them; e: (N, 2, M) the innovations.
-    :param falls: (N,) what keeps no hypothesis that fits badly: it may be thrown again.
+    :param P: (N, 8 C, 8 C) covariance of the camera errors.
+    :param G: (N, 2, M, 8 C) derivative of the innovations by the camera errors, whitened as if
+        these were known.
+    :param volume: (N, 2) log determinant of the whitening matrix; e: (N, 2, M) innovations.
+    :param falls: (N,) objects whose hypotheses have no least probability: they may be thrown again.
     """
     W = whitening(np.eye(e.shape[-1]) + G @ P[:, None] @ G.swapaxes(-1, -2))
     nis = np.square(W @ e[..., None])[..., 0].sum(axis=-1)
@@ -251,10 +254,10 @@ def _linearized(
     ground: float,
     camera: int,
 ) -> _Line:
-    """What is measured beside what is expected of states in inverse depth.
+    """Return predicted minus measured values, and the Jacobians, of states in inverse depth.
 
-    :param at: (N, 8); known: (N, 8 C) errors of the cameras, as estimated.
-    :param rows: (M,) of what can be measured those that are.
+    :param at: (N, 8); known: (N, 8 C) estimated camera errors.
+    :param rows: (M,) the measured rows.
     """
     of = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
     state = np.concatenate([at, known[:, of]], axis=1)

@@ -1,8 +1,8 @@
-"""Update of the states of all objects, and of the errors of the cameras, at once.
+"""Joint update of the states of all objects and the errors of the cameras.
 
-Each object is updated as if the errors of the cameras were known (Friedland 1969). What is left of
-its innovation that they explain, summed over the objects, corrects them; they correct the objects
-in turn.
+Each object is updated as if the camera errors were known (Friedland 1969). The part of its
+innovation that camera errors explain, summed over all objects, corrects these errors, which in turn
+correct the objects.
 """
 
 from dataclasses import replace
@@ -36,22 +36,22 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 GATE = chdtri(np.arange(1, 6), 1e-4)
-"""Of the normalized innovation squared, by the number of what is measured: one measurement in ten
-thousand that is right is refused, one in a minute of 150 measurements a second."""
+"""Gate of the normalized innovation squared, by the number of measured values. It rejects one
+correct measurement in ten thousand: about one a minute at 150 measurements a second."""
 
 
 ERROR_MEMORY = 90.0
-"""Time constant of the errors of the cameras [s]: a mount gives, a load shifts, light moves the
-edges of blobs. By `python benchmark/world.py`, where they last: with 60 s fused ranges have a NEES
-of 1.7 of 3 while the robot drives, with 120 s and more the ground has 3.8 and more."""
+"""Time constant of the camera errors [s]: mounts give, loads shift, and light moves the edges of
+blobs. From `python benchmark/world.py`, where errors are constant: with 60 s, fused ranges have a
+NEES of 1.7 of 3 while the robot drives; with 120 s and more, the ground has 3.8 and more."""
 
 
 BEHIND_LENS = 0.02
-"""What would be nearer to the camera [m] is behind its lens."""
+"""Least distance from the camera [m]; what is nearer is behind its lens."""
 
 
 def forget(errors: CameraErrors, dt: float) -> None:
-    """Let the errors of the cameras be less certain after dt [s], in place."""
+    """Increase the uncertainty of the camera errors for dt [s], in place."""
     errors.cov += (1 - np.exp(-2 * dt / ERROR_MEMORY)) * (errors.first - errors.cov)
 
 
@@ -65,13 +65,13 @@ def update(
     camera: int = 0,
     weigh: bool = True,
 ) -> tuple[Bools, Floats]:
-    """Update states and errors by measurements, in place.
+    """Update states and camera errors by measurements, in place.
 
-    :param objects: N, predicted; with G robots, as many of each, one robot after the other.
-    :param measured: of each object; nothing used of those that are not measured.
-    :param camera: which of them has measured.
-    :param weigh: whether to tell how likely they were.
-    :return: (N,) which measurements have been refused; (G,) the log of how likely all were, or 0.
+    :param objects: N, predicted; with G robots, the same number for each, grouped by robot.
+    :param measured: of each object; nothing is used of unmeasured ones.
+    :param camera: index of the measuring camera.
+    :param weigh: whether to compute the likelihood.
+    :return: (N,) which measurements were refused; (G,) the log likelihood of all of them, or 0.
     """
     number, front = measured.used.sum(axis=1), in_front(objects, view)
     refused = (number > 0) & ~front
@@ -97,7 +97,7 @@ def update(
 
 
 def in_front(objects: Motions, view: View) -> Bools:
-    """Which objects, (N,), are in front of the camera, by both hypotheses."""
+    """Return which objects, (N,), are in front of the camera under both hypotheses."""
     depth = (objects.mean[..., POSITION] - view.optical.t) @ view.optical.R[:, 2]
     return np.asarray((depth > BEHIND_LENS).all(axis=1))
 
@@ -114,15 +114,15 @@ def _jointly(
     limit: Floats,
     weigh: bool,
 ) -> tuple[Motions, Bools, Floats, Floats]:
-    """Update states in inverse depth, and the errors of the cameras in place.
+    """Update states in inverse depth, and the camera errors in place.
 
-    Where two ranges of one picture disagree and these change by much, it is linearized again at
-    what they have become (Gauss-Newton): ground and size contradict each other by a pitch that is
-    off by 2 degrees. By the ground alone that gains nothing.
+    If two ranges of one picture disagree and this changes the errors by much, linearize again at
+    the new estimate (Gauss-Newton): ground and size contradict each other if the pitch is off by 2
+    degrees. With the ground alone, that gains nothing.
 
-    :param limit: (N,) of the normalized innovation squared.
-    :return: the states, (N,) which measurements are right, how the errors have changed, and, if
-        asked to weigh, the log of how likely the measurements were, (G,).
+    :param limit: (N,) gate of the normalized innovation squared.
+    :return: the states, (N,) which measurements passed the gate, the change of the camera errors,
+        and, if weigh is set, the log likelihood of the measurements, (G,).
     """
     prior, change = errors.mean, np.zeros_like(errors.mean)
     step = conditional(part, errors, robot, measured, view, kinds, ground, camera)
@@ -151,7 +151,7 @@ def misfit(
     ground: float,
     camera: int = 0,
 ) -> Floats:
-    """How far measurements are from what is expected, (N,), squared, over the gate: 1 is its edge.
+    """Return the squared normalized innovations, (N,), over the gate: 1 is its edge.
 
     :param objects: N, predicted, in front of the camera; measured: N, of each.
     """
@@ -171,11 +171,10 @@ def started(
     ground: float,
     camera: int = 0,
 ) -> Motions:
-    """States of objects that are seen for the first time; standing or moving, as far as they may.
+    """Return the states of new objects, which stand or move as their kind allows.
 
-    :param position: (N, 3) a guess, from which the first update begins [m].
-    :param reach: (N,) standard deviation of the guess on each axis, so large that it does not
-        count [m].
+    :param position: (N, 3) a guess at which the first update is linearized [m].
+    :param reach: (N,) standard deviation of the guess on each axis, large enough not to matter [m].
     """
     count, n = len(position), errors.mean.shape[1]
     sigma = np.zeros((count, 2, OF_OBJECT))
@@ -198,12 +197,12 @@ def started(
 def _corrected(
     P: Floats, change: Floats, step: Updated, robot: Indices, right: Bools
 ) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
-    """The errors of the cameras after an update that has been linearized where they have changed.
+    """Return the camera errors after an update that was linearized at changed errors.
 
-    :param P: (G, 8 C, 8 C) covariance before it.
-    :param change: (G, 8 C) of their mean, at which the step is linearized.
-    :return: their covariance, by how much more they change, and what right measurements have told
-        of them: the information, (G, 8 C, 8 C), and the vector, (G, 8 C), of Updated.
+    :param P: (G, 8 C, 8 C) covariance before the update.
+    :param change: (G, 8 C) change of the mean at which the step is linearized.
+    :return: the covariance, the further change of the mean, and the information, (G, 8 C, 8 C), and
+        vector, (G, 8 C), of accepted measurements; see Updated.
     """
     robot, count = robot[right], len(P)
     information = _summed(step.information[right], robot, count)
@@ -227,25 +226,25 @@ def _likelihood(
     right: Bools,
     limit: Floats,
 ) -> Floats:
-    """The log of how likely measurements were, (G,); as :func:`_corrected`.
+    """Return the log likelihood of measurements, (G,); parameters as for :func:`_corrected`.
 
-    :param change: (G, 8 C) of the errors, with what they change by further.
-    :param told: information and vector, as :func:`_corrected` gives them.
+    :param change: (G, 8 C) total change of the errors, including the further one.
+    :param told: information and vector, as returned by :func:`_corrected`.
     """
     (information, vector), (each, volume) = told, step.likelihoods()
     at = change - further
     log = _summed(each[right], robot[right], len(P))
-    # of a Gaussian in the errors, which is linearized away from its mean
+    # log likelihood of a Gaussian in the errors, linearized away from its mean
     bent = (information @ at[..., None])[..., 0]
     A = np.eye(vector.shape[1]) + P @ information
     log -= (at * (vector + bent / 2)).sum(axis=1) + np.linalg.slogdet(A)[1] / 2
     log += ((vector + bent) * change).sum(axis=1) / 2
-    # what is refused is as likely as what is just refused no longer
+    # a refused measurement counts as one at the edge of the gate
     return log + _summed((volume - limit / 2)[~right], robot[~right], len(P))
 
 
 def _summed(each: Floats, robot: Indices, count: int) -> Floats:
-    """The sums of values, (N, ...), over the objects of each of so many robots."""
+    """Sum values, (N, ...), over the objects of each of count robots."""
     if count == 1:
         return np.asarray(each.sum(axis=0, keepdims=True))
     total = np.zeros((count, *each.shape[1:]))

@@ -1,8 +1,9 @@
-"""How objects move from picture to picture: they stand, roll or fly, and may change from one to it.
+"""Motion of objects between pictures: standing, rolling or flying, with switches between them.
 
 The interacting multiple model (Blom and Bar-Shalom 1988; Bar-Shalom, Li and Kirubarajan 2001,
-11.6.6) of two hypotheses: an object stands, or it moves as those of its color do.
-What falls does not stand: it flies on, or it has been thrown or hit since the last picture.
+11.6.6) has two hypotheses: an object stands, or it moves like other objects of its color. Falling
+objects do not stand; their hypotheses are that they fly on, or that they have been thrown or hit
+since the last picture.
 """
 
 import math
@@ -27,39 +28,39 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 SOJOURN = 10.0
-"""How long things stand, and how long they move, on the mean [s]; and how long it takes until what
-rolls is kicked or hits a wall. Assumed: between a ball that is pushed about and a chair."""
+"""Mean time for which objects stand and for which they move [s], and until a rolling object is
+kicked or hits a wall. Assumed: between a ball that is pushed about and a chair."""
 
 FLIGHTS = 60.0
-"""How long it takes until what falls is thrown or kicked again, on the mean [s]. Assumed."""
+"""Mean time until a falling object is thrown or kicked again [s]. Assumed."""
 
 THROWN = 3.0
-"""Standard deviation of what a throw or a kick changes the vertical velocity by [m/s]: that of a
-fall from 0.5 m; the horizontal one changes by as much as it may have at first. Assumed."""
+"""Standard deviation of the change of vertical velocity by a throw or a kick [m/s]: the speed after
+a fall from 0.5 m. The horizontal change has that of the initial speed. Assumed."""
 
 RESTITUTION = 0.15
-"""Standard deviation of the share of speed that is left after a bounce; a measured one of 0.7 with
-balls on floors is between 0.5 and 0.9. Assumed."""
+"""Standard deviation of the restitution; measured values for balls on floors, around 0.7, lie
+between 0.5 and 0.9. Assumed."""
 
 LEAST_BOUNCE = 1e-3
-"""Probability of a bounce below which it has not been: 3 standard deviations above the ground."""
+"""Probability below which a bounce is ignored: 3 standard deviations above the ground."""
 
 LEAST_KICKED = 1e-3
-"""Probability that what was kicked came to stand at once. Assumed."""
+"""Probability that a kicked object stops at once. Assumed."""
 
 FRICTION = 0.2
-"""Standard deviation of the share of the horizontal speed that is lost or gained at a bounce, by
-spin: at most 2/7 for a ball that does not spin and then rolls."""
+"""Standard deviation of the relative change of horizontal speed at a bounce, due to spin; a ball
+without spin that then rolls loses at most 2/7."""
 
 
 def predict(
     objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float, unseen: Bools
 ) -> None:
-    """One step of all states, in place: standing, and constant velocity or free fall with bounces.
+    """Predict all states in place: standing, constant velocity, or free fall with bounces.
 
     :param ground: height of the ground in the fixed frame [m].
     :param dt: [s].
-    :param unseen: (N,) what may be kicked or hit a wall unseen.
+    :param unseen: (N,) whether an object may be kicked or hit a wall without being seen.
     """
     _mix(objects, errors, kinds, dt)
     _maneuver(objects, errors, kinds, dt, unseen & ~kinds.falls)
@@ -72,7 +73,7 @@ def predict(
 
 
 def _fall(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float) -> None:
-    """Let what falls do so, bounce, or be thrown, in place."""
+    """Apply gravity, bounces, and throws to falling objects, in place."""
     mean, cov, slope = (a[:, MOVES] for a in (objects.mean, objects.cov, objects.slope))
     mean[:, 2] -= GRAVITY * dt * dt / 2 * kinds.falls
     mean[:, 5] -= GRAVITY * dt * kinds.falls
@@ -84,12 +85,12 @@ def _fall(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, d
 def _maneuver(
     objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float, unseen: Bools
 ) -> None:
-    """Let what moves draw its velocity anew at any time of the step, in place.
+    """Let moving objects redraw their velocity at any time of the step, in place.
 
-    The state is that of the mixture of both. What is seen need not, as it is refused then and taken
-    to have been kicked.
+    The result is the mixture of both cases, moment-matched. Visible objects do not need this: their
+    measurement would be refused, and the object treated as kicked.
 
-    :param unseen: (N,) what may.
+    :param unseen: (N,) which objects may do so.
     """
     (rows,) = unseen.nonzero()
     if not len(rows):
@@ -108,7 +109,7 @@ def _maneuver(
 
 
 def _throw(objects: Motions, kinds: Kinds, dt: float) -> None:
-    """Let what falls be thrown at any time of the step, by the other hypothesis, in place."""
+    """Let falling objects be thrown at any time of the step, in the other hypothesis, in place."""
     rows, sigma = kinds.falls, kinds.speed[kinds.falls]
     sigma[:, 2] = np.maximum(sigma[:, 2], THROWN)
     objects.whole[rows, STANDS] = objects.whole[rows, MOVES]
@@ -118,10 +119,10 @@ def _throw(objects: Motions, kinds: Kinds, dt: float) -> None:
 
 
 def kicked(objects: Motions, speed: Floats, T: Floats) -> Motions:
-    """States of what has been kicked, or has hit a wall, at any time of the last T.
+    """Return states of objects that were kicked, or hit a wall, within the last T.
 
-    Its velocity v is drawn anew then, alike at all times: position moves by -v T/2, uncertain by
-    v v^T T^2/12 + speed^2 T^2/3 (see estimation.gaussian.turned()).
+    The velocity v is redrawn at a time uniformly distributed over T: the position moves by -v T/2,
+    with the covariance v v^T T^2/12 + speed^2 T^2/3 (see estimation.gaussian.turned()).
 
     :param speed: (N, 3) standard deviation of the new velocity [m/s]; T: (N,) [s].
     """
@@ -141,7 +142,7 @@ def kicked(objects: Motions, speed: Floats, T: Floats) -> Motions:
 
 
 def _add_white(cov: Floats, change: Floats, dt: float) -> None:
-    """Add what white acceleration adds to covariances, (N, 8, 8), in place.
+    """Add the noise of a white acceleration to covariances, (N, 8, 8), in place.
 
     Q = c [dt^2/3, dt/2; dt/2, 1] on each axis (Bar-Shalom 2001, 6.2.2).
 
@@ -154,16 +155,16 @@ def _add_white(cov: Floats, change: Floats, dt: float) -> None:
 
 
 def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> None:
-    """Let what stands begin to move, and what moves come to stand, in place.
+    """Mix the hypotheses in place, as standing objects start to move and moving objects stop.
 
-    What falls has been thrown or not before: that does not tell whether it will be.
+    For falling objects, an earlier throw does not change the probability of the next one.
     """
     whole, cov, p = objects.whole, objects.cov, objects.probability
     change = 1 - np.exp(-dt / np.where(kinds.falls, FLIGHTS, SOJOURN))[:, None]
     after = (1 - change) * p + change * p[:, ::-1]
     from_moving = np.concatenate([change, 1 - change], axis=1)
     after[kinds.falls] = from_moving[kinds.falls]
-    # of what stands then, and of what moves then, the share that has moved until now
+    # share of the objects in each hypothesis after mixing that moved before
     moved = from_moving * p[:, MOVES, None]
     moved /= np.maximum(after, TINY)
     moved[kinds.falls] = p[kinds.falls, MOVES, None]
@@ -185,13 +186,13 @@ def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> Non
 def _bounce(
     mean: Floats, slope: Floats, cov: Floats, P: Floats, kinds: Kinds, ground: float
 ) -> None:
-    """Turn the fall of objects that may be in the ground by now, in place.
+    """Reflect falling objects that may have reached the ground, in place.
 
-    Whether one has touched it within this step is as uncertain as its height: the state is that of
-    the mixture of both.
+    Whether an object touched the ground within this step is as uncertain as its height; the result
+    is the mixture of both cases, moment-matched.
 
     :param mean: (N, 8); slope: (N, 8, 8 C); cov: (N, 8, 8).
-    :param P: (N, 8 C, 8 C) covariance of the errors of the cameras.
+    :param P: (N, 8 C, 8 C) covariance of the camera errors.
     """
     (rows,) = (kinds.falls & (mean[:, 5] < 0)).nonzero()
     floor, P, B = ground + kinds.diameter[rows] / 2, P[rows], slope[rows]
@@ -217,11 +218,11 @@ def _bounce(
 
 
 def drift(objects: Motions, robot: Floats, moved: float, turned: float, sigma: Floats) -> None:
-    """Add what odometry adds to the error of positions in its own frame, in place.
+    """Add the drift of odometry to the covariances of positions in the odometry frame, in place.
 
-    :param robot: (3,) where it is [m].
+    :param robot: (3,) its position [m].
     :param moved, turned: since the last picture [m], [rad].
-    :param sigma: (2,) of 1 m and of 1 rad.
+    :param sigma: (2,) standard deviations per 1 m and per 1 rad.
     """
     arms = objects.mean[..., POSITION] - robot
     across = arms[..., [1, 0]] * [-1, 1]

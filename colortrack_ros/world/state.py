@@ -1,15 +1,15 @@
-"""The states: of each object where it is and goes, and of the cameras how they are off.
+"""State vectors: pose and velocity of each object, and the errors of the cameras.
 
-An object has 8 numbers: position and velocity in the fixed frame, and the errors of the height of
-its center above the ground [m] and of its diameter [m]. A camera has 8 more, which all objects
-share: the errors of its place on the robot (x, y, z [m], roll, pitch, yaw [rad]), of the edge of
-its blobs [px] and of the scale of its depth [1]. These last, so no averaging removes them; what
-tells of them is that what stands is seen from several places.
+An object has 8 numbers: position and velocity in the fixed frame, and the errors of its center's
+height above the ground [m] and of its diameter [m]. Each camera adds 8 more, which all objects
+share: the errors of its pose on the robot (x, y, z [m], roll, pitch, yaw [rad]), of the edge of its
+blobs [px], and of the scale of its depth [1]. These errors are constant, so averaging does not
+remove them; seeing a standing object from several places makes them observable.
 
-Given the errors of the cameras, objects are independent of each other. So each is kept as its state
-if the errors were as estimated, how that changes with them, and the covariance that would be left
-if they were known (the separate-bias form of the Kalman filter, Friedland 1969): N small matrices
-instead of one of 8 N + 8.
+Given the camera errors, objects are independent of each other. Each object is therefore stored as
+its state at the estimated errors, the slope of that state with respect to the errors, and the
+covariance conditional on them (the separate-bias form of the Kalman filter, Friedland 1969): N
+small matrices instead of one of size 8 N + 8.
 """
 
 from dataclasses import dataclass
@@ -28,13 +28,14 @@ BIASES, HEIGHT, DIAMETER = slice(6, 8), 6, 7
 SHIFT, TILT = slice(8, 11), slice(11, 14)
 EDGE, SCALE = 14, 15
 SIZE, OF_OBJECT, OF_CAMERA = 16, 8, 8
-"""Numbers of an object and one camera, and of them those of each."""
+"""Size of the joint state of an object and one camera, and the share of each in it."""
 
 CREEP = 0.05
-"""What is slower [m/s] is said to stand; so its velocity is published as uncertain by as much."""
+"""Speed below which an object is said to stand [m/s]; it is also the published uncertainty of the
+velocity of a standing object."""
 
 STANDS, MOVES = 0, 1
-"""The hypotheses of how an object moves."""
+"""Indices of the motion hypotheses."""
 
 GRAVITY = 9.80665
 """Standard gravity [m/s^2]."""
@@ -42,15 +43,15 @@ GRAVITY = 9.80665
 
 @dataclass
 class Kinds(Columns):
-    """What is known of objects, one row each.
+    """Known properties of N objects, one row each.
 
-    :ivar diameter: (N,) [m], 0 where not known.
-    :ivar height: (N,) of the center above the ground [m].
-    :ivar bound: (N,) whether it stays at that height.
-    :ivar falls: (N,) whether it falls.
+    :ivar diameter: (N,) [m], 0 if unknown.
+    :ivar height: (N,) height of the center above the ground [m].
+    :ivar bound: (N,) whether the object stays at that height.
+    :ivar falls: (N,) whether the object falls freely.
     :ivar bounce: (N,) restitution.
-    :ivar speed: (N, 3) standard deviation of the first velocity [m/s].
-    :ivar wander: (N, 3) standard deviation of the change of velocity within 1 s [m/s].
+    :ivar speed: (N, 3) standard deviation of the initial velocity [m/s].
+    :ivar wander: (N, 3) standard deviation of the velocity change within 1 s [m/s].
     :ivar sigma: (N, 2) standard deviations of HEIGHT and DIAMETER [m].
     """
 
@@ -65,7 +66,7 @@ class Kinds(Columns):
 
     @classmethod
     def of(cls, config: LocatorConfig) -> 'Kinds':
-        """The colors, in their order."""
+        """Return the kinds of the configured colors, in their order."""
         each = [kind.config for kind in config.colors]
         free = np.array(
             [[c.motion != 'still'] * 2 + [c.motion in ALOFT] for c in each], float
@@ -86,10 +87,10 @@ class Kinds(Columns):
 
 @dataclass
 class CameraErrors:
-    """How the C cameras of each of G robots are off, as far as is known.
+    """Estimated errors of the C cameras of each of G robots.
 
     :ivar mean: (G, 8 C); cov: (G, 8 C, 8 C).
-    :ivar first: (8 C, 8 C) covariance of which nothing has been seen yet.
+    :ivar first: (8 C, 8 C) covariance before any measurement.
     """
 
     mean: Floats
@@ -98,7 +99,7 @@ class CameraErrors:
 
     @classmethod
     def of(cls, config: LocatorConfig, cameras: int = 1, robots: int = 1) -> 'CameraErrors':
-        """As configured, the same of all cameras."""
+        """Return the configured prior, the same for all cameras."""
         sigma = [*config.camera_pose_sigma, config.size_sigma, config.depth_sigma] * cameras
         first = np.diag(np.square(sigma))
         return cls(np.zeros((robots, len(sigma))), np.tile(first, (robots, 1, 1)), first)
@@ -106,11 +107,12 @@ class CameraErrors:
 
 @dataclass
 class Motions(Columns):
-    """The states of N objects by each of two hypotheses: that they stand, that they move.
+    """States of N objects under two hypotheses each: standing and moving.
 
-    Covariance, slope and mean are the columns of one matrix: what is linear is done to all at once.
+    Covariance, slope, and mean are columns of one matrix, so linear operations apply to all at
+    once.
 
-    :ivar whole: (N, 2, 8, 8 + 8 C + 1) of cov, slope and mean, side by side.
+    :ivar whole: (N, 2, 8, 8 + 8 C + 1) cov, slope, and mean, side by side.
     :ivar probability: (N, 2) of each hypothesis.
     """
 
@@ -119,38 +121,38 @@ class Motions(Columns):
 
     @classmethod
     def of(cls, mean: Floats, slope: Floats, cov: Floats, probability: Floats) -> 'Motions':
-        """Of the parts."""
+        """Assemble the states from their parts."""
         return cls(np.concatenate([cov, slope, mean[..., None]], axis=-1), probability)
 
     @classmethod
     def none(cls, cameras: int) -> 'Motions':
-        """Of no object."""
+        """Return a table without objects."""
         width = OF_OBJECT + OF_CAMERA * cameras + 1
         return cls(np.zeros((0, 2, OF_OBJECT, width)), np.zeros((0, 2)))
 
     @property
     def mean(self) -> Floats:
-        """A view, (N, 2, 8): the state if the errors of the cameras are as estimated."""
+        """The state at the estimated camera errors, (N, 2, 8), a view."""
         return self.whole[..., -1]
 
     @property
     def slope(self) -> Floats:
-        """A view, (N, 2, 8, 8 C): how the mean changes with these errors."""
+        """The derivative of the mean by the camera errors, (N, 2, 8, 8 C), a view."""
         return self.whole[..., OF_OBJECT:-1]
 
     @property
     def cov(self) -> Floats:
-        """A view, (N, 2, 8, 8): the covariance that is left if they are known."""
+        """The covariance conditional on the camera errors, (N, 2, 8, 8), a view."""
         return self.whole[..., :OF_OBJECT]
 
     def shifted(self, change: Floats) -> 'Motions':
-        """These, as they follow a change of the errors of the cameras, (N, 8 C)."""
+        """Return the states after a change of the camera errors, (N, 8 C)."""
         there = Motions(self.whole.copy(), self.probability)
         there.mean[...] += (self.slope @ change[:, None, :, None])[..., 0]
         return there
 
     def combined(self, errors: CameraErrors) -> tuple[Floats, Floats]:
-        """Mean, (N, 8), and covariance, (N, 8, 8), with all that is not known."""
+        """Return mean, (N, 8), and covariance, (N, 8, 8), including all sources of uncertainty."""
         p, P = self.probability[..., None, None], errors.cov
         P = np.repeat(P, len(self) // len(P), axis=0)
         count, _, size, width = self.whole.shape
@@ -166,7 +168,7 @@ class Motions(Columns):
 
 
 def columns_of(camera: int) -> NDArray[np.intp]:
-    """Which numbers of a state are those that one camera measures, (16,)."""
+    """Return which columns of a state one camera measures, (16,)."""
     own = np.arange(SIZE)
     own[SIZE - OF_CAMERA :] += OF_CAMERA * camera
     return own
