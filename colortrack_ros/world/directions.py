@@ -12,6 +12,11 @@ from colortrack_ros.world.camera import CameraModel
 
 Floats = NDArray[np.float64]
 
+MOST_BEHIND = np.pi - 0.01
+"""Largest angle off the optical axis of a pixel's direction [rad]. Straight behind the camera, all
+pixels of a circle would share one direction, and rounding would decide to which of them it maps
+back. 0.01 rad are 5 px at f = 500 px. Chosen."""
+
 
 def directions_of(camera: CameraModel, pixels: Floats) -> Floats:
     """The directions at pixels, (N, 2), in the picture or not: (N, 3) unit vectors, optical."""
@@ -21,7 +26,7 @@ def directions_of(camera: CameraModel, pixels: Floats) -> Floats:
     flat[beyond] = side[beyond] * camera.reach
     rays = camera.lens.undistort(flat)
     angle = _angles(rays[beyond]) + radius[beyond] - camera.reach
-    angle = np.minimum(angle, np.pi)[:, None]
+    angle = np.minimum(angle, MOST_BEHIND)[:, None]
     rays[beyond] = np.concatenate([side[beyond] * np.sin(angle), np.cos(angle)], axis=1)
     return rays
 

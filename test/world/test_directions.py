@@ -113,6 +113,27 @@ def test_what_drives_by_beside_or_behind_the_camera_is_followed_around_it(camera
     assert near == pytest.approx(1 / np.linalg.norm(d), rel=0.02)
 
 
+@pytest.mark.parametrize('rate', [0.0, 5.0, 20.0, 60.0])
+def test_what_its_own_velocity_keeps_behind_the_camera_stays_as_certain_as_it_is(camera, rate):
+    """A robot that stands or turns [degrees/s], while tracks out of sight fly on for 4 s."""
+    rng = np.random.default_rng(0)
+    x, way = rng.uniform((-1000, -800), (1600, 1300), (200, 2)), 20 * rng.normal(size=(200, 2))
+    cov, near = np.tile(100 * np.eye(2), (200, 1, 1)), np.full(200, 0.3)
+    yaws = np.radians(rate) * np.arange(121) / 30
+    views = [View(camera, Pose.of_rpy((0, 0, 0), (0, 0, yaw)), MOUNT) for yaw in yaws]
+    for last, now in itertools.pairwise(views):
+        before = x + way
+        x, J, near = now.moved(before, last, near)
+        cov = J @ cov @ J.swapaxes(1, 2) + 100 * np.eye(2)
+    assert np.abs(cov).max() < 1e4**2
+    if rate == 0:
+        beyond = np.hypot(*(before - K[2:6:3]).T) > 300 * np.pi
+        assert beyond.any()
+        ways = x[beyond] - K[2:6:3], before[beyond] - K[2:6:3]
+        sides = [each / np.linalg.norm(each, axis=1)[:, None] for each in ways]
+        assert sides[0] == pytest.approx(sides[1], abs=0.02)
+
+
 def test_a_picture_shows_a_thing_of_which_a_part_is_inside():
     view = View(CAMERAS['plain'], Pose.of_rpy((0, 0, 0), (0, 0, 0)), MOUNT)
     x = np.array([(-8.0, 100.0), (-12.0, 100.0), (300.0, 489.0), (300.0, 491.0)])
