@@ -1,4 +1,4 @@
-"""What does not fit together where objects are located: each check gives one line, or none."""
+"""Consistency checks of located objects; each returns one line, or an empty one."""
 
 from dataclasses import dataclass
 
@@ -26,23 +26,24 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 OUT_OF_PLACE = 5.0
-"""How many standard deviations an object may be off its height, or its blob off its size, before
-somebody is told: of right ones that is one in a million."""
+"""Standard deviations by which an object's height or blob size may be off before it is reported:
+one in a million right ones."""
 
 ELSEWHERE = np.log(1.3)
-"""Ratio of sizes from which an object cannot be where it is located: its range is off by 30 %. Less
-may be a diameter that nobody has measured. Chosen."""
+"""Log ratio of sizes from which an object cannot be where it is located: its range is off by 30 %.
+A smaller one may be due to a diameter that nobody measured. Chosen."""
 
 MOST_ROUNDED = 0.005
-"""Of rounded positions [m]: half of what locates a ball well. From 66 km on. Chosen."""
+"""Largest rounding of positions [m]: half of what locates a ball well. Exceeded beyond 66 km.
+Chosen."""
 
 BELOW = 0.1
-"""Share of its distance by which an object that is located below the ground is not there, 6
-degrees. What is above it may be held, or lie on a table. Chosen."""
+"""Height below the ground, over the distance, at which no object can be: 6 degrees. Objects above
+the ground may be held, or lie on a table. Chosen."""
 
 
 def coarse(view: View) -> str:
-    """That the robot is so far from the origin of fixed_frame that positions are rounded."""
+    """Report a robot so far from the origin of fixed_frame that positions are rounded coarsely."""
     step = rounding(view).max()
     if step < MOST_ROUNDED:
         return ''
@@ -54,12 +55,12 @@ def coarse(view: View) -> str:
 
 
 def rounding(view: View) -> Floats:
-    """By how much x, y, z of dtype LOCATION are apart where the robot is, (3,) [m]."""
+    """Return the spacing of x, y, z of dtype LOCATION at the robot's position, (3,) [m]."""
     return np.spacing(np.abs(view.base.t).astype(np.float32)).astype(float)
 
 
 def outside(detections: Detections, view: View) -> str:
-    """Which detection is not in the picture that the calibration is of."""
+    """Report a detection outside the picture of the calibration."""
     pixels = np.stack([detections.rows['u'], detections.rows['v']], axis=1)
     out = pixels[~view.camera.contains(pixels)]
     if not len(out):
@@ -72,7 +73,7 @@ def outside(detections: Detections, view: View) -> str:
 
 
 def beyond(track: int, config: LocatorConfig) -> str:
-    """That a track is of nothing that is near enough."""
+    """Report a track that is not within range."""
     return (
         f'track {track}: its ray does not meet the ground, or its size or depth says so, within '
         f'max_range of {config.max_range:g} m: it is not located; if that is so for most, '
@@ -81,9 +82,9 @@ def beyond(track: int, config: LocatorConfig) -> str:
 
 
 def off_height(objects: Objects, view: View, config: LocatorConfig) -> tuple[str, Bools]:
-    """Which object is said to be on the ground and is not located there, and which are below it.
+    """Report an object that should be on the ground and is not, and return which ones are below it.
 
-    :return: a line, or none; (N,) what is so far below the ground that it cannot be there.
+    :return: a line, or none; (N,) objects so far below the ground that they cannot be there.
     """
     mean, cov = objects.belief.combined()
     above = mean[:, 2] - config.ground_height - objects.kinds.height
@@ -101,11 +102,11 @@ def off_height(objects: Objects, view: View, config: LocatorConfig) -> tuple[str
 
 @dataclass(frozen=True)
 class BlobSizes:
-    """How large objects are seen, and would be seen where they are located.
+    """Measured blob sizes, and those expected at the objects' locations.
 
-    :ivar of: (N,) which of the objects: K.
+    :ivar of: (N,) which K of the N objects these are.
     :ivar seen, expected: (K,) diameters of their blobs [px].
-    :ivar cov: (K, K) of the difference [px^2]; the errors of the camera make them alike.
+    :ivar cov: (K, K) of the difference [px^2]; the camera errors correlate the objects.
     """
 
     of: Bools
@@ -123,7 +124,7 @@ class BlobSizes:
         camera: int,
         config: LocatorConfig,
     ) -> 'BlobSizes':
-        """Those of objects that are seen as whole discs.
+        """Return the sizes of objects that are seen as whole discs.
 
         :param found: (K,) the tracks of this camera that are measured.
         :param rows: (K,) their detections.
@@ -136,14 +137,14 @@ class BlobSizes:
         sizes, rows = sizes[disc], rows[disc]
         kinds, belief = objects.kinds.take(told), objects.belief.take(told)
         blobs, cov = expected_blobs(belief, view, kinds, camera, config)
-        # what is a little longer than wide may be hidden by so much
+        # a blob slightly longer than wide may be hidden by the difference
         lacks = sizes * np.log(rows['box_w'].astype(float) / rows['box_h'])
         cov += np.diag(config.size_noise**2 + np.square(lacks))
-        # what is located beside the camera would not be seen at all
+        # objects located outside the view are not finite
         return cls(told, sizes, blobs, cov).take(_of(told, np.isfinite(blobs)))
 
     def take(self, of: Bools) -> 'BlobSizes':
-        """Those of some of the objects, (N,)."""
+        """Return the sizes of a selection of the objects, (N,)."""
         kept = of[self.of]
         return BlobSizes(
             self.of & of, self.seen[kept], self.expected[kept], self.cov[np.ix_(kept, kept)]
@@ -151,20 +152,20 @@ class BlobSizes:
 
 
 def _of(rows: Bools, chosen: Bools) -> Bools:
-    """Those of some rows, (N,), that are chosen among them."""
+    """Return rows, (N,), reduced to the chosen ones among them."""
     rows = rows.copy()
     rows[rows] = chosen
     return rows
 
 
 def off_size(sizes: BlobSizes, ids: NDArray[np.int64]) -> tuple[str, Bools]:
-    """Which object is seen larger or smaller than it would be where it is.
+    """Report an object that is seen larger or smaller than it should be where it is located.
 
     :param ids: (N,) of all objects.
-    :return: a line, or none; (N,) which are so much larger or smaller that they are elsewhere.
+    :return: a line, or none; (N,) objects whose size is off so much that they are elsewhere.
     """
     elsewhere, spread = np.zeros(len(ids), bool), OUT_OF_PLACE * np.sqrt(np.diag(sizes.cov))
-    # what has the shape of a disc may still be hidden by so much
+    # a blob that passes as a disc may still be hidden by this share
     off = (sizes.seen > sizes.expected + spread) | (
         sizes.seen < (1 - HIDDEN) * (sizes.expected - spread)
     )
@@ -182,9 +183,9 @@ def off_size(sizes: BlobSizes, ids: NDArray[np.int64]) -> tuple[str, Bools]:
 def expected_blobs(
     belief: Belief, view: View, kinds: Kinds, camera: int, config: LocatorConfig
 ) -> tuple[Floats, Floats]:
-    """The diameters of blobs [px] of N objects where they are located, and their covariance.
+    """Return the expected blob diameters [px] of N located objects, and their covariance.
 
-    Of one robot. What the errors of the camera do to them is alike.
+    For one robot. The camera errors correlate the diameters.
     """
     motion, errors, count = belief.motion, belief.errors, len(kinds)
     mean, _ = motion.combined(errors)

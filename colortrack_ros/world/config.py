@@ -1,4 +1,4 @@
-"""What a person knows of the objects, of the camera on the robot, and of what each measures."""
+"""Configuration of the locator: objects, camera pose, and noise of the measurements."""
 
 from dataclasses import dataclass
 
@@ -10,12 +10,12 @@ from colortrack_ros.parameters import parameter
 RANGE_METHODS = ('ground', 'size', 'depth', 'fused')
 MOTIONS = ('plane', 'free', 'free_fall', 'still')
 ALOFT = ('free', 'free_fall')
-"""Motions of what is not on the ground, which does not tell how far away it is then."""
+"""Motions of objects off the ground, whose range the ground does not give."""
 
 
 @dataclass(frozen=True)
 class KindConfig(Config):
-    """What the objects of one color are, NAME.diameter and so on."""
+    """Properties of the objects of one color, NAME.diameter and so on."""
 
     diameter: float = parameter(
         0.0, 'Diameter of the objects; 0: not known.', unit='m', minimum=0.0, maximum=100.0
@@ -63,10 +63,10 @@ class KindConfig(Config):
 
 @dataclass(frozen=True)
 class Kind:
-    """The objects of one color.
+    """Objects of one color.
 
     :param name: of the color.
-    :param config: what they are.
+    :param config: their properties.
     """
 
     name: str
@@ -74,14 +74,14 @@ class Kind:
 
     @property
     def center_height(self) -> float:
-        """Of the center above the ground [m]."""
+        """Height of the center above the ground [m]."""
         config = self.config
         return config.height if config.height >= 0 else config.diameter / 2
 
 
 @dataclass(frozen=True)
 class LocatorConfig(Config):
-    """How tracks become objects in meters."""
+    """Configuration of how tracks are located in meters."""
 
     method: str = parameter(
         'ground',
@@ -161,7 +161,10 @@ class LocatorConfig(Config):
     )
 
     def check(self) -> None:
-        """What gives the range has to be known of each color."""
+        """Check that each color has a source of range.
+
+        :raises ValueError: the diameter that the method needs is missing.
+        """
         for kind in self.colors:
             aloft = kind.config.motion in ALOFT
             if kind.config.diameter == 0 and (

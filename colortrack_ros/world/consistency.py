@@ -1,10 +1,10 @@
-"""Whether what is seen is consistent with what is said of the camera, by all objects at once.
+"""Chi-square test of camera errors and blob sizes over all objects.
 
-While a camera is set up as it is said to be, its errors are estimated within what is expected of
-them, and things of known diameter are seen, where that is not what locates them, as large as their
-covariance allows. Of both the normalized squares, which are independent of each other, are added
-and have a chi-square distribution (Bar-Shalom, Li and Kirubarajan 2001, 5.4). The degrees of
-freedom are what pictures have told of the camera, trace(I - P P0^-1), and the number of sizes.
+If the camera is set up as configured, its estimated errors are within their priors, and objects of
+known diameter that sizes do not locate have the expected blob sizes, within their covariance. The
+normalized squares of both are independent, and their sum has a chi-square distribution (Bar-Shalom,
+Li and Kirubarajan 2001, 5.4). Its degrees of freedom are the information of the pictures about the
+camera, trace(I - P P0^-1), plus the number of sizes.
 """
 
 import numpy as np
@@ -17,18 +17,18 @@ from colortrack_ros.world.state import columns_of
 from colortrack_ros.world.state import OF_OBJECT
 
 ONE_IN = 1e6
-"""Of so many right set-ups one is told to be wrong, as by OUT_OF_PLACE."""
+"""One in so many right setups is reported as wrong, as with OUT_OF_PLACE."""
 
 NAMES = (
     *(('x', 'm', 1.0), ('y', 'm', 1.0), ('z', 'm', 1.0)),
     *((name, 'degrees', 180 / np.pi) for name in ('roll', 'pitch', 'yaw')),
     *(('edge of blobs', 'px', 1.0), ('scale of depths', '', 1.0)),
 )
-"""Of the errors of a camera, and their units, with how many of each a meter or radian is."""
+"""Names and units of the camera errors, and units per meter or radian."""
 
 
 def inconsistency(belief: Belief, camera: int, sizes: BlobSizes) -> str:
-    """What does not fit together; empty where all does.
+    """Return a description of the inconsistency; empty if there is none.
 
     :param sizes: of objects that sizes do not locate.
     """

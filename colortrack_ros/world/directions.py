@@ -1,8 +1,8 @@
-"""Pixels for all directions, those that the picture does not show included.
+"""Mapping between pixels and directions that includes directions outside the picture.
 
-Inside of the picture they are those of the lens. Beyond, they go on outwards by one focal length a
-radian, up to what is straight behind the camera: no direction is lost, and what comes back into the
-picture does so at its border.
+Inside the picture it is that of the lens. Outside, pixels continue outward by one focal length per
+radian until straight behind the camera, so every direction has a pixel, and objects return to the
+picture across its border.
 """
 
 import numpy as np
@@ -13,13 +13,15 @@ from colortrack_ros.world.camera import CameraModel
 Floats = NDArray[np.float64]
 
 MOST_BEHIND = np.pi - 0.01
-"""Largest angle off the optical axis of a pixel's direction [rad]. Straight behind the camera, all
-pixels of a circle would share one direction, and rounding would decide to which of them it maps
-back. 0.01 rad are 5 px at f = 500 px. Chosen."""
+"""Largest angle between a pixel's direction and the optical axis [rad]. Straight behind the camera,
+all pixels of a circle would share one direction, and rounding would decide which of them it maps
+back to. 0.01 rad are 5 px at f = 500 px. Chosen."""
 
 
 def directions_of(camera: CameraModel, pixels: Floats) -> Floats:
-    """The directions at pixels, (N, 2), in the picture or not: (N, 3) unit vectors, optical."""
+    """Return directions, (N, 3) optical unit vectors, of pixels, (N, 2), inside the picture or
+    not.
+    """
     flat = camera.flat(pixels)
     radius, side = _polar(flat)
     (beyond,) = (radius > camera.reach).nonzero()
@@ -32,9 +34,9 @@ def directions_of(camera: CameraModel, pixels: Floats) -> Floats:
 
 
 def pixels_of(camera: CameraModel, rays: Floats) -> Floats:
-    """The pixels of directions, (N, 3) unit vectors: (N, 2), in the picture or not."""
+    """Return pixels, (N, 2), inside the picture or not, of directions, (N, 3) unit vectors."""
     flat, _ = camera.lens.distort(rays)
-    # of what the lens does not see nothing compares as near
+    # negated, so that directions outside the lens, NaN, count as beyond
     (beyond,) = (~(np.hypot(flat[:, 0], flat[:, 1]) <= camera.reach)).nonzero()
     _, side = _polar(rays[beyond, :2])
     at_edge = _angles(camera.lens.undistort(side * camera.reach))
@@ -43,12 +45,12 @@ def pixels_of(camera: CameraModel, rays: Floats) -> Floats:
 
 
 def _angles(rays: Floats) -> Floats:
-    """Off the optical axis [rad]."""
+    """Return angles off the optical axis [rad]."""
     return np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), rays[:, 2].copy())
 
 
 def _polar(flat: Floats) -> tuple[Floats, Floats]:
-    """The lengths of vectors, (N, 2), and their directions, of no length any."""
+    """Return lengths and directions of vectors, (N, 2); zero vectors get an arbitrary direction."""
     length = np.hypot(flat[:, 0], flat[:, 1])
     side = flat / np.where(length > 0, length, 1.0)[:, None]
     side[length == 0] = [1.0, 0.0]

@@ -1,4 +1,4 @@
-"""Which objects are not where they are located, by all that tells: they are not published."""
+"""Doubts: objects whose location contradicts other evidence; they are not published."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,19 +15,18 @@ from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.view import View
 
 CHECKED = 10
-"""Of so many pictures one is looked at for what does not fit together, and those in which an object
-begins: what is wrong lasts."""
+"""Pictures per check for contradictions, besides those in which an object begins: mistakes last."""
 
 AGREEING = 3
-"""Successive looks that must say the same. Chosen."""
+"""Successive checks that must agree. Chosen."""
 
 CONTRADICTED = 0.5
-"""Share of the objects that contradict a camera from which on none of its objects is believed: one
-is an object that is no such object."""
+"""Share of contradicting objects from which on no object of a camera is trusted. A single one may
+be of another kind than its color says."""
 
 
 class Doubts:
-    """What contradicts the cameras, and so the objects that they see."""
+    """Evidence against the cameras, and thus against the objects that they see."""
 
     def __init__(self, config: LocatorConfig, cameras: int) -> None:
         self._config = config
@@ -42,13 +41,13 @@ class Doubts:
 
     @property
     def reason(self) -> str:
-        """Why no object is believed; empty if some are."""
+        """Why no object is trusted; empty if some are."""
         if self._wrong.any():
             return 'what is seen is not where it is located: nothing is published'
         return self._made()
 
     def _made(self) -> str:
-        """The mistake that has been made, or that one has."""
+        """Return which mistake was made, or that one was."""
         made = next((mistakes.made for mistakes in self._mistakes if mistakes.made), '')
         if made:
             return f'nothing is published, since what moves would stand if not: {made}'
@@ -56,7 +55,7 @@ class Doubts:
         return unfit and f'nothing is published: {unfit}'
 
     def believed(self, ids: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Which objects, (N,) by their IDs, nothing contradicts."""
+        """Return which objects, (N,) by their IDs, nothing contradicts."""
         if self.reason:
             return np.zeros(len(ids), bool)
         if not self._contradicted:
@@ -72,7 +71,7 @@ class Doubts:
         kinds: Kinds,
         camera: int,
     ) -> None:
-        """Take what a picture shows.
+        """Add a picture to the search for mistakes.
 
         :param tracks: (K,) IDs; measured, kinds: of each.
         """
@@ -87,7 +86,7 @@ class Doubts:
         view: View,
         camera: int,
     ) -> list[str]:
-        """What does not fit, one line each; for the parameters see :func:`off_size`."""
+        """Return the contradictions, one line each; for the parameters see :func:`off_size`."""
         newest = int(objects.object_id.max(initial=0))
         self._pictures += 1
         if self._pictures % CHECKED != 1 and newest <= self._newest:
@@ -98,7 +97,7 @@ class Doubts:
         sizes = BlobSizes.of_picture(objects, found, seen, view, camera, self._config)
         bound, method = objects.kinds.bound, self._config.method
         ids = objects.object_id
-        # what is located by its size always has it there
+        # objects located by size always have the expected size
         elsewhere_told = (bound & (method == 'ground')) | (method in ('depth', 'fused'))
         size, elsewhere = off_size(sizes, ids)
         told = ((sizes.of & elsewhere_told) | (bound & (method in ('size', 'depth')))) & measured
@@ -107,7 +106,7 @@ class Doubts:
         self._contradicted = (self._contradicted | set(ids[wrong].tolist())) & set(ids.tolist())
         if told.any():
             self._wrong[camera] = np.count_nonzero(wrong) >= CONTRADICTED * np.count_nonzero(told)
-        # one that was refused may have been moved
+        # an object whose measurement was refused may have been moved
         unused = objects.updates[:, camera] == self._stamp
         unused &= (bound & (method == 'ground')) | (method == 'depth')
         self._fit(camera, inconsistency(objects.belief, camera, sizes.take(unused)))
@@ -115,7 +114,7 @@ class Doubts:
         return [made] if made else [line for line in (height, size) if line]
 
     def _fit(self, camera: int, line: str) -> None:
-        """Note what does not fit together, or nothing, once that has been so for a while."""
+        """Note an inconsistency, or that there is none, once several checks agree."""
         self._looks[camera] = (
             self._looks[camera] + 1 if bool(line) != bool(self._unfit[camera]) else 0
         )

@@ -1,9 +1,9 @@
-"""Positions as a camera sees them: (X/Z, Y/Z, 1/Z) in its optical frame (Civera et al. 2008).
+"""Inverse-depth coordinates (X/Z, Y/Z, 1/Z) of positions in the optical frame (Civera et al. 2008).
 
-What a pixel and a plane say is linear in them, and a tilt of the camera shifts them by nearly as
-much at every range; in meters, the shift grows with the square of the range. So when an update
-moves a position, its covariance, carried over in these coordinates, stays the one that the errors
-of the camera's place have there. Kept in meters it would seem to be measured away.
+Pixels and planes are linear in them, and a camera tilt shifts them by nearly the same amount at
+every range; in meters, the shift grows with the square of the range. So the covariance of a
+position that an update moves keeps the right dependence on the errors of the camera pose. Kept in
+meters, that part would seem to be measured away.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 
 def from_points(optical: Pose, points: Floats) -> tuple[Floats, Floats]:
-    """The coordinates of points, (N, 3), and their Jacobian, (N, 3, 3).
+    """Return the coordinates of points, (N, 3), and their Jacobian, (N, 3, 3).
 
     :param optical: pose of the optical frame.
     :param points: (N, 3) in front of the camera [m].
@@ -31,7 +31,7 @@ def from_points(optical: Pose, points: Floats) -> tuple[Floats, Floats]:
 
 
 def to_points(optical: Pose, y: Floats) -> tuple[Floats, Floats]:
-    """The points of coordinates, (N, 3) [m], and their Jacobian, (N, 3, 3)."""
+    """Return the points of coordinates, (N, 3) [m], and their Jacobian, (N, 3, 3)."""
     depth = 1 / y[:, 2:]
     away = depth * (y[:, :2] @ optical.R[:, :2].T + optical.R[:, 2])
     J = np.empty((len(y), 3, 3))
@@ -40,23 +40,23 @@ def to_points(optical: Pose, y: Floats) -> tuple[Floats, Floats]:
 
 
 def in_inverse_depth(objects: Motions, optical: Pose) -> Motions:
-    """States with positions as the camera of an optical frame sees them."""
+    """Return states with positions in inverse depth in an optical frame."""
     y, J = from_points(optical, objects.mean[..., POSITION].reshape(-1, 3))
     return _in_other_coordinates(objects, y, J)
 
 
 def in_space(objects: Motions, optical: Pose) -> Motions:
-    """The reverse of :func:`in_inverse_depth`."""
+    """Reverse :func:`in_inverse_depth`."""
     points, J = to_points(optical, objects.mean[..., POSITION].reshape(-1, 3))
     return _in_other_coordinates(objects, points, J)
 
 
 def inverted(points: Floats) -> tuple[Floats, Floats]:
-    """Points as their direction over their distance, (N, 3), and the Jacobian, (N, 3, 3).
+    """Return points divided by their squared length, (N, 3), and the Jacobian, (N, 3, 3).
 
-    As inverse depth along a ray, and without a plane in which it is infinite; its own reverse.
+    Like inverse depth along a ray, but finite in all directions. The function is its own inverse.
 
-    :param points: (N, 3) from the camera [m], or so inverted [1/m].
+    :param points: (N, 3) from the camera [m], or inverted [1/m].
     """
     length2 = np.square(points).sum(axis=1)[:, None]
     y = points / length2
@@ -64,20 +64,20 @@ def inverted(points: Floats) -> tuple[Floats, Floats]:
 
 
 def in_inversion(objects: Motions, eye: Floats) -> Motions:
-    """States with positions inverted about a camera, (3,) [m]."""
+    """Return states with positions inverted about a camera, (3,) [m]."""
     return _in_other_coordinates(
         objects, *inverted((objects.mean[..., POSITION] - eye).reshape(-1, 3))
     )
 
 
 def out_of_inversion(objects: Motions, eye: Floats) -> Motions:
-    """The reverse of :func:`in_inversion`."""
+    """Reverse :func:`in_inversion`."""
     points, J = inverted(objects.mean[..., POSITION].reshape(-1, 3))
     return _in_other_coordinates(objects, points + eye, J)
 
 
 def _in_other_coordinates(objects: Motions, position: Floats, J: Floats) -> Motions:
-    """States of which the position is measured otherwise.
+    """Return states with positions in other coordinates.
 
     :param position: (2 N, 3), and J: (2 N, 3, 3) its Jacobian.
     """

@@ -1,4 +1,4 @@
-"""Which detection of a picture a track has taken, and what that measures."""
+"""Assignment of a picture's detections to tracks, and their conversion to measurements."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,27 +22,29 @@ DISC = np.pi / 4
 """Share of its box that a disc fills."""
 
 HIDDEN = 0.15
-"""A blob that fills more or less of its box than a disc by this share, or is longer than wide by
-it, is partly hidden or merged: it says nothing about a diameter. A sphere of 20 degrees, 30 degrees
-off the axis, is longer than wide by 0.13."""
+"""Relative deviation from a disc, in filled share of the box or in length over width, from which a
+blob is partly hidden or merged and tells nothing about a diameter. A sphere of 20 degrees, 30
+degrees off the axis, is longer than wide by 0.13."""
 
 HALF = 0.5
-"""Share of the blob's box within which depths are looked at: its edge mixes with the background."""
+"""Share of the blob's box in which depths are read; at the blob's edge, depths mix with those of
+the background."""
 
 BULGE = np.sqrt(1 - HALF**2 / 2)
-"""How far the middle depth of a sphere there lies before its center, in radii: half of the disc of
-radius HALF is within HALF / sqrt(2)."""
+"""Distance of a sphere's center behind the median depth there, in radii: half of the disc of radius
+HALF lies within HALF / sqrt(2)."""
 
 LEAST_VALID = 0.3
-"""Share of the depths that must be there: more holes than that are at edges and on mirrors."""
+"""Least share of valid depths; only at edges and on mirrors are there more holes."""
 
 
 def taken_detections(ours: NDArray[np.void], detections: Detections) -> Indices:
-    """For each track the row of the detection that it took in this picture, -1 for none.
+    """Return, for each track, the row of its detection in this picture, -1 for none.
+
+    A track has the color, area and box of its last detection; among several such, the nearest is
+    taken.
 
     :param ours: (N,) of dtype TRACK.
-
-    A track tells color, area and box of its last detection; of several such, it is the nearest.
     """
     theirs = detections.rows
     if not len(ours) or not len(theirs):
@@ -67,7 +69,7 @@ def measured_of(
     camera: CameraModel,
     depth: NDArray[np.float32] | None,
 ) -> Measured:
-    """What detections measure.
+    """Return the measurements of detections.
 
     :param rows: (N,) of dtype DETECTION.
     :param depth: (H, W) [m], aligned with the picture; NaN or 0 in its holes.
@@ -102,7 +104,7 @@ def measured_of(
 
 
 def _only(R: Floats, used: NDArray[np.bool_]) -> Floats:
-    """The covariances, (N, 5, 5) in place, with 1 for what is not measured."""
+    """Return the covariances, (N, 5, 5), with 1 for unmeasured rows, changed in place."""
     R[~used[:, U]] = np.eye(5)
     for row in (PLANE, BLOB, DEPTH):
         R[~used[:, row], row, row] = 1.0
@@ -110,19 +112,19 @@ def _only(R: Floats, used: NDArray[np.bool_]) -> Floats:
 
 
 def seen_sizes(rows: NDArray[np.void], config: LocatorConfig) -> Floats:
-    """The diameters of what is seen [px], of discs of the same area as the blobs, (N,).
+    """Return the diameters of discs with the area of the blobs before erosion [px], (N,).
 
-    An erosion by a square of 2 s + 1 px takes s (|cos| + |sin|) off an outline of any direction, in
-    the mean over a disc 4 s / pi.
+    Erosion by a square of 2 s + 1 px takes s (|cos| + |sin|) off an outline of any direction, 4 s /
+    pi on average over a disc.
     """
     return np.sqrt(4 * rows['area'].astype(float) / np.pi) + config.eroded
 
 
 def round_blobs(rows: NDArray[np.void], size: Floats) -> NDArray[np.bool_]:
-    """Which detections have the shape of a disc, (N,); small ones are too coarse to tell.
+    """Return which detections have the shape of a disc, (N,); small ones are too coarse to tell.
 
-    Their boxes are those of the eroded blobs, or, where the detector has found the tolerance of a
-    color, of what is seen.
+    Boxes are those of the eroded blobs, or, if the detector has found the color's tolerance, those
+    of the objects.
 
     :param size: (N,) of :func:`seen_sizes`.
     """
@@ -135,11 +137,11 @@ def round_blobs(rows: NDArray[np.void], size: Floats) -> NDArray[np.bool_]:
 
 
 def hidden_halves(rows: NDArray[np.void], partly: NDArray[np.bool_]) -> Floats:
-    """How far the centers of blobs may be from those of discs that are hidden in part, (N, 2) [px].
+    """Return how far centers of partly hidden discs may be from blob centers, (N, 2) [px].
 
-    By half of what the box lacks, as something may cover it on one side.
+    Half of what the box lacks, since one side may be covered.
 
-    :param partly: (N,) of which.
+    :param partly: (N,) which blobs are partly hidden.
     """
     box = np.stack([rows['box_w'], rows['box_h']], axis=1).astype(float)
     return np.asarray((box.max(axis=1, keepdims=True) - box) / 2 * partly[:, None])
@@ -148,7 +150,7 @@ def hidden_halves(rows: NDArray[np.void], partly: NDArray[np.bool_]) -> Floats:
 def depths_of(
     rows: NDArray[np.void], size: Floats, camera: CameraModel, depth: NDArray[np.float32]
 ) -> Floats:
-    """The depth of the centers of spheres, (N,) [m]; NaN where too little is measured.
+    """Return the depths of the centers of spheres, (N,) [m]; NaN if too few depths are valid.
 
     :param size: (N,) diameter of the blobs [px].
     """
@@ -161,6 +163,6 @@ def depths_of(
         valid = part[np.isfinite(part) & (part > 0)]
         if valid.size and valid.size >= LEAST_VALID * part.size:
             found[i] = np.median(valid)
-    # the radius is size / 2 pixels at the center's depth
+    # the radius is size / 2 pixels, at the center's depth
     angle = size / (2 * np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
     return np.asarray(found / (1 - BULGE * np.minimum(angle, 0.5)))

@@ -1,9 +1,9 @@
-"""What is measured of an object in a picture, and what would be of a state: rays first.
+"""Measurement model: what a picture measures of an object, and its prediction from a state.
 
-The sphere of diameter D = 2 rho at q = (X, Y, Z) in the optical frame is seen as an ellipse, whose
-center is the image of (X, Y, Z - rho^2/Z), from the dual conic of its outline, and which covers the
-solid angle 2 pi (1 - sqrt(1 - rho^2/|q|^2)). What a lens does across a blob is taken as linear:
-with strong distortion the center is off by up to 2 % of the blob's diameter.
+The sphere of diameter D = 2 rho at q = (X, Y, Z) in the optical frame is seen as an ellipse. From
+the dual conic of its outline, the center is the image of (X, Y, Z - rho^2/Z); the ellipse covers
+the solid angle 2 pi (1 - sqrt(1 - rho^2/|q|^2)). The lens is linearized across a blob: with strong
+distortion, the center is off by up to 2 % of the blob's diameter.
 """
 
 from dataclasses import dataclass
@@ -28,23 +28,23 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 U, V, PLANE, BLOB, DEPTH = range(5)
-"""The rows of a measurement: the ray's pixel u and v [px], the height above the plane that the
-center is on [m], 0; the diameter of the blob [px]; the depth of the center [m]."""
+"""Rows of a measurement: pixel u and v of the ray [px], height above the plane of the center [m],
+measured as 0, diameter of the blob [px], and depth of the center [m]."""
 
 RAY_AND_RANGES = [U, V, BLOB, DEPTH]
 
 PLANE_SIGMA = 1e-3
-"""Standard deviation [m] of the height on the plane, from picture to picture: what is off for good
-is a bias. Small against the height's own standard deviation of 5 mm."""
+"""Standard deviation [m] of the height above the plane, independent by picture; constant errors are
+biases. Small against the height's own standard deviation of 5 mm."""
 
 
 @dataclass
 class Measured(Columns):
-    """What is measured of N objects in one picture.
+    """Measurements of N objects in one picture.
 
-    :ivar z: (N, 5) see U to DEPTH.
+    :ivar z: (N, 5), see U to DEPTH.
     :ivar R: (N, 5, 5) covariance.
-    :ivar used: (N, 5) what of it there is.
+    :ivar used: (N, 5) which rows are measured.
     """
 
     z: Floats
@@ -53,7 +53,7 @@ class Measured(Columns):
 
     @classmethod
     def none(cls, count: int) -> 'Measured':
-        """Nothing of so many objects."""
+        """Return empty measurements of count objects."""
         used = np.zeros((count, 5), bool)
         return cls(np.zeros((count, 5)), np.repeat(np.eye(5)[None], count, axis=0), used)
 
@@ -61,21 +61,21 @@ class Measured(Columns):
 def expected(
     view: View, mean: Floats, diameter: Floats, plane: Floats, sized: bool = True
 ) -> tuple[Floats, Floats]:
-    """What would be measured of states, (N, 5), and the Jacobian, (N, 5, 16).
+    """Return the predicted measurements of states, (N, 5), and the Jacobian, (N, 5, 16).
 
-    NaN for what the camera does not see.
+    NaN for objects outside the camera's view.
 
     :param mean: (N, 16).
-    :param diameter: (N,) [m], 0 where not known.
+    :param diameter: (N,) [m], 0 if unknown.
     :param plane: (N,) height of the center when on the ground, in the fixed frame [m].
-    :param sized: whether sizes are asked for; 0 if not.
+    :param sized: whether to predict blob sizes; 0 if not.
     """
     z, H = np.zeros((len(mean), 5)), np.zeros((len(mean), 5, SIZE))
     q, by_state = view.to_optical(mean[:, POSITION], mean[:, SHIFT], mean[:, TILT])
     known = diameter > 0
     rho = np.where(known, (diameter + mean[:, DIAMETER]) / 2, 0.0)
     with np.errstate(divide='ignore', invalid='ignore'):
-        q[q[:, 2] <= rho] = np.nan  # beside or behind the camera, or around it
+        q[q[:, 2] <= rho] = np.nan  # beside, behind, or around the camera
         flat = rho / q[:, 2]
         middle = q.copy()
         middle[:, 2] -= rho * flat
@@ -100,10 +100,10 @@ def expected(
 
 
 def _blob(q: Floats, middle: Floats, J: Floats, rho: Floats) -> tuple[Floats, Floats]:
-    """The diameter of the disc of the blob's area [px], (N,), and its Jacobian by q, (N, 3).
+    """Return the diameter of the disc of the blob's area [px], (N,), and its Jacobian by q.
 
-    The magnification of the lens, in pixels a steradian, is taken at the blob's center, and for the
-    Jacobian as constant.
+    The Jacobian, (N, 3), takes the magnification of the lens, in pixels per steradian, as constant;
+    it is that at the blob's center.
     """
     length2 = np.square(q).sum(axis=1)
     cosine = np.sqrt(1 - np.minimum(rho * rho / length2, 1.0))
@@ -115,7 +115,7 @@ def _blob(q: Floats, middle: Floats, J: Floats, rho: Floats) -> tuple[Floats, Fl
 
 
 def ranges_by_size(camera: CameraModel, rays: Floats, size: Floats, diameter: Floats) -> Floats:
-    """The distance of spheres, (N,) [m], of the diameter of their blobs [px]; see :func:`expected`.
+    """Return the distances of spheres, (N,) [m], by blob diameter [px]; see :func:`expected`.
 
     NaN where the lens shows nothing.
 
@@ -130,7 +130,9 @@ def ranges_by_size(camera: CameraModel, rays: Floats, size: Floats, diameter: Fl
 
 
 def guesses(measured: Measured, kinds: Kinds, view: View, ground: float) -> Floats:
-    """Where measured objects are, (N, 3), by the first of depth, ground and size; NaN for nowhere.
+    """Return the positions of objects, (N, 3), by depth, ground or size, in this order.
+
+    NaN where none is measured.
 
     :param ground: its height in the fixed frame [m].
     """

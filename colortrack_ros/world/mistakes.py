@@ -1,11 +1,10 @@
-"""Whether what is seen would stand if the robot were set up otherwise, as by a common mistake.
+"""Detection of setup mistakes: would the objects stand if the robot were set up differently?
 
-A camera that is upside down, that looks elsewhere, or has the calibration of another picture, and
-odometry that is late, give places that move whenever the robot does. Each mistake is tried on the
-pictures of the last seconds: where one of them makes half of what they show stand, and the robot as
-given nothing, it has been made. What really moves stands by none of them, so nothing has to be
-known of the objects but what gives their range. If some are said to stand, only they are looked at;
-what falls never is.
+With a camera that is upside down, looks elsewhere, or has the calibration of another picture, and
+with late odometry, located objects move whenever the robot does. Each mistake is tried on the
+pictures of the last seconds: it was made if half of the objects stand under it, and none as given.
+Objects that really move stand under no mistake, so the test needs to know nothing about the objects
+but what gives their range. If some are said to stand, only these are used; falling ones never are.
 """
 
 import numpy as np
@@ -29,46 +28,46 @@ from colortrack_ros.world.wrong_setups import Mistake
 
 Floats = NDArray[np.float64]
 BETWEEN, LOOKS_BACK = 0.2, 4.0
-"""Time between the pictures that are looked at, and how long they are kept [s]: at 0.5 m/s a robot
-drives 2 m in it. Chosen."""
+"""Time between the pictures used, and how long they are kept [s]; at 0.5 m/s a robot drives 2 m in
+it. Chosen."""
 
 LEAST_SEEN = 8
-"""Pictures that must show an object: 1.6 s of the 4. Chosen."""
+"""Least number of pictures that must show an object: 1.6 s of the 4. Chosen."""
 
 MOST_OBJECTS = 8
-"""Objects that are looked at, those that have been seen most often: more cost time and tell the
-same. Chosen."""
+"""Most objects used, the most frequently seen ones: more cost time and add nothing. Chosen."""
 
 USUAL_ODOMETRY = 0.005
-"""Standard deviation of odometry [m] after 1 m, and [rad] after 1 rad, up to which the misfits as
-given must be LEAST; that of worse odometry adds its square. The default of odometry_sigma."""
+"""Standard deviation of odometry after 1 m [m] and after 1 rad [rad] up to which LEAST is the least
+misfit as given; for worse odometry it grows with the variance. The default of odometry_sigma."""
 
 PAUSE = 1.0
-"""After a search that found nothing the next one is so much later [s]: what rolls would ask for one
-after the other. Chosen."""
+"""Pause after an unsuccessful search [s]: rolling objects would otherwise start one after the
+other. Chosen."""
 
 HELD = 0.4
-"""How long a mistake must explain what moves [s], from the look that the search was for: two looks
-more. Chosen."""
+"""How long a mistake must explain the motion [s] after the look that started the search: two more
+looks. Chosen."""
 
 MOVED = (
     'what is said to stand moves whenever the robot does: camera_pose, calibration, odometry, or '
     'that it stands is wrong'
 )
-"""What is told where no mistake of the list explains it."""
+"""Message if no mistake of the list explains the motion."""
 
 PARKED = Mistake(
     base=lambda base: Pose(
         np.broadcast_to(base.t[-1], base.t.shape), np.broadcast_to(base.R[-1], base.R.shape)
     )
 )
-"""The robot has stood: where that fits worse, what stands tells whether it is seen rightly."""
+"""Hypothesis that the robot stood still: if it fits worse, standing objects do tell whether the
+robot is set up right."""
 
 
 class Mistakes:
-    """Watches the pictures of one camera for a mistake.
+    """Watch over the pictures of one camera for mistakes.
 
-    :param sigma: (6,) of the place of the camera: by that much it may be off, and is estimated.
+    :param sigma: (6,) standard deviations of the camera pose, whose errors are estimated.
     :param odometry: its standard deviations after 1 m [m] and after 1 rad [rad].
     """
 
@@ -95,7 +94,7 @@ class Mistakes:
         kinds: Kinds,
         ground: float,
     ) -> None:
-        """Take a picture, and find out whether a mistake is made, or is no longer.
+        """Add a picture, and update which mistake has been made.
 
         :param tracks: (K,) IDs; measured, kinds: of each.
         :param ground: its height in the fixed frame [m].
@@ -117,7 +116,7 @@ class Mistakes:
             self._judge(Pictures(dict(self._views), sights, ground, self._sigma))
 
     def _take(self, stamp: int, new: Sights) -> Sights:
-        """Keep what a picture shows, and forget what is old."""
+        """Store the sights of a picture, and drop old ones."""
         if self._sights is None:
             self._sights = new
         else:
@@ -129,7 +128,7 @@ class Mistakes:
         return self._sights
 
     def _judge(self, pictures: Pictures) -> None:
-        """Find the mistake that explains what moves, or that it no longer does."""
+        """Start a search if objects move, follow up a suspicion, or clear a disproved mistake."""
         (given,) = pictures.misfits([AS_GIVEN])
         needed = Needed.of(pictures.sights.kinds, len(given), self._least)
         if self.made:
@@ -147,7 +146,7 @@ class Mistakes:
             self._search = Search(pictures, needed, given)
 
     def _conclude(self, search: Search) -> None:
-        """Suspect what a search has found, if anything."""
+        """Suspect the result of a search, if there is one."""
         self._search = None
         if search.found is None:
             return
@@ -158,9 +157,9 @@ class Mistakes:
         self._agree(search.pictures, needed, given, off)
 
     def _agree(self, pictures: Pictures, needed: Needed, given: Floats, off: Floats) -> None:
-        """Note whether pictures agree with what is suspected, which is so once several do.
+        """Confirm or drop the suspected mistake; it is confirmed once several looks agree.
 
-        :param given, off: (K,) misfits as given, and by the mistake that is suspected.
+        :param given, off: (K,) misfits as given, and under the suspected mistake.
         """
         if self._line == MOVED:
             fits = needed.known and len(given) > 1 and given.min() > self._least
@@ -177,9 +176,9 @@ class Mistakes:
 
 
 def _telling(sights: Sights) -> Sights:
-    """Those of objects that have been seen often, and may stand; only known ones if there are any.
+    """Return the sights of objects seen often that may stand, only known ones if there are any.
 
-    Those of one object after those of another.
+    They are grouped by object.
     """
     sights = _often(sights.take(~sights.kinds.falls))
     known = np.asarray(~sights.kinds.speed.any(axis=1))
@@ -187,7 +186,7 @@ def _telling(sights: Sights) -> Sights:
 
 
 def _often(sights: Sights) -> Sights:
-    """Those of the objects that have been seen most often."""
+    """Return the sights of the most frequently seen objects."""
     _, of, count = np.unique(sights.track, return_inverse=True, return_counts=True)
     rank = np.argsort(np.argsort(-count, kind='stable'))
     order = np.argsort(of, kind='stable')

@@ -1,6 +1,6 @@
-"""The search for what explains that things move which should stand: some hypotheses a picture.
+"""Search for a setup mistake that explains why objects that should stand move, a few at a time.
 
-All of them at once take 15 to 40 ms, more than there is between two pictures.
+Trying all hypotheses at once takes 15 to 40 ms, more than the time between two pictures.
 """
 
 from dataclasses import dataclass
@@ -29,30 +29,31 @@ from colortrack_ros.world.wrong_setups import WrongAmount
 Floats = NDArray[np.float64]
 
 AT_REST = 1.0
-"""Misfit up to which an object stands: that which is expected of it."""
+"""Misfit up to which an object stands; 1 is the expected one."""
 
 WORSE, LEAST = 20.0, 6.0
-"""How many times as much the misfits must be as given, and at least. In the simulated room yaw off
-by 10 degrees gives 30 to 50 times as much, and 8. `python benchmark/world_right.py` tells how often
-what rolls by chance seems to stand by a mistake. Chosen."""
+"""How many times larger the misfits must be as given than under the mistake, and their least value
+as given. In the simulated room a yaw that is off by 10 degrees gives a factor of 30 to 50, and 8.
+`python benchmark/world_right.py` tells how often rolling objects seem to stand by chance under some
+mistake. Chosen."""
 
 ALONE = 10.0
-"""By how much more a mistake has to explain where one object that may move is all there is: it fits
-several by chance, so it speaks for those of the list alone. Chosen."""
+"""Factor on WORSE and LEAST if the only evidence is a single object that may move. It fits several
+mistakes by chance, so it counts only for those of the list. Chosen."""
 
 SEARCH_TIME = 0.4
-"""How long a search takes [s] of the time of the pictures, two looks. With 30 pictures a second
-that is 10 hypotheses in each, 2 to 3 ms; half of it takes twice as long in each. Chosen."""
+"""Duration of a search in picture time [s], two looks. At 30 pictures a second it tries 10
+hypotheses per picture, 2 to 3 ms; half the duration doubles the time per picture. Chosen."""
 
 
 @dataclass(frozen=True)
 class Needed:
-    """How much has to speak for a mistake.
+    """Evidence needed for a mistake.
 
-    :ivar objects: as many must stand by it.
-    :ivar known: whether they are said to stand.
-    :ivar alone: whether it is one that may move.
-    :ivar misfit: as given, at least.
+    :ivar objects: least number of objects that must stand under it.
+    :ivar known: whether the objects are said to stand.
+    :ivar alone: whether there is one object only, which may move.
+    :ivar misfit: least misfit as given.
     """
 
     objects: int
@@ -62,21 +63,21 @@ class Needed:
 
     @classmethod
     def of(cls, kinds: Kinds, count: int, misfit: float) -> 'Needed':
-        """Half of so many objects; one of several is not enough if they may move."""
+        """Require half of count objects, and more than one of several that may move."""
         known = not kinds.speed.any()
         least = 1 if known or count == 1 else 2
         return cls(max((count + 1) // 2, least), known, count == 1 and not known, misfit)
 
     def most(self, off: Floats) -> Floats:
-        """The misfit of so many objects at most, (...), of those of all, (..., K)."""
+        """Return the largest misfit, (...), among the best-fitting objects; of all, (..., K)."""
         return np.asarray(np.sort(off, axis=-1)[..., self.objects - 1])
 
     def met(self, given: Floats, off: Floats) -> bool:
-        """Whether so many objects stand by a mistake and not as given; (K,) each.
+        """Return whether enough objects stand under a mistake and not as given; (K,) each.
 
-        None of them stands as given, and in the mean, as angles of one are much less off than
-        those of another, they misfit by enough. One that cannot be where it is seen, by a mistake,
-        disproves it.
+        None of these may stand as given. Their mean misfit must be large enough: the angles to one
+        may be off much less than those to another. An object that cannot be where it is seen
+        disproves a mistake.
         """
         more, stands = ALONE if self.alone else 1.0, (off < AT_REST) & (given > AT_REST)
         if not np.isfinite(off).all() or np.count_nonzero(stands) < self.objects:
@@ -87,12 +88,12 @@ class Needed:
 
 @dataclass(frozen=True)
 class Pictures:
-    """What the pictures of the last seconds have shown, and from where.
+    """Pictures of the last seconds, with the views from which they were taken.
 
     :ivar views: by their stamps, ascending [ns].
-    :ivar sights: (M,), those of one of K objects after those of another.
+    :ivar sights: (M,), grouped by their K objects.
     :ivar ground: its height in the fixed frame [m].
-    :ivar sigma: (6,) what is expected of the errors of the camera's place on the robot.
+    :ivar sigma: (6,) standard deviations of the camera pose on the robot.
     """
 
     views: dict[int, View]
@@ -102,11 +103,11 @@ class Pictures:
 
     @property
     def newest(self) -> int:
-        """Stamp of the last one [ns]."""
+        """Stamp of the last picture [ns]."""
         return next(reversed(self.views))
 
     def misfits(self, mistakes: list[Mistake]) -> Floats:
-        """The misfits of things that stand if a mistake is made, (C, K)."""
+        """Return the misfits of standing objects under each mistake, (C, K)."""
         mount, picture, way = self._poses
         bases, bodies, known, rays, far = [], [], [], [], []
         for mistake in mistakes:
@@ -124,7 +125,7 @@ class Pictures:
         return misfits(looks, self.sights, self.ground, self.sigma)
 
     def _rays(self, mistake: Mistake) -> tuple[Floats, Floats]:
-        """The rays, (M, 3), and how far along them things are, (M,), if a mistake is made."""
+        """Return rays, (M, 3), and distances along them, (M,), under a mistake."""
         sights = self.sights
         if mistake.camera is as_given:
             return sights.rays, sights.far
@@ -133,7 +134,7 @@ class Pictures:
 
     @cached_property
     def _poses(self) -> tuple[Pose, NDArray[np.intp], '_Way']:
-        """Of the camera on the robot, which of them each sight is of, and the way of the robot."""
+        """Camera poses on the robot, the picture index of each sight, and the path of the robot."""
         views, stamps = list(self.views.values()), np.array(list(self.views))
         base, mount = (
             Pose(*(np.stack([getattr(getattr(v, of), name) for v in views]) for name in 'tR'))
@@ -143,12 +144,12 @@ class Pictures:
 
 
 class Search:
-    """Looks for the mistake that misfits least.
+    """Search for the mistake with the least misfit.
 
-    :ivar pictures: that are to be explained.
-    :ivar needed: to explain them.
-    :ivar given: (K,) their misfits as given.
-    :ivar found: what is told of the mistake, the mistake, and the misfits, (K,); None until then.
+    :ivar pictures: pictures to explain.
+    :ivar needed: evidence needed.
+    :ivar given: (K,) misfits as given.
+    :ivar found: message, mistake, and misfits, (K,); None until the search ends.
     """
 
     def __init__(self, pictures: Pictures, needed: Needed, given: Floats) -> None:
@@ -161,9 +162,10 @@ class Search:
         self._stamp = pictures.newest
 
     def go_on(self, stamp: int) -> None:
-        """Try as many hypotheses as are due at the time of a picture [ns].
+        """Try the hypotheses that are due at the time of a picture [ns].
 
-        One of the same stamp as the last, of another camera or message, brings none.
+        None are due for a picture with the same stamp as the last one, from another camera or
+        message.
         """
         due = int(np.ceil(self._share * (stamp - self._stamp)))
         if not due:
@@ -175,7 +177,7 @@ class Search:
             self._choose()
 
     def _choose(self) -> None:
-        """The best of all; after a coarse look at amounts, look around the best."""
+        """Take the best hypothesis; after coarse amounts, continue with finer ones around it."""
         off, self._off = np.concatenate(self._off), []
         least = int(np.argmin(self.needed.most(off)))
         if self._coarse:
@@ -186,14 +188,14 @@ class Search:
 
 
 def _told(amounts: list[WrongAmount]) -> list[tuple[str, Mistake]]:
-    """What is told of each, and what would mend it."""
+    """Return the message of each, and the mistake that it describes."""
     return [(wrong.line, wrong.mistake) for wrong in amounts]
 
 
 class _Way:
-    """Where the robot was, of V pictures.
+    """Path of the robot over V pictures.
 
-    :param stamps: (V,) ascending [ns], two at least; poses: of the robot, t (V, 3), R (V, 3, 3).
+    :param stamps: (V,) ascending [ns], at least two; poses: of the robot, t (V, 3), R (V, 3, 3).
     """
 
     def __init__(self, stamps: NDArray[np.int64], poses: Pose) -> None:
@@ -205,7 +207,7 @@ class _Way:
         return Slerp(self._seconds, Rotation.from_matrix(self._poses.R))
 
     def at(self, later: float) -> tuple[Pose, NDArray[np.bool_]]:
-        """The poses so much later [s], and which of them are between known ones, (V,)."""
+        """Return the poses at stamps shifted by later [s], and which are not extrapolated, (V,)."""
         if not later:
             return self._poses, np.ones(len(self._stamps), bool)
         wanted = self._stamps + round(later * NANOSECONDS)

@@ -1,4 +1,4 @@
-"""Which of the objects is the target."""
+"""Selection of the target among the objects."""
 
 from collections.abc import Callable
 
@@ -13,14 +13,14 @@ Floats = NDArray[np.float64]
 RULES = ('nearest', 'largest', 'oldest', 'most_certain')
 
 BETTER = 0.8
-"""Another object becomes the target when it is better by so much: a fifth nearer, say. Two that
-are alike do not take turns then. Assumed."""
+"""Another object becomes the target if its cost is below this share, say if it is a fifth nearer,
+so that two similar objects do not alternate. Assumed."""
 
 
 def rule_of(text: str, colors: list[str]) -> str:
-    """The text itself, if it is a rule, a color, or an ID.
+    """Return the text if it is a rule, a color, or an ID.
 
-    :raises ValueError: it is none.
+    :raises ValueError: it is none of these.
     """
     if text not in RULES and text not in colors and not text.isdigit():
         raise ValueError(
@@ -30,7 +30,7 @@ def rule_of(text: str, colors: list[str]) -> str:
 
 
 class Selector:
-    """Chooses one object in each message, and stays with it unless another is clearly better.
+    """Selects one object per message, and keeps it unless another is clearly better.
 
     :param rule: see :func:`rule_of`.
     :param colors: names of the colors.
@@ -40,9 +40,9 @@ class Selector:
         self._rule, self._colors, self._last = rule_of(rule, colors), colors, 0
 
     def choose(self, locations: Locations, robot: Floats) -> int | None:
-        """The row of the target, None where there is none.
+        """Return the row of the target, None if there is none.
 
-        :param robot: (3,) where the robot is, in the same frame [m].
+        :param robot: (3,) position of the robot in the same frame [m].
         """
         rows = locations.rows
         fits = rows['state'] != TENTATIVE
@@ -62,7 +62,7 @@ class Selector:
         return int(best)
 
     def _costs(self) -> Callable[[NDArray[np.void], Floats], Floats]:
-        """What is least for the best object."""
+        """Return the cost function of the rule; the target has the least cost."""
         if self._rule == 'largest':
             return lambda rows, _: 1 / np.maximum(rows['diameter'], 1e-3)
         if self._rule == 'oldest':

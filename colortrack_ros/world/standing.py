@@ -1,9 +1,9 @@
-"""How well things that are seen from several places fit things that stand: least squares.
+"""Least-squares test of whether objects seen from several places stand.
 
-What stands is seen at angles that follow from where the camera was. Of each thing its place and the
-expected errors of the camera are estimated from all pictures of the last seconds (bundle adjustment
-of one point with poses that are known: Triggs et al. 2000), in one step of Gauss and Newton. What
-then is left of the angles tells whether it has stood, and poses and calibration are right.
+The angles to a standing object follow from the camera poses. For each object, one Gauss-Newton step
+estimates its position and the camera errors from all pictures of the last seconds (bundle
+adjustment of one point with known poses: Triggs et al. 2000). The remaining error of the angles
+tells whether the object stood and whether poses and calibration are right.
 """
 
 from dataclasses import dataclass
@@ -26,33 +26,33 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 ANGLE_SIGMA = 0.001
-"""Standard deviation of a direction [rad] beside the noise of its pixel: 0.5 px at f = 500 px, or a
-stamp that is off by 1 ms while the camera turns by 60 degrees/s. Assumed. Of right set-ups,
-simulated with 0.5 px, 0.05 to 0.4 is left then, where 1 is expected."""
+"""Standard deviation of a direction [rad] beside the pixel noise: 0.5 px at f = 500 px, or a stamp
+that is off by 1 ms while the camera turns at 60 degrees/s. Assumed. For right setups, simulated
+with 0.5 px, the misfit is then 0.05 to 0.4, where 1 is expected."""
 
 RANGE_SIGMA = 0.05
-"""Standard deviation of a distance by depth or size, as a share of it. Assumed."""
+"""Relative standard deviation of a distance by depth or size. Assumed."""
 
 AT_HORIZON = 50.0
-"""Where what is above the horizon is looked for first [m]."""
+"""Initial distance of objects seen above the horizon [m]."""
 
 LEAST_EXPECTED = 1e-6
-"""Of an error that somebody calls 0, [m] and [rad]."""
+"""Least standard deviation of a camera error configured as 0, [m] and [rad]."""
 
 NOT_KNOWN = 1e3
-"""Standard deviation of a place that nothing is known of [m]."""
+"""Prior standard deviation of an unknown position [m]."""
 
 
 @dataclass
 class Sights(Columns):
-    """What pictures have shown, one row for each object in each.
+    """Objects as seen in several pictures, one row per object and picture.
 
     :ivar stamp: (M,) of the picture [ns].
     :ivar track: (M,) IDs.
     :ivar measured, kinds: of each.
     :ivar rays: (M, 3) in the optical frame.
-    :ivar far: (M,) along the ray, by depth or size [m]; NaN where the ground tells it.
-    :ivar sigma: (M,) of the direction of the ray [rad].
+    :ivar far: (M,) distance along the ray, by depth or size [m]; NaN if the ground gives it.
+    :ivar sigma: (M,) standard deviation of the ray's direction [rad].
     """
 
     stamp: NDArray[np.int64]
@@ -72,7 +72,7 @@ class Sights(Columns):
         kinds: Kinds,
         camera: CameraModel,
     ) -> 'Sights':
-        """Those of one picture."""
+        """Return the sights of one picture."""
         seen = measured.used[:, U]
         measured, kinds = measured.take(seen), kinds.take(seen)
         rays, far = rays_of(measured, kinds, camera)
@@ -84,13 +84,13 @@ class Sights(Columns):
 
 @dataclass
 class Looks:
-    """From where M sights would have been seen, by each of C hypotheses.
+    """Geometry of M sights under each of C hypotheses.
 
-    :ivar eyes: (C, M, 3) the camera in the fixed frame [m].
-    :ivar ways: (C, M, 3) unit vectors from there to what is seen.
+    :ivar eyes: (C, M, 3) position of the camera in the fixed frame [m].
+    :ivar ways: (C, M, 3) unit vectors from there to the objects.
     :ivar bases, bodies: (C, M, 3, 3) rotations of the robot and of the camera's body.
     :ivar far: (C, M) as in Sights.
-    :ivar known: (C, M) whether it is known from where.
+    :ivar known: (C, M) whether the pose is known.
     """
 
     eyes: Floats
@@ -102,7 +102,7 @@ class Looks:
 
 
 def rays_of(measured: Measured, kinds: Kinds, camera: CameraModel) -> tuple[Floats, Floats]:
-    """The rays of what a camera has measured, and how far along them: see :class:`Sights`."""
+    """Return the rays of measurements, and the distances along them; see :class:`Sights`."""
     rays, far = camera.rays(measured.z[:, :2]), np.full(len(kinds), np.nan)
     sized = measured.used[:, BLOB] & ~measured.used[:, PLANE]
     if sized.any():
@@ -112,14 +112,14 @@ def rays_of(measured: Measured, kinds: Kinds, camera: CameraModel) -> tuple[Floa
 
 
 def misfits(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> Floats:
-    """Mean squared errors of the angles at which things that stand would be seen, (C, K).
+    """Return the mean squared errors of the angles to standing objects, (C, K).
 
-    Over their variances: about 1 is expected, or less, of what stands.
-    Infinite for what cannot be where it is seen: behind the camera, or above the horizon.
+    They are normalized by their variances; about 1 or less is expected. The result is infinite for
+    objects that cannot be where they are seen: behind the camera, or above the horizon.
 
-    :param sights: (M,) of K objects, those of one after those of another.
+    :param sights: (M,), grouped by their K objects.
     :param ground: its height in the fixed frame [m].
-    :param sigma: (6,) what is expected of the errors of the camera's place on the robot.
+    :param sigma: (6,) standard deviations of the camera pose on the robot.
     """
     first = np.flatnonzero(np.append(True, sights.track[1:] != sights.track[:-1]))
     of = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(sights.track))))
@@ -152,21 +152,22 @@ def misfits(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> Float
 def _equations(
     looks: Looks, arms: Floats, far: Floats, sigma: Floats
 ) -> tuple[Floats, Floats, Bools]:
-    """Three angles and a distance of each sight, over their standard deviations.
+    """Return the normalized equations of each sight: three angles and a distance.
 
-    By the place of the object, (3,), and the errors of the camera's place, x to yaw, (6,).
+    The unknowns are the position of the object, (3,), and the errors of the camera pose, x to yaw,
+    (6,).
 
-    :param arms: (C, M, 3) from the camera to where the object may be [m].
-    :param far: (C, M) how far away it seems [m].
+    :param arms: (C, M, 3) from the camera to the assumed position of the object [m].
+    :param far: (C, M) measured distance [m].
     :param sigma: (M,) of the angles [rad].
-    :return: (C, M, 4, 9), what is left to explain, (C, M, 4), and what is in front of the camera.
+    :return: Jacobian, (C, M, 4, 9), residual, (C, M, 4), and what is in front of the camera.
     """
     w, away = looks.ways, np.linalg.norm(arms, axis=-1)
     to = arms / away[..., None]
     across = (np.eye(3) - to[..., :, None] * to[..., None, :]) / (sigma * away)[..., None, None]
     A, y = np.zeros((*away.shape, 4, 9)), np.zeros((*away.shape, 4))
     A[..., :3, :3], A[..., :3, 3:6] = across, -across @ looks.bases
-    # the columns are w x tilt: by so much the ray is not where it is measured
+    # the columns are w x tilt, the error of the measured ray per tilt
     tilts = looks.bodies.swapaxes(-1, -2)
     A[..., :3, 6:] = np.cross(w[..., None, :], tilts).swapaxes(-1, -2) / sigma[:, None, None]
     along, sized = (w * arms).sum(axis=-1), ~np.isnan(looks.far)

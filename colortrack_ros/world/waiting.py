@@ -1,4 +1,4 @@
-"""Tracks that wait for what belongs to their picture: detections, depths, the camera's pose."""
+"""Queue of tracks that wait for detections, depths, and camera pose of their picture."""
 
 from collections import deque
 from collections.abc import Callable
@@ -15,25 +15,25 @@ from colortrack_ros.world.poses import TransformError
 from colortrack_ros.world.view import View
 
 LONGEST_WAIT = 0.5
-"""How long [s] to wait for odometry and the like: of robots it comes at 10 Hz at least."""
+"""Longest wait [s] for odometry and other inputs; robots send odometry at 10 Hz or more."""
 
 MAX_WAITING = 30
-"""Detections and depths that wait for their tracks: a second at 30 Hz."""
+"""Most detections and depths kept while waiting for their tracks: one second at 30 Hz."""
 
 SAME = 0.02
-"""Stamps of a picture and of its depths that differ by no more than this [s] are of one moment:
-half a frame at 25 Hz, as cameras that are not synchronized are apart."""
+"""Largest difference between the stamps of a picture and its depths [s]: half a frame at 25 Hz,
+which cameras without synchronization are apart."""
 
 Release = Callable[[Tracks, Detections, View, NDArray[np.float32] | None], object]
 
 
 class Waiting:
-    """Hands pictures on once all that they need is there; in their order.
+    """Releases pictures in order once all their inputs are there.
 
-    :param view_at: the camera at a time [ns]; raises TransformError.
-    :param release: takes what belongs together.
-    :param refuse: takes the reason why a picture is given up.
-    :param clock: the time [s] at which things arrive.
+    :param view_at: returns the view of the camera at a time [ns]; raises TransformError.
+    :param release: takes the inputs of one picture.
+    :param refuse: takes the reason why a picture is dropped.
+    :param clock: arrival time [s].
     :ivar needs_depth: whether pictures wait for depths.
     """
 
@@ -51,25 +51,25 @@ class Waiting:
         self._depths: dict[int, NDArray[np.float32]] = {}
 
     def put_tracks(self, tracks: Tracks) -> None:
-        """Take the tracks of the next picture."""
+        """Add the tracks of the next picture."""
         self._pictures.append((tracks, self._clock()))
         self.look()
 
     def put_detections(self, detections: Detections) -> None:
-        """Take the detections of a picture."""
+        """Add the detections of a picture."""
         _keep(self._detections, detections.stamp, detections)
         self.look()
 
     def put_depth(self, stamp: int, depth: NDArray[np.float32]) -> None:
-        """Take depths, (H, W) [m]."""
+        """Add depths, (H, W) [m]."""
         _keep(self._depths, stamp, depth)
         self.look()
 
     def look(self) -> None:
-        """Hand on the pictures that have all, and give up those that have waited too long."""
+        """Release complete pictures, and drop those that have waited too long."""
         while self._pictures:
             tracks, arrived = self._pictures[0]
-            # a clock that has gone back is another one: nothing comes any more
+            # a clock that goes back is another one: nothing more will come
             over = not 0 <= self._clock() - arrived <= LONGEST_WAIT
             reason, later = self._try(tracks, over)
             if reason and later and not over:
@@ -79,7 +79,7 @@ class Waiting:
                 self._refuse(reason)
 
     def _try(self, tracks: Tracks, over: bool) -> tuple[str, bool]:
-        """Hand on a picture; or say what it lacks, and whether that may come."""
+        """Release a picture, or return what it lacks and whether that may still come."""
         stamp = tracks.stamp
         if stamp not in self._detections:
             return f'no detections came for the tracks of {stamp / NANOSECONDS:.3f} s', True

@@ -1,4 +1,6 @@
-"""What makes errors of known covariances independent ones of variance 1: W S W^T = 1."""
+"""Whitening: matrices W with W S W^T = 1 make errors of covariance S independent, with variance
+1.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,10 +9,10 @@ Floats = NDArray[np.float64]
 
 
 def whitening(S: Floats) -> Floats:
-    """The inverses W of the Cholesky factors of covariances S, (..., M, M), lower triangular.
+    """Return the inverses W of the Cholesky factors of S, (..., M, M), lower triangular.
 
-    Gauss's elimination of all at once, row by row, beside the identity: for the few rows of a
-    measurement, a third of the time that np.linalg takes.
+    Gaussian elimination of all matrices at once, row by row, beside the identity. With the few rows
+    of a measurement, it takes a third of the time of np.linalg.
     """
     count = S.shape[-1]
     A = np.zeros((count, 2 * count, S.size // count**2))
@@ -24,5 +26,5 @@ def whitening(S: Floats) -> Floats:
 
 
 def log_volume(W: Floats) -> Floats:
-    """Half the logs, (...), of the determinants of 1 / S."""
+    """Return half the log determinants, (...), of 1 / S."""
     return np.asarray(np.log(np.einsum('...ii->...i', W)).sum(axis=-1))

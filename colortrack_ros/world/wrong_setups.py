@@ -1,4 +1,4 @@
-"""The mistakes that are made where a camera is mounted on a robot, each with what is told of it."""
+"""Common mistakes in mounting a camera on a robot, each with its message."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,24 +15,24 @@ from colortrack_ros.world.poses import Pose
 Floats = NDArray[np.float64]
 
 SIDEWAYS, UPSIDE = np.diag([1.0, -1.0, 1.0]), np.diag([1.0, 1.0, -1.0])
-"""Mirrors of left and right, and of up and down, which turn the signs of yaw and of pitch."""
+"""Mirrors of left and right, and of up and down, which change the signs of yaw and pitch."""
 
 T = TypeVar('T')
 
 
 def as_given(what: T) -> T:
-    """What it is."""
+    """Return the argument."""
     return what
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """How things would be if it had been made; of what is not named, as given.
+    """How the setup would be if a mistake had been made; fields that are not given keep the setup.
 
-    :ivar mount, base: of the poses of the camera on the robot and of the robot, of V pictures at
-        once: t (V, 3), R (V, 3, 3).
-    :ivar camera: of the lens.
-    :ivar later: the pose of the robot is the one that was given so much later [s].
+    :ivar mount, base: corrections of the camera pose on the robot and of the robot pose, of V
+        pictures at once: t (V, 3), R (V, 3, 3).
+    :ivar camera: correction of the lens model.
+    :ivar later: the right robot pose is the one given this much later [s].
     """
 
     mount: Callable[[Pose], Pose] = as_given
@@ -42,7 +42,7 @@ class Mistake:
 
 
 def _scaled(share: float) -> Mistake:
-    """With a camera matrix of a picture so many times as large."""
+    """Return a camera matrix scaled to another picture size."""
     return Mistake(camera=lambda camera: replace(camera, K=np.diag([share, share, 1.0]) @ camera.K))
 
 
@@ -57,13 +57,13 @@ def _yawed(degrees: float) -> Mistake:
 
 
 def pitched(degrees: float) -> Mistake:
-    """With a camera that looks down by so many degrees more."""
+    """Return a camera that looks down further."""
     own = Pose.of_rpy(np.zeros(3), (0, np.radians(degrees), 0))
     return Mistake(lambda mount: mount @ own)
 
 
 def _mirrored(pose: Pose, mirror: Floats) -> Pose:
-    """Its rotation as a mirror shows it, (3, 3) diagonal."""
+    """Return a pose with its rotation mirrored, (3, 3) diagonal."""
     return Pose(pose.t, mirror @ pose.R @ mirror)
 
 
@@ -97,30 +97,31 @@ MISTAKES: dict[str, Mistake] = {
         base=lambda base: _mirrored(Pose(base.t * [1, -1, 1], base.R), SIDEWAYS)
     ),
 }
-"""What is told of each, and what would mend it."""
+"""Messages, each with the correction."""
 
 AS_GIVEN = Mistake()
 
 OF_ABOUT = ' is off by about '
-"""Between what is off and by how much."""
+"""Text between a quantity and its error."""
 
 FINE = 16
-"""Amounts that are looked at between those of a coarse look beside its best: 1 to 4 degrees apart,
-2 % of a focal length, 13 to 20 ms. Chosen."""
+"""Number of finer amounts tried around the best coarse one: 1 to 4 degrees, 2 % of a focal length,
+or 13 to 20 ms apart. Chosen."""
 
 
 LATEST = 0.4
-"""How late odometry is looked at [s]: as much older than pictures poses are kept. Chosen."""
+"""Largest delay of odometry that is tried [s]; poses are kept this much longer than pictures.
+Chosen."""
 
 
 @dataclass(frozen=True)
 class WrongAmount:
-    """One number of how a robot is set up that is not as it is given.
+    """A number of the setup that is wrong.
 
     :ivar about: its name; unit: of the amounts.
-    :ivar of: what would mend it, by the amount that is to be added.
-    :ivar amounts: (V,) ascending, by which it is off, at which it is looked at first.
-    :ivar amount: this one.
+    :ivar of: the correction, by the amount to add.
+    :ivar amounts: (V,) ascending errors that are tried first.
+    :ivar amount: the error of this one.
     """
 
     about: str
@@ -131,20 +132,20 @@ class WrongAmount:
 
     @property
     def line(self) -> str:
-        """What is told."""
+        """Message."""
         return f'{self.about}{OF_ABOUT}{self.amount:+.3g} {self.unit}'.rstrip()
 
     @property
     def mistake(self) -> Mistake:
-        """What would mend it."""
+        """Correction."""
         return self.of(-self.amount)
 
     def coarse(self) -> list['WrongAmount']:
-        """By all of the amounts."""
+        """Return this with each of the coarse amounts."""
         return [replace(self, amount=amount) for amount in self.amounts]
 
     def around(self) -> list['WrongAmount']:
-        """By amounts near this one, that are not so small that they are no mistake."""
+        """Return this with amounts near its own that are large enough to be a mistake."""
         at, least = self.amounts.index(self.amount), min(map(abs, self.amounts))
         low, high = self.amounts[max(at - 1, 0)], self.amounts[min(at + 1, len(self.amounts) - 1)]
         fine = np.append(np.linspace(low, high, FINE), self.amount)
@@ -156,12 +157,12 @@ def _both_ways(*amounts: float) -> tuple[float, ...]:
 
 
 def _without(percent: float) -> float:
-    """By what a number is multiplied that has so many percent less added to it than it should."""
+    """Return the factor that corrects a number too small by percent of the true one."""
     return 1 / (1 - percent / 100)
 
 
 def _moved(axis: int) -> Callable[[float], Mistake]:
-    """With a camera that is elsewhere on the robot by meters."""
+    """Return a correction that moves the camera along an axis of the robot by meters."""
     return lambda meters: Mistake(lambda m: Pose(m.t + meters * np.eye(3)[axis], m.R))
 
 
@@ -217,4 +218,4 @@ WRONG_AMOUNTS = (
     ),
     WrongAmount('the way that odometry tells', '%', _farther, (-90, -75, -50, -30, 50, 100)),
 )  # fmt: skip
-"""Smaller ones are hardly told from errors that are expected. Chosen."""
+"""Smaller errors are hard to tell from expected ones. Chosen."""
