@@ -19,9 +19,7 @@ back to. 0.01 rad are 5 px at f = 500 px. Chosen."""
 
 
 def directions_of(camera: CameraModel, pixels: Floats) -> Floats:
-    """Return directions, (N, 3) optical unit vectors, of pixels, (N, 2), inside the picture or
-    not.
-    """
+    """Return directions, (N, 3) optical unit vectors, of pixels, (N, 2), in the picture or not."""
     flat = camera.flat(pixels)
     radius, side = _polar(flat)
     (beyond,) = (radius > camera.reach).nonzero()
@@ -34,7 +32,7 @@ def directions_of(camera: CameraModel, pixels: Floats) -> Floats:
 
 
 def pixels_of(camera: CameraModel, rays: Floats) -> Floats:
-    """Return pixels, (N, 2), inside the picture or not, of directions, (N, 3) unit vectors."""
+    """Return the pixels, (N, 2), in the picture or not, of directions, (N, 3) unit vectors."""
     flat, _ = camera.lens.distort(rays)
     # negated, so that directions outside the lens, NaN, count as beyond
     (beyond,) = (~(np.hypot(flat[:, 0], flat[:, 1]) <= camera.reach)).nonzero()

@@ -15,14 +15,15 @@ from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.view import View
 
 CHECKED = 10
-"""Pictures per check for contradictions, besides those in which an object begins: mistakes last."""
+"""Pictures per check for contradictions, besides those in which an object begins: mistakes last.
+Chosen."""
 
 AGREEING = 3
 """Successive checks that must agree. Chosen."""
 
 CONTRADICTED = 0.5
 """Share of contradicting objects from which on no object of a camera is trusted. A single one may
-be of another kind than its color says."""
+be of another kind than its color says. Chosen: the majority."""
 
 
 class Doubts:

@@ -47,7 +47,8 @@ NEES of 1.7 of 3 while the robot drives; with 120 s and more, the ground has 3.8
 
 
 BEHIND_LENS = 0.02
-"""Least distance from the camera [m]; what is nearer is behind its lens."""
+"""Least distance from the camera [m]; what is nearer is behind its lens. Assumed: the length of a
+small lens."""
 
 
 def forget(errors: CameraErrors, dt: float) -> None:

@@ -28,14 +28,14 @@ degrees off the axis, is longer than wide by 0.13."""
 
 HALF = 0.5
 """Share of the blob's box in which depths are read; at the blob's edge, depths mix with those of
-the background."""
+the background. Chosen."""
 
 BULGE = np.sqrt(1 - HALF**2 / 2)
 """Distance of a sphere's center behind the median depth there, in radii: half of the disc of radius
 HALF lies within HALF / sqrt(2)."""
 
 LEAST_VALID = 0.3
-"""Least share of valid depths; only at edges and on mirrors are there more holes."""
+"""Least share of valid depths; only at edges and on mirrors are there more holes. Chosen."""
 
 
 def taken_detections(ours: NDArray[np.void], detections: Detections) -> Indices:

@@ -31,8 +31,8 @@ SIZE, OF_OBJECT, OF_CAMERA = 16, 8, 8
 """Size of the joint state of an object and one camera, and the share of each in it."""
 
 CREEP = 0.05
-"""Speed below which an object is said to stand [m/s]; it is also the published uncertainty of the
-velocity of a standing object."""
+"""Speed below which an object is said to stand [m/s], as `slow` of `benchmark/world.py` counts it;
+it is also the published uncertainty of the velocity of a standing object."""
 
 STANDS, MOVES = 0, 1
 """Indices of the motion hypotheses."""

@@ -1,6 +1,4 @@
-"""Whitening: matrices W with W S W^T = 1 make errors of covariance S independent, with variance
-1.
-"""
+"""Whitening: matrices W that make errors of covariance S independent and of variance 1."""
 
 import numpy as np
 from numpy.typing import NDArray
