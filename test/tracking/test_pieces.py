@@ -32,15 +32,17 @@ def after(pieces, color=0):
     return rows
 
 
+@pytest.mark.parametrize('step', [1, -1], ids=['left first', 'right first'])
 @pytest.mark.parametrize('widths', [(40, 12), (26, 26), (12, 40), (18, 16, 18)])
-def test_pieces_side_by_side_are_one_object_in_the_middle_of_them(widths):
+def test_pieces_side_by_side_are_one_object_in_the_middle_of_them(widths, step):
     gap = (60 - sum(widths)) / (len(widths) - 1)
     left = 160 + np.concatenate([[0], np.cumsum(widths[:-1])]) + gap * np.arange(len(widths))
     pieces = [(u, 200, u + width - 1, 239) for u, width in zip(left, widths, strict=True)]
-    rows = after(pieces)
+    rows = after(pieces[::step])
     assert rows['track_id'].tolist() == [1]
     assert (rows['u'][0], rows['v'][0]) == pytest.approx((189.5, 219.5), abs=0.5)
     assert (rows['box_w'][0], rows['box_h'][0]) == pytest.approx((60, 40), abs=1)
+    assert rows['area'][0] == 40 * sum(widths)
     assert rows['covariance'][0, 0, 0] < 2
 
 
