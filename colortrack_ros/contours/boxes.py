@@ -7,8 +7,8 @@ Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 
 LEAVES = 2
-"""An unseen target this close to the border has left the picture [px]. Half and twice the value
-change nothing on PETS S3.MF1 (``benchmark/real_contours.py``)."""
+"""An unseen target this close to the border has left the picture [px]. Assumed: half and twice the
+value change nothing on PETS S3.MF1 (``benchmark/real_contours.py``)."""
 
 
 def boxes(outlines: Floats) -> Floats:

@@ -13,8 +13,8 @@ FIT_ROUNDS = 4
 `approach` are the same to 0.001 px^2 (``benchmark/contours.py --constants gating.FIT_ROUNDS``)."""
 
 RIDGE = 1e-3
-"""Regularization of the fit, added to the diagonal: a line contributes about 1, so it matters only
-where the edges do not determine the motion."""
+"""Regularization of the fit, added to the diagonal. Assumed: a line contributes about 1, so it
+matters only where the edges do not determine the motion."""
 
 
 def gate(

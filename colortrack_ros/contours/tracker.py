@@ -52,8 +52,8 @@ CONFIRM_HITS = 3
 """Measurements that confirm a target, as in the tracker of detections by default."""
 
 SIDES_SHARE = 0.1
-"""Weight of a measurement in the usual intensities beside an edge. Half and twice the value change
-nothing on `silhouette` and `approach` (``benchmark/contours.py --constants
+"""Weight of a measurement in the usual intensities beside an edge. Assumed: half and twice
+the value change nothing on `silhouette` and `approach` (``benchmark/contours.py --constants
 tracker.SIDES_SHARE``)."""
 
 GATE_SIGMA = 0.5

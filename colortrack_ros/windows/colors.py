@@ -15,7 +15,8 @@ LEVELS, COLOR_RATE = 32, 0.04
 
 INNER, OUTER = 0.8, 1.1
 """Pixels inside the first share of the box belong to the target (Staple's inner padding of 0.2),
-pixels outside the second to its surroundings. Those in between may be either and are ignored."""
+pixels outside the second to its surroundings. Those in between may be either and are ignored. The
+second is assumed: larger ones ignore more of a loose box's margin, and learn less around it."""
 
 
 class Colors:

@@ -28,7 +28,8 @@ FLAT = 4.0
 rounding causes."""
 
 COARSE = 2.0
-"""Pixels of the picture per pixel of the patch from which on interpolation would skip some."""
+"""Pixels of the picture per pixel of the patch from which on interpolation would skip some:
+it mixes two on each axis."""
 
 
 def sample(frame: Frame, center: Floats, size: Floats, out: tuple[int, int]) -> Pixels:

@@ -22,7 +22,8 @@ grow at most, to 9 times the area. Assumed; half and twice GATE_SIGMAS change no
 (``benchmark/windows.py --seeds 1 --constants motion.GATE_SIGMAS``)."""
 
 LEAST_T = 1e-3
-"""Least time step for a change of velocity [s]: two frames may have the same stamp."""
+"""Least time step for a change of velocity [s]: two frames may have the same stamp.
+Assumed: far below the interval of any camera's frames."""
 
 
 @dataclass

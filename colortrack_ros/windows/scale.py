@@ -39,10 +39,13 @@ PATCH_SIDE = 32
 for cells that are as large as the target's."""
 
 FINER = 2
-"""Resolution, relative to a patch, of the one picture that the patches of all sizes come from."""
+"""Resolution, relative to a patch, of the one picture that the patches of all sizes come from.
+Derived: the next integer above the ratio of the outer sizes, 1.06^10 = 1.79, so that the smallest
+size is not magnified."""
 
 LEAST_SCALE, GREATEST_SCALE = 0.2, 5.0
-"""Limits of the size, relative to the first one. Beyond them the target has been lost. Assumed."""
+"""Limits of the size, relative to the first one. Beyond them the target has been lost.
+Assumed: tighter ones stop a zoom, wider ones let a wrong size run on."""
 
 
 class ScaleFilter:
