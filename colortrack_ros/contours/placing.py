@@ -9,7 +9,7 @@ from colortrack_ros.contours.spline import Spline
 Floats = NDArray[np.float64]
 
 PHASES = 8
-"""Number of starting points that are tried for equally spaced nodes."""
+"""Number of starting points that are tried for equally spaced nodes. Assumed; see FIRST_STEP."""
 
 MAX_ROUNDS = 40
 """Most moves of nodes, to bound the time of what takes longest in a frame. With half of them the

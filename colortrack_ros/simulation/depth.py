@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 MATCHED_AT_ONCE = 8
 """Side of the blocks that a stereo camera matches [px]; the pixels of one share their error.
 Assumed: usual for block matching. With half and twice as many, things are located to 0.76 and
-0.74 % of the range instead of 0.81 %; with another seed, to 1.14 and 1.17 %, as with this (the run
-with noise and holes of test_simulation)."""
+0.74 % of the range instead of 0.81 %; with another seed, to 1.14 and 1.17 %, about as with
+8 (the run with noise and holes of test_simulation)."""
 
 EDGE_STEP = 0.1
 """A step of the depth between neighboring pixels by this share is an edge, where one camera sees
-what the other does not. Assumed; half and twice the value change nothing there."""
+what the other does not. Assumed; half and twice the value change nothing in that run."""
 
 
 class StereoErrors:

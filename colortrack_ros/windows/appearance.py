@@ -54,7 +54,7 @@ FIRST_SHARE = 0.5
 the next frame has 0.5 to 1 of them."""
 
 USUAL_FRAMES = 10
-"""Memory of the means of peak and contrast [frames]."""
+"""Memory of the means of peak and contrast [frames]. Assumed: a third of a second."""
 
 LEAST_CELLS = 8
 """Least width and height of a region in cells: the width of the filter's peak, and as much on
@@ -65,7 +65,7 @@ CENTERED = 1.0
 INNER leaves 1.3 cells of a square target on either side."""
 
 LEAST_DIVISOR = 1e-6
-"""Lower bound of divisors."""
+"""Lower bound of divisors, against division by zero."""
 
 
 class Glimpse(NamedTuple):

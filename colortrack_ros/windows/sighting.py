@@ -14,7 +14,8 @@ from colortrack_ros.windows.matching import Matches
 
 RINGS = 20
 """Rings of places to search around the last position of a lost target. In steps of the smallest
-region, 12 px, they cover 300 px around it; for a target of 40 px, 2000 px."""
+region, 12 px, they cover 300 px around it; for a target of 40 px, 2000 px. Assumed: about a
+picture."""
 
 DISAGREEMENT = 9.0
 """Gate on the squared Mahalanobis distance of a template match from the sighting: 3 sigma."""
