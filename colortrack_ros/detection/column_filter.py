@@ -26,7 +26,7 @@ JOIN_PIXELS = 8192
 much."""
 
 WORTHWHILE_SHARE = 0.5
-"""Largest share of columns that may remain for the filter to be worth its own time."""
+"""Largest share of columns that may remain for the filter to be worth its own time. Assumed."""
 
 SHARE_STRIPS = 16
 """Number of strips over which the share is averaged; while it is too large, one in this many is

@@ -13,7 +13,7 @@ from colortrack_ros.detection.label_image import LabelImage
 
 OUTLINE_VARIANCE = 0.01
 """Variance of the membership of an outline pixel, which is in or out by chance; a fair coin would
-have 1/4."""
+have 1/4. Fitted to the scenes."""
 
 PIXELATION = 1 / 12
 """Variance of a position within its pixel [px^2]: that of a uniform distribution of width 1."""

@@ -61,10 +61,12 @@ balls and four clips have a ratio of up to 11, that cloth of 70 to 470. With 15,
 with 60, two of 60 fewer of the dark red ball (benchmark/notes/detector.md, Shades)."""
 
 LARGEST_SHARE = 0.25
-"""Largest share of the picture that a color may cover; anything larger is background."""
+"""Largest share of the picture that a color may cover; anything larger is background. Assumed: an
+object that covers a quarter of the picture is half as wide and high."""
 
 LARGEST_GROUND = 0.98
-"""Largest share of the picture that an inverted color may cover."""
+"""Largest share of the picture that an inverted color may cover. Assumed: all but a rim of half a
+percent of its width."""
 
 LEAST_SPREAD = 2.0
 """Least standard deviation of an object along an axis [CIELAB units]: the size of a cell of the
@@ -83,7 +85,7 @@ CIELAB evenly."""
 
 SHAPE_ROUNDS, DEEPER = 4, 0.02
 """Maximum number of updates of center and shape from the pixels inside, and the least decrease of
-the growth for another one."""
+the growth for another one. Assumed: they bound the time."""
 
 
 @dataclass(frozen=True)

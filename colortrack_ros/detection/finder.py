@@ -34,7 +34,8 @@ from colortrack_ros.encodings import plain
 # most 1 or 2 points.
 
 LOOK_SECONDS = 0.25
-"""Interval between two updates of the colors [s]; an update takes about 2 ms."""
+"""Interval between two updates of the colors [s]; an update takes about 2 ms. Assumed: 1 % of the
+time."""
 
 POOL_SECONDS = 1.0
 """Time constant of the pooled color counts [s]. For this long, a color that has just appeared may
@@ -53,21 +54,24 @@ LEAST_SHARE, PIECE_SHARE = 1 / 20, 1 / 3
 """Least area over that of the largest blob, anywhere, and right beside a larger one. The first
 keeps objects at 4.5 times the distance, but no glints. The second drops pieces that a stripe or a
 finger cuts off, up to a third. Equal objects right beside each other are assumed to differ in
-distance by less than a factor of 1.7."""
+distance by less than a factor of 1.7. Assumed."""
 
 PIECE_REACH = 0.5
-"""Margin around the box of a blob in which its pieces lie [share of the side of the box]."""
+"""Margin around the box of a blob in which its pieces lie [share of the side of the box].
+Assumed."""
 
 FEWEST_LEFT = 1 / 4
 """Share of its pixels that a color must keep to follow the light; the inverse limits its growth.
-When an object has left, slightly similar pixels must not pull the color away."""
+When an object has left, slightly similar pixels must not pull the color away. Assumed: light
+changes slower than by a factor of four within POOL_SECONDS."""
 
 MANY_SPECKS = 20
 """Number of blobs in one picture, each too small for an object, above which the user is warned.
-Noise on outlines causes a few."""
+Noise on outlines causes a few. Assumed."""
 
 ABSENT_SECONDS = 2.0
-"""Time that a color must be missing from the start before the user is warned [s]."""
+"""Time that a color must be missing from the start before the user is warned [s]. Assumed: time
+to put the object in front of the camera."""
 
 NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
 """Color and tolerance that stand in for a color missing from the picture: outside sRGB."""

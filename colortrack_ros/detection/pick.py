@@ -44,7 +44,7 @@ TOLERANCE_MARGIN = 1.5
 of other frames."""
 
 NEARLY_ALL = 98.0
-"""Percentile of the distances; excludes highlights and outline pixels."""
+"""Percentile of the distances, without highlights and outline pixels. Assumed: 2 % of an object."""
 
 
 @dataclass(frozen=True)
