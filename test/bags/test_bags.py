@@ -162,6 +162,7 @@ def read_all(path):
     return [list(reader.messages(topic)) for topic in reader.topics]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('storage', STORAGES)
 @pytest.mark.parametrize('how', ['cut', 'empty', 'noise'])
 def test_a_broken_file_is_an_error_in_one_line(library, tmp_path, storage, how):

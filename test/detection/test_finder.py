@@ -266,6 +266,7 @@ def test_a_thing_is_found_whole_by_its_dark_and_by_its_light_side(share):
     assert row['box_h'] > 0.9 * 80
 
 
+@pytest.mark.slow
 def test_shades_beyond_are_seldom_looked_for_also_while_another_color_is_not_there(monkeypatch):
     """A color that is not in sight is looked for in every picture."""
     searches = []

@@ -131,6 +131,7 @@ def test_what_would_fail_for_all_is_told_before_anything_begins(options, reason,
     assert os.listdir('.') == []
 
 
+@pytest.mark.slow
 def test_a_folder_stands_for_its_recordings_and_a_file_for_its_lines():
     images = frames(SCENES[0], 10**9)[:3]
     for name in ('b2', 'b10'):

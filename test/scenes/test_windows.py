@@ -12,6 +12,7 @@ def paths(name, options='width=640&height=480'):
     return scene, np.stack([truth['u'], truth['v']], axis=2), truth['visible']
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', [0, 1])
 @pytest.mark.parametrize('name', ['texture', 'clutter', 'partial', 'hidden', 'jump'])
 def test_all_patches_are_in_the_picture_from_the_first_frame_to_the_last(name, seed):

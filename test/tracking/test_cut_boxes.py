@@ -36,6 +36,7 @@ def message(centers, k, *, clip):
     return Detections(rows, round(k / RATE * 1e9))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('clip', [True, False], ids=['clipped', 'beyond'])
 @pytest.mark.parametrize('seed', range(3))
 def test_centers_and_ellipses_hold_where_the_border_cuts(seed, clip):

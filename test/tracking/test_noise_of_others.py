@@ -102,6 +102,7 @@ def test_boxes_that_jitter_are_believed_no_more_than_their_centers(motion, side,
     assert names == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('step', [1.0, 4.0])
 @pytest.mark.parametrize('motion', [lines, circles])
 def test_positions_that_are_rounded_are_not_taken_for_exact(motion, step):

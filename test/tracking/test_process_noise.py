@@ -8,6 +8,7 @@ from colortrack_ros.tracking.process_noise import BETA
 from colortrack_ros.tracking.process_noise import INDICES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('probe', range(len(INDICES)))
 def test_gains_are_in_the_end_those_of_a_kalman_filter_of_white_noise_acceleration(probe):
     F = np.array([[1, 1], [0, 1]])

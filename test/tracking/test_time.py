@@ -1,5 +1,7 @@
 """A second is a second, however many frames it has."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from support.silhouettes import points
@@ -42,16 +44,19 @@ def test_a_second_unseen_is_as_uncertain_in_any_number_of_messages(empties):
     np.testing.assert_allclose(sigma(empties), sigma(30), rtol=0.01)
 
 
+@cache
+def sigma_after(rate, seed):
+    """Return the sigma of an object a second after three seconds at a rate of frames."""
+    tracker, rng = Tracker(), np.random.default_rng(seed)
+    for k in range(3 * rate + 1):
+        z = np.array([[100 + 150 * k / rate, 300.0]]) + rng.normal(0, 1, (1, 2))
+        tracker.update(points(z, k * NANOSECONDS // rate))
+    return np.sqrt(tracker.update(points([], 4 * NANOSECONDS)).rows['covariance'][0, 0, 0])
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize('rate', [15, 60, 200])
 def test_a_second_unseen_is_as_uncertain_after_any_rate_of_frames(rate):
     """All is learned, maneuvers too; the mean of four objects that move straight for 3 s."""
-
-    def sigma(rate, seed):
-        tracker, rng = Tracker(), np.random.default_rng(seed)
-        for k in range(3 * rate + 1):
-            z = np.array([[100 + 150 * k / rate, 300.0]]) + rng.normal(0, 1, (1, 2))
-            tracker.update(points(z, k * NANOSECONDS // rate))
-        return np.sqrt(tracker.update(points([], 4 * NANOSECONDS)).rows['covariance'][0, 0, 0])
-
-    ratios = [sigma(rate, seed) / sigma(30, seed) for seed in range(4)]
+    ratios = [sigma_after(rate, seed) / sigma_after(30, seed) for seed in range(4)]
     assert np.mean(ratios) == pytest.approx(1, rel=0.05)

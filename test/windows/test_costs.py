@@ -55,6 +55,7 @@ def pictures(draw):
     return template.astype(np.float32), region.astype(np.float32)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', COSTS)
 @settings(deadline=None, max_examples=50)
 @given(pair=pictures())

@@ -113,6 +113,7 @@ def test_what_drives_by_beside_or_behind_the_camera_is_followed_around_it(camera
     assert near == pytest.approx(1 / np.linalg.norm(d), rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('rate', [0.0, 5.0, 20.0, 60.0])
 def test_what_its_own_velocity_keeps_behind_the_camera_stays_as_certain_as_it_is(camera, rate):
     """A robot that stands or turns [degrees/s], while tracks out of sight fly on for 4 s."""
