@@ -83,9 +83,12 @@ NO_ORIGINS = np.zeros((0, 2))
 
 
 class Adaptation:
-    """Learns from measured tracks."""
+    """Learns from measured tracks.
 
-    def __init__(self, longest: float = 1.5) -> None:
+    :param longest: see Disappearances.
+    """
+
+    def __init__(self, longest: float) -> None:
         self.recent = Recent()
         self.unsteadiness = ProcessNoise()
         self._speed2 = np.full(2, FIRST_SPEED**2)
@@ -154,8 +157,14 @@ class Adaptation:
 
         One alone is no crowd, and does not count as lately.
         """
-        late = self._late * (1 - SLOW) ** (self._frames - self._late_at)
-        return max(self.lasting_births, late - SLOW)
+        return max(self.lasting_births, self._lately() - SLOW)
+
+    def _lately(self) -> float:
+        """Mean number of new objects per frame with the memory of SLOW, without those at the start.
+
+        It is updated only in frames with new objects: most have none.
+        """
+        return self._late * (1 - SLOW) ** (self._frames - self._late_at)
 
     def birth_places(self, z: Floats) -> Floats:
         """Density of new objects at z, (K, 2): (K,) [1/px^2]; most appear at the border."""
@@ -214,16 +223,15 @@ class Adaptation:
         :param origin: (K, 2) where the confirmed ones started [px].
         """
         true = len(origin)
-        if true and not all(self.image_size):
-            self._met += true
-            self.birth_area = max(self._seen_area, FIRST_AREA * AREA_SHRINKING**self._met)
+        self._frames += 1
         if true:
             entered = np.count_nonzero(self._is_at_border(origin))
             self._places += entered, true - entered
-        if true and self._frames >= AT_START:
-            left = (1 - SLOW) ** (self._frames + 1 - self._late_at)
-            self._late, self._late_at = left * self._late + SLOW * true, self._frames + 1
-        self._frames += 1
+            if not all(self.image_size):
+                self._met += true
+                self.birth_area = max(self._seen_area, FIRST_AREA * AREA_SHRINKING**self._met)
+            if self._frames > AT_START:
+                self._late, self._late_at = self._lately() + SLOW * true, self._frames
         self._false += max(SLOW, 1 / self._frames) * (false - self._false)
         self._births += SLOW * (max(true, LEAST_NEW) - self._births)
         if self._frames > AT_START:

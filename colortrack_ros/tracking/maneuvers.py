@@ -123,8 +123,8 @@ class Maneuvers:
         old = np.flatnonzero((T <= LONGEST) & (records['anchor_cov'][track, 0] > 0))
         if len(old):
             self._glance(records, track[old], z[old], variance[old], T[old], speed, passed)
-        age = (now - records['born'][track]) / NANOSECONDS
-        ready = track[(records['hits'][track] >= FORMED_RATE) & (age >= FORMED_TIME - 1e-6)]
+        age = (now - records['born'][track]) / NANOSECONDS + 1e-6  # stamps may be cut off
+        ready = track[(records['hits'][track] >= FORMED_RATE) & (age >= FORMED_TIME)]
         records['anchor'][ready] = mean[ready, :4]
         P = cov[ready]
         records['anchor_cov'][ready] = (

@@ -42,7 +42,7 @@ Adaptation.sudden_speed), whatever has been learned since. Assumed: with 1 the t
 are the same."""
 
 SETTLED_HITS = 12
-"""Hits after which the noise of a track is known, see maneuvers.FORMED_RATE."""
+"""Hits after which the noise of a track is known: most of those that recent.RING keeps. Assumed."""
 
 
 def take_strays(

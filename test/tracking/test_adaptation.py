@@ -66,21 +66,21 @@ def test_the_first_two_frames_of_a_crowd_tell_its_speed(speed):
     rng = np.random.default_rng(0)
     before = rng.uniform(0, 3000, (1000, 2))
     after = before + rng.normal(0, speed / 30, before.shape)
-    learned = Adaptation()
+    learned = Adaptation(1.5)
     learned.meet(before, after, 1 / 30)
     assert (0.8 * speed < learned.speed).all()
     assert (learned.speed < 1.2 * speed).all()
 
 
 def test_the_first_two_frames_of_a_few_objects_tell_nothing():
-    learned = Adaptation()
+    learned = Adaptation(1.5)
     before = learned.speed
     learned.meet(np.zeros((19, 2)), np.zeros((19, 2)), 1 / 30)
     assert (learned.speed == before).all()
 
 
 def test_new_objects_are_expected_at_the_border_of_what_has_been_seen():
-    learned = Adaptation()
+    learned = Adaptation(1.5)
     learned.learn_size(np.array([[0.0, 0.0], [320.0, 180.0]]))
     learned.learn_new(0, np.array([[2.0, 90.0], [160.0, 3.0], [318.0, 20.0]]))
     border, inside = learned.birth_places(np.array([[3.0, 90.0], [160.0, 90.0]]))
@@ -90,7 +90,7 @@ def test_new_objects_are_expected_at_the_border_of_what_has_been_seen():
 @pytest.mark.parametrize(('known', 'ratio'), [(True, 1.0), (False, 1.5)])
 def test_a_few_new_objects_show_how_small_the_picture_is(known, ratio):
     """Without a size, three objects in 320x240 do not make it 640x480."""
-    learned, size = Adaptation(), np.array([320.0, 240.0])
+    learned, size = Adaptation(1.5), np.array([320.0, 240.0])
     if known:
         learned.know_size((320, 240))
     learned.learn_size(np.array([[0.0, 0.0], size]))

@@ -23,7 +23,7 @@ def row_of(u, v, width, height, sigma=20.0):
 
 def cut(boxes, **options):
     """Return, by axis, whether the last of some boxes counts as cut; the size is unknown."""
-    learned = Adaptation()
+    learned = Adaptation(1.5)
     for box in boxes:
         blobs = accept(row_of(*box, **options), TrackerConfig(), learned)
     return blobs.cut[0].tolist()

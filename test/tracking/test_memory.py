@@ -150,6 +150,6 @@ def test_a_crowd_is_not_remembered_without_end():
     z = np.zeros((50, 2))
     gone.initiate(gone.filters.at_rest(z, np.tile(np.eye(2), (50, 1, 1)), np.ones(4)), 0)
     for k in range(10):
-        memory.remember(gone, k * FRAME, Adaptation(), TrackerConfig())
-    memory.advance(10 * FRAME, Adaptation(), TrackerConfig())
+        memory.remember(gone, k * FRAME, Adaptation(1.5), TrackerConfig())
+    memory.advance(10 * FRAME, Adaptation(1.5), TrackerConfig())
     assert len(memory.tracks) == MOST_REMEMBERED

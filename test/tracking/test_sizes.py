@@ -79,6 +79,6 @@ def test_a_blob_at_the_border_is_cut_and_one_that_is_covered_is_not(corner, cut,
     rows['box_u'], rows['box_v'], rows['box_w'], rows['box_h'] = *corner, 30, 30
     rows['u'], rows['v'] = rows['box_u'] + 14.5, rows['box_v'] + 14.5
     rows['cov_uu'] = rows['cov_vv'] = sigma**2
-    learned = Adaptation()
+    learned = Adaptation(1.5)
     learned.know_size((640, 480))
     assert accept(rows, TrackerConfig(), learned).cut.tolist() == [cut]
