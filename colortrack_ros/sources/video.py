@@ -12,6 +12,7 @@ from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
 from colortrack_ros.sources.edit_list import shown_pictures
+from colortrack_ros.sources.matroska import expected_pictures
 
 ROUNDING = 0.0005
 """Rounding of the times in a container [s]: Matroska has whole milliseconds, others are finer.
@@ -21,6 +22,10 @@ READ_ON = 250
 """Number of pictures to try after an unreadable one before giving up, or more if the container
 promises more: ten seconds at 25 Hz. In the damaged mp4 of test/sources, reading resumes with 25 and
 ends at the damage with 12. The value is ten times as large, since trying costs only time."""
+
+LEAST = 4
+"""Assumed least size of a picture in a file [bytes]: a broken index may promise billions, each of
+which would be tried. Sizes and times alone take more."""
 
 ESTIMATE = 2
 """Number of pictures by which a container may overstate its length: Matroska gives a duration,
@@ -66,9 +71,10 @@ class VideoSource(RecordedSource):
         own_rate = self._capture.get(cv2.CAP_PROP_FPS)
         total = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
         shown = shown_pictures(spec)
+        self._most = Path(spec).stat().st_size // LEAST
         self.total = total if shown is None else min(shown, total)
         self._estimated = shown is None
-        if not self._capture.grab():
+        if not any(self._capture.grab() for _ in range(READ_ON)):
             raise SourceError(
                 f'source {spec!r}: no video can be read from this file; expected mp4, mkv, avi, '
                 'mov or another format of FFmpeg'
@@ -104,7 +110,7 @@ class VideoSource(RecordedSource):
 
     def _next_image(self) -> tuple[NDArray[np.uint8] | None, int]:
         """The next readable picture, None at the end, and the number of unreadable ones before."""
-        tries = 1 + max(READ_ON, self.total - self._given)
+        tries = 1 + max(READ_ON, min(self.total, self._most) - self._given)
         for failed in range(tries if not self._ended else 0):
             read, image = self._capture.read()
             if read:
@@ -118,8 +124,9 @@ class VideoSource(RecordedSource):
         if abs(frames - round(frames)) <= ROUNDING * self._rate:
             frames = round(frames)
         frames += self._first
-        # At a variable rate, the last picture may last longer than the mean period.
-        end = self._first + max(self.total, self._given) + self._longest
+        # At a variable rate, the last picture may last longer than the mean period, which may be
+        # the mean of all but the last.
+        end = self._first + max(self.total, self._given) + 2 * self._longest
         possible = self._last < frames < end
         frames = frames if possible else float(self._count)
         self._following += abs(frames - self._last - 1) < SAME_PERIOD
@@ -129,8 +136,12 @@ class VideoSource(RecordedSource):
 
     def _tell_missing(self) -> None:
         """Raise an error for pictures that the container claims but that were never read."""
-        missing, self._ended = self.total - self._given - self._missing, True
-        if missing > ESTIMATE and not self._is_varying():
+        self._ended = True
+        counted = expected_pictures(self._path)
+        if counted is not None:
+            self.total = counted
+        missing = self.total - self._given - self._missing
+        if missing > 0 if counted else missing > ESTIMATE and not self._is_varying():
             self.lost += missing
             raise SourceError(
                 f'{self._path}: should have {self.total} pictures, {missing} more are missing'
