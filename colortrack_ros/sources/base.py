@@ -25,7 +25,7 @@ class Source(ABC):
 
     :ivar live: frames arrive in real time and are stamped with the clock; otherwise a recording.
     :ivar period: time between frames of a recording [ns]; 0 for live sources.
-    :ivar lost: unreadable pictures of a recording, so far.
+    :ivar lost: pictures of a recording that are unreadable, or were scaled, so far.
     :ivar total: number of frames that a recording claims to have; 0 if unknown.
     """
 

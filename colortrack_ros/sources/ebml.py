@@ -7,7 +7,7 @@ from typing import BinaryIO
 LONGEST_HEADER = 12
 """Maximum size of an element's kind and length [bytes]."""
 
-CHUNK = 1 << 20
+SEARCHED_AT_ONCE = 1 << 20
 """Number of bytes to search at once."""
 
 
@@ -62,10 +62,10 @@ def find(file: BinaryIO, pattern: bytes, start: int) -> int:
     """Place of a pattern at or after the start [bytes]; -1 if there is none."""
     while True:
         file.seek(start)
-        chunk = file.read(CHUNK)
+        chunk = file.read(SEARCHED_AT_ONCE)
         at = chunk.find(pattern)
         if at >= 0:
             return start + at
-        if len(chunk) < CHUNK:
+        if len(chunk) < SEARCHED_AT_ONCE:
             return -1
-        start += CHUNK - len(pattern) + 1
+        start += SEARCHED_AT_ONCE - len(pattern) + 1

@@ -21,10 +21,10 @@ from colortrack_ros.sources.ebml import LONGEST_HEADER
 from colortrack_ros.sources.ebml import number
 from colortrack_ros.sources.ebml import real
 
-EBML, SEGMENT, INFO, TRACKS, TAGS = 0x1A45DFA3, 0x18538067, 0x1549A966, 0x1654AE6B, 0x1254C367
+EBML, SEGMENT, INFO, TRACK_LIST, TAGS = 0x1A45DFA3, 0x18538067, 0x1549A966, 0x1654AE6B, 0x1254C367
 CLUSTER, CLUSTER_TIME, SIMPLE_BLOCK, GROUP, BLOCK = 0x1F43B675, 0xE7, 0xA3, 0xA0, 0xA1
-SCALE, DURATION = 0x2AD7B1, 0x4489
-TRACK, NUMBER, KIND, UID = 0xAE, 0xD7, 0x83, 0x73C5
+TIME_SCALE, FILM_LENGTH = 0x2AD7B1, 0x4489
+TRACK_ENTRY, TRACK_NUMBER, TRACK_KIND, TRACK_UID = 0xAE, 0xD7, 0x83, 0x73C5
 TAG, TARGETS, TAG_TRACK, SIMPLE_TAG, TAG_NAME, TAG_TEXT = (
     0x7373, 0x63C0, 0x63C5, 0x67C8, 0x45A3, 0x4487,
 )  # fmt: skip
@@ -33,7 +33,7 @@ ENTERED = (SEGMENT, CLUSTER, GROUP)
 """Elements whose content is walked through."""
 
 AT_TOP = frozenset(
-    (EBML, SEGMENT, INFO, TRACKS, TAGS, CLUSTER, 0x114D9B74, 0x1C53BB6B, 0x1043A770, 0x1941A469)
+    (EBML, SEGMENT, INFO, TRACK_LIST, TAGS, CLUSTER, 0x114D9B74, 0x1C53BB6B, 0x1043A770, 0x1941A469)
 )
 IN_CLUSTER = frozenset((
     CLUSTER_TIME, SIMPLE_BLOCK, GROUP, BLOCK, 0xA7, 0xAB, 0xAF, 0xEC, 0xBF, 0x9B, 0xFA, 0xFB, 0xFD,
@@ -46,13 +46,13 @@ BLOCK_HEADER = 12
 INVISIBLE = 0x08
 """Flag of a block that is decoded but not shown: an alternative reference of VP8."""
 
-VIDEO = 1
+VIDEO_TRACK = 1
 """Kind of a video track."""
 
-LARGEST = 1 << 24
+LARGEST_FACTS = 1 << 24
 """Maximum size of the tracks or tags to read [bytes]."""
 
-SPARE = 2
+SPARE_PICTURES = 2
 """Number of pictures by which a track may exceed its last picture, which may last longer."""
 
 
@@ -81,7 +81,7 @@ class Film:
 
         :raises StopIteration: if there is none.
         """
-        return next(track for track in self.tracks if track[1] == VIDEO)
+        return next(track for track in self.tracks if track[1] == VIDEO_TRACK)
 
 
 @dataclass
@@ -160,8 +160,8 @@ def _visit(film: Film, walk: Walk, at: int) -> int:
         walk.time = int.from_bytes(walk.file.read(min(last - first, 8)), 'big')
     elif kind in (SIMPLE_BLOCK, BLOCK):
         _add_block(film, walk.time, walk.file.read(min(last - first, BLOCK_HEADER)))
-    elif kind in (INFO, TRACKS, TAGS):
-        _add_facts(film, kind, walk.file.read(min(last - first, LARGEST)))
+    elif kind in (INFO, TRACK_LIST, TAGS):
+        _add_facts(film, kind, walk.file.read(min(last - first, LARGEST_FACTS)))
     return first if kind in ENTERED else last
 
 
@@ -181,13 +181,14 @@ def _add_facts(film: Film, kind: int, content: bytes) -> None:
     """Take in what the file says about itself, its tracks, or their ends."""
     facts = list(children(content))
     if kind == INFO:
-        film.scale = int.from_bytes(dict(facts).get(SCALE, b''), 'big') or film.scale
-        film.end = real(dict(facts).get(DURATION, b''))
+        film.scale = int.from_bytes(dict(facts).get(TIME_SCALE, b''), 'big') or film.scale
+        film.end = real(dict(facts).get(FILM_LENGTH, b''))
     for part, inner in facts:
         values = dict(children(inner))
-        if (kind, part) == (TRACKS, TRACK):
+        if (kind, part) == (TRACK_LIST, TRACK_ENTRY):
             track_number, track_kind, uid = (
-                int.from_bytes(values.get(key, b''), 'big') for key in (NUMBER, KIND, UID)
+                int.from_bytes(values.get(key, b''), 'big')
+                for key in (TRACK_NUMBER, TRACK_KIND, TRACK_UID)
             )
             film.tracks.append((track_number, track_kind, uid))
         elif (kind, part) == (TAGS, TAG):
@@ -219,7 +220,7 @@ def _destroyed(film: Film) -> int:
     if 0 in film.breaks:
         gaps.append(int(times[0] + period))
     rest = _end(film) - float(times.max())
-    if rest > (SPARE + 1) * period:
+    if rest > (SPARE_PICTURES + 1) * period:
         gaps.append(int(rest))
     return sum(max(round(gap / period) - 1, 0) for gap in gaps)
 

@@ -13,6 +13,8 @@ from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
 from colortrack_ros.sources.edit_list import shown_pictures
 from colortrack_ros.sources.matroska import expected_pictures
+from colortrack_ros.sources.picture_size import Size
+from colortrack_ros.sources.picture_size import SizeWatch
 
 ROUNDING = 0.0005
 """Rounding of the times in a container [s]: Matroska has whole milliseconds, others are finer.
@@ -23,7 +25,7 @@ READ_ON = 250
 promises more: ten seconds at 25 Hz. In the damaged mp4 of test/sources, reading resumes with 25 and
 ends at the damage with 12. The value is ten times as large, since trying costs only time."""
 
-LEAST = 4
+LEAST_BYTES = 4
 """Assumed least size of a picture in a file [bytes]: a broken index may promise billions, each of
 which would be tried. Sizes and times alone take more."""
 
@@ -41,11 +43,17 @@ constant and gaps as losses. Assumed: it is 0.987 to 1 in ten videos with damage
 at most 0.67 in eleven with a variable rate."""
 
 
+CUTS = (4, 7) <= tuple(int(part) for part in cv2.__version__.split('.')[:2]) < (4, 13)
+"""Whether OpenCV cuts pictures of another size, and reads beyond the memory of smaller ones. Tried:
+4.10 to 4.12 do, 4.6 gives pictures as they are, 4.13 scales them."""
+
+
 class VideoSource(RecordedSource):
     """A video file, in any format that FFmpeg reads, with its own frame rate and times.
 
     Reading continues after damage. Stamps are the container's times, so lost pictures leave a gap.
-    In containers without times, such as AVI, they are k / rate.
+    In containers without times, such as AVI, they are k / rate. Pictures of another size than the
+    first are scaled to it, told, and counted as lost.
 
     :param rate: frames per second if the file does not specify it; 0: DEFAULT_RATE [Hz].
     :raises SourceError: if there is no such file, or no picture can be read from it.
@@ -58,6 +66,8 @@ class VideoSource(RecordedSource):
     _ended: bool
     _longest: float
     _following: int
+    _shape: tuple[int, ...]
+    _told: Size
 
     def __init__(self, spec: str, rate: float, clock: Now) -> None:
         if not Path(spec).is_file():
@@ -71,7 +81,7 @@ class VideoSource(RecordedSource):
         own_rate = self._capture.get(cv2.CAP_PROP_FPS)
         total = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
         shown = shown_pictures(spec)
-        self._most = Path(spec).stat().st_size // LEAST
+        self._most = Path(spec).stat().st_size // LEAST_BYTES
         self.total = total if shown is None else min(shown, total)
         self._estimated = shown is None
         if not any(self._capture.grab() for _ in range(READ_ON)):
@@ -80,7 +90,8 @@ class VideoSource(RecordedSource):
                 'mov or another format of FFmpeg'
             )
         super().__init__(own_rate if own_rate > 0 else rate or DEFAULT_RATE)
-        self._last, self._longest = -1.0, 1.0
+        self._last, self._longest, self._shape = -1.0, 1.0, ()
+        self._sizes = SizeWatch(spec)
         self.rewind()
 
     @staticmethod
@@ -99,24 +110,62 @@ class VideoSource(RecordedSource):
                 self._tell_missing()
             return None
         frame = self._frame_at(self._time(), image)
-        if not failed:
-            return frame
-        self._held = frame
+        time = frame.stamp * 1e-9
+        told = [f'{failed} pictures before {time:.3f} s cannot be read'] if failed else []
         self.lost += failed
         self._missing += failed
-        raise SourceError(
-            f'{self._path}: {failed} pictures before {frame.stamp * 1e-9:.3f} s cannot be read'
-        )
+        told += self._tell_size(time)
+        if not told:
+            return frame
+        self._held = frame
+        raise SourceError(f'{self._path}: {", and ".join(told)}')
+
+    def _check_size(self) -> None:
+        """End at a picture of another size if OpenCV cannot read it.
+
+        :raises SourceError: then.
+        """
+        if CUTS and self._sizes.changed and not self._ended:
+            self._ended = True
+            self.lost += max(self.total - self._given - self._missing, 1)
+            raise SourceError(
+                f'{self._path}: pictures change from {self._sizes}; to read the '
+                'rest needs OpenCV 4.13'
+            )
+
+    def _tell_size(self, time: float) -> list[str]:
+        """Count a picture that is not of the first size, and tell if the size has changed.
+
+        :param time: time of the picture [s].
+        """
+        sizes = self._sizes
+        self.lost += sizes.changed
+        before, self._told = self._told, sizes.now
+        if sizes.now == before or not any(before):
+            return []
+        if not sizes.changed:
+            return [f'from {time:.3f} s on, pictures have their first size again']
+        return [f'at {time:.3f} s, pictures change from {sizes}: scaled, and counted as lost']
 
     def _next_image(self) -> tuple[NDArray[np.uint8] | None, int]:
         """The next readable picture, None at the end, and the number of unreadable ones before."""
         tries = 1 + max(READ_ON, min(self.total, self._most) - self._given)
         for failed in range(tries if not self._ended else 0):
+            self._sizes.step()
+            self._check_size()
             read, image = self._capture.read()
             if read:
                 self._given += 1
-                return np.asarray(image, np.uint8), failed
+                return self._scaled(np.asarray(image, np.uint8)), failed
         return None, 0
+
+    def _scaled(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """The picture in the size of the first one; some versions of OpenCV do it themselves."""
+        self._shape = self._shape or image.shape
+        if image.shape == self._shape:
+            return image
+        height, width = self._shape[:2]
+        return np.asarray(cv2.resize(image, (width, height)), np.uint8)
 
     def _time(self) -> float:
         """The time of the current picture in frames, from the container if plausible."""
@@ -164,7 +213,11 @@ class VideoSource(RecordedSource):
         self._given = self._missing = self._following = 0
         self._held = None
         self._ended = False
+        self._sizes.close()
+        self._sizes = SizeWatch(self._path)
+        self._told = self._sizes.now
 
     def close(self) -> None:
         """Close the file."""
         self._capture.release()
+        self._sizes.close()

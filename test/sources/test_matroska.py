@@ -138,6 +138,7 @@ def test_broken_files_do_no_harm(path):
 
 
 @needs_ffmpeg
+@pytest.mark.slow
 @pytest.mark.parametrize('name', ['film.mkv', 'film.webm'])
 def test_pictures_that_end_before_the_sound_are_not_lost(tmp_path, name):
     codec = '-c:v libvpx -deadline realtime' if name.endswith('webm') else '-c:v mpeg4'
@@ -146,6 +147,7 @@ def test_pictures_that_end_before_the_sound_are_not_lost(tmp_path, name):
 
 
 @needs_ffmpeg
+@pytest.mark.slow
 def test_a_film_that_begins_late_has_lost_nothing(tmp_path):
     film = copied(tmp_path / 'late.mkv', encode(tmp_path / 'film.mp4'), before='-itsoffset 5')
     frames, told, source = watch(film)
@@ -153,6 +155,7 @@ def test_a_film_that_begins_late_has_lost_nothing(tmp_path):
 
 
 @needs_ffmpeg
+@pytest.mark.slow
 @pytest.mark.parametrize('place', [0.3, 0.6])
 def test_damage_to_a_film_of_varying_rate_is_told(tmp_path, place):
     film = encode(tmp_path / 'film.mkv', r'-vf select=gt(random(1)\,0.5) -c:v mjpeg -q:v 3')

@@ -265,6 +265,9 @@ def video_with(times, path, monkeypatch, count, rate):
             place[0] += 1
             return place[0] < len(times), np.zeros((4, 4, 3), np.uint8)
 
+        def set(self, which, value):
+            return False
+
         def grab(self):
             return self.read()[0]
 

@@ -6,12 +6,16 @@ import time
 import numpy as np
 import pytest
 from support.damaged import number_of
+from support.films import copied
 from support.films import encode
 from support.films import H264
 from support.films import needs_ffmpeg
 from support.films import watch
 
-pytestmark = needs_ffmpeg
+from colortrack_ros.sources import video
+from colortrack_ros.sources.picture_size import SizeWatch
+
+pytestmark = [needs_ffmpeg, pytest.mark.slow]
 
 
 @pytest.mark.parametrize('name', ['film.mp4', 'film.mkv'])
@@ -74,3 +78,67 @@ def test_every_picture_of_a_varying_rate_comes_at_its_time(tmp_path, name, kept)
     assert 30 < len(frames) < 70
     np.testing.assert_allclose(stamps, numbers - numbers[0], atol=0.02)
     assert (told, source.lost) == ([], 0)
+
+
+def joined(path, options, widths, extension):
+    """A film of parts of different widths, each of which begins with a header."""
+    parts = [path.with_name(f'{k}.{extension}') for k in range(len(widths))]
+    for part, width in zip(parts, widths, strict=True):
+        encode(part, f'-vf scale={width}:-2 {options}', count=20)
+    if path.suffix in ('.ts', '.h264', '.hevc', '.m2v'):
+        path.write_bytes(b''.join(part.read_bytes() for part in parts))
+        return path
+    parts_list = path.with_name('parts.txt')
+    parts_list.write_text(''.join(f'file {part}\n' for part in parts))
+    return copied(path, parts_list, before='-f concat -safe 0')
+
+
+SIZES = [
+    ('film.avi', '-c:v mjpeg -q:v 3', 'avi'),
+    ('film.ts', f'{B_FRAMES} -pix_fmt yuv420p', 'ts'),
+    ('film.h264', f'{B_FRAMES} -pix_fmt yuv444p', 'h264'),
+    ('film.mp4', f'{H264} -bsf:v dump_extra', 'mp4'),
+    ('film.m2v', '-c:v mpeg2video -q:v 3', 'm2v'),
+    ('film.webm', '-c:v libvpx -b:v 2M', 'webm'),
+    ('film9.webm', '-c:v libvpx-vp9 -deadline realtime -b:v 2M', 'webm'),
+    ('film.hevc', '-c:v libx265 -x265-params log-level=none -pix_fmt yuv420p', 'hevc'),
+]
+
+
+@pytest.mark.parametrize(('name', 'options', 'part'), SIZES, ids=[name for name, *_ in SIZES])
+def test_a_change_of_the_size_of_the_pictures_is_told(tmp_path, name, options, part):
+    film = joined(tmp_path / name, options, (160, 80, 160), part)
+    frames, told, source = watch(film)
+    assert {frame.image.shape for frame in frames} == {(96, 160, 3)}
+    assert len(frames) >= 56
+    assert len(told) == 2
+    assert '160x96 to 80x48' in told[0]
+    assert 'first size again' in told[1]
+    assert source.lost == pytest.approx(20, abs=2)
+
+
+@pytest.mark.parametrize('size', ['158x90', '162x98', '1918x1078', '16x16'])
+@pytest.mark.parametrize(
+    ('name', 'options'),
+    [
+        ('film.h264', f'{H264} -preset veryfast'),
+        ('film.h264', '-c:v libx264 -pix_fmt yuv422p -flags +ildct'),
+        ('film.mp4', '-c:v libx265 -x265-params log-level=none'),
+        ('film.webm', '-c:v libvpx-vp9 -deadline realtime -pix_fmt yuv444p'),
+        ('film.avi', '-c:v mjpeg'),
+    ],
+)
+def test_the_size_is_what_the_reader_gives(tmp_path, name, options, size):
+    width, height = (int(part) for part in size.split('x'))
+    film = encode(tmp_path / name, f'-vf scale={width}:{height} {options}', count=1)
+    sizes = SizeWatch(str(film))
+    sizes.step()
+    assert sizes.now == (width, height)
+
+
+def test_other_versions_of_opencv_end_where_the_size_changes(tmp_path, monkeypatch):
+    monkeypatch.setattr(video, 'CUTS', True)
+    film = joined(tmp_path / 'film.avi', '-c:v mjpeg', (160, 80, 160), 'avi')
+    frames, told, source = watch(film)
+    assert (len(frames), len(told), source.lost) == (20, 1, 40)
+    assert '160x96 to 80x48' in told[0]
