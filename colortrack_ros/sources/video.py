@@ -12,6 +12,7 @@ from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
 from colortrack_ros.sources.edit_list import shown_pictures
+from colortrack_ros.sources.ends import last_picture
 from colortrack_ros.sources.matroska import expected_pictures
 from colortrack_ros.sources.picture_size import Size
 from colortrack_ros.sources.picture_size import SizeWatch
@@ -186,9 +187,11 @@ class VideoSource(RecordedSource):
     def _tell_missing(self) -> None:
         """Raise an error for pictures that the container claims but that were never read."""
         self._ended = True
-        counted = expected_pictures(self._path)
+        counted, end = expected_pictures(self._path), last_picture(self._path)
         if counted is not None:
             self.total = counted
+        elif end is not None and self.total:
+            self.total = round(max(end * self._rate, self._last - self._first)) + 1
         missing = self.total - self._given - self._missing
         if missing > 0 if counted else missing > ESTIMATE and not self._is_varying():
             self.lost += missing

@@ -10,6 +10,7 @@ from support.films import copied
 from support.films import encode
 from support.films import H264
 from support.films import needs_ffmpeg
+from support.films import overwritten
 from support.films import watch
 
 from colortrack_ros.sources import video
@@ -142,3 +143,21 @@ def test_other_versions_of_opencv_end_where_the_size_changes(tmp_path, monkeypat
     frames, told, source = watch(film)
     assert (len(frames), len(told), source.lost) == (20, 1, 40)
     assert '160x96 to 80x48' in told[0]
+
+
+@pytest.mark.parametrize('name', ['film.ts', 'film.m2ts', 'film.mpg', 'film.flv', 'film.mp4'])
+@pytest.mark.parametrize('late', [0, 2])
+def test_sound_that_begins_earlier_or_ends_later_is_no_loss(tmp_path, name, late):
+    options = f'{H264} -c:a mp2' if name[-3:] in ('.ts', 'mpg', '2ts') else f'{H264} -ar 44100'
+    film = encode(tmp_path / name, options, sound=9.0, late=late)
+    frames, told, source = watch(film)
+    assert (len(frames), told, source.lost) == (100, [], 0)
+
+
+@pytest.mark.parametrize('name', ['film.ts', 'film.flv'])
+def test_pictures_that_are_missing_of_a_film_with_sound_are_told(tmp_path, name):
+    film = encode(tmp_path / name, f'{H264} -c:a mp3 -ar 44100', sound=9.0)
+    overwritten(film, 0.2, 0.3, np.random.default_rng(0))
+    frames, told, source = watch(film)
+    assert told
+    assert source.lost == pytest.approx(100 - len(frames), abs=1)

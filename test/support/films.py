@@ -16,10 +16,15 @@ needs_ffmpeg = pytest.mark.skipif(not shutil.which('ffmpeg'), reason='needs the 
 H264 = '-c:v libx264 -preset ultrafast -g 25 -pix_fmt yuv420p'
 
 
-def encode(path, options=H264, sound=0.0, count=COUNT):
-    """A film of pictures that carry their number, with some seconds of sound."""
+def encode(path, options=H264, sound=0.0, count=COUNT, late=0):
+    """A film of pictures that carry their number, with some seconds of sound.
+
+    :param late: how much later than the sound they begin [s].
+    """
     noise = f'-f lavfi -t {sound} -i anoisesrc=a=0.1'.split() if sound else []
     pictures = f'-f rawvideo -pix_fmt bgr24 -s 160x96 -r {RATE} -i -'.split()
+    if late:
+        options += f' -vf setpts=PTS+{late}/TB -vsync vfr'
     subprocess.run(
         ['ffmpeg', '-v', 'error', '-y', *pictures, *noise, *options.split(), str(path)],
         input=b''.join(numbered(k).tobytes() for k in range(count)),
