@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
+from colortrack_ros.sources.avi import indexed_pictures
 from colortrack_ros.sources.base import DEFAULT_RATE
 from colortrack_ros.sources.base import RecordedSource
 from colortrack_ros.sources.base import SourceError
@@ -31,8 +32,8 @@ LEAST_BYTES = 4
 which would be tried. Sizes and times alone take more."""
 
 ESTIMATE = 2
-"""Number of pictures by which a container may overstate its length: Matroska gives a duration,
-which includes the sound."""
+"""Number of pictures by which a container without damage may overstate its length, which may be
+estimated from its duration."""
 
 SAME_PERIOD = 0.1
 """Largest deviation of the time between two pictures from the period [share of the period]. Chosen:
@@ -187,13 +188,15 @@ class VideoSource(RecordedSource):
     def _tell_missing(self) -> None:
         """Raise an error for pictures that the container claims but that were never read."""
         self._ended = True
-        counted, end = expected_pictures(self._path), last_picture(self._path)
-        if counted is not None:
-            self.total = counted
+        counted, indexed = expected_pictures(self._path), indexed_pictures(self._path)
+        end = last_picture(self._path)
+        if counted is not None or indexed is not None:
+            self.total, self._estimated = counted or indexed or 0, False
         elif end is not None and self.total:
             self.total = round(max(end * self._rate, self._last - self._first)) + 1
         missing = self.total - self._given - self._missing
-        if missing > 0 if counted else missing > ESTIMATE and not self._is_varying():
+        spare = 0 if counted is not None or self._missing else ESTIMATE
+        if missing > spare and not self._is_varying():
             self.lost += missing
             raise SourceError(
                 f'{self._path}: should have {self.total} pictures, {missing} more are missing'

@@ -161,3 +161,16 @@ def test_pictures_that_are_missing_of_a_film_with_sound_are_told(tmp_path, name)
     frames, told, source = watch(film)
     assert told
     assert source.lost == pytest.approx(100 - len(frames), abs=1)
+
+
+@pytest.mark.parametrize('place', [None, 0.3, 0.6])
+def test_damage_to_an_avi_file_of_varying_rate_is_told_and_empty_places_are_not(tmp_path, place):
+    film = encode(tmp_path / 'film.avi', r'-vf select=gt(random(1)\,0.2) -vsync vfr -c:v mjpeg')
+    whole = watch(film)
+    assert (whole[1], whole[2].lost, whole[2].total) == ([], 0, len(whole[0]))
+    if place:
+        frames, told, source = watch(
+            overwritten(film, place, place + 0.1, np.random.default_rng(0))
+        )
+        assert source.lost == len(whole[0]) - len(frames) > 0
+        assert told
