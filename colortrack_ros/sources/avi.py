@@ -8,6 +8,7 @@ from typing import BinaryIO
 import numpy as np
 
 from colortrack_ros.files import open_file
+from colortrack_ros.sources.ebml import find
 from colortrack_ros.sources.edit_list import LARGEST_INDEX
 
 RIFF_HEADER, CHUNK_HEADER = 12, 8
@@ -44,13 +45,18 @@ def _index(file: BinaryIO) -> bytes:
     head = file.read(RIFF_HEADER)
     end = CHUNK_HEADER + int.from_bytes(head[4:8], 'little')
     file.seek(end)
-    if head[:4] + head[8:] != b'RIFFAVI ' or end > size or file.read(4) == b'RIFF':
+    if head[:4] + head[8:] != b'RIFFAVI ' or file.read(4) == b'RIFF':
         raise ValueError('no AVI file of one part')
-    while at + CHUNK_HEADER <= end:
+    kind = b''
+    while at + CHUNK_HEADER <= size and kind != b'idx1':
         file.seek(at)
         kind, length = file.read(4), int.from_bytes(file.read(4), 'little')
-        if kind == b'idx1':
-            content = file.read(min(length, LARGEST_INDEX))
-            return content[: len(content) // INDEX_ENTRY.itemsize * INDEX_ENTRY.itemsize]
         at += CHUNK_HEADER + length + length % 2
-    raise ValueError('no index')
+    if kind != b'idx1':  # bytes are missing or were inserted
+        at = find(file, b'idx1', RIFF_HEADER)
+        if at < 0:
+            raise ValueError('no index')
+        file.seek(at + 4)
+        length = int.from_bytes(file.read(4), 'little')
+    content = file.read(min(length, LARGEST_INDEX))
+    return content[: len(content) // INDEX_ENTRY.itemsize * INDEX_ENTRY.itemsize]

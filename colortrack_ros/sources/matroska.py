@@ -133,6 +133,8 @@ def _walk(file: BinaryIO) -> Film:
         try:
             at = _visit(film, walk, at)
         except ValueError:
+            if film.times[film.breaks[-1] if film.breaks else 0 :]:
+                film.times.pop()  # its length is wrong, and maybe its time
             film.breaks.append(len(film.times))
             at = find(file, CLUSTER.to_bytes(4, 'big'), at + 1)
     return film

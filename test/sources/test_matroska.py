@@ -97,6 +97,14 @@ def test_what_damage_destroys_is_estimated_from_the_times_around_it(path, times,
     assert expected_pictures(str(path)) == pytest.approx(len(times), abs=spread)
 
 
+@pytest.mark.parametrize('time', [30000, -30000])
+def test_the_time_of_a_block_in_front_of_damage_is_not_believed(path, time):
+    head, tail = write(path, EVEN, 4000.0).read_bytes().rsplit(b'\x1f\x43\xb6\x75', 1)
+    block = element('A3', struct.pack('>BhB', 0x80 | VIDEO, time, 0))
+    path.write_bytes(head + b'\x1f\x43\xb6\x75' + tail[:21] + block + bytes(3000))
+    assert expected_pictures(str(path)) == len(EVEN)
+
+
 def test_what_is_appended_is_no_damage(path):
     rng = np.random.default_rng(0)
     path.write_bytes(write(path, EVEN, 9500.0, True).read_bytes() + rng.bytes(5000))

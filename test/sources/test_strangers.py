@@ -174,3 +174,13 @@ def test_damage_to_an_avi_file_of_varying_rate_is_told_and_empty_places_are_not(
         )
         assert source.lost == len(whole[0]) - len(frames) > 0
         assert told
+
+
+def test_bytes_that_are_missing_of_an_avi_file_leave_its_index(tmp_path):
+    film = encode(tmp_path / 'film.avi', r'-vf select=gt(random(1)\,0.4) -vsync vfr -c:v mjpeg')
+    content, total = film.read_bytes(), len(watch(film)[0])
+    film.write_bytes(content[:50_000] + content[90_000:])
+    frames, told, source = watch(film)
+    assert told
+    assert source.total == total
+    assert source.lost == total - len(frames) > 0
