@@ -52,6 +52,7 @@ class Foreground:
     where the current one differs from both earlier ones.
 
     :ivar is_new: whether another scene starts with this frame.
+    :ivar is_seen: whether this frame was compared with a background that is not covered.
     :ivar is_busy: whether this frame, and not the last one, updated the background, so that other
         work that takes time can wait for the next one.
     """
@@ -59,6 +60,7 @@ class Foreground:
     def __init__(self, config: ContourConfig) -> None:
         self._background, self._next = StillBackground(), StillBackground()
         self._change, self.is_new = SceneChange(), False
+        self.is_seen = False
         self._looked = self.is_busy = False
         self.configure(config)
         self.restart()
@@ -98,7 +100,7 @@ class Foreground:
 
         :param known: see find_areas.
         """
-        self.is_new = False
+        self.is_new = self.is_seen = False
         if self._config.start == 'targets':
             return None
         if self._config.start == 'difference':
@@ -114,6 +116,7 @@ class Foreground:
             unknown[top : bottom + 1, left : right + 1] = 0
         if cv2.countNonZero(unknown) > MAX_FOREGROUND * unknown.size:
             return None
+        self.is_seen = self._config.start == 'background'
         still = self._clutter > CLUTTER_SHARE
         mask = np.where(still, np.uint8(0), self._mask)
         picture = channels_of(frame)

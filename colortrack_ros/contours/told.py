@@ -6,13 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import FITS
+from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.boxes import Floats
 from colortrack_ros.contours.boxes import overlaps
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.filters import Indices
 from colortrack_ros.contours.lines import find_edges
+from colortrack_ros.contours.records import begin
 from colortrack_ros.contours.spline import Spline
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import Frame
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 
 LEAST_BOX_SIDE = 4.0
@@ -20,6 +26,29 @@ LEAST_BOX_SIDE = 4.0
 
 MAX_LINE = 200
 """Longest measurement line [px]: the maximum of line_length."""
+
+
+def begin_told(
+    tracks: TrackTable[Contours],
+    waiting: WaitingBoxes,
+    frame: Frame,
+    spline: Spline,
+    config: ContourConfig,
+    stamp: int,
+) -> None:
+    """Start targets in waiting boxes, at the edges next to ellipses in them.
+
+    :param stamp: now [ns].
+    """
+    if not len(waiting):
+        return
+    free, own = config.max_targets - len(tracks), boxes(spline.outline(tracks.filters.nodes))
+    new, same = begin_in(waiting, own, frame.image.shape, free)
+    begin(tracks, contours_in(new, frame.image, spline, config), spline, stamp)['told'] = True
+    records = tracks.records
+    records['told'][same] = True
+    records['moved'] |= records['told']
+    records['state'][records['told'] & (records['state'] == TENTATIVE)] = CONFIRMED
 
 
 def begin_in(

@@ -34,9 +34,7 @@ from colortrack_ros.contours.regions import OwnAreas
 from colortrack_ros.contours.reunion import resume
 from colortrack_ros.contours.scene_change import OTHER_SCENE
 from colortrack_ros.contours.spline import Spline
-from colortrack_ros.contours.told import begin_in
-from colortrack_ros.contours.told import contours_in
-from colortrack_ros.data import CONFIRMED
+from colortrack_ros.contours.told import begin_told
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
@@ -149,8 +147,9 @@ class ContourTracker:
             self._initiate(areas.take(nobodys & (follows | ~areas.cut.any(axis=1))), predicted)
             outlines = self._spline.outline(self._tracks.filters.nodes[self._is_known()])
             self._foreground.learn_clutter(boxes(outlines), dt)
-        self._begin_told(frame)
-        rows, outlines = published(self._tracks, self._spline, self.config, self._clock.now)
+        begin_told(self._tracks, self.waiting, frame, self._spline, self.config, self._clock.now)
+        now, foreground = self._clock.now, self._foreground
+        rows, outlines = published(self._tracks, self._spline, self.config, now, foreground)
         return Tracks(rows, frame.stamp, frame.frame_id, self._clock.tell_restart(), outlines)
 
     def _lives_on(self) -> Bools:
@@ -283,16 +282,3 @@ class ContourTracker:
         records = begin(self._tracks, contours, self._spline, self._clock.now)
         records['by_area'] = self.config.outline == 'area'
         records['inner'] = is_within(new.areas.box, predicted)
-
-    def _begin_told(self, frame: Frame) -> None:
-        """Start targets in waiting boxes, at the edges next to ellipses in them."""
-        if not len(self.waiting):
-            return
-        tracks, free = self._tracks, self.config.max_targets - len(self._tracks)
-        own = boxes(self._spline.outline(tracks.filters.nodes))
-        new, same = begin_in(self.waiting, own, frame.image.shape, free)
-        contours = contours_in(new, frame.image, self._spline, self.config)
-        begin(tracks, contours, self._spline, self._clock.now)['told'] = True
-        tracks.records['told'][same] = True
-        tracks.records['moved'] |= tracks.records['told']
-        tracks.records['state'][tracks.records['told'] & ~self._is_known()] = CONFIRMED

@@ -5,6 +5,7 @@ import pytest
 from support.contour_pictures import EMPTY
 from support.contour_pictures import errors
 from support.contour_pictures import follow
+from support.contour_pictures import frame
 from support.contour_pictures import known
 from support.contour_pictures import picture
 from support.contour_pictures import pictures
@@ -12,6 +13,7 @@ from support.contour_pictures import QUICK
 from support.contour_pictures import straight
 
 from colortrack_ros.contours import ContourConfig
+from colortrack_ros.contours import ContourTracker
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import TENTATIVE
@@ -105,10 +107,21 @@ def test_what_was_there_from_the_beginning_leaves_no_ghost():
 
 
 @pytest.mark.slow
+def test_what_moves_is_tentative_while_the_background_is_learned():
+    tracker, shown = ContourTracker(ContourConfig()), pictures('quadrilateral', 60)
+    results = [tracker.update(frame(image, k)) for k, image in enumerate(shown)]
+    learned = round(1.5 * 24)
+    assert not any(known(tracks).any() for tracks in results[:learned])
+    assert all(known(tracks).any() for tracks in results[learned:])
+    tracker.learn_background()
+    assert known(tracker.update(frame(shown[-1], 60))).any()
+
+
+@pytest.mark.slow
 def test_a_target_that_is_gone_coasts_and_is_given_up_in_time():
     shown = pictures('quadrilateral', 30) + pictures('quadrilateral', EMPTY)[:1] * 30
     config = replace(QUICK, max_time_since_update=0.5)
-    for least, count in ((0.0, 12), (0.5, 6)):
+    for least, count in ((0.0, 12), (0.5, 2)):
         results = follow(shown, replace(config, min_score=least))
         states = [tracks.rows['state'].tolist() for tracks in results[30:]]
         assert states == [[COASTING]] * count + [[]] * (30 - count)

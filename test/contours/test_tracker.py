@@ -46,7 +46,9 @@ def test_a_target_that_was_growing_keeps_its_size_while_it_is_hidden():
         return (40 + 2.5 * max(k - EMPTY, 0), 120.0), 20 + 0.3 * max(k - EMPTY, 0)
 
     cover = (slice(None), slice(150, 240)), 120
-    results = follow(pictures('quadrilateral', 75, place, cover=cover), QUICK)
+    results = follow(
+        pictures('quadrilateral', 75, place, cover=cover), replace(QUICK, min_score=0.0)
+    )
     rows = np.concatenate([tracks.rows for tracks in results])
     hidden = np.flatnonzero(rows['state'] == COASTING)
     assert len(hidden) > 5
