@@ -4,6 +4,7 @@ The filters hold the motion of objects relative to it. Published velocities are 
 picture, so nothing depends on how common motion is split between camera and objects.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from colortrack_ros.data import Viewpoint
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
+from colortrack_ros.tracking.ego_motion import count_found
 from colortrack_ros.tracking.ego_motion import EgoMotion
 from colortrack_ros.tracking.ego_motion import find_ego_motion
 from colortrack_ros.tracking.ego_motion import STANDING
@@ -21,6 +23,7 @@ from colortrack_ros.tracking.recent import Recent
 from colortrack_ros.tracking.recent import Z
 
 Floats = NDArray[np.float64]
+Find = Callable[[Floats, Floats, Floats], EgoMotion | None]
 
 UNSTEADINESS_MEMORY = 5
 """Frames over which changes of the camera's motion are averaged. Assumed: a pan starts and ends."""
@@ -29,6 +32,9 @@ STEADY_FRAMES = 3
 """Frames without a change after which the camera's motion is added to that of the objects: the
 filters of all of them estimate it better than two frames do. Assumed."""
 
+ALERT = 1.0
+"""Time after a change of the camera's motion in which every motion that most objects share is taken
+for the camera's [s]: one that was moved goes on, or back. Assumed."""
 
 CAMERA_FIELDS = [('nearness', 'f8'), ('left', 'i8')]
 """Camera fields of a track: inverse distance of its object from a camera of known pose [1/m]; stamp
@@ -98,7 +104,7 @@ class Camera:
         self._motion: EgoMotion | Turn = STANDING
         self._dt = 1.0
         self._viewpoint: Viewpoint | None = None
-        self._change2, self._steady = np.zeros(2), 0
+        self._change2, self._steady, self._alert = np.zeros(2), 0, 0.0
 
     @property
     def is_known(self) -> bool:
@@ -119,7 +125,14 @@ class Camera:
         """Whether the camera did not move."""
         return self._motion is STANDING
 
-    def follow(self, expected: Floats, variance: Floats, z: Floats, dt: float) -> None:
+    @property
+    def is_watched(self) -> bool:
+        """Whether the camera moves, or has moved within ALERT."""
+        return self._alert > 0 or not self.stands
+
+    def follow(
+        self, expected: Floats, variance: Floats, z: Floats, dt: float, find: Find = find_ego_motion
+    ) -> None:
         """Advance to the next frame, and correct the motion by its detections.
 
         :param expected: (N, 2) positions predicted without the camera's motion, of objects measured
@@ -127,16 +140,22 @@ class Camera:
         :param variance: (N, 2) of the predictions plus the measurements [px^2].
         :param z: (M, 2) detections [px].
         :param dt: since the last frame [s].
+        :param find: find_ego_motion, or find_jump for a camera that is expected to stand.
         """
         assert isinstance(self._motion, EgoMotion)
         last = self._motion.during(dt / self._dt)
         self._motion, self._dt = last, dt
         if not len(z):
             return
-        change = find_ego_motion(last.of(expected), variance, z)
-        self._steady += 1
+        moved = last.of(expected)
+        change = find(moved, variance, z)
+        self._steady, self._alert = self._steady + 1, self._alert - dt
         if change is not None:
-            self._motion, self._steady = change.after(last), 0
+            self._motion, self._steady, self._alert = change.after(last), 0, ALERT
+        elif last is not STANDING:
+            found, still = (count_found(x, variance, z) for x in (moved, expected))
+            if 2 * found < len(expected) and still >= found:
+                self._motion = STANDING  # it shakes
         if len(expected) and not (self.stands and last is STANDING):
             moved = (self._motion.of(expected) - last.of(expected)).mean(axis=0) / dt
             self._change2 += (moved**2 - self._change2) / UNSTEADINESS_MEMORY

@@ -110,11 +110,12 @@ class TrackerConfig(TimeLimits):
         True, 'Whether the bounding boxes tell when an object is cut or merged with another.'
     )
     ego_motion: str = parameter(
-        'none',
+        'auto',
         "How the camera's own motion is known: none, it stands; detections, by what the motions of "
-        'most objects, at least five, have in common; odometry, by where the robot and the camera '
-        'on it are (pose_source): what leaves the picture by that is remembered (max_hidden).',
-        choices=('none', 'detections', 'odometry'),
+        'most objects, at least five, have in common; auto, so while it is evident, else it '
+        'stands; odometry, by where the robot and the camera on it are (pose_source): what leaves '
+        'the picture by that is remembered (max_hidden).',
+        choices=('none', 'auto', 'detections', 'odometry'),
     )
     max_detections: int = parameter(
         10_000,

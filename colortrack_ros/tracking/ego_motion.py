@@ -26,7 +26,8 @@ half a picture of 640 px in 70 ms."""
 
 MOST = 0.8
 """Share of the objects, or of the detections if fewer, that must agree with a camera that has not
-moved to end the search: 95 % are detected, and a few maneuver. Assumed."""
+moved to end the search, and of the objects with the motion of one that stood: 95 % are detected,
+and a few maneuver. Assumed."""
 
 NEAR_SIGMAS = 3.0
 """Largest distance, on each axis, of a detection that agrees with a prediction; 99.5 % of the
@@ -119,6 +120,31 @@ def find_ego_motion(expected: Floats, variance: Floats, z: Floats) -> EgoMotion 
     if found is None:
         return None if motion is STANDING else motion
     return found.after(motion)
+
+
+def find_jump(expected: Floats, variance: Floats, z: Floats) -> EgoMotion | None:
+    """Return the motion of a camera that stood, None unless it is evident.
+
+    It is if less than half of the objects are found where they are expected, and MOST with the
+    motion, each by a detection of its own.
+
+    :param expected, variance, z: as those of find_ego_motion().
+    """
+    if len(expected) < FEWEST or 2 * count_found(expected, variance, z) >= len(expected):
+        return None
+    motion = find_ego_motion(expected, variance, z)
+    if motion is None:
+        return None
+    agrees, nearest = _agreeing(z, motion.of(expected), np.sqrt(variance))
+    return motion if len(np.unique(nearest[agrees])) >= MOST * len(expected) else None
+
+
+def count_found(expected: Floats, variance: Floats, z: Floats) -> int:
+    """Return how many objects have a detection where they are expected.
+
+    :param expected, variance, z: as those of find_ego_motion().
+    """
+    return int(np.count_nonzero(_agreeing(z, expected, np.sqrt(variance))[0]))
 
 
 def _nearest(z: Floats, x: Floats) -> NDArray[np.intp]:

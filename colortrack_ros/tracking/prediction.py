@@ -16,6 +16,8 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.adaptation import LEAST_SPEED
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.ego_motion import find_ego_motion
+from colortrack_ros.tracking.ego_motion import find_jump
 from colortrack_ros.tracking.growth import grow
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
@@ -126,8 +128,8 @@ def predict(
     if config.process_noise:
         records['astray'] = 0.0  # what is given holds, unseen as well
     bank.predict(dt, variance, known_acceleration(records, config))
-    if config.ego_motion == 'detections' and dt > 0:
-        _follow_camera(tracks, measurements, learned, step)
+    if config.ego_motion == 'detections' or learned.camera.is_watched:
+        _follow_camera(tracks, measurements, learned, step, config)
     if dt > 0:
         learned.camera.carry(tracks)
     unseen = tracks.unmeasured(step.now)
@@ -136,6 +138,27 @@ def predict(
         records['visible'], records['hidden'], dt, config.max_time_since_update
     )
     return _expect(tracks, unseen, measurements, learned, config, step)
+
+
+def predict_with_camera(
+    tracks: TrackTable[Bank],
+    measurements: Measurements,
+    learned: Adaptation,
+    config: TrackerConfig,
+    step: Step,
+) -> Prediction | None:
+    """Predict again if most objects have turned at once because the camera has moved.
+
+    :param tracks: as predicted with a camera that stands.
+    :return: None if the camera stands, or has been followed already.
+    """
+    if config.ego_motion != 'auto' or learned.camera.is_watched:
+        return None
+    _follow_camera(tracks, measurements, learned, step, config)
+    if learned.camera.stands:
+        return None
+    learned.camera.carry(tracks)
+    return _expect(tracks, tracks.unmeasured(step.now), measurements, learned, config, step)
 
 
 def _expect(
@@ -200,11 +223,16 @@ def _follow_camera(
     measurements: Measurements,
     learned: Adaptation,
     step: Step,
+    config: TrackerConfig,
 ) -> None:
     """Estimate the motion common to the tracks that were measured in the last frame."""
+    if config.ego_motion not in ('auto', 'detections') or step.dt <= 0:
+        return
     fresh = tracks.unmeasured(step.now) < LAST_FRAME * step.dt
     mean, cov = tracks.filters.estimate()
     variance = np.minimum(cov.diagonal(axis1=1, axis2=2)[fresh, :2], (LEAST_SPEED * step.dt) ** 2)
     if len(measurements):
         variance += np.median(measurements.variance, axis=0)
-    learned.camera.follow(mean[fresh, :2], variance, measurements.z, step.dt)
+    always = config.ego_motion == 'detections' or learned.camera.is_watched
+    find = find_ego_motion if always else find_jump
+    learned.camera.follow(mean[fresh, :2], variance, measurements.z, step.dt, find)

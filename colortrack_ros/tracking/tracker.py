@@ -39,6 +39,7 @@ from colortrack_ros.tracking.memory import Memory
 from colortrack_ros.tracking.merge_split import merge_split
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import predict
+from colortrack_ros.tracking.prediction import predict_with_camera
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.prediction import Step
 from colortrack_ros.tracking.records import FIELDS
@@ -59,6 +60,12 @@ AFRESH = ('motion_model', 'acceleration', 'trust', 'population')
 
 MOST_NEW = 10
 """Unassociated blobs whose sizes are learned from in a frame, to bound its time. Assumed."""
+
+USUALLY = 0.8
+"""Share of the tracks of which blobs say that they go on as predicted, above which nobody looks for
+the camera's motion: 95 % are detected, and few turn. Assumed."""
+
+NOBODY = np.zeros(0, np.intp)
 
 
 class Tracker:
@@ -119,14 +126,13 @@ class Tracker:
         doubts = reconsider(tracks, self._doubts, blobs, learned, config, step)
         prediction = predict(tracks, blobs, learned, config, step)
         self._follow_camera(step)
-        track, blob = gate(prediction, blobs, config)
-        hypotheses = hypothesize(prediction, blobs, track, blob)
+        prediction, hypotheses = self._hypothesize(prediction, blobs)
         gain = score(hypotheses, prediction, blobs, config)
         associated = self._associate(hypotheses, gain, len(blobs))
         defer(hypotheses, gain, associated, prediction, blobs)
         blobs, associated = merge_split(prediction, blobs, associated, learned.overlaps)
         associated, shared = share_centroids(prediction, blobs, associated, learned.resolution)
-        members = shared.member if shared is not None else np.zeros(0, np.intp)
+        members = shared.member if shared is not None else NOBODY
         associated = take_strays(prediction, blobs, associated, members, config)
         self._doubts = join(doubts, doubt(prediction, associated))
         update(tracks, prediction, blobs, associated, learned, config)
@@ -174,6 +180,21 @@ class Tracker:
         if self.config.ego_motion == 'odometry' and not again:
             self._adaptation.camera.turn(detections.viewpoint, self._clock.now, self._period)
         return Step(self._clock.now, dt, self._period, again)
+
+    def _hypothesize(
+        self, prediction: Prediction, blobs: Measurements
+    ) -> tuple[Prediction, Hypotheses]:
+        """Compare blobs with tracks, and again if the camera turns out to have moved."""
+        config, step = self.config, prediction.step
+        hypotheses = hypothesize(prediction, blobs, *gate(prediction, blobs, config))
+        prior = prediction.maneuvered[hypotheses.track]
+        going_on = np.count_nonzero(hypotheses.innovations.maneuvered <= prior)
+        if going_on < USUALLY * len(prediction.center):
+            again = predict_with_camera(self._tracks, blobs, self._adaptation, config, step)
+            if again:
+                self._follow_camera(step)
+                return again, hypothesize(again, blobs, *gate(again, blobs, config))
+        return prediction, hypotheses
 
     def _associate(
         self, hypotheses: Hypotheses, gain: NDArray[np.float64], count: int

@@ -49,6 +49,9 @@ OUTAGE, DIM = 0.01, 0.1
 """Probability that the camera or the detector fails in a frame, and that an object is detected
 nevertheless. Assumed: one frame in 3 s, and one object in ten."""
 
+MISSED_DIM, NO_OUTAGE_ODDS = 1 - DIM, (1 - OUTAGE) / OUTAGE
+"""Probability that an object is missed in an outage, and the odds against one."""
+
 SURE = 0.9
 """Least probability of being visible of the tracks that indicate an outage: tentative tracks on
 clutter, which is detected once, would indicate one in every frame. Assumed."""
@@ -71,7 +74,7 @@ def update(
 ) -> None:
     """Update filters, existence and sizes, and learn from the frame."""
     pairs, probability = associated.pairs, associated.probability
-    measured = np.zeros(len(prediction.records), bool)
+    measured = np.zeros(len(prediction.center), bool)
     measured[pairs.track] = True
     _update_existence(prediction, pairs, measured)
     _learn_disappearances(prediction, pairs, measured, learned)
@@ -105,7 +108,7 @@ def _record_hits(
 ) -> None:
     """Record which tracks were measured, where, and their sizes."""
     records = tracks.records
-    every = len(taken) == len(records)
+    every = len(taken) == len(prediction.center)
     track = slice(None) if every else taken.track
     if prediction.step.again or not every:
         records['misses'] += not prediction.step.again
@@ -127,7 +130,7 @@ def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses) -> No
         e ~ N(-v s, S + speed^2 s^2)    g = speed^2 s / (S + speed^2 s^2)
         v' = g (e + v s)                var v' = speed^2 (1 - g s)
     """
-    every = len(taken) == len(records)
+    every = len(taken) == len(prediction.center)
     rows = slice(None) if every else taken.track
     if not (every or prediction.step.again):
         records['unsettled'] = 0.0
@@ -188,9 +191,9 @@ def _missed(visible: Floats, measured: Bools, p: float) -> float:
     sure = visible > SURE
     hits = np.count_nonzero(sure & measured)
     misses = max(np.count_nonzero(sure) - 1 - hits, 0)
-    log_odds = hits * math.log(DIM / p) + misses * math.log((1 - DIM) / (1 - p))
-    outage = 1 / (1 + math.exp(min(-log_odds, 700.0)) * (1 - OUTAGE) / OUTAGE)
-    return outage * (1 - DIM) + (1 - outage) * (1 - p)
+    log_ratio = hits * math.log(p / DIM) + misses * math.log((1 - p) / MISSED_DIM)
+    outage = 1 / (1 + math.exp(min(log_ratio, 700.0)) * NO_OUTAGE_ODDS)
+    return outage * MISSED_DIM + (1 - outage) * (1 - p)
 
 
 def _learn_disappearances(
