@@ -20,6 +20,7 @@ def test_95_percent_is_what_the_chi_squared_distribution_says():
     assert pytest.approx(chdtri(2, 0.05)) == ELLIPSE_95
 
 
+@pytest.mark.slow
 @given(
     st.floats(1e-2, 1e3),
     st.floats(0.01, 0.99),

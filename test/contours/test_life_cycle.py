@@ -59,6 +59,7 @@ def test_what_is_small_has_to_be_there_for_longer(radius):
     assert row['age'] == pytest.approx(np.sqrt(QUICK.min_area / row['area']), abs=0.06)
 
 
+@pytest.mark.slow
 def test_what_moved_before_it_was_there_for_long_is_confirmed_though_it_stands():
     def place(k):
         return (100.0 + 3 * min(k - EMPTY, 6), 120.0), 9.0

@@ -45,6 +45,7 @@ def polygon_moments(points):
     return area, moment / area
 
 
+@pytest.mark.slow
 @given(st.integers(0, 1000), st.integers(6, 20), st.booleans())
 @settings(max_examples=30, deadline=None)
 def test_outlines_and_normals_are_those_of_the_textbook(seed, n, interpolating):

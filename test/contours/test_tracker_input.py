@@ -18,6 +18,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.encodings import LAYOUTS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('k', [-5, 400])
 def test_a_jump_of_the_stamps_starts_afresh(k):
     tracker = ContourTracker(QUICK)

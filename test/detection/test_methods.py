@@ -38,6 +38,7 @@ def channel_difference(frame, channel, threshold):
     return len(u), u.mean(), v.mean(), u.min(), v.min(), np.ptp(u) + 1, np.ptp(v) + 1
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=60)
 @given(
     frame=pictures.frames(),

@@ -152,6 +152,7 @@ def test_pieces_of_one_thing_are_one_when_what_was_before_it_is_gone():
     assert [len(rows) for rows in found] == [2] * 20 + [1] * 20
 
 
+@pytest.mark.slow
 def test_a_ball_with_a_stripe_that_turns_is_never_more_than_its_pieces():
     def draw(image, k):
         disc(image, 60 + 3 * k, 120, 30)

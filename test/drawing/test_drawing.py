@@ -126,6 +126,7 @@ numbers = st.floats(-1e300, 1e300)
 sizes = st.floats(0, 2.0**100, width=32)
 
 
+@pytest.mark.slow
 @settings(max_examples=80, deadline=None)
 @given(position=st.tuples(numbers, numbers), size=sizes, variance=st.floats(0, 1e300))
 def test_anything_finite_can_be_drawn(position, size, variance):

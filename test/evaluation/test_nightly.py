@@ -57,6 +57,7 @@ def night(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_a_nightly_recording_tells_what_was_refused_skipped_and_late(night, tmp_path, capsys):
     out, page = tmp_path / 'out.json', tmp_path / 'page.html'
     assert main([str(night), '--json', str(out), '--html', str(page)]) == 0

@@ -42,6 +42,7 @@ def test_a_frame_comes_back_from_its_message(frame):
         )
 
 
+@pytest.mark.slow
 @given(frames(), st.integers(1, 7))
 def test_padded_rows_are_viewed_without_their_padding(frame, padding):
     message = image_of_frame(frame)
@@ -135,6 +136,7 @@ def test_of_sixteen_bits_of_color_the_upper_eight_are_taken(name, encoding, big_
     np.testing.assert_array_equal(frame.image, values // 256)
 
 
+@pytest.mark.slow
 @given(st.data())
 def test_mutated_bytes_are_refused_or_read_but_never_raise_anything_else(data):
     cdr = bytearray(serialize_message(image()))

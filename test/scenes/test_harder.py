@@ -85,6 +85,7 @@ def test_blackout_moves_four_to_twelve_pixels_a_frame():
     assert np.quantile(pace, 0.9) < 12
 
 
+@pytest.mark.slow
 def test_juggled_balls_fall_freely_and_are_hidden_in_the_hands():
     path = paths(open_scene('juggle'))
     assert path.shape == (500, 5)
@@ -131,6 +132,7 @@ def test_objects_of_flicker_change_brightness_and_break_up():
     assert max(red) > 1.6 * min(red)
 
 
+@pytest.mark.slow
 def test_of_the_objects_of_vanish_some_end_inside_the_picture_and_others_come_back():
     path = paths(open_scene('vanish'))
     hidden = [runs(path['visible'][:, i] == 0) for i in range(11)]

@@ -79,6 +79,7 @@ def test_share_of_detections_and_clutter_and_noise_are_as_asked(blackout):
     assert abs(np.corrcoef(shifts)[0, 1]) < 0.05
 
 
+@pytest.mark.slow
 def test_gaps_leave_an_object_out_for_so_many_frames_on_end():
     scene = open_scene('single?width=320&height=180')
     missed = np.array([len(detections_of(scene, k, gap=10).rows) == 0 for k in range(480)])

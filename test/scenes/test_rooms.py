@@ -42,6 +42,7 @@ def test_balls_of_clutter_have_the_color_that_the_truth_says():
     assert most == 3
 
 
+@pytest.mark.slow
 def test_somebody_in_blue_walks_through_clutter():
     scene = open_scene('clutter?noise=0')
     blue = [difference(scene.render(k), scene.colors['blue']) < 15 for k in (0, 60)]

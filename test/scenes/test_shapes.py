@@ -28,6 +28,7 @@ centers = st.tuples(st.floats(60, 100), st.floats(50, 70))
 smears = st.tuples(st.floats(-12, 12), st.floats(-12, 12))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(center=centers, smear=smears, radius=st.floats(3, 35))
 def test_a_ball_covers_a_disc_around_its_center_however_it_moves(center, smear, radius):

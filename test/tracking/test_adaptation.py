@@ -48,6 +48,7 @@ def test_learned_process_noise_is_as_good_as_the_true_one(acceleration):
     assert len(tracker.update(points([], 200 * FRAME)).rows) == 12
 
 
+@pytest.mark.slow
 def test_turns_cost_no_track_and_little_precision():
     learned, tracker = errors(TrackerConfig(), wandering(20.0, 0.7))
     assert tracker.update(points([], 200 * FRAME)).rows['track_id'].tolist() == list(range(1, 13))

@@ -54,6 +54,7 @@ def test_a_box_at_a_line_whose_center_is_well_known_is_whole():
     assert cut(ENTERING, sigma=0.5) == [False, False]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('sigma', [5.0, 10.0])
 def test_noise_of_a_quarter_of_the_box_is_smoothed_where_the_size_is_not_known(sigma):
     """Each detection has the noise it claims; half of it remains (0.9 if all count as cut)."""

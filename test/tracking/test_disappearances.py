@@ -67,6 +67,7 @@ def test_what_is_lost_where_others_came_back_is_shown_and_where_they_were_gone_i
     assert shown(TrackerConfig(), come_back=False) <= 5
 
 
+@pytest.mark.slow
 def test_without_a_least_score_it_is_shown_for_its_whole_time():
     assert shown(TrackerConfig(min_score=0.0), come_back=False) >= 30
 

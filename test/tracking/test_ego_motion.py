@@ -80,6 +80,7 @@ def ids(moves, ego_motion):
     return rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('ego_motion', ['auto', 'detections'])
 def test_tracks_keep_their_ids_and_hidden_ones_their_place_when_the_picture_jumps(ego_motion):
     """It jumps in every frame, by up to the distance between neighbors."""
@@ -138,6 +139,7 @@ def shaking(size, frames=150):
     return [(0, 1, tuple(shift)) for shift in shifts]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('ego_motion', ['auto', 'detections'])
 @pytest.mark.parametrize(('size', 'count'), [(20.0, 10), (50.0, 10), (20.0, 6), (50.0, 6)])
 def test_a_camera_that_shakes_costs_no_id_though_objects_are_missed(size, count, ego_motion):

@@ -51,6 +51,7 @@ def test_gravity_as_a_known_acceleration_keeps_a_hidden_ball_on_its_path():
     assert errors[1] < 2
 
 
+@pytest.mark.slow
 def test_an_object_that_has_rested_long_is_not_lost_when_it_starts():
     tracker = Tracker()
     for k in range(400):

@@ -152,6 +152,7 @@ def test_what_is_said_to_be_known_is_not_learned():
     assert sigmas[0] > 2 * sigmas[1]
 
 
+@pytest.mark.slow
 def test_unusual_detections_leave_it_finite():
     """One object is exactly at rest, another jumps across the picture."""
     tracker = Tracker()

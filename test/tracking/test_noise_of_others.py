@@ -224,6 +224,7 @@ def test_bounces_are_not_taken_for_errors_that_last():
         assert most < 2.0
 
 
+@pytest.mark.slow
 def test_what_stands_still_to_the_bit_is_not_taken_for_rounded():
     """Nor is one that then moves equally smoothly: no coordinate changes alone."""
     x = np.repeat(lines(np.random.default_rng(5))[:1], FRAMES, axis=0)

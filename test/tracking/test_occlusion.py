@@ -52,6 +52,7 @@ def test_without_boxes_the_cut_blobs_mislead():
     assert score(truth, run(blind, detections), 20.0).misses > 20
 
 
+@pytest.mark.slow
 def test_two_objects_that_cross_come_out_on_their_own_sides():
     paths = [lambda t: (SPEED * t - 20, 40 + 30 * t), lambda t: (500 - SPEED * t, 50 + 30 * t)]
     truth, detections = scene(paths, 170)
@@ -60,6 +61,7 @@ def test_two_objects_that_cross_come_out_on_their_own_sides():
     assert result.rmse < 3.0  # a tenth of the diameter, hidden stretches included
 
 
+@pytest.mark.slow
 def test_objects_that_merge_share_the_blob():
     """Two discs are a single blob for two seconds; each is measured at its own side."""
     paths = [

@@ -52,6 +52,7 @@ def test_pieces_do_not_live_on_in_what_is_whole_again(rate, width):
     assert np.mean(idf1) > 0.8
 
 
+@pytest.mark.slow
 def test_two_that_were_seen_apart_for_long_are_no_pieces():
     """A pair that starts as one detection parts, and is a single detection again for a second."""
     t = np.arange(240)[:, None] / 30

@@ -28,6 +28,7 @@ def test_steps_add_up_to_one_step_of_their_sum(name):
     np.testing.assert_allclose(banks[0].cov, banks[1].cov, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('empties', [1, 7, 200])
 def test_a_second_unseen_is_as_uncertain_in_any_number_of_messages(empties):
     """Process noise is given, so that only time can make a difference."""

@@ -133,6 +133,7 @@ def test_where_color_does_not_gate_it_decides_between_two_as_near():
     assert found[0] == found[1]
 
 
+@pytest.mark.slow
 def test_the_same_messages_give_the_same_tracks_to_the_bit():
     rng = np.random.default_rng(3)
     frames = [points(rng.uniform(0, 300, (9, 2)), k * FRAME, 0.5) for k in range(30)]

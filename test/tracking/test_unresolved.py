@@ -68,6 +68,7 @@ def test_two_that_are_one_detection_for_seconds_come_out_as_whom_they_were(apart
         assert score.idf1 > 0.95
 
 
+@pytest.mark.slow
 def test_two_that_stay_together_longer_than_a_track_is_kept_are_still_two():
     position = pair(10.0, slow=6.0, frames=400)
     tracker, rng = Tracker(TrackerConfig(max_time_since_update=0.5)), np.random.default_rng(1)

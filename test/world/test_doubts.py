@@ -321,6 +321,7 @@ def test_odometry_that_is_said_to_be_poor_is_no_mistake():
     assert 'what is said to stand moves' in unsaid.locator.doubt
 
 
+@pytest.mark.slow
 def test_a_search_tries_a_few_hypotheses_in_each_picture(monkeypatch):
     """All of them at once would take as long as there is between two pictures."""
     tried, misfits = [], Pictures.misfits

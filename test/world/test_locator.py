@@ -205,6 +205,7 @@ def test_a_calibration_of_another_picture_size_is_told_and_locates_nothing():
     assert 'outside of the 640x480 picture of CameraInfo' in told[0]
 
 
+@pytest.mark.slow
 def test_an_object_that_was_moved_is_found_again_and_told_of():
     one, told = locator(motion='still')
     for k in range(10):

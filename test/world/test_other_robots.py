@@ -66,6 +66,7 @@ def drone(k):
 FORWARD = Pose.of_rpy((0.1, 0, -0.03), (0, 0, 0))
 
 
+@pytest.mark.slow
 def test_a_drone_sees_by_size_where_another_one_stands_in_the_air():
     one, told = locator('size', 'free')
     for k in range(90):
@@ -76,6 +77,7 @@ def test_a_drone_sees_by_size_where_another_one_stands_in_the_air():
     assert told == []
 
 
+@pytest.mark.slow
 def test_what_climbs_is_followed_and_not_told_to_be_off_the_ground():
     one, told = locator('size', 'free')
     for k in range(90):
@@ -91,6 +93,7 @@ def test_a_free_motion_needs_the_diameter_where_the_ground_does_not_tell():
         LocatorConfig(colors=(Kind('red', KindConfig(motion='free')),))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('method', ['ground', 'size', 'fused'])
 def test_a_camera_on_a_pan_tilt_sees_things_stand_while_it_turns(method):
     one, told = locator(method)

@@ -106,6 +106,7 @@ def test_balls_that_are_far_apart_are_not_taken_for_one():
     assert len(rows) == 2
 
 
+@pytest.mark.slow
 def test_a_track_that_goes_on_with_another_ball_becomes_another_object():
     room = Room()
     for k in range(60):
