@@ -14,14 +14,18 @@ RATE = 30
 """Of frames that have a number [Hz]."""
 
 
-def points(z, stamp=0, variance=0.0, color=0):
-    """Detections without boxes at z, (N, 2)."""
+def points(z, stamp=0, variance=0.0, color=0, size=None):
+    """Detections at z, (N, 2), in boxes of a width and height, (2,) or (N, 2); without if None."""
     z = np.asarray(z, float).reshape(-1, 2)
     rows = np.zeros(len(z), DETECTION)
     rows['u'], rows['v'] = z.T
     rows['cov_uu'] = rows['cov_vv'] = variance
     rows['color'] = color
     rows['score'] = 1.0
+    if size is not None:
+        size = np.broadcast_to(size, z.shape)
+        rows['box_w'], rows['box_h'], rows['area'] = *size.T, size.prod(axis=1)
+        rows['box_u'], rows['box_v'] = (z - size / 2 + 0.5).T
     return Detections(rows, stamp, 'camera')
 
 

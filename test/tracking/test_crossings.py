@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from support.silhouettes import points
 
-from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.tracking import Tracker
 
@@ -20,12 +20,8 @@ def play(position, size=(0.0, 0.0), seen=None, seed=0):
     rng, tracker, names = np.random.default_rng(seed), Tracker(), []
     sizes = np.broadcast_to(size, (FRAMES, 2))
     for k, z in enumerate(position + rng.normal(0, 1, position.shape)):
-        rows = np.zeros(2 if seen is None or seen[k] else 0, DETECTION)
-        if len(rows):
-            rows['u'], rows['v'] = z.T
-            rows['cov_uu'] = rows['cov_vv'] = 1.0
-            rows['box_w'] = rows['box_h'] = sizes[k]
-            rows['box_u'], rows['box_v'] = (z - sizes[k][:, None] / 2 + 0.5).T
+        rows = points(z, variance=1.0, size=sizes[k][:, None]).rows
+        rows = rows[: 2 if seen is None or seen[k] else 0]
         tracks = tracker.update(Detections(rows[:: (-1) ** k], round(k * 1e9 / RATE))).rows
         if k in (RATE // 2, FRAMES - 1):
             away = np.hypot(*(position[k, :, None] - np.stack([tracks['u'], tracks['v']], 1)).T)

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
+from support.silhouettes import points
 
-from colortrack_ros.data import DETECTION
-from colortrack_ros.data import Detections
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
@@ -37,12 +36,8 @@ def test_what_was_hidden_for_long_does_not_count():
 
 def boxes(seen, jitter, k, rng):
     """Return the boxes of frame k around the places seen; the sides jitter by a share."""
-    rows = np.zeros(len(seen), DETECTION)
-    rows['u'], rows['v'] = (seen + rng.normal(0, 1, seen.shape)).T
-    rows['box_w'], rows['box_h'] = 60 * rng.lognormal(0, jitter, (2, len(seen)))
-    rows['box_u'], rows['box_v'] = rows['u'] - rows['box_w'] / 2, rows['v'] - rows['box_h'] / 2
-    rows['area'] = rows['box_w'] * rows['box_h']
-    return Detections(rows, round(k / 30 * 1e9))
+    z, size = seen + rng.normal(0, 1, seen.shape), 60 * rng.lognormal(0, jitter, seen.shape)
+    return points(z, round(k / 30 * 1e9), size=size)
 
 
 @pytest.mark.slow

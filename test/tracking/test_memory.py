@@ -102,10 +102,8 @@ def test_two_that_change_places_unseen_are_told_apart_by_their_sizes(swapped):
     tracker, size = Tracker(), np.array([20.0, 60.0])
     for k in range(SEEN + 24 * 3 + SEEN):
         late = k >= SEEN + 24 * 3
-        detections = points([(200, 200), (500, 200)], k * FRAME, 0.5)
-        rows, width = detections.rows, size[::-1] if late and swapped else size
-        rows['box_w'] = rows['box_h'] = width
-        rows['box_u'], rows['box_v'] = rows['u'] - width / 2 + 0.5, rows['v'] - width / 2 + 0.5
+        width = (size[::-1] if late and swapped else size)[:, None]
+        detections = points([(200, 200), (500, 200)], k * FRAME, 0.5, size=width)
         if k >= SEEN and not late:
             detections = points([], k * FRAME)
         rows = tracker.update(detections).rows

@@ -121,10 +121,7 @@ def boxed(shift, noise, given, seed=0):
     x, v = np.arange(8)[:, None] * [0.0, 150.0], rng.uniform(-80, 80, (8, 2)) * [1, 0.1]
     for k in range(120):
         z = x + v * k / 24 + shift + rng.normal(0, noise, x.shape)
-        seen = points(z, k * FRAME, given**2)
-        seen.rows['box_w'] = seen.rows['box_h'] = 40.0
-        seen.rows['box_u'], seen.rows['box_v'] = (z - 19.5).T
-        rows = tracker.update(seen).rows
+        rows = tracker.update(points(z, k * FRAME, given**2, size=(40.0, 40.0))).rows
         if k >= LEARNED:
             inside += errors_squared(rows, x + v * k / 24)
     return np.mean(np.array(inside) < 5.991)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from support.silhouettes import points
 
-from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.tracking import Tracker
@@ -44,17 +44,7 @@ def lasting(rng, sigma, rho):
 
 
 def rows_of(z, size=None):
-    rows = np.zeros(len(z), DETECTION)
-    rows['u'], rows['v'] = z.T
-    rows['score'] = 1.0
-    if size is not None:
-        rows['box_w'], rows['box_h'] = size.T
-        rows['box_u'], rows['box_v'] = (
-            z[:, 0] - size[:, 0] / 2 + 0.5,
-            z[:, 1] - size[:, 1] / 2 + 0.5,
-        )
-        rows['area'] = size.prod(axis=1)
-    return rows
+    return points(z, size=size).rows
 
 
 def score(x, z, size=None, judged=range(FORMED, FRAMES)):

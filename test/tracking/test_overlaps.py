@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from support.silhouettes import points
 
 from colortrack_ros.data import COASTING
-from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
@@ -57,13 +57,10 @@ def walkers(noise, count=60):
     rng = np.random.default_rng(5)
     for k in range(count):
         u = np.array([100 + 4 * k, 160 + 4 * k, 220 + 4 * k, 500 - 4 * k, 440 - 4 * k, 380 - 4 * k])
-        rows = np.zeros(6, DETECTION)
         size = np.array([40, 90]) * rng.lognormal(0, 0.1, (6, 2))
-        rows['u'] = u + rng.normal(0, noise, 6)
-        rows['v'] = rng.normal([200, 210, 205, 215, 208, 212], noise)
-        rows['box_w'], rows['box_h'], rows['area'] = *size.T, size.prod(axis=1)
-        rows['box_u'], rows['box_v'] = rows['u'] - size[:, 0] / 2, rows['v'] - size[:, 1] / 2
-        yield rows
+        v = np.array([200, 210, 205, 215, 208, 212])
+        z = np.stack([u + rng.normal(0, noise, 6), rng.normal(v, noise)], axis=1)
+        yield points(z, size=size).rows
 
 
 def test_a_small_box_beside_a_person_is_one_of_its_own():
@@ -87,12 +84,9 @@ def test_centers_of_boxes_are_good_whose_sizes_are_not(seed):
     for k in range(100):
         truth = np.array([[60.0 + 5 * k, 120.0], [580.0 - 5 * k, 360.0]])
         shown = np.where(rng.random((2, 2)) < 1 / 6, rng.choice([1, 0.55, 1.8], (2, 2)), shown)
-        rows = np.zeros(2, DETECTION)
-        rows['u'], rows['v'] = (truth + rng.normal(0, 2, (2, 2))).T
+        z = truth + rng.normal(0, 2, (2, 2))
         size = np.array([[60], [130]]) * rng.lognormal(0, 0.1, (2, 2)) * shown
-        rows['box_w'], rows['box_h'], rows['area'] = *size, size.prod(axis=0)
-        rows['box_u'], rows['box_v'] = rows['u'] - size[0] / 2, rows['v'] - size[1] / 2
-        tracks = tracker.update(Detections(rows, round(k * 1e9 / RATE))).rows
+        tracks = tracker.update(points(z, round(k * 1e9 / RATE), size=size.T)).rows
         if k > 40:
             off.append(np.stack([tracks['u'], tracks['v']], axis=1) - truth)
             variance.append(tracks['covariance'][:, [0, 1], [0, 1]])

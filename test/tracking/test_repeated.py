@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
+from support.silhouettes import points
 
-from colortrack_ros.data import DETECTION
-from colortrack_ros.data import Detections
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking import Tracker
 
@@ -25,12 +24,7 @@ def bouncing(rng, count, frames):
 
 
 def message(z, k):
-    rows = np.zeros(len(z), DETECTION)
-    rows['u'], rows['v'] = z.T
-    rows['box_w'] = rows['box_h'] = BOX
-    rows['box_u'], rows['box_v'] = (z - BOX / 2).T
-    rows['area'], rows['score'] = BOX**2, 1.0
-    return Detections(rows, round(k / RATE * 1e9))
+    return points(z, round(k / RATE * 1e9), size=(BOX, BOX))
 
 
 def names(paths, detections):
