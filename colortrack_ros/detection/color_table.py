@@ -36,8 +36,7 @@ interpolation between them: for a matte ball before a wall, the crossing is off 
 way."""
 
 STRIP, LONG_STRIP = 1 << 18, 1 << 20
-"""Pixels per strip with one thread and with several; they affect only the time, which `python
-benchmark/detection.py` measures."""
+"""Pixels per strip with one thread and with several: `benchmark/detection.py` measures the time."""
 
 
 def _has_16_bit_lut() -> bool:
@@ -218,9 +217,10 @@ class ColorTable:
             cv2.LUT(picture.reshape(height, width), self._gray, dst=image.pixels)
             return image
 
-        def label_pixels(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-            labels = np.empty(pixels.shape[:2], np.uint8)
-            look_up(self._cells, cells_of(pixels, encoding), labels)
+        def label_pixels(pixels: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
+            cells = cells_of(pixels, encoding)[:, step // 2 :: step]
+            labels = np.empty(cells.shape, np.uint8)
+            look_up(self._cells, cells, labels)
             return labels
 
         label_rows = partial(self._label_strips, encoding=encoding)

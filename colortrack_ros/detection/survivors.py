@@ -1,8 +1,9 @@
 """Labels only the part of a picture that can survive an erosion.
 
 A pixel survives an erosion with a square of side s only if it is at the center of s labeled rows of
-s labeled pixels. One of these rows is among every s-th row of the picture. Those rows are labeled
-first, and then, word by word, the pixels near their labels. Most of a picture need not be labeled.
+s labeled pixels. One of these pixels is on the grid of every s-th pixel of every s-th row. The grid
+is labeled first, and then, word by word, the pixels near its labels. Most of a picture need not be
+labeled.
 """
 
 from collections.abc import Callable
@@ -29,8 +30,8 @@ PICTURES_OF_PAUSE = 16
 LabelRows = Callable[[NDArray[np.uint8]], LabelImage]
 """Returns the labels of some rows of the picture."""
 
-LabelPixels = Callable[[NDArray[np.uint8]], NDArray[np.uint8]]
-"""Returns the labels, (1, N), of pixels, (1, N, channels)."""
+LabelPixels = Callable[[NDArray[np.uint8], int], NDArray[np.uint8]]
+"""Returns the labels, (H, n), of every s-th of pixels, (H, W, channels), from column s // 2 on."""
 
 
 class Survivors:
@@ -60,14 +61,17 @@ class Survivors:
         if size == 1 or height * width < WORTHWHILE_PIXELS or self._pause:
             return None
         step, pixel = picture.strides[0], picture.shape[2]
-        if height < 2 * size or width < WORD or picture.strides[1:] != (pixel, 1) or step < 0:
+        if height < 2 * size or width < max(size, WORD):
+            return None
+        if picture.strides[1:] != (pixel, 1) or step < 0:
             return None
         image = LabelImage.empty(height, width)
         image.padded[:-size] = 0
         # Label all pixels of the last rows: reading words extends into the row below.
-        image.padded[-size:] = label_rows(picture[-size:]).padded
-        sampled = label_rows(picture[size // 2 :: size])
-        if not self._label_words(image, picture, _words_near(sampled, size), size, label_pixels):
+        image.pixels[-size:] = label_pixels(picture[-size:], 1)
+        image.padded[-size:, width:] = 0
+        words = _words_near(picture, size, label_rows, label_pixels)
+        if not self._label_words(image, picture, words, size, label_pixels):
             self._pause = PICTURES_OF_PAUSE
             return None
         return image
@@ -92,7 +96,7 @@ class Survivors:
             found.append(words)
             if sum(map(len, found)) > LABELED_SHARE * count:
                 return False
-            image.words[words] = label_pixels(_pixels_of(picture, words)).view(np.uint64)[0]
+            image.words[words] = label_pixels(_pixels_of(picture, words), 1).view(np.uint64)[0]
             image.padded[:, image.width :] = 0
             if not self._connected:
                 break
@@ -105,21 +109,46 @@ class Survivors:
         return True
 
 
-def _words_near(sampled: LabelImage, size: int) -> NDArray[np.intp]:
-    """Ascending indices of words that may contain survivors; some are below the picture.
-
-    :param sampled: labels of every size-th row; any square of that side contains one of them.
-    """
-    near = sampled.words != 0
+def _words_near(
+    picture: NDArray[np.uint8], size: int, label_rows: LabelRows, label_pixels: LabelPixels
+) -> NDArray[np.intp]:
+    """Ascending indices of words that may contain survivors; some are below the picture."""
+    rows = picture[size // 2 :: size]
+    near = _near_grid(label_pixels(rows, size), size, picture.shape[1])
     if np.count_nonzero(near) > LABELED_SHARE / 2 * near.size:
-        opened = LabelImage.empty(*sampled.pixels.shape)
-        along = np.ones((1, size), np.uint8)
-        cv2.morphologyEx(sampled.pixels, cv2.MORPH_OPEN, along, dst=opened.pixels)
-        near = opened.words != 0
-    near = near.reshape(len(sampled.padded), -1)
+        near = _near_runs(label_rows(rows), size)
     # A square in the rows up to a sampled one contains that row or the previous sampled one.
     near[1:] |= near[:-1].copy()
     return np.flatnonzero(near.repeat(size, axis=0)[size - 1 - size // 2 :])
+
+
+def _near_grid(grid: NDArray[np.uint8], size: int, width: int) -> NDArray[np.bool_]:
+    """(H, words of a row) whether a square that contains a label of the grid may reach a word.
+
+    :param grid: (H, n) labels of every size-th column.
+    :param width: of the picture [px].
+    """
+    half, count = size // 2, grid.shape[1]
+    # A word may be reached from a few columns of the grid, the first of which is:
+    first = (np.arange(width // WORD + 1) * WORD - half) // size
+    along = np.ones((1, (WORD - 1 + 4 * half) // size + 1), np.uint8)
+    reached = cv2.dilate(grid, along, anchor=(0, 0))
+    near = reached.take(first.clip(0, count - 1), axis=1) != 0
+    behind = count * size - half
+    if behind < width - half:
+        near[:, behind // WORD :] = True  # squares at the border that are right of the grid
+    return near
+
+
+def _near_runs(sampled: LabelImage, size: int) -> NDArray[np.bool_]:
+    """(H, words of a row) whether a word has a run of labels that is as long as the square.
+
+    :param sampled: labels of every size-th row.
+    """
+    opened = LabelImage.empty(*sampled.pixels.shape)
+    along = np.ones((1, size), np.uint8)
+    cv2.morphologyEx(sampled.pixels, cv2.MORPH_OPEN, along, dst=opened.pixels)
+    return (opened.words != 0).reshape(len(sampled.padded), -1)
 
 
 def _words_beside(
