@@ -101,11 +101,11 @@ class Survivors:
             if not self._connected:
                 break
             known[words + around] = True
-            seen = words if len(found) > 2 else np.append(words, last)
+            seen = words if len(found) > 2 else _at_unknown(np.append(words, last), known, below)
             words = _words_beside(image, seen, known)
         image.filled = np.concatenate([*found[1:], last])
         if len(found) > 2:
-            image.filled.sort()
+            image.filled.sort(kind='stable')  # a merge of few ascending parts
         return True
 
 
@@ -149,6 +149,15 @@ def _near_runs(sampled: LabelImage, size: int) -> NDArray[np.bool_]:
     along = np.ones((1, size), np.uint8)
     cv2.morphologyEx(sampled.pixels, cv2.MORPH_OPEN, along, dst=opened.pixels)
     return (opened.words != 0).reshape(len(sampled.padded), -1)
+
+
+def _at_unknown(
+    words: NDArray[np.intp], known: NDArray[np.bool_], below: int
+) -> NDArray[np.intp]:
+    """The words with unknown ones around them; known is as in _words_beside."""
+    beside = known[:-2] & known[1:-1] & known[2:]
+    around = beside[: -2 * below] & beside[below:-below] & beside[2 * below :]
+    return words[~around.take(words)]
 
 
 def _words_beside(
