@@ -58,6 +58,26 @@ def cell_bounds() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return np.ascontiguousarray(center.T), np.ascontiguousarray(radius.T) + _MARGIN
 
 
+def distance_bounds(
+    center: NDArray[np.float64],
+    radius: NDArray[np.float64],
+    samples: NDArray[np.float64],
+    stretch: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(65536,) each: lower and upper bound of D^2 to the nearest sample over each cell."""
+    nearest, farthest = np.full((2, center.shape[1]), np.inf)
+    near, far = np.empty((2, *center.shape))
+    for sample in samples:
+        np.abs(np.subtract(center, sample[:, None], out=far), out=far)
+        np.maximum(np.subtract(far, radius, out=near), 0, out=near)
+        far += radius
+        for way, least in ((near, nearest), (far, farthest)):
+            way *= stretch[:, None]
+            way *= way
+            np.minimum(least, way.sum(axis=0), out=least)
+    return nearest, farthest
+
+
 def cells_of(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.uint16]:
     """(H, W) cell of each pixel."""
     code = TO_CELL.get(encoding, cv2.COLOR_GRAY2BGR565)

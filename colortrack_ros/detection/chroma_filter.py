@@ -88,10 +88,11 @@ class ChromaFilter:
         self._chroma: NDArray = np.empty((0, 0), np.uint8)
         self._pause = 0
 
-    def label(self, frame: Frame, label: Label) -> LabelImage | None:
+    def label(self, frame: Frame, label: Label, old: LabelImage | None = None) -> LabelImage | None:
         """Label a YUV picture; None if converting all of it is faster.
 
         :param label: labels the converted pixels.
+        :param old: an image that is no longer needed.
         """
         if self._pause:
             self._pause -= 1
@@ -103,8 +104,7 @@ class ChromaFilter:
             self._pause = CHROMA_PAUSE
             return None
         row, column = np.divmod(sample, may.stride)
-        image = LabelImage.empty(height, width)
-        image.padded[...] = 0
+        image = LabelImage.blank(height, width, old)
         image.filled = np.zeros(0, np.intp)
         if len(sample):
             pixels = (_pairs if frame.encoding in YUV422 else _quadruples)(frame, row, column)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.cells import cells_of
 from colortrack_ros.detection.cells import corner_of
+from colortrack_ros.detection.cells import distance_bounds
 from colortrack_ros.detection.cells import IN_CELL
 from colortrack_ros.detection.cells import TO_CELL
 from colortrack_ros.detection.column_filter import ColumnFilter
@@ -57,26 +58,6 @@ def look_up(table: NDArray[np.uint8], index: NDArray[np.uint16], out: NDArray[np
         cv2.LUT(index, table, dst=out)
     else:
         out[...] = table.take(index, mode='clip')
-
-
-def _bounds(
-    center: NDArray[np.float64],
-    radius: NDArray[np.float64],
-    samples: NDArray[np.float64],
-    stretch: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(65536,) each: lower and upper bound of D^2 to the nearest sample over each cell."""
-    nearest, farthest = np.full((2, center.shape[1]), np.inf)
-    near, far = np.empty((2, *center.shape))
-    for sample in samples:
-        np.abs(np.subtract(center, sample[:, None], out=far), out=far)
-        np.maximum(np.subtract(far, radius, out=near), 0, out=near)
-        far += radius
-        for way, least in ((near, nearest), (far, farthest)):
-            way *= stretch[:, None]
-            way *= way
-            np.minimum(least, way.sum(axis=0), out=least)
-    return nearest, farthest
 
 
 class ColorTable:
@@ -122,8 +103,10 @@ class ColorTable:
         cells = np.zeros(1 << 16, np.uint8)
         may = np.zeros((len(self._samples), len(cells)), bool)
         for k, tolerance in enumerate(self._tolerance):
-            nearest, farthest = _bounds(center, radius, self._samples[k], self._stretch[k])
-            near_other, far_other = _bounds(center, radius, self._others[k], self._stretch[k])
+            nearest, farthest = distance_bounds(center, radius, self._samples[k], self._stretch[k])
+            near_other, far_other = distance_bounds(
+                center, radius, self._others[k], self._stretch[k]
+            )
             touched = (nearest < tolerance**2) & (nearest < far_other)
             whole = (farthest < tolerance**2) & (farthest < near_other)
             if self._inverted[k]:
@@ -204,12 +187,19 @@ class ColorTable:
         mine[other <= mine] = np.inf
         return mine
 
-    def label(self, picture: NDArray[np.uint8], encoding: str, erosion: int = 1) -> LabelImage:
+    def label(
+        self,
+        picture: NDArray[np.uint8],
+        encoding: str,
+        erosion: int = 1,
+        old: LabelImage | None = None,
+    ) -> LabelImage:
         """Label a picture.
 
         :param picture: (H, W, channels) or (H, W), not empty; rows may be padded.
         :param erosion: side of the square of a subsequent erosion [px]: pixels that it removes need
             not be labeled.
+        :param old: an image that is no longer needed, whose memory may be reused.
         """
         height, width = picture.shape[:2]
         if encoding == 'mono8':
@@ -224,7 +214,7 @@ class ColorTable:
             return labels
 
         label_rows = partial(self._label_strips, encoding=encoding)
-        survivors = self._survivors.label(picture, erosion, label_rows, label_pixels)
+        survivors = self._survivors.label(picture, erosion, label_rows, label_pixels, old)
         image = survivors or label_rows(picture)
         image.filled, found = image.content()
         (cut,) = (found.reshape(-1) == CUT).nonzero()

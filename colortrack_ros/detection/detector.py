@@ -89,7 +89,10 @@ class Detector:
 
     @property
     def labels(self) -> NDArray[np.uint8]:
-        """(H, W) labels of the last frame: k + 1 where a blob of color k may be, else 0; a view."""
+        """(H, W) labels of the last frame: k + 1 where a blob of color k may be, else 0.
+
+        A view that the next frame overwrites.
+        """
         return self._mask.pixels
 
     @property

@@ -34,6 +34,19 @@ class LabelImage:
         padded[:, width:] = 0
         return cls(padded, width)
 
+    @classmethod
+    def blank(cls, height: int, width: int, old: 'LabelImage | None') -> 'LabelImage':
+        """An image without labels.
+
+        :param old: an image that is no longer needed; if of the same size, its memory is reused.
+        """
+        if old and old.filled is not None and old.pixels.shape == (height, width):
+            old.words[old.filled] = 0
+            return cls(old.padded, width)
+        image = cls.empty(height, width)
+        image.padded[...] = 0
+        return image
+
     @property
     def stride(self) -> int:
         """Width of the padded image [px]; positions refer to it."""

@@ -50,11 +50,13 @@ class Survivors:
         size: int,
         label_rows: LabelRows,
         label_pixels: LabelPixels,
+        old: LabelImage | None = None,
     ) -> LabelImage | None:
         """Label the survivors; None if labeling the whole picture is as fast.
 
         :param picture: (H, W, channels).
         :param size: side of the square, odd [px].
+        :param old: an image that is no longer needed.
         """
         height, width = picture.shape[:2]
         self._pause = max(self._pause - 1, 0)
@@ -65,11 +67,9 @@ class Survivors:
             return None
         if picture.strides[1:] != (pixel, 1) or step < 0:
             return None
-        image = LabelImage.empty(height, width)
-        image.padded[:-size] = 0
+        image = LabelImage.blank(height, width, old)
         # Label all pixels of the last rows: reading words extends into the row below.
         image.pixels[-size:] = label_pixels(picture[-size:], 1)
-        image.padded[-size:, width:] = 0
         words = _words_near(picture, size, label_rows, label_pixels)
         if not self._label_words(image, picture, words, size, label_pixels):
             self._pause = PICTURES_OF_PAUSE
@@ -151,9 +151,7 @@ def _near_runs(sampled: LabelImage, size: int) -> NDArray[np.bool_]:
     return (opened.words != 0).reshape(len(sampled.padded), -1)
 
 
-def _at_unknown(
-    words: NDArray[np.intp], known: NDArray[np.bool_], below: int
-) -> NDArray[np.intp]:
+def _at_unknown(words: NDArray[np.intp], known: NDArray[np.bool_], below: int) -> NDArray[np.intp]:
     """The words with unknown ones around them; known is as in _words_beside."""
     beside = known[:-2] & known[1:-1] & known[2:]
     around = beside[: -2 * below] & beside[below:-below] & beside[2 * below :]

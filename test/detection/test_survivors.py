@@ -133,3 +133,22 @@ def test_where_colors_are_everywhere_it_is_not_tried_each_time(monkeypatch):
         (row,) = detector.detect(Frame(full, stamp=k)).rows
         assert row['area'] == 60 * 80
     assert len(tried) == 3
+
+
+@pytest.mark.parametrize('encoding', ['bgr8', 'yuyv'])
+def test_nothing_of_a_frame_is_left_in_the_memory_of_the_next(encoding, everywhere):
+    random = np.random.default_rng(5)
+    config = DetectorConfig(colors=colors(2), min_area=1)
+    detector = Detector(config)
+    memory = set()
+    for _ in range(6):
+        picture = clutter(random, 90, 130, 2)
+        if encoding == 'yuyv':
+            picture = cv2.cvtColor(picture.copy(), cv2.COLOR_BGR2YUV_YUY2)
+        frame = Frame(picture, encoding)
+        fresh = Detector(config)
+        detector.detect(frame), fresh.detect(frame)
+        assert fresh.labels.any()
+        np.testing.assert_array_equal(detector.labels, fresh.labels)
+        memory.add(detector.labels.__array_interface__['data'])
+    assert len(memory) == 1

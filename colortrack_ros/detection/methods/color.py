@@ -127,6 +127,7 @@ class ColorDistance:
         self._config, self._background = config, background
         self._follower = ColorFollower(config.colors, config.follow_light)
         self._gray_world = GrayWorld()
+        self._image: LabelImage | None = None
         self._finder = ColorFinder(config.colors)
         self._take(config.colors)
 
@@ -169,7 +170,8 @@ class ColorDistance:
         self._frame = frame
         if self._finder.look(frame):
             self._take(self._given)
-        image = self._labels(frame)
+        old, self._image = self._image, None
+        image = self._image = self._labels(frame, old)
         self.whole = None
         if self._config.grow > 1:
             image = self._grow(image, self._loose.label(frame.image, frame.encoding))
@@ -180,16 +182,18 @@ class ColorDistance:
             join_pieces(image, lambda position, label: self._is_within(image, position, label))
         return image
 
-    def _labels(self, frame: Frame) -> LabelImage:
+    def _labels(self, frame: Frame, old: LabelImage | None) -> LabelImage:
         """Label pixels with the nearest color; converts only candidate pixels of YUV frames."""
         if is_yuv(frame):
             self._chroma_filter = self._chroma_filter or ChromaFilter(self._table.touched)
-            image = self._chroma_filter.label(frame, lambda x: self._table.label(x, 'bgr8').pixels)
+            image = self._chroma_filter.label(
+                frame, lambda x: self._table.label(x, 'bgr8').pixels, old
+            )
             if image is not None:
                 return image
             frame = plain(frame)
         erosion = self._config.erosion_size if self._config.erosion_alone else 1
-        return self._table.label(frame.image, frame.encoding, erosion)
+        return self._table.label(frame.image, frame.encoding, erosion, old)
 
     def _is_within(
         self, image: LabelImage, position: NDArray[np.intp], label: NDArray[np.uint8]
