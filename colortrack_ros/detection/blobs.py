@@ -7,6 +7,7 @@ one pass that finds them is cheap.
 from collections.abc import Callable
 from dataclasses import dataclass
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +62,7 @@ class BlobTable:
     first_run: NDArray[np.intp]
     run_count: NDArray[np.intp]
 
-    @property
+    @cached_property
     def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(N,) each: second moments along the minor and the major axis [px^2]."""
         (uu, uv), (_, vv) = self.spread.transpose(1, 2, 0)

@@ -82,12 +82,8 @@ def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[
     beyond = np.rint(gap.cumsum(axis=1)).astype(np.intp)
     # 0 is the last pixel of the blob.
     out, weight = np.hstack([1 - beyond[:, ::-1], beyond]), np.hstack([gap[:, ::-1], gap])
-    u = _across(profiles.left, profiles.right, out, width)
-    u += (profiles.row * width)[..., None, None]
-    v = _across(profiles.top, profiles.bottom, out, height)
-    v *= width
-    v += profiles.column[..., None, None]
-    f = _shares(pixels_at(frame, np.concatenate([u, v], axis=1)))
+    position = _across(profiles, out[:, None], width, height)
+    f = _shares(pixels_at(frame, position.reshape(-1, 2 * PROFILES, 2, 2 * PROFILE_SAMPLES)))
     # Two ends of each of PROFILES rows, and of as many columns.
     blur = 6 * np.einsum('nkes,ns->nke', f * (1 - f), weight).reshape(-1, 2, 2 * PROFILES)
     blur.sort(axis=2)
@@ -105,30 +101,29 @@ def outline_sides(
     """
     height, width = size_of(frame)
     half = np.ceil(blur / 2).astype(np.intp)
-    ends = (profiles.left, profiles.right, width), (profiles.top, profiles.bottom, height)
-    sides = np.empty((2, len(half), 2, PROFILES, 2), np.intp)
-    for axis, (low, high, size) in enumerate(ends):
-        out = np.stack([-half[:, axis], half[:, axis] + BEYOND], axis=1)
-        sides[:, :, axis] = _across(low, high, out, size).transpose(3, 0, 1, 2)
-    sides[:, :, 0] += (profiles.row * width)[..., None]
-    sides[:, :, 1] *= width
-    sides[:, :, 1] += profiles.column[..., None]
-    return sides[0], sides[1]
+    sides = _across(profiles, np.stack([-half, half + BEYOND], axis=2), width, height)
+    return sides[..., 0], sides[..., 1]
 
 
-def _across(
-    low: NDArray[np.intp], high: NDArray[np.intp], out: NDArray[np.intp], size: int
-) -> NDArray[np.intp]:
-    """(N, PROFILES, 2, S) positions at both ends of [low, high), none past its middle.
+def _across(profiles: Profiles, out: NDArray[np.intp], width: int, height: int) -> NDArray[np.intp]:
+    """(N, 2, PROFILES, 2, S) pixels, v width + u, at both ends of rows and columns.
 
-    :param out: (N, S) or (S,) distance outward from the ends, 0 for the last position inside.
+    None is past the middle.
+
+    :param out: (N, 1 or 2, S) distance outward from the ends, 0 for the last pixel inside.
     """
-    low, high, out = low[..., None], high[..., None], out[:, None]
-    middle = (low + high) // 2
-    ends = np.empty((*low.shape[:2], 2, out.shape[2]), np.intp)
-    np.maximum(high - 1 + out, middle, out=ends[:, :, 0])
-    np.minimum(low - out, middle, out=ends[:, :, 1])
-    return ends.clip(0, size - 1, out=ends)
+    low = np.stack([profiles.left, profiles.top], axis=1)[..., None]
+    high = np.stack([profiles.right, profiles.bottom], axis=1)[..., None]
+    middle, out = (low + high) // 2, out[:, :, None]
+    ends = np.empty((*low.shape[:3], 2, out.shape[3]), np.intp)
+    np.maximum(high - 1 + out, middle, out=ends[..., 0, :])
+    np.minimum(low - out, middle, out=ends[..., 1, :])
+    np.maximum(ends, 0, out=ends)
+    np.minimum(ends, np.array([width - 1, height - 1])[:, None, None, None], out=ends)
+    ends[:, 0] += (profiles.row * width)[..., None, None]
+    ends[:, 1] *= width
+    ends[:, 1] += profiles.column[..., None, None]
+    return ends
 
 
 def _middle(low: NDArray[np.integer], size: NDArray[np.integer]) -> NDArray[np.intp]:

@@ -167,10 +167,10 @@ def _words_beside(
         the last.
     """
     below = image.stride // WORD
-    filled = image.words[words]
-    labels = filled.view(np.uint8).reshape(-1, WORD)
+    words = words[image.words[words] != 0]
+    labels = image.words[words].view(np.uint8).reshape(-1, WORD)
     ways = (
-        (words[filled != 0], (-below, below)),
+        (words, (-below, below)),
         (words[labels[:, 0] != 0], (-below - 1, -1, below - 1)),
         (words[labels[:, -1] != 0], (-below + 1, 1, below + 1)),
     )
