@@ -21,11 +21,14 @@ class LabelImage:
     :param filled: (N,) ascending indices of the words that may contain labels, None if any may.
         Code that sets labels in other words must set it to None; code that clears labels may leave
         it.
+    :param apart: whether it is known that no two colors are adjacent. Code that sets labels must
+        reset it; code that clears labels may leave it.
     """
 
     padded: NDArray[np.uint8]
     width: int
     filled: NDArray[np.intp] | None = None
+    apart: bool = False
 
     @classmethod
     def empty(cls, height: int, width: int) -> 'LabelImage':

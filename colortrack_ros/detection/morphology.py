@@ -71,7 +71,8 @@ def erode(image: LabelImage, size: int, count: int) -> None:
     """
     if size == 1:
         return
-    most = cv2.dilate(image.padded, _square(size)) if count > 1 and colors_touch(image) else None
+    touch = count > 1 and not image.apart and colors_touch(image)
+    most = cv2.dilate(image.padded, _square(size)) if touch else None
     margin = size // 2
     for top, bottom in image.row_groups(EMPTY_ROWS + size):
         part = image.pixels[max(top - margin, 0) : bottom + margin]
@@ -107,7 +108,7 @@ def close(image: LabelImage, size: int, count: int) -> None:
     """Closing, Pegoretti 2021, (2.7); where colors meet, the first one fills the gap."""
     if size == 1:
         return
-    labels, image.filled = image.pixels, None
+    labels, image.filled, image.apart = image.pixels, None, False
     for label in range(1, count + 1):
         mask = (labels == label).view(np.uint8)
         closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _square(size))

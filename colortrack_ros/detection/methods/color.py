@@ -178,8 +178,10 @@ class ColorDistance:
         if self._config.moving_only:
             self.whole = image.copy()
             self._drop_background(original, image)
-        if self._table.overlaps and colors_touch(image):
-            join_pieces(image, lambda position, label: self._is_within(image, position, label))
+        if self._table.overlaps:
+            image.apart = not colors_touch(image)
+            if not image.apart:
+                join_pieces(image, lambda position, label: self._is_within(image, position, label))
         return image
 
     def _labels(self, frame: Frame, old: LabelImage | None) -> LabelImage:
