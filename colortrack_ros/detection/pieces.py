@@ -33,6 +33,8 @@ def join_pieces(image: LabelImage, within: Within) -> None:
     length = runs.end - runs.start
     area = np.asarray(np.bincount(component, length, count), np.float64)
     small, large = _neighbors(runs, component, area)
+    if not len(small):
+        return
     order = np.argsort(component, kind='stable')
     first = np.searchsorted(component[order], np.arange(count + 1))
     size = (first[1:] - first[:-1])[small]
