@@ -42,7 +42,7 @@ class Survivors:
 
     def __init__(self, connected: bool) -> None:
         self._connected = connected
-        self._pause = 0
+        self._pause = self._dense = 0
 
     def label(
         self,
@@ -70,11 +70,30 @@ class Survivors:
         image = LabelImage.blank(height, width, old)
         # Label all pixels of the last rows: reading words extends into the row below.
         image.pixels[-size:] = label_pixels(picture[-size:], 1)
-        words = _words_near(picture, size, label_rows, label_pixels)
+        near = self._near(picture[size // 2 :: size], size, label_rows, label_pixels)
+        words = _words_near(near, size)
         if not self._label_words(image, picture, words, size, label_pixels):
             self._pause = PICTURES_OF_PAUSE
             return None
         return image
+
+    def _near(
+        self,
+        rows: NDArray[np.uint8],
+        size: int,
+        label_rows: LabelRows,
+        label_pixels: LabelPixels,
+    ) -> NDArray[np.bool_]:
+        """(H, words of a row) whether a square around a label of every size-th row may reach a
+        word: by the grid or, while that leaves too many, by runs of labels.
+        """
+        self._dense = max(self._dense - 1, 0)
+        if not self._dense:
+            near = _near_grid(label_pixels(rows, size), size, rows.shape[1])
+            if np.count_nonzero(near) <= LABELED_SHARE / 2 * near.size:
+                return near
+            self._dense = PICTURES_OF_PAUSE
+        return _near_runs(label_rows(rows), size)
 
     def _label_words(
         self,
@@ -109,14 +128,11 @@ class Survivors:
         return True
 
 
-def _words_near(
-    picture: NDArray[np.uint8], size: int, label_rows: LabelRows, label_pixels: LabelPixels
-) -> NDArray[np.intp]:
-    """Ascending indices of words that may contain survivors; some are below the picture."""
-    rows = picture[size // 2 :: size]
-    near = _near_grid(label_pixels(rows, size), size, picture.shape[1])
-    if np.count_nonzero(near) > LABELED_SHARE / 2 * near.size:
-        near = _near_runs(label_rows(rows), size)
+def _words_near(near: NDArray[np.bool_], size: int) -> NDArray[np.intp]:
+    """Ascending indices of words that may contain survivors; some are below the picture.
+
+    :param near: (H, words of a row) for every size-th row; any square contains one of them.
+    """
     # A square in the rows up to a sampled one contains that row or the previous sampled one.
     near[1:] |= near[:-1].copy()
     return np.flatnonzero(near.repeat(size, axis=0)[size - 1 - size // 2 :])
