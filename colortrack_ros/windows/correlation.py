@@ -36,17 +36,23 @@ class CorrelationFilter:
         rows, columns = features.shape[1:]
         self.window = np.outer(_taper(rows), _taper(columns))
         self.sigma = PEAK_SIGMA * float(np.sqrt(target.prod()))
-        v, u = (np.arange(n) - n // 2 for n in (rows, columns))
-        wanted = np.exp((u**2 + v[:, None] ** 2) / (-2 * self.sigma**2)).astype(np.float32)
-        self._wanted = np.conj(fft.rfft2(fft.ifftshift(wanted)))
-        self._inside = np.outer(*(_share(x, n) for x, n in ((v, target[1]), (u, target[0]))))
-        self._frequencies = fft.rfftfreq(columns), fft.fftfreq(rows)[:, None]
+        self._shape = height, width = fft.next_fast_len(rows), fft.next_fast_len(columns)
+        v, u = (np.arange(n) for n in self._shape)
+        square = (u - columns // 2) ** 2 + (v[:, None] - rows // 2) ** 2
+        wanted = np.exp(square / (-2 * self.sigma**2)).astype(np.float32)
+        self._wanted = np.conj(fft.rfft2(wanted))
+        near = (np.minimum(x, n - x) for x, n in ((v, height), (u, width)))  # the filter's origin
+        self._inside = np.outer(*map(_share, near, target[::-1]))
+        self._frequencies = fft.rfftfreq(width), fft.fftfreq(height)[:, None]
         self._numerator, self._energy = self._lesson(self.transform(features), np.zeros(2))
         self._filter = self._cut_off()
 
     def transform(self, features: Features) -> Spectrum:
-        """Return the spectrum, (channels, rows, columns / 2 + 1), for learn and respond."""
-        return np.asarray(fft.rfft2(features * self.window))
+        """Return the spectrum, (channels, height, width / 2 + 1), for learn and respond.
+
+        Zeros are added up to sizes that are fast to transform.
+        """
+        return np.asarray(fft.rfft2(features * self.window, self._shape))
 
     def learn(self, spectrum: Spectrum, place: Floats) -> None:
         """Update the filter with the target's current appearance.
@@ -60,14 +66,13 @@ class CorrelationFilter:
 
     def respond(self, spectrum: Spectrum) -> Features:
         """Return the response, (rows, columns), below 1: how well the target fits at each cell."""
-        answer = (self._filter * spectrum).sum(axis=0)
-        return np.asarray(fft.fftshift(fft.irfft2(answer, s=self.window.shape)))
+        answer = fft.irfft2((self._filter * spectrum).sum(axis=0), self._shape)
+        rows, columns = self.window.shape
+        return np.asarray(answer[:rows, :columns])
 
     def _cut_off(self) -> Spectrum:
         """Return the conjugate of the filter, restricted to the target's box."""
-        whole = fft.irfft2(
-            self._numerator / (self._energy + FILTER_REGULARIZATION), s=self._inside.shape
-        )
+        whole = fft.irfft2(self._numerator / (self._energy + FILTER_REGULARIZATION), self._shape)
         return np.asarray(np.conj(fft.rfft2(whole * self._inside)))
 
     def _lesson(self, spectrum: Spectrum, place: Floats) -> tuple[Spectrum, Features]:
@@ -84,4 +89,4 @@ def _taper(count: int) -> Features:
 
 def _share(place: NDArray[np.intp], side: float) -> Features:
     """Return the share of each cell, counted from the middle, inside a box of that side."""
-    return np.clip((side + 1) / 2 - np.abs(place), 0, 1).astype(np.float32)
+    return np.clip((side + 1) / 2 - place, 0, 1).astype(np.float32)

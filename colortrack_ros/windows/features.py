@@ -77,7 +77,7 @@ def to_gray(patch: Pixels, encoding: str) -> Features:
     return patch.astype(np.float32)
 
 
-def oriented_gradients(gray: Features) -> Features:
+def oriented_gradients(gray: Features) -> tuple[Features, Features]:
     """Return histograms of oriented gradients of each cell (Dalal and Triggs 2005).
 
     Each gradient is split between the two nearest of the directions in a whole turn; the histogram
@@ -85,7 +85,8 @@ def oriented_gradients(gray: Features) -> Features:
     around.
 
     :param gray: (rows, columns), multiples of CELL.
-    :return: (rows / CELL, columns / CELL, 3 ORIENTATIONS).
+    :return: sums and differences of opposite directions, (rows / CELL, columns / CELL,
+        ORIENTATIONS) each.
     """
     rows, columns = gray.shape
     count, first = 2 * ORIENTATIONS, _first_bins(rows, columns)
@@ -106,7 +107,9 @@ def oriented_gradients(gray: Features) -> Features:
     half = signed[..., :ORIENTATIONS] + signed[..., ORIENTATIONS:]
     energy = cv2.boxFilter((half**2).sum(axis=2), -1, (3, 3), normalize=False)
     norm = np.sqrt(energy + np.float32(FLAT**2))[..., None]
-    return np.minimum(np.concatenate([signed, half], axis=2) / norm, np.float32(CLIP))
+    signed = np.minimum(signed / norm, np.float32(CLIP))
+    difference = signed[..., :ORIENTATIONS] - signed[..., ORIENTATIONS:]
+    return np.minimum(half / norm, np.float32(CLIP)), difference
 
 
 @cache
@@ -117,9 +120,18 @@ def _first_bins(rows: int, columns: int) -> Indices:
 
 
 def describe(patch: Pixels, encoding: str) -> Features:
-    """Return gradients and mean colors of the cells: (channels, rows / CELL, columns / CELL)."""
-    gradients = oriented_gradients(to_gray(patch, encoding))
-    size = gradients.shape[1::-1]
-    colors = cv2.resize(patch, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255 - 0.5
-    colors = colors.reshape(*gradients.shape[:2], -1)
-    return np.ascontiguousarray(np.concatenate([gradients, colors], axis=2).transpose(2, 0, 1))
+    """Return gradients and mean colors of the cells: (channels, rows / CELL, columns / CELL).
+
+    Weighted so, sums and differences of opposite directions correlate as these and their sums do,
+    with two thirds of the channels: a^2 + b^2 + (a + b)^2 = 3/2 (a + b)^2 + 1/2 (a - b)^2.
+    """
+    half, difference = oriented_gradients(to_gray(patch, encoding))
+    rows, columns = half.shape[:2]
+    colors = cv2.resize(patch, (columns, rows), interpolation=cv2.INTER_AREA).reshape(
+        rows, columns, -1
+    )
+    features = np.empty((2 * ORIENTATIONS + colors.shape[2], rows, columns), np.float32)
+    features[:ORIENTATIONS] = np.float32(1.5**0.5) * half.transpose(2, 0, 1)
+    features[ORIENTATIONS : 2 * ORIENTATIONS] = np.float32(0.5**0.5) * difference.transpose(2, 0, 1)
+    features[2 * ORIENTATIONS :] = colors.transpose(2, 0, 1) / np.float32(255) - np.float32(0.5)
+    return features

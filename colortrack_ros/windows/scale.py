@@ -8,7 +8,6 @@ from scipy import fft
 from colortrack_ros.data import Frame
 from colortrack_ros.windows.features import CELL
 from colortrack_ros.windows.features import Floats
-from colortrack_ros.windows.features import ORIENTATIONS
 from colortrack_ros.windows.features import oriented_gradients
 from colortrack_ros.windows.features import sample
 from colortrack_ros.windows.features import to_gray
@@ -95,7 +94,7 @@ class ScaleFilter:
             matrix = np.array([[step, 0, corner[0]], [0, step, corner[1]]])
             flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
             patches.append(cv2.warpAffine(whole, matrix, self._patch, flags=flags))
-        gradients = oriented_gradients(np.concatenate(patches))[..., 2 * ORIENTATIONS :]
+        gradients = oriented_gradients(np.concatenate(patches))[0]
         return np.asarray(fft.fft(gradients.reshape(COUNT, -1) * self._taper, axis=0))
 
     def _lesson(self, spectrum: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], Floats]:
