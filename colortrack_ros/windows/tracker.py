@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
+from colortrack_ros.data import COASTING
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
@@ -21,6 +22,7 @@ from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.motion import Bools
 from colortrack_ros.windows.motion import Floats
 from colortrack_ros.windows.motion import Motion
+from colortrack_ros.windows.sighting import are_astray
 from colortrack_ros.windows.sighting import are_doubtful
 from colortrack_ros.windows.sighting import learn
 from colortrack_ros.windows.sighting import sight
@@ -195,9 +197,8 @@ class WindowTracker:
         records['similarity'][alike] = matches.similarity[alike]
         mean, norm = records['mean_innovation'], matches.innovation_norm
         step = norm - np.where(np.isinf(mean), 0.0, mean)
-        usual = accepted & (matches.alone | (norm <= mean))
+        usual = accepted & np.isfinite(norm) & (matches.alone | (norm <= mean))
         share = 1 / np.maximum(records['hits'] - 1, 1)
-        usual &= np.isfinite(norm)
         mean[usual] = np.where(np.isinf(mean), norm, mean + share * step)[usual]
 
     def _note_steps(self, matches: Matches, accepted: Bools, dt: float) -> None:
@@ -290,6 +291,8 @@ class WindowTracker:
         self._tracks.update_states(now, 1)
         rows = self._tracks.rows(now, *self._tracks.filters.bank.estimate())
         rows['covariance'][:, :2, :2] += records['drift']
+        if self._is_learning:
+            rows['state'][are_astray(records)] = COASTING
         similarity = np.where(records['hits'] > 1, records['similarity'], 1.0)
         fresh = self._tracks.freshness(now, self.config.max_time_since_update)
         rows['score'] = np.clip(similarity, 0, 1) * fresh
