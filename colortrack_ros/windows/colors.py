@@ -31,7 +31,9 @@ class Colors:
         v = np.abs(np.arange(rows) - (rows - 1) / 2)[:, None] / target[1]
         u = np.abs(np.arange(columns) - (columns - 1) / 2) / target[0]
         outward = 2 * np.maximum(u, v)
-        self._places = [np.flatnonzero(outward <= INNER), np.flatnonzero(outward > OUTER)]
+        part = np.where(outward > OUTER, 1, np.where(outward <= INNER, 0, 2)).ravel()  # 2: either
+        self._pixels = np.maximum(np.bincount(part, minlength=3)[:2, None], 1)
+        self._first_bin = part * LEVELS ** (3 if patch.ndim == 3 else 1)
         counts = self._counts(patch)
         self._seen: NDArray[np.bool_] = np.asarray(counts.any(axis=0))
         self._shares = counts / self._pixels
@@ -58,15 +60,11 @@ class Colors:
         half = np.full(len(seen), 0.5)
         self._table[seen] = np.divide(target, both, out=half, where=both > 0)
 
-    @property
-    def _pixels(self) -> Floats:
-        """Number of pixels of the target and of its surroundings, (2, 1)."""
-        return np.array([[max(len(where), 1)] for where in self._places], float)
-
     def _counts(self, patch: Pixels) -> NDArray[np.intp]:
         """Count the pixels of each color, target and surroundings: (2, LEVELS ** channels)."""
-        index, count = _index(patch).ravel(), LEVELS ** (3 if patch.ndim == 3 else 1)
-        return np.stack([np.bincount(index[where], minlength=count) for where in self._places])
+        count = LEVELS ** (3 if patch.ndim == 3 else 1)
+        bins = _index(patch).ravel() + self._first_bin
+        return np.bincount(bins, minlength=3 * count).reshape(3, count)[:2]
 
 
 def mean_inside(likelihood: Features, size: tuple[int, int], target: Floats) -> Features:

@@ -76,7 +76,8 @@ class CorrelationFilter:
 
     def _cut_off(self) -> Spectrum:
         """Return the conjugate of the filter, restricted to the target's box."""
-        whole = fft.irfft2(self._numerator / (self._energy + FILTER_REGULARIZATION), self._shape)
+        share = 1 / (self._energy + FILTER_REGULARIZATION)
+        whole = fft.irfft2(self._numerator * share, self._shape)
         return np.asarray(np.conj(fft.rfft2(whole * self._inside)))
 
     def _lesson(self, spectrum: Spectrum, place: Floats) -> tuple[Spectrum, Features]:

@@ -66,7 +66,7 @@ def _cut(image: Pixels, low: Indices, high: Indices, limit: Indices) -> tuple[Pi
     first = np.clip(low, 0, limit - 1)
     last = np.clip(high, first + 1, limit)
     part = image[first[1] : last[1], first[0] : last[0]]
-    return np.ascontiguousarray(part[..., :3] if image.ndim == 3 else part), first - low
+    return part[..., :3] if image.ndim == 3 else part, first - low
 
 
 def to_gray(patch: Pixels, encoding: str) -> Features:
@@ -85,38 +85,37 @@ def oriented_gradients(gray: Features) -> tuple[Features, Features]:
     around.
 
     :param gray: (rows, columns), multiples of CELL.
-    :return: sums and differences of opposite directions, (rows / CELL, columns / CELL,
-        ORIENTATIONS) each.
+    :return: sums and differences of opposite directions, (ORIENTATIONS, rows / CELL, columns /
+        CELL) each.
     """
     rows, columns = gray.shape
-    count, first = 2 * ORIENTATIONS, _first_bins(rows, columns)
-    size = rows // CELL * (columns // CELL) * count
+    count, cell = 2 * ORIENTATIONS, _cells(rows, columns)
+    cells = rows // CELL * (columns // CELL)
     du = cv2.Sobel(gray, cv2.CV_32F, 1, 0, ksize=1)
     dv = cv2.Sobel(gray, cv2.CV_32F, 0, 1, ksize=1)
     # The last bit of cartToPolar's magnitude depends on the alignment of its arrays (OpenCV 4.6).
     magnitude = np.sqrt(du * du + dv * dv)
     angle = np.asarray(cv2.phase(du, dv)) * np.float32(count / (2 * np.pi))
-    lower = angle.astype(np.intp)
+    lower = np.floor(angle)
     upper_share = magnitude * (angle - lower)
-    lower[lower == count] = 0
-    upper = lower + 1
-    upper[upper == count] = 0
-    sums = np.bincount((lower + first).ravel(), (magnitude - upper_share).ravel(), size)
-    sums += np.bincount((upper + first).ravel(), upper_share.ravel(), size)
-    signed = sums.astype(np.float32).reshape(rows // CELL, columns // CELL, count)
-    half = signed[..., :ORIENTATIONS] + signed[..., ORIENTATIONS:]
-    energy = cv2.boxFilter((half**2).sum(axis=2), -1, (3, 3), normalize=False)
-    norm = np.sqrt(energy + np.float32(FLAT**2))[..., None]
-    signed = np.minimum(signed / norm, np.float32(CLIP))
-    difference = signed[..., :ORIENTATIONS] - signed[..., ORIENTATIONS:]
-    return np.minimum(half / norm, np.float32(CLIP)), difference
+    bins = (lower.astype(np.intp) * cells + cell).ravel()
+    sums = np.bincount(bins, (magnitude - upper_share).ravel(), (count + 2) * cells)
+    sums[cells:] += np.bincount(bins, upper_share.ravel(), (count + 1) * cells)  # the next bins
+    sums[: 2 * cells] += sums[count * cells :]  # past a whole turn
+    signed = sums[: count * cells].astype(np.float32)
+    signed = signed.reshape(count, rows // CELL, columns // CELL)
+    half = signed[:ORIENTATIONS] + signed[ORIENTATIONS:]
+    energy = cv2.boxFilter((half**2).sum(axis=0), -1, (3, 3), normalize=False)
+    norm = 1 / np.sqrt(energy + np.float32(FLAT**2))
+    signed = np.minimum(signed * norm, np.float32(CLIP))
+    difference = signed[:ORIENTATIONS] - signed[ORIENTATIONS:]
+    return np.minimum(half * norm, np.float32(CLIP)), difference
 
 
 @cache
-def _first_bins(rows: int, columns: int) -> Indices:
-    """Return the index of the first bin of each pixel's cell, (rows, columns)."""
-    cell = np.arange(rows)[:, None] // CELL * (columns // CELL) + np.arange(columns) // CELL
-    return 2 * ORIENTATIONS * cell
+def _cells(rows: int, columns: int) -> Indices:
+    """Return the index of each pixel's cell, (rows, columns)."""
+    return np.arange(rows)[:, None] // CELL * (columns // CELL) + np.arange(columns) // CELL
 
 
 def describe(patch: Pixels, encoding: str) -> Features:
@@ -126,12 +125,9 @@ def describe(patch: Pixels, encoding: str) -> Features:
     with two thirds of the channels: a^2 + b^2 + (a + b)^2 = 3/2 (a + b)^2 + 1/2 (a - b)^2.
     """
     half, difference = oriented_gradients(to_gray(patch, encoding))
-    rows, columns = half.shape[:2]
-    colors = cv2.resize(patch, (columns, rows), interpolation=cv2.INTER_AREA).reshape(
-        rows, columns, -1
-    )
-    features = np.empty((2 * ORIENTATIONS + colors.shape[2], rows, columns), np.float32)
-    features[:ORIENTATIONS] = np.float32(1.5**0.5) * half.transpose(2, 0, 1)
-    features[ORIENTATIONS : 2 * ORIENTATIONS] = np.float32(0.5**0.5) * difference.transpose(2, 0, 1)
-    features[2 * ORIENTATIONS :] = colors.transpose(2, 0, 1) / np.float32(255) - np.float32(0.5)
-    return features
+    rows, columns = half.shape[1:]
+    colors = cv2.resize(patch, (columns, rows), interpolation=cv2.INTER_AREA)
+    colors = colors.reshape(rows, columns, -1).transpose(2, 0, 1) / np.float32(255)
+    half *= np.float32(1.5**0.5)
+    difference *= np.float32(0.5**0.5)
+    return np.concatenate([half, difference, colors - np.float32(0.5)])

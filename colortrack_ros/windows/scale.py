@@ -2,11 +2,12 @@
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
 from colortrack_ros.data import Frame
+from colortrack_ros.windows.correlation import Spectrum
 from colortrack_ros.windows.features import CELL
+from colortrack_ros.windows.features import Features
 from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.features import oriented_gradients
 from colortrack_ros.windows.features import sample
@@ -58,8 +59,9 @@ class ScaleFilter:
         self.scale, self._size = 1.0, size
         steps = np.arange(COUNT) - COUNT // 2
         self._factors = SCALE_STEP**steps
-        self._wanted = np.conj(fft.fft(np.exp(-0.5 * (steps / LABEL_SIGMA) ** 2)))[:, None]
-        self._taper = np.hanning(COUNT + 2)[1:-1, None]
+        wanted = np.exp(-0.5 * (steps / LABEL_SIGMA) ** 2).astype(np.float32)
+        self._wanted = np.conj(fft.rfft(wanted))[:, None]
+        self._taper = np.hanning(COUNT + 2)[1:-1, None].astype(np.float32)
         cells = np.maximum(
             np.rint(size * (PATCH_SIDE / np.sqrt(size.prod()) / CELL)).astype(int), 2
         )
@@ -72,7 +74,7 @@ class ScaleFilter:
         answer = (np.conj(self._numerator) * spectrum).sum(axis=1) / (
             self._energy + SCALE_REGULARIZATION
         )
-        answer = fft.ifft(answer).real
+        answer = fft.irfft(answer, COUNT)
         step = vertex(answer, int(answer.argmax())) - COUNT // 2
         if abs(step) >= UNCHANGED:
             self.scale = float(np.clip(self.scale * SCALE_STEP**step, LEAST_SCALE, GREATEST_SCALE))
@@ -82,8 +84,8 @@ class ScaleFilter:
         self._numerator += SCALE_RATE * (numerator - self._numerator)
         self._energy += SCALE_RATE * (energy - self._energy)
 
-    def _spectrum(self, frame: Frame, center: Floats) -> NDArray[np.complex128]:
-        """Return the transform, over the sizes, of each gradient: (COUNT, n)."""
+    def _spectrum(self, frame: Frame, center: Floats) -> Spectrum:
+        """Return the transform, over the sizes, of each gradient: (COUNT / 2 + 1, n)."""
         greatest = self._size * (self.scale * self._factors[-1])
         rows, columns = FINER * self._patch[1], FINER * self._patch[0]
         whole = to_gray(sample(frame, center, greatest, (columns, rows)), frame.encoding)
@@ -95,7 +97,8 @@ class ScaleFilter:
             flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
             patches.append(cv2.warpAffine(whole, matrix, self._patch, flags=flags))
         gradients = oriented_gradients(np.concatenate(patches))[0]
-        return np.asarray(fft.fft(gradients.reshape(COUNT, -1) * self._taper, axis=0))
+        gradients = gradients.reshape(len(gradients), COUNT, -1).swapaxes(0, 1).reshape(COUNT, -1)
+        return np.asarray(fft.rfft(gradients * self._taper, axis=0))
 
-    def _lesson(self, spectrum: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], Floats]:
+    def _lesson(self, spectrum: Spectrum) -> tuple[Spectrum, Features]:
         return self._wanted * spectrum, (spectrum.real**2 + spectrum.imag**2).sum(axis=1)
