@@ -159,10 +159,11 @@ class Appearance:
         Peak and contrast are each divided by their usual values. If colors never distinguished the
         target from its surroundings, the peak alone counts.
         """
-        share = np.clip(
-            np.array([seen.peak, seen.contrast]) / np.maximum(self._usual, LEAST_DIVISOR), 0, 1
-        )
-        return float(np.sqrt(share.prod()) if self._usual[1] > LEAST_CONTRAST else share[0])
+        peak, contrast = self._usual.tolist()
+        by_peak = min(max(seen.peak / max(peak, LEAST_DIVISOR), 0.0), 1.0)
+        if contrast <= LEAST_CONTRAST:
+            return by_peak
+        return float(np.sqrt(by_peak * min(max(seen.contrast / contrast, 0.0), 1.0)))
 
     def is_sure(self, seen: Sighting) -> bool:
         """Whether a sighting is clear enough to learn from; NEARBY suffices at first."""

@@ -198,8 +198,8 @@ class WindowTracker:
         mean, norm = records['mean_innovation'], matches.innovation_norm
         step = norm - np.where(np.isinf(mean), 0.0, mean)
         usual = accepted & np.isfinite(norm) & (matches.alone | (norm <= mean))
-        share = 1 / np.maximum(records['hits'] - 1, 1)
-        mean[usual] = np.where(np.isinf(mean), norm, mean + share * step)[usual]
+        step /= np.maximum(records['hits'] - 1, 1)
+        mean[usual] = np.where(np.isinf(mean), norm, mean + step)[usual]
 
     def _note_steps(self, matches: Matches, accepted: Bools, dt: float) -> None:
         """Record velocities by matching; targets that start to coast keep theirs if they agree.
@@ -253,7 +253,9 @@ class WindowTracker:
         position = self._tracks.filters.bank.estimate()[0][:, :2]
         longest = round(self.config.max_time_since_update * NANOSECONDS)
         overdue = self._clock.now - self._tracks.records['followed'] > longest
-        self._tracks.keep(is_inside(position, *frame.image.shape[:2]) & ~overdue)
+        kept = is_inside(position, *frame.image.shape[:2]) & ~overdue
+        if not kept.all():
+            self._tracks.keep(kept)
 
     def _unfollowed(self, boxes: Floats) -> Floats:
         """Boxes whose centers are in no target's box."""
@@ -273,13 +275,12 @@ class WindowTracker:
         self.waiting.refused += len(boxes) - len(kept)
         center, box = centers(kept), kept[:, 2:]
         new = self._tracks.initiate(Motion.of_new(center, self.config), self._clock.now)
-        new['mean_innovation'], new['last'] = np.inf, center[:, None]
+        new['mean_innovation'], new['steps'], new['area'] = np.inf, np.nan, box.prod(axis=1)
+        new['last'], new['seen'], new['followed'] = center[:, None], center, self._clock.now
         new['box_w'], new['box_h'] = box.T
-        new['area'] = new['box_w'] * new['box_h']
         wanted = self.config.window or np.maximum(box, LEAST_SIDE)
         size = np.array(frame.image.shape[1::-1])
         odd = np.broadcast_to(np.minimum(wanted, size).astype(int) - 1 | 1, box.shape)
-        new['seen'], new['steps'], new['followed'] = center, np.nan, self._clock.now
         for i, (w, h) in enumerate(odd.tolist()):
             new['template'][i] = Template.of(frame, center[i], w, h)
             if self._is_learning:
@@ -293,7 +294,6 @@ class WindowTracker:
         rows['covariance'][:, :2, :2] += records['drift']
         if self._is_learning:
             rows['state'][are_astray(records)] = COASTING
-        similarity = np.where(records['hits'] > 1, records['similarity'], 1.0)
-        fresh = self._tracks.freshness(now, self.config.max_time_since_update)
-        rows['score'] = np.clip(similarity, 0, 1) * fresh
+        rows['score'] = np.where(records['hits'] > 1, np.clip(records['similarity'], 0, 1), 1.0)
+        rows['score'] *= self._tracks.freshness(now, self.config.max_time_since_update)
         return rows
