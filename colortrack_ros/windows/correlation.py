@@ -60,7 +60,9 @@ class CorrelationFilter:
         :param place: (u, v) of the target relative to the middle of the features [cells].
         """
         numerator, energy = self._lesson(spectrum, place)
-        self._numerator += FILTER_RATE * (numerator - self._numerator)
+        numerator -= self._numerator
+        numerator *= FILTER_RATE
+        self._numerator += numerator
         self._energy += FILTER_RATE * (energy - self._energy)
         self._filter = self._cut_off()
 
@@ -78,7 +80,9 @@ class CorrelationFilter:
         """Return the conjugate of the filter, restricted to the target's box."""
         share = 1 / (self._energy + FILTER_REGULARIZATION)
         whole = fft.irfft2(self._numerator * share, self._shape)
-        return np.asarray(np.conj(fft.rfft2(whole * self._inside)))
+        whole *= self._inside
+        spectrum = np.asarray(fft.rfft2(whole))
+        return np.asarray(np.conj(spectrum, out=spectrum))
 
     def _lesson(self, spectrum: Spectrum, place: Floats) -> tuple[Spectrum, Features]:
         turns = sum(f * x for f, x in zip(self._frequencies, place, strict=True))
