@@ -64,15 +64,6 @@ CENTERED = 1.0
 """Largest offset of a target from the center of a glimpse that is learned from [cells]. Derived:
 INNER leaves 1.3 cells of a square target on either side."""
 
-STRAY, STRAY_LOOKS = 0.15, 20
-"""Mean offset, as a share of the target's sides, between the target and where the filter of the
-first frame sees it, from which on it may be something else; and memory of that mean [looks]. On 53
-public sequences they take 2.5 % of the frames that are on nothing, and 0.8 % of the right ones
-(benchmark/notes/windows.md)."""
-
-MOST_STRAY = 0.5
-"""Offsets count up to this share, the rim of the target: beyond, it sees nothing or anything."""
-
 LEAST_DIVISOR = 1e-6
 """Lower bound of divisors, against division by zero."""
 
@@ -92,15 +83,14 @@ class Sighting(NamedTuple):
     """Where the target seems to be.
 
     z: (u, v) [px]; R: (2, 2) its covariance [px^2]; peak: height of the response there; contrast:
-    likelihood of the target's colors there, less its mean over the glimpse, -1 to 1; first: (u, v)
-    where the filter of the first frame sees the target [px]; glimpse: what was searched.
+    likelihood of the target's colors there, less its mean over the glimpse, -1 to 1; glimpse: what
+    was searched.
     """
 
     z: Floats
     R: Floats
     peak: float
     contrast: float
-    first: Floats
     glimpse: Glimpse
 
 
@@ -120,9 +110,8 @@ class Appearance:
         self._scale = ScaleFilter(frame, center, size)
         patch = self._patch(frame, center)
         self._filter = CorrelationFilter(describe(patch, frame.encoding), self._target)
-        self._nearness = 1 - NEARNESS * (1 - self._filter.window)
         self._colors = Colors(patch, self._target * CELL)
-        self._sightings, self._looks, self._stray = 0, 0, 0.0
+        self._sightings = 0
         first = self.look(frame, center)
         self._usual = FIRST_SHARE * np.array([first.peak, first.contrast])
 
@@ -143,7 +132,7 @@ class Appearance:
         likely = self._colors.likelihood(glimpse.patch)
         colors = mean_inside(likely, answer.shape[::-1], self._target)
         both = (1 - COLOR_SHARE) * answer + COLOR_SHARE * colors
-        both *= self._nearness
+        both *= 1 - NEARNESS * (1 - self._filter.window)
         v, u = np.unravel_index(int(both.argmax()), both.shape)
         cell = np.array([vertex(both[v], int(u)), vertex(both[:, u], int(v))])
         z = center + (cell - self._cells // 2) * self._cell
@@ -151,7 +140,7 @@ class Appearance:
         # Noise in the filter's bandwidth shifts a peak of width sigma by sigma / (peak / noise).
         sigma = self._filter.sigma / max(peak / (float(answer.std()) + LEAST_DIVISOR), 1.0)
         R = (sigma**2 + 1 / 12) * self._cell**2 * np.eye(2)  # quantized to a cell
-        return Sighting(z, R, peak, contrast, self._first_place(glimpse), glimpse)
+        return Sighting(z, R, peak, contrast, glimpse)
 
     def likeness(self, seen: Sighting) -> float:
         """How much a sighting resembles the target, 0 to 1: the geometric mean of two ratios.
@@ -169,18 +158,6 @@ class Appearance:
         """Whether a sighting is clear enough to learn from; NEARBY suffices at first."""
         least = NEARBY if self._sightings < USUAL_FRAMES else LEARNED
         return self.likeness(seen) >= least
-
-    @property
-    def is_astray(self) -> bool:
-        """Whether the filter of the first frame has lately seen the target beside its place."""
-        return self._stray > STRAY
-
-    def note(self, seen: Sighting, place: Floats) -> None:
-        """Note how far from its place (u, v) [px] the filter of the first frame sees the target."""
-        self._looks += 1
-        offset = float((np.abs(seen.first - place) / self.size).max())
-        step = min(offset, MOST_STRAY) - self._stray
-        self._stray += step / min(self._looks, STRAY_LOOKS)
 
     def partly(self, seen: Sighting) -> Sighting:
         """The sighting as that of an unknown part of the target, with a larger covariance.
@@ -217,12 +194,6 @@ class Appearance:
     def _cell(self) -> float:
         """Current side of a cell [px]."""
         return self._pitch * self._scale.scale
-
-    def _first_place(self, glimpse: Glimpse) -> Floats:
-        """Return where, (u, v) [px], the filter of the first frame sees the target."""
-        answer = self._filter.respond(glimpse.spectrum, first=True) * self._nearness
-        v, u = np.unravel_index(int(answer.argmax()), answer.shape)
-        return np.asarray(glimpse.center + (np.array([u, v]) - self._cells // 2) * self._cell)
 
     def _glimpse(self, frame: Frame, center: Floats) -> Glimpse:
         patch = self._patch(frame, center)

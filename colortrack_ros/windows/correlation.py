@@ -45,7 +45,7 @@ class CorrelationFilter:
         self._inside = np.outer(*map(_share, near, target[::-1]))
         self._frequencies = fft.rfftfreq(width), fft.fftfreq(height)[:, None]
         self._numerator, self._energy = self._lesson(self.transform(features), np.zeros(2))
-        self._filter = self._first = self._cut_off()
+        self._filter = self._cut_off()
 
     def transform(self, features: Features) -> Spectrum:
         """Return the spectrum, (channels, height, width / 2 + 1), for learn and respond.
@@ -66,13 +66,9 @@ class CorrelationFilter:
         self._energy += FILTER_RATE * (energy - self._energy)
         self._filter = self._cut_off()
 
-    def respond(self, spectrum: Spectrum, first: bool = False) -> Features:
-        """Return the response, (rows, columns), below 1: how well the target fits at each cell.
-
-        :param first: whether to ask the filter of the first frame instead, which cannot drift.
-        """
-        chosen = self._first if first else self._filter
-        answer = fft.irfft2((chosen * spectrum).sum(axis=0), self._shape)
+    def respond(self, spectrum: Spectrum) -> Features:
+        """Return the response, (rows, columns), below 1: how well the target fits at each cell."""
+        answer = fft.irfft2((self._filter * spectrum).sum(axis=0), self._shape)
         rows, columns = self.window.shape
         return np.asarray(answer[:rows, :columns])
 

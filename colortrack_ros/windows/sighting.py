@@ -49,7 +49,6 @@ def sight(
         seen = appearance.look(frame, matches.z[i] if valid[i] else predicted[i])
         if appearance.likeness(seen) < NEARBY:
             if valid[i]:
-                appearance.note(seen, matches.z[i])
                 continue
             elsewhere = _elsewhere(frame, appearance, records['seen'][i], int(looks[i]))
             seen = appearance.look(frame, elsewhere)
@@ -63,7 +62,6 @@ def sight(
         error = matches.z[i] - seen.z
         if not valid[i] or error @ np.linalg.solve(seen.R, error) > DISAGREEMENT:
             matches.z[i], matches.R[i], matches.similarity[i], valid[i] = seen.z, seen.R, 0, True
-        appearance.note(seen, matches.z[i])
     return sightings
 
 
@@ -78,14 +76,6 @@ def are_doubtful(
     for i, seen in sightings.items():
         unsure[i] = not records['appearance'][i].is_sure(seen)
     return np.asarray(unsure & (records['looks'] > 0) & ~(matches.similarity > 0))
-
-
-def are_astray(records: Records) -> NDArray[np.bool_]:
-    """Return which targets, (N,), may have become something else while they were learned.
-
-    They are followed and learned, but not reported as seen.
-    """
-    return np.array([appearance.is_astray for appearance in records['appearance']], bool)
 
 
 def learn(

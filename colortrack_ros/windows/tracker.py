@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
-from colortrack_ros.data import COASTING
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
@@ -22,7 +21,6 @@ from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.motion import Bools
 from colortrack_ros.windows.motion import Floats
 from colortrack_ros.windows.motion import Motion
-from colortrack_ros.windows.sighting import are_astray
 from colortrack_ros.windows.sighting import are_doubtful
 from colortrack_ros.windows.sighting import learn
 from colortrack_ros.windows.sighting import sight
@@ -292,8 +290,6 @@ class WindowTracker:
         self._tracks.update_states(now, 1)
         rows = self._tracks.rows(now, *self._tracks.filters.bank.estimate())
         rows['covariance'][:, :2, :2] += records['drift']
-        if self._is_learning:
-            rows['state'][are_astray(records)] = COASTING
         rows['score'] = np.where(records['hits'] > 1, np.clip(records['similarity'], 0, 1), 1.0)
         rows['score'] *= self._tracks.freshness(now, self.config.max_time_since_update)
         return rows

@@ -1,17 +1,13 @@
 """What is learned of a target from what was looked at already."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from support.window_pictures import frame
 from support.window_pictures import texture
 
-from colortrack_ros.data import COASTING
 from colortrack_ros.windows import appearance
 from colortrack_ros.windows.appearance import Appearance
 from colortrack_ros.windows.features import describe
-from colortrack_ros.windows.tracker import WindowTracker
 
 CENTER, SIZE = np.array([160.0, 120.0]), np.array([31.0, 31.0])
 
@@ -45,22 +41,3 @@ def test_what_is_learned_beside_the_middle_is_found_where_it_was():
         target.learn(picture, CENTER, seen)
     seen = target.look(picture, CENTER)
     assert seen.z == pytest.approx(CENTER, abs=0.6)
-
-
-def test_a_target_beside_where_its_first_filter_sees_it_is_astray_until_it_is_back():
-    picture = turned_picture(0)
-    target = Appearance(picture, CENTER, SIZE)
-    seen = target.look(picture, CENTER)
-    for place, astray in ((CENTER, False), (CENTER + 12, True), (CENTER, False)):
-        for _ in range(2 * appearance.STRAY_LOOKS):
-            target.note(seen, place)
-        assert target.is_astray == astray
-
-
-def test_a_target_astray_is_followed_but_not_reported_as_seen(monkeypatch):
-    monkeypatch.setattr(appearance, 'STRAY', -1.0)
-    tracker = WindowTracker(targets=[(145, 105, 31, 31)])
-    for k in range(4):
-        rows = tracker.update(replace(turned_picture(0), stamp=k * 40_000_000)).rows
-    assert rows['state'].tolist() == [COASTING]
-    assert rows['time_since_update'].tolist() == [0]
