@@ -67,6 +67,7 @@ class VideoSource(RecordedSource):
     _missing: int
     _ended: bool
     _longest: float
+    _timed: int
     _following: int
     _shape: tuple[int, ...]
     _told: Size
@@ -180,7 +181,8 @@ class VideoSource(RecordedSource):
         end = self._first + max(self.total, self._given) + 2 * self._longest
         possible = self._last < frames < end
         frames = frames if possible else float(self._count)
-        self._following += abs(frames - self._last - 1) < SAME_PERIOD
+        self._timed += possible
+        self._following += possible and abs(frames - self._last - 1) < SAME_PERIOD
         self._longest = max(self._longest, frames - self._last)
         self._last = frames
         return self._last
@@ -209,14 +211,14 @@ class VideoSource(RecordedSource):
         pictures.
         """
         end = self._last - self._first + self._longest >= self.total - ESTIMATE
-        return self._estimated and end and self._following < CONSTANT_RATE * self._given
+        return self._estimated and end and self._following < CONSTANT_RATE * self._timed
 
     def rewind(self) -> None:
         """Reopen the file: seeking is inexact in some formats."""
         self._capture.release()
         self._capture = cv2.VideoCapture(self._path, cv2.CAP_FFMPEG)
         self._first = self._count
-        self._given = self._missing = self._following = 0
+        self._given = self._missing = self._timed = self._following = 0
         self._held = None
         self._ended = False
         self._sizes.close()

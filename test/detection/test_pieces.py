@@ -1,8 +1,8 @@
 """Things whose color lies between two of those that are looked for."""
 
-import cv2
 import numpy as np
 import pytest
+from support.cameras import encode
 
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
@@ -58,5 +58,4 @@ def test_what_lies_on_a_ground_does_not_become_what_is_not_the_ground():
 def test_colors_that_are_close_but_do_not_touch_are_read_in_yuv_too():
     image = np.full((16, 48, 3), 150, np.uint8)
     image[4:12, :8], image[4:12, 16:24] = ORANGE[::-1], YELLOW[::-1]
-    frame = Frame(cv2.cvtColor(image, cv2.COLOR_BGR2YUV_YUY2), 'yuyv')
-    assert sorted(detected(frame)['color']) == [0, 1]
+    assert sorted(detected(encode(image, 'yuyv'))['color']) == [0, 1]

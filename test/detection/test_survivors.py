@@ -3,6 +3,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from support.cameras import encode
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
@@ -143,9 +144,7 @@ def test_nothing_of_a_frame_is_left_in_the_memory_of_the_next(encoding, everywhe
     memory = set()
     for _ in range(6):
         picture = clutter(random, 90, 130, 2)
-        if encoding == 'yuyv':
-            picture = cv2.cvtColor(picture.copy(), cv2.COLOR_BGR2YUV_YUY2)
-        frame = Frame(picture, encoding)
+        frame = encode(picture, encoding)
         fresh = Detector(config)
         detector.detect(frame), fresh.detect(frame)
         assert fresh.labels.any()

@@ -3,6 +3,7 @@
 import struct
 import time
 
+import cv2
 import numpy as np
 import pytest
 from support.damaged import number_of
@@ -69,15 +70,22 @@ def test_every_picture_of_a_whole_film_comes_at_its_time(tmp_path, name, options
     assert (told, source.lost) == ([], 0)
 
 
+HELD_BACK = 2 if cv2.__version__.startswith('4.6.') else 0
+"""The last pictures, which the decoder has held back to put them in order: OpenCV 4.6 gives no time
+for them."""
+
+
 @pytest.mark.parametrize('name', ['film.mp4', 'film.mkv', 'film.ts', 'film.flv'])
-@pytest.mark.parametrize('kept', [r'gt(random(1)\,0.5)', r'lt(n\,50)+not(mod(n\,7))'])
+@pytest.mark.parametrize('kept', [r'gt(random(1)\,0.5)', r'lt(n\,40)+not(mod(n\,7))'])
 def test_every_picture_of_a_varying_rate_comes_at_its_time(tmp_path, name, kept):
     film = encode(tmp_path / name, f'-vf select={kept} -vsync vfr {B_FRAMES} -pix_fmt yuv420p')
     frames, told, source = watch(film)
     numbers = np.array([number_of(frame) for frame in frames])
     stamps = np.array([frame.stamp for frame in frames]) / 4e7
     assert 30 < len(frames) < 70
-    np.testing.assert_allclose(stamps, numbers - numbers[0], atol=0.02)
+    timed = slice(len(frames) - HELD_BACK)
+    np.testing.assert_allclose(stamps[timed], (numbers - numbers[0])[timed], atol=0.02)
+    assert (np.diff(stamps) > 0).all()
     assert (told, source.lost) == ([], 0)
 
 
