@@ -186,7 +186,8 @@ class Tracker:
     ) -> tuple[Prediction, Hypotheses]:
         """Compare blobs with tracks, and again if the camera turns out to have moved."""
         config, step = self.config, prediction.step
-        hypotheses = hypothesize(prediction, blobs, *gate(prediction, blobs, config))
+        track, blob = gate(prediction, blobs, config)
+        hypotheses = hypothesize(prediction, blobs, track, blob)
         prior = prediction.maneuvered[hypotheses.track]
         going_on = np.count_nonzero(hypotheses.innovations.maneuvered <= prior)
         if going_on < USUALLY * len(prediction.center):

@@ -191,9 +191,10 @@ def _missed(visible: Floats, measured: Bools, p: float) -> float:
     sure = visible > SURE
     hits = np.count_nonzero(sure & measured)
     misses = max(np.count_nonzero(sure) - 1 - hits, 0)
-    log_ratio = hits * math.log(p / DIM) + misses * math.log((1 - p) / MISSED_DIM)
+    q = 1 - p
+    log_ratio = hits * math.log(p / DIM) + misses * math.log(q / MISSED_DIM)
     outage = 1 / (1 + math.exp(min(log_ratio, 700.0)) * NO_OUTAGE_ODDS)
-    return outage * MISSED_DIM + (1 - outage) * (1 - p)
+    return outage * MISSED_DIM + (1 - outage) * q
 
 
 def _learn_disappearances(
