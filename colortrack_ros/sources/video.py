@@ -70,6 +70,7 @@ class VideoSource(RecordedSource):
     _timed: int
     _following: int
     _shape: tuple[int, ...]
+    _sizes: SizeWatch
     _told: Size
 
     def __init__(self, spec: str, rate: float, clock: Now) -> None:
@@ -94,7 +95,6 @@ class VideoSource(RecordedSource):
             )
         super().__init__(own_rate if own_rate > 0 else rate or DEFAULT_RATE)
         self._last, self._longest, self._shape = -1.0, 1.0, ()
-        self._sizes = SizeWatch(spec)
         self.rewind()
 
     @staticmethod
@@ -221,8 +221,7 @@ class VideoSource(RecordedSource):
         self._given = self._missing = self._timed = self._following = 0
         self._held = None
         self._ended = False
-        self._sizes.close()
-        self._sizes = SizeWatch(self._path)
+        self._sizes = SizeWatch(self._path)  # the last one closes its file as it goes
         self._told = self._sizes.now
 
     def close(self) -> None:
