@@ -8,6 +8,7 @@ import pytest
 from support.claims import write_huge_png
 from support.damaged import damaged_video
 from support.damaged import number_of
+from support.films import watch
 from support.paths import DATA
 
 from colortrack_ros.data import NANOSECONDS
@@ -222,17 +223,7 @@ def test_real_videos_are_read_to_their_end(name, count, period):
     [('a.mp4', 'mp4v', True), ('a.mkv', 'mp4v', True), ('a.avi', 'MJPG', False)],
 )
 def test_a_damaged_video_is_read_on_and_what_is_lost_is_told(tmp_path, name, codec, has_times):
-    source = open_source(damaged_video(tmp_path / name, codec))
-    frames, told = [], []
-    while True:
-        try:
-            frame = source.read()
-        except SourceError as error:
-            told.append(str(error))
-            continue
-        if frame is None:
-            break
-        frames.append(frame)
+    frames, told, source = watch(damaged_video(tmp_path / name, codec))
     assert 150 <= len(frames) < 200
     assert number_of(frames[-1]) == 199
     assert source.lost == 200 - len(frames)
