@@ -25,6 +25,7 @@ from colortrack_ros.detection import finder
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection import shades
 from colortrack_ros.detection import teach
+from colortrack_ros.detection import usual_areas
 from colortrack_ros.sources import open_source
 
 CLIPS = {
@@ -39,7 +40,7 @@ REAL = Path(__file__).parents[2] / 'shared' / 'data' / 'real'
 WAYS = {'tolerance 50': 50.0, 'tolerance 25': 25.0, 'found': 0.0}
 
 CONSTANTS = (
-    'LOOK_SECONDS', 'POOL_SECONDS', 'MOST_GROWTH', 'LARGEST_SECONDS', 'LEAST_SHARE', 'PIECE_SHARE',
+    'LOOK_SECONDS', 'POOL_SECONDS', 'MOST_GROWTH', 'USUAL_SECONDS', 'LEAST_SHARE', 'PIECE_SHARE',
     'PIECE_REACH', 'FEWEST_LEFT', 'NEAR', 'FEWEST_PIXELS', 'LARGEST_SHARE', 'LEAST_SPREAD',
     'DEEPER', 'SHAPE_ROUNDS', 'OUTLINE_WIDTH', 'HALF_WAY', 'ELSEWHERE_SHARE',
     'SHADE_STEP', 'MOST_SHADES', 'SHADE_GAP',
@@ -114,7 +115,8 @@ def boxes_of(row: np.void, label: dict[str, float]) -> tuple[np.ndarray, np.ndar
 def sensitivity(folder: Path, names: Sequence[str]) -> Iterator[list[str]]:
     """A row for half and for twice of each constant."""
     for name in names:
-        modules = [module for module in (finder, extent, shades, teach) if hasattr(module, name)]
+        rooms = finder, usual_areas, extent, shades, teach
+        modules = [module for module in rooms if hasattr(module, name)]
         value = getattr(modules[0], name)
         for factor in (0.5, 1, 2) if name in TAUGHT else (0.5, 2):
             changed = type(value)(factor * value)

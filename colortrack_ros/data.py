@@ -62,7 +62,8 @@ u, v: estimated position [px]; du, dv: estimated velocity [px/s]; covariance: po
 of (u, v, du, dv); track_id: from 1, never used twice in a run; color: of the track; state:
 TENTATIVE, CONFIRMED or COASTING; age: since the first detection [s]; time_since_update: since the
 last detection [s], 0 when measured in this frame; hits: number of detections assigned to it; area,
-box_w, box_h: of the last detection [px]; score: 0..1, existence confidence.
+box_w, box_h: of the last detection of this object alone, not of a blob of several [px]; score:
+0..1, existence confidence.
 """
 
 LOCATION = np.dtype(

@@ -8,6 +8,7 @@ share of them.
 """
 
 from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -157,6 +158,7 @@ def find_extent(
     largest_share: float = LARGEST_SHARE,
     least: float = 0.0,
     allowed: float = 0.0,
+    apart: Sequence[Triple] = (),
 ) -> Extent | None:
     """Find the extent of a color from the deepest valley around it.
 
@@ -167,6 +169,7 @@ def find_extent(
     :param least: least half axis of a and b, with samples or others.
     :param allowed: number of pixels that it may have, even gray ones, although few are near it: for
         a known object whose light has changed.
+    :param apart: colors that other objects have, which are left outside if possible.
     :returns: None if it is not in the picture, or no size of it stays below that share.
     """
     near = max(pixels_near(counts, sample) for sample in (lab, *samples))
@@ -183,7 +186,9 @@ def find_extent(
         return _valley(number[mine], away[mine], np.array(lab), shape, alike, least)
     is_gray = np.hypot(*lab[1:]) < NEAR
     most_gray = most if is_gray else min(most, max(MOST_SHADES_OF_ONE * near, allowed))
-    return _deepest_valley(number, color, lab, (most, most_gray))
+    limits = most, most_gray
+    found = _deepest_valley(number, color, lab, limits, apart)
+    return found or (_deepest_valley(number, color, lab, limits, ()) if apart else None)
 
 
 def _deepest_valley(
@@ -191,16 +196,21 @@ def _deepest_valley(
     color: NDArray[np.float64],
     lab: Triple,
     limits: tuple[float, float],
+    apart: Sequence[Triple],
 ) -> Extent | None:
     """Find the valley around one color; center and shape adapt to the pixels inside.
 
     :param limits: largest number of pixels, without gray and with gray among them.
+    :param apart: colors that are left outside.
     """
     center, shape = np.array(lab), SHAPE
     best = whole = None
     for _ in range(SHAPE_ROUNDS):
         distance = nearest_sample(color, (center,), shape)
         most = np.where(np.hypot(*(center / shape)[1:]) < SIZES, limits[1], limits[0])
+        if apart:
+            other = nearest_sample(center[None], apart, shape)
+            most[other <= SIZES] = 0.0
         found = _valley(number, distance, center, shape, most)
         if found is None or (best is not None and found.growth > best.growth - DEEPER):
             break

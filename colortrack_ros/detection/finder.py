@@ -21,12 +21,14 @@ from colortrack_ros.detection.extent import nearest_color
 from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.extent import SHAPE
+from colortrack_ros.detection.reference import apart_from
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shades import reach_of
 from colortrack_ros.detection.shades import shades_beyond
 from colortrack_ros.detection.shades import with_shades
+from colortrack_ros.detection.usual_areas import UsualAreas
 from colortrack_ros.encodings import plain
 
 # Unless noted otherwise, the constants below were chosen. On four real clips, `python
@@ -44,21 +46,6 @@ change without restriction. It is also the time constant for following the light
 SHADES_SECONDS = 1.0
 """Interval between two searches for further shades of a color [s], once its unrestricted period is
 over. A search takes 20 to 60 ms, and the light on an object changes no faster than the pool."""
-
-LARGEST_SECONDS = 3.0
-"""Memory for the area of the largest blob: it is forgotten after at most this time, and at least
-half of it [s]. Longer than a hand or a turn hides most of an object, and shorter than it takes to
-walk away from the camera."""
-
-LEAST_SHARE, PIECE_SHARE = 1 / 20, 1 / 3
-"""Least area over that of the largest blob, anywhere, and right beside a larger one. The first
-keeps objects at 4.5 times the distance, but no glints. The second drops pieces that a stripe or a
-finger cuts off, up to a third. Equal objects right beside each other are assumed to differ in
-distance by less than a factor of 1.7. Assumed."""
-
-PIECE_REACH = 0.5
-"""Margin around the box of a blob in which its pieces lie [share of the side of the box].
-Assumed."""
 
 FEWEST_LEFT = 1 / 4
 """Share of its pixels that a color must keep to follow the light; the inverse limits its growth.
@@ -92,12 +79,12 @@ class ColorFinder:
         self._shades: dict[int, tuple[Triple, ...]] = {}
         self._shaded: dict[int, int] = {}
         self._pool: NDArray[np.float64] | None = None
-        self._looked = self._measured = 0
+        self._looked = 0
         self._first: int | None = None
         self._fills: set[int] = set()
         self._nearest: dict[int, tuple[int, int, int]] = {}
         self._specks = 0
-        self._largest = np.zeros((2, len(colors)))
+        self._usual = UsualAreas(len(colors), self._sought)
 
     def look(self, frame: Frame) -> bool:
         """Update the colors from a picture, if an update is due.
@@ -140,7 +127,7 @@ class ColorFinder:
         for k, extent in self._found.items():
             if self._colors[k].is_sampled or self._colors[k].inverted:
                 continue
-            reach = reach_of(cells, counts, extent)
+            reach = reach_of(cells, counts, extent, apart_from(self._colors, k))
             if reach is None:
                 continue
             known = self._reach.get(k, reach)
@@ -148,13 +135,17 @@ class ColorFinder:
             is_young = stamp - self._since[k] < POOL_SECONDS * NANOSECONDS
             pause = (LOOK_SECONDS if is_young else SHADES_SECONDS) * NANOSECONDS
             if not 0 <= stamp - self._shaded.get(k, stamp + 1) < pause:
-                self._shades[k] = shades_beyond(cells, counts, with_shades(extent, reach))
+                whole = with_shades(extent, reach)
+                self._shades[k] = shades_beyond(cells, counts, whole, apart_from(self._colors, k))
                 self._shaded[k] = stamp
 
     def _find(self, k: int, counts: NDArray[np.float64], allowed: float = 0.0) -> Extent | None:
         color = self._colors[k]
         most = _most_of(color)
-        found = find_extent(counts, color.lab, color.samples, color.others, most, allowed=allowed)
+        known = color.lab, color.samples, color.others
+        found = find_extent(
+            counts, *known, most, allowed=allowed, apart=apart_from(self._colors, k)
+        )
         if found is None or not color.inverted:
             return found
         # The rest shrinks as the background color grows: a lot if the background is unevenly lit.
@@ -241,20 +232,8 @@ class ColorFinder:
         return ''
 
     def keep(self, blobs: BlobTable, stamp: int) -> NDArray[np.bool_]:
-        """(N,) whether a blob is large enough compared to the largest of its color."""
-        if not self._sought:
-            return np.ones(len(blobs.area), bool)
-        half = LARGEST_SECONDS / 2 * NANOSECONDS
-        elapsed = stamp - self._measured
-        if not 0 <= elapsed < half:
-            last = self._largest[0] * (half <= elapsed < 2 * half)
-            self._largest = np.stack([np.zeros_like(last), last])
-            self._measured = stamp
-        color = blobs.label.astype(int) - 1
-        mine = np.isin(color, self._sought)
-        np.maximum.at(self._largest[0], color[mine], blobs.area[mine])
-        kept = ~mine | (blobs.area >= LEAST_SHARE * self._largest.max(axis=0)[color])
-        kept[kept & mine] = ~_is_piece(blobs.take(kept & mine))
+        """(N,) whether a blob is large enough for an object of its color."""
+        kept = self._usual.keep(blobs, stamp)
         self._specks = int(np.count_nonzero(~kept))
         return kept
 
@@ -262,32 +241,3 @@ class ColorFinder:
 def _most_of(color: ReferenceColor) -> float:
     """Largest share of the picture that a color may cover."""
     return LARGEST_GROUND if color.inverted else LARGEST_SHARE
-
-
-def _is_piece(blobs: BlobTable) -> NDArray[np.bool_]:
-    """(N,) whether a blob is beside a much larger one of its color, or enclosed by a larger one."""
-    low = blobs.box[:, None, :2] - PIECE_REACH * blobs.box[:, None, 2:]
-    high = blobs.box[:, None, :2] + (1 + PIECE_REACH) * blobs.box[:, None, 2:]
-    beside = ((blobs.mean >= low) & (blobs.mean <= high)).all(axis=2)
-    beside &= blobs.label == blobs.label[:, None]
-    pieces = (beside & (blobs.area < PIECE_SHARE * blobs.area[:, None])).any(axis=0)
-    low, high = blobs.box[:, :2], blobs.box[:, :2] + blobs.box[:, 2:]
-    within = (low[:, None] < low).all(axis=2) & (high[:, None] > high).all(axis=2)
-    candidates = np.argwhere(beside & within & ~pieces).tolist()
-    ends = blobs.runs.ends() if candidates else ()
-    for outer, inner in candidates:
-        pieces[inner] |= _surrounds(blobs, ends, outer, inner)
-    return pieces
-
-
-def _surrounds(
-    blobs: BlobTable, ends: tuple[NDArray[np.intp], ...], outer: int, inner: int
-) -> bool:
-    """Whether a blob has pixels on all sides of another's center, such as the frame of a print."""
-    u, v = np.rint(blobs.mean[inner])
-    first = blobs.first_run[outer]
-    mine = slice(first, first + blobs.run_count[outer])
-    row, left, right = (column[mine] for column in ends)
-    here, along = row == v, (left <= u) & (u < right)
-    sides = here & (right <= u), here & (left > u), along & (row < v), along & (row > v)
-    return all(side.any() for side in sides)

@@ -252,3 +252,8 @@ def _shade_of(name: str, config: ReferenceColorConfig) -> ReferenceColor:
             tolerance = config.tolerance or color.tolerance
             return replace(color, tolerance=tolerance, tolerance_lab=axes)
     raise ValueError(f'{name}: expected {one}, got none of them')
+
+
+def apart_from(colors: Sequence[ReferenceColor], k: int) -> list[Triple]:
+    """All colors but one, which other objects have."""
+    return [color.lab for j, color in enumerate(colors) if j != k]

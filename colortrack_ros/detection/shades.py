@@ -18,6 +18,7 @@ from colortrack_ros.detection.color_table import look_up
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import HALF_WAY
 from colortrack_ros.detection.extent import MOST_GROWTH
+from colortrack_ros.detection.extent import nearest_sample
 from colortrack_ros.detection.extent import SIZE_STEP
 from colortrack_ros.detection.extent import SLOPE_STEPS
 from colortrack_ros.detection.reference import Triple
@@ -52,7 +53,7 @@ by -7 points. The IoU of boxes of caps is 0.83 and 0.96, compared to 0.87 with i
 
 
 def reach_of(
-    cells: NDArray[np.uint16], counts: NDArray[np.float64], extent: Extent
+    cells: NDArray[np.uint16], counts: NDArray[np.float64], extent: Extent, apart: list[Triple]
 ) -> float | None:
     """Factor by which shades extend the half axes, 1 to HALF_WAY; None if no object is visible.
 
@@ -60,6 +61,7 @@ def reach_of(
     added pixels must be no farther from the objects than those are thick.
 
     :param cells, counts: (H, W) and (65536,) of :func:`sample_colors`.
+    :param apart: colors that other objects have, which are left outside.
     """
     (filled,) = counts.nonzero()
     away = (cell_bounds()[0].T[filled] - extent.lab) / extent.axes
@@ -70,14 +72,15 @@ def reach_of(
     order = np.argsort(distance)
     behind = np.searchsorted(distance[order], REACHES)
     number = counts[filled[order]]
-    apart = number - beside[filled[order]] * (counts.sum() / cells.size)
-    sums = np.stack([number, apart]).cumsum(axis=1)
+    far = number - beside[filled[order]] * (counts.sum() / cells.size)
+    sums = np.stack([number, far]).cumsum(axis=1)
     count, elsewhere = np.hstack([np.zeros((2, 1)), sums])[:, behind]
     tried = slice(SLOPE_STEPS, -SLOPE_STEPS)
     growth = (count[2 * SLOPE_STEPS :] - count[: -2 * SLOPE_STEPS]) / np.maximum(count[tried], 1)
     growth /= 2 * SLOPE_STEPS * SIZE_STEP
     count, elsewhere = count[tried], elsewhere[tried]
     ends = (growth > MOST_GROWTH) | (elsewhere - elsewhere[0] > ELSEWHERE_SHARE * count[0])
+    ends |= REACHES[tried] >= nearest_sample(np.array([extent.lab]), apart, np.array(extent.axes))
     last = int(np.append(ends[1:], True).argmax())
     return float(REACHES[tried][last])
 
@@ -114,29 +117,28 @@ def with_shades(extent: Extent, reach: float) -> Extent:
 
 
 def shades_beyond(
-    cells: NDArray[np.uint16], counts: NDArray[np.float64], extent: Extent
+    cells: NDArray[np.uint16], counts: NDArray[np.float64], extent: Extent, apart: list[Triple]
 ) -> tuple[Triple, ...]:
     """Centers of additional ellipsoids for lighter and darker shades of a color.
 
-    Each one is a step ahead on the ridge of the color's own pixels. They end at the last gap before
-    a step that doubles the color's pixels, includes an object not connected to one of the color, or
-    reaches gray.
+    Each is a step ahead on the ridge of the color's own pixels. They end at the last gap before one
+    that doubles these, includes an object not connected to them, or reaches gray or another color.
 
     :param cells, counts: (H, W) and (65536,) of :func:`sample_colors`.
+    :param apart: colors that other objects have, which are left outside.
     """
     (filled,) = counts.nonzero()
     color, number = cell_bounds()[0].T[filled], counts[filled] * (cells.size / counts.sum())
     center, axes = np.array(extent.lab), np.array(extent.axes)
     mine = _within(color, center, axes)
-    found: list[Triple] = []
+    found = list[Triple]()
     for way in (center - NO_LIGHT, NO_LIGHT - center):
         shades, last, has = list[Triple](), center, mine
         ended: tuple[list[Triple], NDArray[np.bool_]] = [], mine
         for _ in range(MOST_SHADES):
             way = way * SHADE_STEP / np.linalg.norm(way / axes)
             shade = last + way
-            is_gray = np.hypot(*(shade / axes)[1:]) < 1
-            if is_gray or not 0 <= shade[0] <= 100:
+            if not _is_shade(shade, axes, apart):
                 break
             added = _within(color, shade, axes) & ~has
             more, before = number[added].sum(), number[has].sum()
@@ -151,6 +153,13 @@ def shades_beyond(
             shades.append((float(shade[0]), float(shade[1]), float(shade[2])))
         found, mine = found + ended[0][::-2], ended[1]
     return tuple(found)
+
+
+def _is_shade(shade: NDArray[np.float64], axes: NDArray[np.float64], apart: list[Triple]) -> bool:
+    """Whether an ellipsoid with this center includes neither gray nor another color."""
+    is_gray = np.hypot(*(shade / axes)[1:]) < 1
+    is_another = nearest_sample(shade[None], apart, axes)[0] < 1
+    return bool(not is_gray and not is_another and 0 <= shade[0] <= 100)
 
 
 def _within(

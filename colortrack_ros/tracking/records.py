@@ -61,7 +61,7 @@ FIELDS = [
 
 origin, seen: where it started and where it was last measured [px].
 misses: frames without a detection.
-area, box_w, box_h: of the last detection [px].
+area, box_w, box_h: of the last detection of this object alone [px].
 extent: reach of the object to the low and high side, by axis [px], see extents.
 systematic: variance by axis of the error that its centroids have in common [px^2].
 growth: of the extent [1/s].

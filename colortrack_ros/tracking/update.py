@@ -106,7 +106,10 @@ def update(
 def _record_hits(
     tracks: TrackTable[Bank], taken: Hypotheses, blobs: Measurements, prediction: Prediction
 ) -> None:
-    """Record which tracks were measured, where, and their sizes."""
+    """Record which tracks were measured, where, and their sizes.
+
+    A blob of several objects says nothing about the size of each: they keep theirs.
+    """
     records = tracks.records
     every = len(taken) == len(prediction.center)
     track = slice(None) if every else taken.track
@@ -116,7 +119,11 @@ def _record_hits(
     tracks.record_hits(track, prediction.step.now)
     records['seen'][track] = taken.z
     records['systematic'][track] = blobs.systematic.take(taken.blob, axis=0)
-    record_size(records, track, blobs.rows.take(taken.blob))
+    blob = taken.blob
+    if np.count_nonzero(blobs.mixed):
+        alone = np.bincount(blob)[blob] == 1
+        track, blob = taken.track[alone], blob[alone]
+    record_size(records, track, blobs.rows.take(blob))
 
 
 def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses) -> None:

@@ -14,6 +14,7 @@ from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.reference import apart_from
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shades import reach_of
@@ -69,12 +70,16 @@ def plane_of(frame: Frame, config: DetectorConfig) -> dict[str, Any]:
     mean = [np.bincount(square, number * lab_of_cells[:, axis]) / pixels for axis in range(3)]
     rgb = rgb_from_lab(np.stack(mean, axis=1))
     middle = (squares + 0.5) * BIN
-    colors = [_place_of(color, sample, counts, lab_of_cells, number) for color in config.colors]
+    colors = [
+        _place_of(color, apart_from(config.colors, k), sample, counts, lab_of_cells, number)
+        for k, color in enumerate(config.colors)
+    ]
     return {'cells': np.column_stack([middle, pixels, rgb]).round(1).tolist(), 'colors': colors}
 
 
 def _place_of(
     color: ReferenceColor,
+    apart: list[Triple],
     sample: NDArray[np.uint16],
     counts: NDArray[np.float64],
     cells: NDArray[np.float64],
@@ -82,15 +87,16 @@ def _place_of(
 ) -> dict[str, Any]:
     """A reference color, in a picture with a histogram over the cells of the color table.
 
+    :param apart: the other colors.
     :param sample: of the picture, see sample_colors().
     :param cells: (N, 3) CIELAB of those with pixels.
     :param number: (N,) of their pixels.
     """
     lab, axes = color.lab, color.axes if not color.is_sought else None
     if axes is None:
-        extent = find_extent(counts, color.lab, color.samples, color.others)
+        extent = find_extent(counts, color.lab, color.samples, color.others, apart=apart)
         if extent and not color.is_sampled:
-            extent = with_shades(extent, reach_of(sample, counts, extent) or 1.0)
+            extent = with_shades(extent, reach_of(sample, counts, extent, apart) or 1.0)
         lab, axes = (extent.lab, extent.axes) if extent else (lab, None)
     samples = [lab, *color.samples]
     return {

@@ -42,7 +42,7 @@ def taken_detections(ours: NDArray[np.void], detections: Detections) -> Indices:
     """Return, for each track, the row of its detection in this picture, -1 for none.
 
     A track has the color, area and box of its last detection; among several such, the nearest is
-    taken.
+    taken. Tracks that share a blob keep theirs, so they have no detection.
 
     :param ours: (N,) of dtype TRACK.
     """

@@ -32,35 +32,35 @@ def red():
 
 def test_a_shade_on_a_thing_is_reached():
     cells = picture(((100, 100), 33, SHADE), ((100, 100), 30, RED))
-    assert 1.5 < reach_of(*cells, red()) <= HALF_WAY
+    assert 1.5 < reach_of(*cells, red(), []) <= HALF_WAY
 
 
 @pytest.mark.parametrize('radius', [5, 60])
 def test_one_that_is_elsewhere_too_is_not(radius):
     discs = ((100, 100), 33, SHADE), ((100, 100), 30, RED), ((240, 130), radius, SHADE)
-    assert reach_of(*picture(*discs), red()) < 1.5
+    assert reach_of(*picture(*discs), red(), []) < 1.5
 
 
 def test_nor_is_one_that_there_is_more_of_than_of_the_thing():
-    assert reach_of(*picture(((100, 100), 50, SHADE), ((100, 100), 30, RED)), red()) < 1.5
+    assert reach_of(*picture(((100, 100), 50, SHADE), ((100, 100), 30, RED)), red(), []) < 1.5
 
 
 def test_specks_elsewhere_are_no_things_that_a_shade_may_lie_on():
     discs = [((200 + 6 * k, 40 + 6 * j), 2, SHADE) for k in range(8) for j in range(8)]
     specks = [((200 + 6 * k, 40 + 6 * j), 1, RED) for k in range(8) for j in range(8)]
     thing = ((100, 100), 33, SHADE), ((100, 100), 30, RED)
-    assert reach_of(*picture(*discs, *specks, *thing), red()) < 1.5
-    assert reach_of(*picture(*specks, *thing), red()) > 1.5
+    assert reach_of(*picture(*discs, *specks, *thing), red(), []) < 1.5
+    assert reach_of(*picture(*specks, *thing), red(), []) > 1.5
 
 
 def test_without_a_thing_nothing_is_known():
-    assert reach_of(*picture(), red()) is None
-    assert reach_of(*picture(((100, 100), 1, RED)), red()) is None
+    assert reach_of(*picture(), red(), []) is None
+    assert reach_of(*picture(((100, 100), 1, RED)), red(), []) is None
 
 
 def test_shades_are_found_up_to_the_border_of_the_picture():
     cells = picture(((0, 0), 33, SHADE), ((0, 0), 30, RED), ((319, 239), 30, RED))
-    assert reach_of(*cells, red()) > 1.5
+    assert reach_of(*cells, red(), []) > 1.5
 
 
 def graded(*discs, least=0.15):
@@ -80,7 +80,7 @@ DARK = Extent((26.0, 43.0, 31.0), (12.0, 8.0, 8.0), 0.1, 1.0)
 
 
 def test_a_color_goes_along_its_shades_from_the_dark_side_of_a_thing_to_the_light_one():
-    shades = np.array(shades_beyond(*graded(((100, 100), 40, RED)), DARK))
+    shades = np.array(shades_beyond(*graded(((100, 100), 40, RED)), DARK, []))
     light = lab_from_rgb(np.array(RED))
     assert len(shades) > 2
     assert np.abs(shades - light).max(axis=1).min() < 8.0
@@ -91,7 +91,9 @@ def test_not_where_another_thing_has_a_shade():
     cells, _ = graded(((100, 100), 40, RED))
     v, u = np.mgrid[:240, :320]
     cells[np.hypot(u - 250, v - 100) < 20] = cells[85, 100]
-    shades = np.array(shades_beyond(cells, np.bincount(cells.reshape(-1), minlength=CELLS), DARK))
+    shades = np.array(
+        shades_beyond(cells, np.bincount(cells.reshape(-1), minlength=CELLS), DARK, [])
+    )
     assert shades.reshape(-1, 3)[:, 0].max(initial=0) < 34, 'that thing has 39'
 
 
@@ -99,5 +101,7 @@ def test_nor_where_there_is_more_of_a_shade_than_of_the_color():
     cells, _ = graded(((100, 100), 40, RED))
     v, u = np.mgrid[:240, :320]
     cells[(np.hypot(u - 100, v - 100) > 40) & (v < 200)] = cells[80, 100]
-    shades = np.array(shades_beyond(cells, np.bincount(cells.reshape(-1), minlength=CELLS), DARK))
+    shades = np.array(
+        shades_beyond(cells, np.bincount(cells.reshape(-1), minlength=CELLS), DARK, [])
+    )
     assert shades.reshape(-1, 3)[:, 0].max(initial=0) < 34

@@ -63,7 +63,7 @@ def test_two_objects_that_cross_come_out_on_their_own_sides():
 
 @pytest.mark.slow
 def test_objects_that_merge_share_the_blob():
-    """Two discs are a single blob for two seconds; each is measured at its own side."""
+    """Two discs are a single blob for two seconds; each is measured at its own side, in its box."""
     paths = [
         lambda t, i=i: (40 + SPEED * t, 100 + (2 * i - 1) * (13 + 4 * abs(t - 2))) for i in range(2)
     ]
@@ -75,5 +75,8 @@ def test_objects_that_merge_share_the_blob():
         if rows['state'].any():
             assert rows['state'].tolist() == [CONFIRMED] * 2
             np.testing.assert_allclose(rows['v'], objects[:, 2], atol=2.0)
+            boxes = np.stack([rows['box_w'], rows['box_h']])
+            assert np.abs(boxes - 2 * RADIUS).max() <= 2, 'each its own'
+            assert rows['area'] == pytest.approx(np.pi * RADIUS**2, rel=0.05)
             followed += 1
     assert followed > 90

@@ -1,0 +1,105 @@
+"""Usual areas: which blobs are objects, and which are pieces of one, or specks."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.blobs import BlobTable
+
+# Unless noted otherwise, the constants below were chosen. On four real clips, `python
+# benchmark/colors.py --constants` halves and doubles them.
+
+USUAL_SECONDS = 3.0
+"""Memory for the usual area of a blob: it is forgotten after at most this time, and at least half
+of it [s]. Longer than a hand or a turn hides most of an object, and shorter than it takes to walk
+away from the camera."""
+
+CROWD_SHARE = 1 / 3
+"""Share of the pixels of a color in blobs of at most the usual area. Pieces of an object have fewer
+of them; in a crowd, the objects that touch nobody have more. Assumed."""
+
+LEAST_SHARE, PIECE_SHARE = 1 / 20, 1 / 3
+"""Least area over the usual one, anywhere, and right beside a larger blob. The first keeps objects
+at 4.5 times the distance, but no glints. The second drops pieces that a stripe or a finger cuts
+off, up to a third. Equal objects right beside each other are assumed to differ in distance by less
+than a factor of 1.7. Assumed."""
+
+PIECE_REACH = 0.5
+"""Margin around the box of a blob in which its pieces lie [share of the side of the box].
+Assumed."""
+
+
+class UsualAreas:
+    """Learns the area of one object of each color whose tolerance is estimated.
+
+    :param count: number of colors.
+    :param sought: indices of these; blobs of all others are kept.
+    """
+
+    def __init__(self, count: int, sought: list[int]) -> None:
+        self._sought = sought
+        self._usual = np.zeros((2, count))
+        self._measured = 0
+
+    def keep(self, blobs: BlobTable, stamp: int) -> NDArray[np.bool_]:
+        """(N,) whether a blob is large enough compared to the usual one of its color."""
+        if not self._sought:
+            return np.ones(len(blobs.area), bool)
+        half = USUAL_SECONDS / 2 * NANOSECONDS
+        elapsed = stamp - self._measured
+        if not 0 <= elapsed < half:
+            last = self._usual[0] * (half <= elapsed < 2 * half)
+            self._usual = np.stack([np.zeros_like(last), last])
+            self._measured = stamp
+        color = blobs.label.astype(np.intp) - 1
+        for k in self._sought:
+            self._usual[0, k] = max(self._usual[0, k], _usual_area(blobs.area[color == k]))
+        usual = self._usual.max(axis=0)[color]
+        mine = np.isin(color, self._sought)
+        kept = ~mine | (blobs.area >= LEAST_SHARE * usual)
+        kept[kept & mine] = ~_is_piece(blobs.take(kept & mine), usual[kept & mine])
+        return kept
+
+
+def _usual_area(area: NDArray[np.int64]) -> float:
+    """The area of one object: in a crowd, the largest blob consists of many that touch."""
+    if not len(area):
+        return 0.0
+    area = np.sort(area)
+    behind = np.cumsum(area)
+    return float(area[np.searchsorted(behind, CROWD_SHARE * behind[-1])])
+
+
+def _is_piece(blobs: BlobTable, usual: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,) whether a blob is beside a much larger one, or enclosed by a larger one of its color.
+
+    The larger one may have another color, of which the shade on its underside is the color sought.
+
+    :param usual: (N,) usual areas: what is beside many that touch is compared to one of them.
+    """
+    low = blobs.box[:, None, :2] - PIECE_REACH * blobs.box[:, None, 2:]
+    high = blobs.box[:, None, :2] + (1 + PIECE_REACH) * blobs.box[:, None, 2:]
+    beside = ((blobs.mean >= low) & (blobs.mean <= high)).all(axis=2)
+    whole = np.minimum(blobs.area[:, None], usual)
+    pieces = np.asarray((beside & (blobs.area < PIECE_SHARE * whole)).any(axis=0))
+    beside &= blobs.label == blobs.label[:, None]
+    low, high = blobs.box[:, :2], blobs.box[:, :2] + blobs.box[:, 2:]
+    within = (low[:, None] < low).all(axis=2) & (high[:, None] > high).all(axis=2)
+    candidates = np.argwhere(beside & within & ~pieces).tolist()
+    ends = blobs.runs.ends() if candidates else ()
+    for outer, inner in candidates:
+        pieces[inner] |= _surrounds(blobs, ends, outer, inner)
+    return pieces
+
+
+def _surrounds(
+    blobs: BlobTable, ends: tuple[NDArray[np.intp], ...], outer: int, inner: int
+) -> bool:
+    """Whether a blob has pixels on all sides of another's center, such as the frame of a print."""
+    u, v = np.rint(blobs.mean[inner])
+    first = blobs.first_run[outer]
+    mine = slice(first, first + blobs.run_count[outer])
+    row, left, right = (column[mine] for column in ends)
+    here, along = row == v, (left <= u) & (u < right)
+    sides = here & (right <= u), here & (left > u), along & (row < v), along & (row > v)
+    return all(side.any() for side in sides)
