@@ -272,7 +272,7 @@ def _learn_more(
     records, period = prediction.records, prediction.step.period
     if prediction.sized:
         last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
-        again = prediction.unseen[track] <= period
+        again = (prediction.unseen[track] <= period) & ~blobs.mixed[blob]
         _learn_jitter(learned, last, blobs.size[blob], again, period)
     confirmed = track[records['state'][track] != TENTATIVE]
     learned.detection_rate.learn(prediction.unmeasured[confirmed] / period)
