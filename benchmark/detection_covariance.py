@@ -37,7 +37,9 @@ RUNS = [
 """Scene, tolerance (0: found) and parameters, with which the balls are found as they are."""
 
 VISIBLE, COVERED, LEAVING = 'visible', 'covered', 'leaving'
-FITTED = ('OUTLINE_VARIANCE', 'SHADING_SHIFT', 'SEEN_SHARE', 'BLURRED_DISTANCE', 'CUT_SHIFT')
+FITTED = (
+    'OUTLINE_VARIANCE', 'SEEN_VARIANCE', 'ERROR_VARIANCE', 'SHADED_VARIANCE', 'CUT_SHIFT',
+)  # fmt: skip
 FIT_BALLS = 40
 """Balls of each group that constants are fitted to, about."""
 STEP = 3
@@ -53,18 +55,18 @@ class Recorder:
         detector.centroid_covariance = self._keep
 
     def _keep(self, blobs, size, *values):
-        self.made = (
-            blobs,
-            size,
-            [np.broadcast_to(x, (len(blobs.area), *np.shape(x)[1:])) for x in values],
-        )
+        count = len(blobs.area)
+        self.made = blobs, size, [np.full(count, x) if np.isscalar(x) else x for x in values]
         return self._covariance(blobs, size, *values)
 
     def of(self, row):
         """What the covariance of a row of the last picture was made of; None if it is a part."""
         blobs, size, values = self.made
         mine = (blobs.mean == [row['u'], row['v']]).all(axis=1)
-        return (blobs.take(mine), size, *(x[mine] for x in values)) if mine.any() else None
+        if not mine.any():
+            return None
+        mine_of = (x[mine] if isinstance(x, np.ndarray) else x.take(mine) for x in values)
+        return blobs.take(mine), size, *mine_of
 
     def again(self, made):
         """The covariance with the constants of now."""

@@ -68,13 +68,19 @@ TOUCHING = ('swarm?duration=2', 50.0, {'split': True})
 CONSTANTS = {
     'covariance': {
         'OUTLINE_VARIANCE': BALL,
-        'SHADING_SHIFT': JUGGLED,
-        'BLURRED_DISTANCE': SMEARED,
-        'LEAST_DISTANCE': BALL,
+        'SEEN_VARIANCE': JUGGLED,
+        'ERROR_VARIANCE': SMEARED,
+        'SHADED_VARIANCE': BALL,
         'CUT_SHIFT': JUGGLED,
         'HIDDEN_REACH': ROOM,
     },
-    'blur': {'PROFILES': JUGGLED, 'CLOSE': BALL, 'REACH_SHARE': JUGGLED, 'UNSURE': BALL},
+    'blur': {
+        'PROFILES': JUGGLED,
+        'CLOSE': BALL,
+        'REACH_SHARE': JUGGLED,
+        'UNSURE': BALL,
+        'MOST_FARTHER': SMEARED,
+    },
     'skewness': {'LEARN_RATE': JUGGLED, 'SPREADS': JUGGLED, 'USUAL_SHARE': JUGGLED},
     'background_model': {
         'FOLLOW_RATES': ROOM,

@@ -23,23 +23,58 @@ REACH_SHARE = 1 / 4
 """Length of a profile on each side [half axes], at least PROFILE_SAMPLES px. Blur up to twice as
 wide is visible; an object blurred over more than half of itself has no inside to compare with."""
 
-UNSURE = 0.05
-"""Shares this close to 0 and 1 are noise and shading, not blur: a ramp becomes 0.9 times as
-wide."""
-
-SHARP = 4.0
-"""Largest apparent width of a sharp outline [px]: pixels mix what is on both sides, and noise and
-shading add to it. It is 1.1 to 1.6 for slow balls of 15 px, 2.7 on average for 48 px, and 2 to 3 if
-pixels share their chroma. `python benchmark/detection_covariance.py` is as close to 1 with 3, and
-less close with 2."""
+UNSURE = 0.1
+"""Shares this close to 0 and 1 are noise and shading, not blur. Of random worlds, blur of 5 to 16
+px seems 0.83 to 0.97 times as wide; with half of it, 0.75 to 0.9 times, and sharp noisy outlines
+seem up to a third wider."""
 
 BEYOND = 2
 """Distance from the last pixel of a blob to the surroundings, without half of the blur [px]: the
 erosion removes one pixel, and another is partly covered."""
 
+ERODED = 1
+"""Width that the default erosion takes from each side of an object [px]."""
+
+MOST_FARTHER = 3
+"""Largest ratio of the distance of opposite sides of an outline to that of the pixels inside whose
+colors are compared: what is blurred over more than half of itself has no inside."""
+
 ENDS = 2
 """Samples whose mean is the color inside, or outside: fewer have more noise, more have less
 reach."""
+
+
+@dataclass(frozen=True)
+class Ends(Columns):
+    """By how much farther out N blobs end on one side of each axis than on the other.
+
+    Both are 0 for blobs that consist of outline alone: even their middle is a mixture of colors.
+
+    :param shift: (N, 2) of the middle between both ends, along u and v [shares of the blur].
+    :param error: (N,) standard error of the shift, over both axes [shares of the blur].
+    """
+
+    shift: NDArray[np.float64]
+    error: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, share: NDArray[np.float64], blobs: BlobTable, blur: NDArray[np.float64]) -> 'Ends':
+        """The ends of blobs.
+
+        The inside color is that of a pixel some way inside, and shading varies evenly across an
+        object: at its outline opposite sides differ by as much more as they are farther apart.
+
+        :param share: (N, 2, PROFILES, 2) of the inside color at the ends of :func:`outline_sides`.
+        :param blur: (N, 2) of :func:`outline_blur`.
+        """
+        shift = (share[..., 1] - share[..., 0]) / 2
+        mean = shift.mean(axis=2)
+        away = shift - mean[..., None]
+        error = np.einsum('nak,nak->n', away, away) / (2 * PROFILES * (PROFILES - 1))
+        has_inside = blur.max(axis=1) < 2 * np.sqrt(blobs.axes[0])
+        half = blobs.box[:, 2:] / 2
+        farther = (half + ERODED) / np.maximum(half - blur / 2 - 1, half / MOST_FARTHER)
+        return cls(mean * farther * has_inside[:, None], np.sqrt(error) * has_inside)
 
 
 @dataclass(frozen=True)
@@ -69,8 +104,8 @@ def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[
 
     Along a profile across the outline, the share f of the inside color decreases to 0. For a ramp
     of width w, as caused by motion during the exposure, the integral of f (1 - f) is w / 6,
-    wherever the outline lies on the ramp. Rows and columns are from the middle half, where they
-    cross the outline at a right angle.
+    wherever the outline lies on the ramp. What UNSURE takes from a ramp is given back. Rows and
+    columns are from the middle half, where they cross the outline at a right angle.
 
     :returns: (N, 2) [px].
     """
@@ -85,7 +120,8 @@ def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[
     position = _across(profiles, out[:, None], width, height)
     f = _shares(pixels_at(frame, position.reshape(-1, 2 * PROFILES, 2, 2 * PROFILE_SAMPLES)))
     # Two ends of each of PROFILES rows, and of as many columns.
-    blur = 6 * np.einsum('nkes,ns->nke', f * (1 - f), weight).reshape(-1, 2, 2 * PROFILES)
+    blur = np.einsum('nkes,ns->nke', f * (1 - f), weight).reshape(-1, 2, 2 * PROFILES)
+    blur *= 6 / (1 - 2 * UNSURE)
     blur.sort(axis=2)
     return np.asarray((blur[..., PROFILES - 1] + blur[..., PROFILES]) / 2)
 

@@ -13,10 +13,10 @@ from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.blobs import sample_pixels
+from colortrack_ros.detection.blur import Ends
 from colortrack_ros.detection.blur import outline_blur
 from colortrack_ros.detection.blur import outline_sides
 from colortrack_ros.detection.blur import Profiles
-from colortrack_ros.detection.blur import SHARP
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.covariance import centroid_covariance
 from colortrack_ros.detection.covariance import open_part
@@ -157,8 +157,8 @@ class Detector:
         rows['u'], rows['v'] = blobs.mean.T
         if not len(rows):
             return rows
-        score = rows['score'] = self._score(frame, blobs)
-        covariance = self._covariance(frame, blobs, score, part)
+        rows['score'], spread = self._closeness(frame, blobs)
+        covariance = self._covariance(frame, blobs, spread, part)
         rows['cov_uu'], rows['cov_uv'] = covariance[:, 0, 0], covariance[:, 0, 1]
         rows['cov_vv'] = covariance[:, 1, 1]
         rows['area'] = blobs.area
@@ -185,58 +185,35 @@ class Detector:
         self,
         frame: Frame,
         blobs: BlobTable,
-        score: NDArray[np.float64],
+        spread: NDArray[np.float64],
         part: NDArray[np.float64] | float,
     ) -> NDArray[np.float64]:
         """(N, 2, 2) covariances of the centroids, from the visible part of each blob."""
         height, width = size_of(frame)
         skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
-        doubt = _of_label(self._method.doubt, blobs.label)
         profiles = Profiles.of(blobs)
         blur = outline_blur(frame, blobs, profiles)
-        sided = self._one_sidedness(frame, blobs, profiles, blur)
-        return centroid_covariance(
-            blobs, (height, width), score, blur, sided, part, skewness, doubt
-        )
-
-    def _one_sidedness(
-        self,
-        frame: Frame,
-        blobs: BlobTable,
-        profiles: Profiles,
-        blur: NDArray[np.float64],
-    ) -> NDArray[np.float64]:
-        """(N, 2, 2) one-sidedness of the outlines, see centroid_covariance(); 0 if they are sharp.
-
-        It is also 0 for blobs that consist of outline alone: even their middle is a mixture of
-        colors.
-        """
-        sided = np.zeros((*blur.shape, 2))
-        width = blur.max(axis=1)
-        is_blurred = (width > SHARP) & (width < 2 * np.sqrt(blobs.axes[0]))
-        if not is_blurred.any():
-            return sided
-        profiles, blur = profiles.take(is_blurred), blur[is_blurred]
-        columns = size_of(frame)[1]
         inside, outside = outline_sides(frame, profiles, blur)
-        end = self._method.end_share(
+        share = self._method.end_share(
             frame,
-            np.divmod(inside.reshape(-1), columns),
-            np.divmod(outside.reshape(-1), columns),
-            blobs.label[is_blurred].repeat(inside[0].size),
-        ).reshape(inside.shape)
-        shift = (end[..., 1] - end[..., 0]) / 2
-        error = np.sqrt(shift.var(axis=2, ddof=1) / shift.shape[2])
-        sided[is_blurred] = np.stack([np.abs(shift.mean(axis=2)), error], axis=2)
-        return sided
+            np.divmod(inside.reshape(-1), width),
+            np.divmod(outside.reshape(-1), width),
+            blobs.label.repeat(inside[0].size),
+        )
+        ends = Ends.of(share.reshape(inside.shape), blobs, blur)
+        return centroid_covariance(blobs, (height, width), spread, blur, ends, part, skewness)
 
-    def _score(self, frame: Frame, blobs: BlobTable) -> NDArray[np.float64]:
-        """(N,) mean closeness to the color, over at most SCORE_PIXELS pixels of each blob."""
+    def _closeness(
+        self, frame: Frame, blobs: BlobTable
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(N,) mean closeness to the color, and its spread, over SCORE_PIXELS of each blob."""
         blob, position = sample_pixels(blobs, SCORE_PIXELS)
         pixel = np.divmod(position, blobs.runs.stride)
         closeness = self._method.closeness(frame, pixel, blobs.label[blob])
         count = len(blobs.area)
-        return np.bincount(blob, closeness, count) / np.bincount(blob, minlength=count)
+        number = np.bincount(blob, minlength=count)
+        mean, square = (np.bincount(blob, closeness**n, count) / number for n in (1, 2))
+        return mean, np.sqrt(np.maximum(square - mean**2, 0))
 
 
 def _of_label(value: NDArray[Any] | float, label: NDArray[np.uint8]) -> NDArray[Any]:

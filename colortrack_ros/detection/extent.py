@@ -39,11 +39,6 @@ SHAPE = np.array([LIGHTNESS_AXIS, 1.0, 1.0])
 SIZE_STEP, SLOPE_STEPS = 0.04, 5
 """Steps of the size in ln t, and the number of steps on each side for the growth, +-20 %."""
 
-END_SHIFT = 0.02
-"""Shift of a centroid along one axis due to the uncertain limit of a color (standard deviation)
-[shares of the width of its blur]. A valley is known to 20 %: sizes that much larger and smaller
-shift the centroids of `single`, `five`, `juggle`, and `clutter` by 0.015 to 0.03."""
-
 SIZES = np.exp(np.arange(np.log(4.0), np.log(80.0), SIZE_STEP))
 """Half axes of a and b to try [CIELAB units]: from the size of a cell of the table to the distance
 between different colors."""

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
-from colortrack_ros.detection.extent import END_SHIFT
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import FEWEST_PIXELS
 from colortrack_ros.detection.extent import find_extent
@@ -190,16 +189,6 @@ class ColorFinder:
                 samples=self._shades.get(k, colors[k].samples),
             )
         return tuple(found)
-
-    @property
-    def doubt(self) -> NDArray[np.float64]:
-        """(colors + 1,) by label, centroid shift due to the uncertain limit of a color.
-
-        It is a standard deviation [shares of the width of the blur].
-        """
-        doubt = np.zeros(len(self._colors) + 1)
-        doubt[[k + 1 for k in self._found if not self._colors[k].inverted]] = END_SHIFT
-        return doubt
 
     @property
     def trouble(self) -> str:

@@ -80,17 +80,6 @@ def test_a_third_of_a_thing_right_beside_it_is_a_piece_of_it():
     assert row['v'] == pytest.approx(80, abs=2)
 
 
-def test_centroids_of_a_color_are_known_less_if_its_end_was_found():
-    frame = Frame(cv2.blur(picture((80, 80, 25, RED)), (5, 5)))
-    found = sought(RED)
-    (row,) = found.detect(frame).rows
-    (color,) = found._method._finder.resolve(found._method._given)
-    (same,) = Detector(DetectorConfig(colors=(color,))).detect(frame).rows
-    assert row['area'] == same['area']
-    more = [row[name] - same[name] for name in ('cov_uu', 'cov_vv')]
-    assert more == pytest.approx([0.02**2 * 5**2] * 2, rel=0.9)  # blurred over 5 px
-
-
 @pytest.mark.parametrize('rgb', [RED, GREEN, (230, 120, 30)])
 @pytest.mark.parametrize('radius', [6, 8])
 def test_a_far_ball_is_found_to_its_outline_though_that_is_much_of_it(rgb, radius):

@@ -2,6 +2,7 @@
 
 from functools import cache
 
+import cv2
 import numpy as np
 import pytest
 
@@ -95,7 +96,6 @@ def blurred(smear, angle=0.0, cover=None):
 
 @pytest.mark.parametrize('smear', [4.0, 8.0, 12.0])
 def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear):
-    frame = Frame(blurred(smear))
     seen = []
     for angle in (0.0, np.pi / 2):
         image = blurred(smear, angle)
@@ -107,7 +107,11 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
     assert seen[0][0] == pytest.approx(smear, abs=2.5)
     assert seen[1][0] == pytest.approx(smear, abs=2.5)
     assert max(seen[0][1], seen[1][1]) < 4
-    (row,) = Detector(DetectorConfig()).detect(frame).rows
+    v, u = np.indices((160, 240))
+    even = np.full((160, 240, 3), (110, 105, 100), np.uint8)
+    even[(v - 80) ** 2 + (u - 120) ** 2 < 24**2] = (34, 58, 205)
+    even = cv2.blur(even, (round(smear) + 1, 1))
+    (row,) = Detector(DetectorConfig()).detect(Frame(even)).rows
     assert row['cov_uu'] > 2 * row['cov_vv']
 
 
@@ -125,6 +129,53 @@ def squared_errors(radius, smear, tolerance):
         u, v = row['u'] - center[0], row['v'] - center[1]
         found.append((u**2 / row['cov_uu'], v**2 / row['cov_vv']))
     return np.mean(found, axis=0)
+
+
+STRANGERS = {
+    'dim': {'gain': 0.7},
+    'bright': {'gain': 1.15},
+    'clean': {'noise': 0.0},
+    'noisy': {'noise': 6.0},
+    'unsharp': {'sigma': 1.2},
+    'out of focus': {'sigma': 2.0, 'noise': 4.0},
+    'thrown': {'smear': 9.0, 'gain': 0.85},
+    'close': {'radius': 38.0, 'noise': 1.0},
+    'far': {'radius': 10.0, 'sigma': 0.7},
+}
+"""Cameras and balls of no rendered scene: exposure, noise and focus."""
+
+
+def stranger(random, radius=20.0, gain=1.0, noise=2.0, sigma=0.0, smear=0.0):
+    """A frame of a red ball before a wall, and the ball's center."""
+    center, angle = np.array([120, 80]) + random.random(2), random.uniform(0, 2 * np.pi)
+    image = np.full((160, 240, 3), (110, 105, 100), np.uint8)
+    way = smear * np.array([np.cos(angle), np.sin(angle)])
+    draw_ball(image, center, way, radius, np.array((34, 58, 205), np.float32))
+    levels = gain * image.astype(np.float32)
+    if sigma:
+        levels = cv2.GaussianBlur(levels, (0, 0), sigma)
+    levels += random.normal(0, noise, levels.shape)
+    return Frame(np.clip(levels, 0, 255).astype(np.uint8)), center
+
+
+@pytest.mark.parametrize('tolerance', [0.0, 50.0])
+def test_balls_before_cameras_of_no_scene_are_known_as_well_as_is_said(tolerance):
+    squared = {}
+    for name, options in STRANGERS.items():
+        # Without a tolerance, a color is picked in the picture.
+        gain = 1.0 if tolerance else options.get('gain', 1.0)
+        rgb = np.minimum(gain * np.array([205, 58, 34]), 255)
+        red = ReferenceColor.from_rgb('red', tuple(rgb.astype(int).tolist()), tolerance)
+        random = np.random.default_rng(0)
+        squared[name] = []
+        for _ in range(8):
+            frame, center = stranger(random, **options)
+            (row,) = Detector(DetectorConfig(colors=(red,))).detect(frame).rows
+            error = np.array([row['u'], row['v']]) - center
+            covariance = [[row['cov_uu'], row['cov_uv']], [row['cov_uv'], row['cov_vv']]]
+            squared[name].append(error @ np.linalg.solve(covariance, error) / 2)
+    assert 0.7 < np.mean(list(squared.values())) < 1.4
+    assert all(0.5 < np.mean(own) < 3 for own in squared.values()), squared
 
 
 def test_a_ball_that_is_smeared_over_all_of_itself_is_not_thought_worse_for_its_lack_of_an_inside():

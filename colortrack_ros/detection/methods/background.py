@@ -57,7 +57,6 @@ class BackgroundSubtraction:
 
     labels = 1
     reads_yuv = False
-    doubt = 0.0
     is_found = False
     whole = None
     trouble = ''

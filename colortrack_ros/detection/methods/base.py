@@ -38,14 +38,6 @@ class Method(Protocol):
         """Labels of the last frame before the method dropped possible parts of objects."""
 
     @property
-    def doubt(self) -> NDArray[np.float64] | float:
-        """(labels + 1,) by label, centroid error due to the unknown limits of objects.
-
-        It is a standard deviation along one axis [shares of the width of the blur], and may be one
-        number for all labels.
-        """
-
-    @property
     def is_found(self) -> NDArray[np.bool_] | bool:
         """(labels + 1,) by label, whether the limits of objects were estimated from the pictures.
 

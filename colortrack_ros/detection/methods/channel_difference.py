@@ -66,7 +66,6 @@ class ChannelDifference:
 
     labels = 1
     reads_yuv = False
-    doubt = 0.0
     is_found = False
     whole = None
     trouble = ''

@@ -148,11 +148,6 @@ class ColorDistance:
         return config.grow == 1 and config.white_balance == 'none' and not config.moving_only
 
     @property
-    def doubt(self) -> NDArray[np.float64]:
-        """Centroid error of colors with an estimated tolerance."""
-        return self._finder.doubt
-
-    @property
     def is_found(self) -> NDArray[np.bool_]:
         """Which colors have an estimated tolerance."""
         return np.array([False, *(color.is_sought for color in self._given)])
