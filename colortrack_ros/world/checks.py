@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Detections
 from colortrack_ros.estimation.gaussian import mixture
+from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.matching import HIDDEN
@@ -20,6 +21,7 @@ from colortrack_ros.world.state import HEIGHT
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
+from colortrack_ros.world.view import LOWEST
 from colortrack_ros.world.view import View
 
 Floats = NDArray[np.float64]
@@ -36,6 +38,11 @@ A smaller one may be due to a diameter that nobody measured. Chosen."""
 MOST_ROUNDED = 0.005
 """Largest rounding of positions [m]: half of what locates a ball well. Exceeded beyond 66 km.
 Chosen."""
+
+MISMEASURED = 1e-3
+"""Odds that an object has another diameter than its color says, times the ratio of the densities of
+its height if so and if not, both at 0. Assumed: one in a hundred, and heights of 10 standard
+deviations. Both are as likely from 3.7 standard deviations on."""
 
 BELOW = 0.1
 """Height below the ground, over the distance, at which no object can be: 6 degrees. Objects above
@@ -98,6 +105,35 @@ def off_height(objects: Objects, view: View, config: LocatorConfig) -> tuple[str
         f'object {objects.object_id[off][0]} is {above[off][0]:+.2f} m off the height that it has '
         'on the ground: camera_pose, ground_height, diameter or depth is wrong'
     ), below
+
+
+def unsaid(mean: Floats, cov: Floats, kinds: Kinds, view: View, config: LocatorConfig) -> Floats:
+    """Return what to add to the covariances of positions, (N, 3, 3), beside what is estimated.
+
+    :param mean: (N, 8), cov: (N, 8, 8) of the objects, of these kinds.
+    """
+    added = np.diag(rounding(view) ** 2 / 12)
+    return added + _either_way(mean, cov, kinds, view, config) if config.method == 'size' else added
+
+
+def _either_way(
+    mean: Floats, cov: Floats, kinds: Kinds, view: View, config: LocatorConfig
+) -> Floats:
+    """Return the spread of positions, (N, 3, 3), if diameters may be wrong.
+
+    An object that should be on the ground, and by its size is not, is on a table, or it is where
+    its ray meets the ground and its diameter is wrong. The mixture of both is moment-matched about
+    the first.
+    """
+    above = mean[:, 2] - config.ground_height - kinds.height
+    variance = np.maximum(cov[:, 2, 2] + cov[:, HEIGHT, HEIGHT] - 2 * cov[:, 2, HEIGHT], TINY)
+    odds = MISMEASURED * np.exp(np.minimum(np.square(above) / variance / 2, 100.0))
+    ray = mean[:, POSITION] - view.optical.t
+    low = kinds.bound & (np.abs(ray[:, 2]) > LOWEST)
+    share = np.where(low, above / np.where(low, ray[:, 2], 1.0), 0.0)
+    share = np.clip(share, 1 - config.max_range / np.linalg.norm(ray, axis=1), 1.0)
+    d = ray * (share * np.sqrt(odds / (1 + odds)))[:, None]
+    return np.asarray(d[:, :, None] * d[:, None, :])
 
 
 @dataclass(frozen=True)

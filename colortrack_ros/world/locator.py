@@ -18,7 +18,7 @@ from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.checks import beyond
 from colortrack_ros.world.checks import coarse
 from colortrack_ros.world.checks import outside
-from colortrack_ros.world.checks import rounding
+from colortrack_ros.world.checks import unsaid
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.doubts import Doubts
 from colortrack_ros.world.matching import measured_of
@@ -134,10 +134,10 @@ class Locator:
         rows = np.zeros(len(objects), LOCATION)
         for at, name in enumerate(('x', 'y', 'z', 'vx', 'vy', 'vz')):
             rows[name] = mean[:, at]
-        rows['covariance'] = cov[:, :6, :6]
         if self._view is not None:
-            variances = np.einsum('nii->ni', rows['covariance'][:, :3, :3])  # a view
-            variances += rounding(self._view) ** 2 / 12
+            added = unsaid(mean, cov, objects.kinds, self._view, self._config)
+            cov[:, POSITION, POSITION] += added
+        rows['covariance'] = cov[:, :6, :6]
         rows['track_id'] = objects.object_id
         for name in ('color', 'state', 'score'):
             rows[name] = getattr(objects, name)

@@ -172,6 +172,22 @@ def test_a_wrong_height_of_the_camera_is_told_where_size_or_depth_see_it():
     assert 'm off the height' in told[0]
 
 
+@pytest.mark.parametrize(('share', 'least'), [(0.7, 0.8), (1.0, 0.0)])
+def test_the_covariance_by_size_reaches_to_the_ground_where_size_and_ground_disagree(share, least):
+    """A ball of 0.7 times the diameter of its color, and one that is as large as it is said to be.
+
+    The former is located 0.8 m and more too far away; by its size alone 0.1 m would be expected.
+    """
+    one, _ = locator('size', diameter=2 * RADIUS / share, height=RADIUS)
+    for k in range(10):
+        (row,) = one.update(*seen(view_at(), BALL, (k + 1) * FRAME), view_at()).rows
+    cov = row['covariance'].reshape(6, 6)[:3, :3]
+    e = np.array([row[name] for name in 'xyz'], float) - BALL
+    assert e @ np.linalg.solve(cov, e) < chi2.ppf(0.999, 3)
+    assert least <= np.linalg.norm(e) < least + 0.6
+    assert np.sqrt(np.trace(cov)) < least + 1
+
+
 def test_a_color_that_is_not_known_is_told():
     one, told = locator()
     tracks, detections = seen(view_at(), BALL, FRAME)
