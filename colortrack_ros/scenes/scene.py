@@ -242,14 +242,16 @@ class Scene:
 
     def _visible(self, i: int, k: int) -> float:
         """Return the visible part of the disc of thing i."""
+        gap = np.abs(self._center[i + 1 :, k] - self._center[i, k])
+        near = (gap < self._half[i + 1 :, k] + self._half[i, k]).all(axis=1)
+        if not near.any() and self._is_clear(i, k):
+            return 1.0
         u, v = self._center[i, k][:, None] + self._half[i, k, 0] * _DISC
         seen = (u > -0.5) & (u < self.width - 0.5) & (v > -0.5) & (v < self.height - 0.5)
         for cover in self._covers:
             height, width = cover.picture.shape[:2]
             column, row = cover.column - 0.5, cover.row - 0.5
             seen &= (u < column) | (u > column + width) | (v < row) | (v > row + height)
-        gap = np.abs(self._center[i + 1 :, k] - self._center[i, k])
-        near = (gap < self._half[i + 1 :, k] + self._half[i, k]).all(axis=1)
         for j in (np.flatnonzero(near) + i + 1).tolist():
             x, y = u - self._center[j, k, 0], v - self._center[j, k, 1]
             half_width, half_height = self._half[j, k]
@@ -259,6 +261,25 @@ class Scene:
             else:
                 seen &= (np.abs(x) > half_width) | (np.abs(y) > half_height)
         return float(np.mean(seen))
+
+    def _is_clear(self, i: int, k: int) -> bool:
+        """Whether the disc of thing i is wholly in the picture and touches no cover."""
+        (u, v), reach = self._center[i, k].tolist(), float(self._half[i, k, 0])
+        boxes = [
+            (c.column - 0.5, c.row - 0.5, c.picture.shape[1], c.picture.shape[0])
+            for c in self._covers
+        ]
+        return (
+            reach - 0.5 < u < self.width - 0.5 - reach
+            and (reach - 0.5 < v < self.height - 0.5 - reach)
+            and all(
+                u + reach < column
+                or u - reach > column + width
+                or v + reach < row
+                or v - reach > row + height
+                for column, row, width, height in boxes
+            )
+        )
 
 
 @lru_cache(maxsize=1)
