@@ -21,7 +21,7 @@ from following import swing
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Frame
@@ -46,7 +46,7 @@ from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.view import View
 
 SECONDS, RATE = 12.0, 30
-OUTSIDE = chi2.ppf(0.999, 3)
+OUTSIDE = chdtri(3, 0.001)
 WAYS = (((2.5, -0.4, 4.5, -1.4), 0.3), ((3.0, 1.5, 4.5, 2.5, 2.0, 2.5), 0.5), ((1.5, 2.5), 0.0))
 ROLLERS = tuple(
     Thing(thing.name, ThingConfig(rgb=thing.config.rgb, diameter=0.24, path=path, speed=speed))

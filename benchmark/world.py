@@ -16,7 +16,7 @@ import time
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-from scipy.stats import chi2
+from scipy.special import chdtri
 from world_scene import as_seen
 from world_scene import bases
 from world_scene import CAMERA
@@ -68,7 +68,7 @@ class Outcome:
     @property
     def bounds(self):
         """The 95 % interval of the mean NEES of as many runs."""
-        return chi2.ppf([0.025, 0.975], self.dof * self.runs) / self.runs
+        return chdtri(self.dof * self.runs, [0.975, 0.025]) / self.runs
 
     def rmse(self, since=0.0):
         """Root mean square of the error as a share of the range, from a time [s] on."""

@@ -13,7 +13,7 @@ import argparse
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-from scipy.stats import chi2
+from scipy.special import chdtri
 from world import run
 from world_scene import bases
 from world_scene import config_of
@@ -115,7 +115,7 @@ def figures(error, cov, away, counted):
     nees = (error * np.linalg.solve(cov, error[..., None])[..., 0]).sum(axis=-1)
     share, first = np.linalg.norm(error, axis=-1) / away, round(SETTLED * HERE.rate)
     rmse = [100 * np.sqrt(np.mean(share[k:][counted[k:]] ** 2)) for k in (0, first)]
-    inside = np.mean(nees[counted] < chi2.ppf(0.95, 2))
+    inside = np.mean(nees[counted] < chdtri(2, 0.05))
     return *rmse, np.mean(nees[counted]), 100 * inside
 
 
@@ -131,7 +131,7 @@ def main():
         for motion in ('stands', 'rests', 'rolls'):
             name = f'{"drives" if drives else "stands"}, {motion}'
             out = run('ground', motion, drives, a.runs, a.seed)
-            inside = np.mean(out.nees[out.counted > 0] < chi2.ppf(0.95, out.dof))
+            inside = np.mean(out.nees[out.counted > 0] < chdtri(out.dof, 0.05))
             row = 100 * out.rmse(), 100 * out.rmse(SETTLED), out.mean_nees, out.dof, 100 * inside
             table.add_row(name, 'locator', *(f'{value:.3g}' for value in row))
             for which in FILTERS:

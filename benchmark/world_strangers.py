@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from dataclasses import field
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 from world_scene import as_seen
 from world_scene import bases
 from world_scene import CAMERA
@@ -36,7 +36,7 @@ from colortrack_ros.world.state import HEIGHT
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.view import View
 
-OUTSIDE, MEDIAN = chi2.ppf([0.999, 0.5], 3)
+OUTSIDE, MEDIAN = chdtri(3, [0.001, 0.5])
 WANDERS = 0.1
 DOME = CameraModel.of(900, 900, (230, 0, 450, 0, 230, 450, 0, 0, 1), (0.0,) * 4, 'equidistant')
 SIGMA = (0.01, 0.01, 0.01, 0.01, float(np.radians(PITCH)), 0.01)

@@ -1,6 +1,7 @@
 """Images in every encoding that a message can have, through real nodes and through replay."""
 
 import array
+from functools import cache
 
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
@@ -45,23 +46,34 @@ def message_of(picture, name, stamp, *, big_endian=False, padding=0):
 
 
 VARIANTS = [(name, end, pad) for name in KNOWN for end in (False, True) for pad in (0, 24)]
-MESSAGES = [
-    message_of(SCENE.render(250), name, START + k * STEP, big_endian=end, padding=pad)
-    for k, (name, end, pad) in enumerate(VARIANTS)
-]
-EXPECTED = Detector(DetectorConfig()).detect(Frame(SCENE.render(250))).rows
+
+
+@cache
+def messages():
+    """The same picture in all variants."""
+    picture = SCENE.render(250)
+    return [
+        message_of(picture, name, START + k * STEP, big_endian=end, padding=pad)
+        for k, (name, end, pad) in enumerate(VARIANTS)
+    ]
+
+
+@cache
+def expected():
+    """What the detector finds in that picture."""
+    return Detector(DetectorConfig()).detect(Frame(SCENE.render(250))).rows
 
 
 def assert_found(clouds):
     """The balls are where they are in every picture that has colors."""
     found = {stamp_of(cloud.header): np.frombuffer(cloud.data, DETECTION) for cloud in clouds}
-    for message, variant in zip(MESSAGES, VARIANTS, strict=True):
+    for message, variant in zip(messages(), VARIANTS, strict=True):
         rows = found[stamp_of(message.header)]
         if 'mono' in message.encoding or message.encoding == '8UC1':
             assert not len(rows), variant
             continue
-        assert len(rows) == len(EXPECTED), variant
-        away = np.hypot(*(rows[axis][:, None] - EXPECTED[axis] for axis in 'uv'))
+        assert len(rows) == len(expected()), variant
+        away = np.hypot(*(rows[axis][:, None] - expected()[axis] for axis in 'uv'))
         assert away.min(axis=0).max() < 1, variant
 
 
@@ -87,13 +99,13 @@ def test_real_nodes_take_every_encoding_and_draw_on_it(ros):
         """Not those to the early picture, whenever they come."""
         return [answer for answer in some if stamp_of(answer.header) >= START]
 
-    for count, message in enumerate(MESSAGES, start=1):
+    for count, message in enumerate(messages(), start=1):
         publisher.publish(message)
         there = ros.spin(lambda count=count: len(answers(drawn)) == count)
         assert there, (message.encoding, ros.outputs())
-    assert len(answers(detections)) == len(MESSAGES)
+    assert len(answers(detections)) == len(messages())
     assert_found(answers(detections))
-    for message, picture in zip(MESSAGES, answers(drawn), strict=True):
+    for message, picture in zip(messages(), answers(drawn), strict=True):
         bgr = frame_of_image(picture).image.astype(int)
         expected = writable_bgr(frame_of_image(message))
         assert np.median(np.abs(bgr - expected)) == 0, message.encoding
@@ -140,7 +152,7 @@ def test_what_no_camera_should_send_is_refused_counted_and_told_and_what_may_com
         publisher.publish(next_one)
         assert ros.spin(lambda k=k: len(detections) == k + 1), (k, ros.outputs())
         assert stamp_of(detections[-1].header) == START + k * STEP
-        assert detections[-1].width == (len(EXPECTED) if next_one is odd else 0)
+        assert detections[-1].width == (len(expected()) if next_one is odd else 0)
 
     def told():
         """The detector's diagnostics."""
@@ -158,11 +170,11 @@ def test_what_no_camera_should_send_is_refused_counted_and_told_and_what_may_com
 
 @pytest.mark.parametrize('tracker', ['tracker', 'window_tracker', 'contour_tracker'])
 def test_replay_takes_every_encoding(tmp_path, tracker):
-    bag = write_bag(tmp_path / 'in', {'/camera/image_raw': MESSAGES})
+    bag = write_bag(tmp_path / 'in', {'/camera/image_raw': messages()})
     new = tmp_path / 'new'
     arguments = ['--output', str(new), '--tracker', tracker, '--video', str(tmp_path / 'new.mp4')]
     assert main([str(bag), *arguments]) == 0
-    assert len(of_topic(new, '/tracks')) == len(MESSAGES)
+    assert len(of_topic(new, '/tracks')) == len(messages())
     if tracker == 'tracker':
         assert_found([message.content for message in of_topic(new, '/detections')])
 

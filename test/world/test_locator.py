@@ -2,7 +2,7 @@ import sys
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.special import chdtri
 from support.balls_seen import FRAME
 from support.balls_seen import RADIUS
 from support.balls_seen import seen
@@ -110,7 +110,7 @@ def test_a_ball_that_hits_a_wall_behind_a_cover_comes_back_within_its_ellipse(me
             detections = Detections(stamp=tracks.stamp)
         (row,) = one.update(tracks, detections, view_at()).rows
     off = np.array([row['x'] - 2.5, row['y'] - y, row['z'] - RADIUS])
-    assert off @ np.linalg.solve(row['covariance'][:3, :3], off) < chi2.ppf(0.999, 3)
+    assert off @ np.linalg.solve(row['covariance'][:3, :3], off) < chdtri(3, 0.001)
     (row,) = one.update(*seen(view_at(), (2.5, y, RADIUS), 61 * FRAME), view_at()).rows
     assert (row['x'], row['y']) == pytest.approx((2.5, y), abs=0.05)
     assert told == []
@@ -183,7 +183,7 @@ def test_the_covariance_by_size_reaches_to_the_ground_where_size_and_ground_disa
         (row,) = one.update(*seen(view_at(), BALL, (k + 1) * FRAME), view_at()).rows
     cov = row['covariance'].reshape(6, 6)[:3, :3]
     e = np.array([row[name] for name in 'xyz'], float) - BALL
-    assert e @ np.linalg.solve(cov, e) < chi2.ppf(0.999, 3)
+    assert e @ np.linalg.solve(cov, e) < chdtri(3, 0.001)
     assert least <= np.linalg.norm(e) < least + 0.6
     assert np.sqrt(np.trace(cov)) < least + 1
 
