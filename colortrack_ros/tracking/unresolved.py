@@ -132,6 +132,8 @@ def _choose(
     worth[pairs.blob] = pairs.innovations.log_likelihood + prediction.log_odds[pairs.track]
     worth[pairs.blob] -= prediction.log_density
     track, blob = _find_candidates(prediction, blobs, missed, owner, resolution.reach)
+    if len(track) < 2:
+        return None
     member, blob = _list_sets(track, blob, owner)
     if not len(member):
         return None
@@ -187,14 +189,14 @@ def _list_sets(track: Indices, blob: Indices, owner: Indices) -> tuple[Indices, 
     end = blob.searchsorted(blob, side='right')
     place = np.arange(len(blob))
     alone = (owner[blob] < 0) | (owner[blob] == track)
-    member, sets = place[alone, None], []
-    for _ in range(1, MOST_MERGED):
+    member = place[alone, None]
+    sets: list[Indices] = []
+    for size in range(2, MOST_MERGED + 1):
         last = member[:, -1]
         which, following = runs(last + 1, end[last] - last - 1)
-        member = np.column_stack([member[which], following])
-        sets.append(
-            np.pad(member, ((0, 0), (0, MOST_MERGED - member.shape[1])), constant_values=-1)
-        )
+        member = np.concatenate([member[which], following[:, None]], axis=1)
+        sets.append(np.full((len(member), MOST_MERGED), -1))  # np.pad takes longer than all of this
+        sets[-1][:, :size] = member
     together = np.concatenate(sets)
     return np.where(together >= 0, track[together], -1), blob[together[:, 0]]
 
