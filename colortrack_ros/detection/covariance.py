@@ -9,8 +9,9 @@ from colortrack_ros.detection.label_image import LabelImage
 
 # Fitted means: to the rendered scenes at 1280x720, and to balls of 7 to 45 px in 250 random worlds
 # (color, wall, light, exposure, noise, focus and speed), which gave the same constants apart within
-# a third. `python benchmark/detection_covariance.py --fit` does so on the scenes: it brings the
-# normalized squared error, NSE, of each close to 1, the value for a correct covariance.
+# a third, that of the error within a half. `python benchmark/detection_covariance.py --fit` does so
+# on the scenes: it brings the normalized squared error, NSE, of each close to 1, the value for a
+# correct covariance.
 
 OUTLINE_VARIANCE = 0.013
 """Variance of the membership of an outline pixel, which is in or out by chance. A fair coin would
