@@ -1,11 +1,18 @@
-"""The probes that learn the process noise, against the Riccati equation."""
+"""The probes that learn the process noise, against the Riccati equation and one by one."""
 
 import numpy as np
 import pytest
 
+from colortrack_ros.estimation.records import Records
+from colortrack_ros.tracking import process_noise
 from colortrack_ros.tracking.process_noise import ALPHA
 from colortrack_ros.tracking.process_noise import BETA
 from colortrack_ros.tracking.process_noise import INDICES
+from colortrack_ros.tracking.process_noise import ProcessNoise
+from colortrack_ros.tracking.process_noise import STEP_FIELDS
+from colortrack_ros.tracking.recent import EVERY
+from colortrack_ros.tracking.recent import Recent
+from colortrack_ros.tracking.recent import RECENT_FIELDS
 
 
 @pytest.mark.slow
@@ -33,3 +40,55 @@ def test_what_is_straight_is_fitted_by_least_squares_at_first(count):
         place, speed = place + alpha * error, speed + beta * error
     slope, offset = np.polyfit(k, x, 1)
     np.testing.assert_allclose([place, speed], [offset + slope * k[-1], slope], rtol=1e-9)
+
+
+def one_by_one(seen, variances, turned, steady, period):
+    """Of each probe of a track: sums of log squared innovations, their number and log variances.
+
+    :param seen: (F, 2) positions [px], NaN where it was missed, which forgets nothing.
+    """
+    fit, count = np.zeros(len(INDICES)), np.zeros((len(INDICES), 2))
+    for probe in range(len(INDICES)):
+        place, speed, age, last = np.zeros(2), np.zeros(2), 0, -1
+        for k, z in enumerate(seen):
+            if np.isnan(z[0]):
+                continue
+            T = (k - last) * period
+            last = k
+            if turned[k] and age > process_noise.SETTLED_AGE:
+                age = 0
+            age += 1
+            level = min(age, len(ALPHA) - 1)
+            error = z - (place + T * speed)
+            place = place + T * speed + ALPHA[level, probe] * error
+            speed = speed + BETA[level, probe] / T * error
+            fit[probe] *= np.exp(-period / process_noise.STEP_MEMORY)
+            count[probe] *= np.exp(-period / process_noise.STEP_MEMORY)
+            if age > process_noise.FORMED_AGE and steady[k]:
+                square = error @ error + process_noise.LEAST_NOISE * variances[k]
+                fit[probe] += np.log(square)
+                count[probe] += 1, np.log(variances[k])
+    return fit, count[0]
+
+
+def test_all_probes_of_all_tracks_do_what_each_of_them_does_alone():
+    random, period, frames = np.random.default_rng(0), 0.04, 12 * EVERY
+    seen = random.normal(0, 5, (3, frames, 2)).cumsum(axis=1)
+    seen[0, 20:23] = seen[1, 41] = np.nan
+    variances, turned = random.uniform(0.2, 4, (3, frames)), random.random((3, frames)) < 0.05
+    steady = random.random((3, frames)) < 0.8
+    records = Records([*RECENT_FIELDS, *STEP_FIELDS], 3)
+    recent, noise, missed = Recent(), ProcessNoise(), np.zeros(3)
+    for k in range(frames):
+        (track,) = np.nonzero(~np.isnan(seen[:, k, 0]))
+        missed += 1
+        of = variances[track, k], period * missed[track], turned[track, k].astype(float)
+        missed[track] = 0
+        whole = np.ones(len(track), bool)
+        given = np.column_stack([of[0], of[0]])
+        if recent.take(records, track, seen[track, k], given, *of, whole, steady[track, k], period):
+            noise.learn(records, track, recent, period)
+    fits = zip(seen, variances, turned, steady, strict=True)
+    for i, (fit, count) in enumerate(one_by_one(*of, period) for of in fits):
+        np.testing.assert_allclose(records['fit'][i], fit, rtol=1e-9)
+        np.testing.assert_allclose(records['fit_count'][i], count, rtol=1e-9)
