@@ -1,7 +1,5 @@
 """The detector: turns a frame into detections."""
 
-from typing import Any
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -216,6 +214,6 @@ class Detector:
         return mean, np.sqrt(np.maximum(square - mean**2, 0))
 
 
-def _of_label(value: NDArray[Any] | float, label: NDArray[np.uint8]) -> NDArray[Any]:
-    """(N,) the value that a method gives for each label, or for all labels."""
+def _of_label(value: NDArray[np.bool_] | bool, label: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """(N,) what a method says of each label, or of all labels."""
     return value[label] if isinstance(value, np.ndarray) else np.full(len(label), value)

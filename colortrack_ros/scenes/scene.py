@@ -77,6 +77,7 @@ class Scene:
         self.width, self.height, self.rate = options.width, options.height, options.rate
         self.colors = dict(colors)
         self._things, self._covers, self._background = things, covers, background
+        self._cover_boxes = [_box_of(cover) for cover in covers]
         t = np.arange(options.count) / self.rate
         paths = [thing.path.value(t) for thing in things]
         self._center = np.stack([path[:, :2] for path in paths])
@@ -248,10 +249,8 @@ class Scene:
             return 1.0
         u, v = self._center[i, k][:, None] + self._half[i, k, 0] * _DISC
         seen = (u > -0.5) & (u < self.width - 0.5) & (v > -0.5) & (v < self.height - 0.5)
-        for cover in self._covers:
-            height, width = cover.picture.shape[:2]
-            column, row = cover.column - 0.5, cover.row - 0.5
-            seen &= (u < column) | (u > column + width) | (v < row) | (v > row + height)
+        for left, top, right, bottom in self._cover_boxes:
+            seen &= (u < left) | (u > right) | (v < top) | (v > bottom)
         for j in (np.flatnonzero(near) + i + 1).tolist():
             x, y = u - self._center[j, k, 0], v - self._center[j, k, 1]
             half_width, half_height = self._half[j, k]
@@ -265,21 +264,19 @@ class Scene:
     def _is_clear(self, i: int, k: int) -> bool:
         """Whether the disc of thing i is wholly in the picture and touches no cover."""
         (u, v), reach = self._center[i, k].tolist(), float(self._half[i, k, 0])
-        boxes = [
-            (c.column - 0.5, c.row - 0.5, c.picture.shape[1], c.picture.shape[0])
-            for c in self._covers
-        ]
-        return (
-            reach - 0.5 < u < self.width - 0.5 - reach
-            and (reach - 0.5 < v < self.height - 0.5 - reach)
-            and all(
-                u + reach < column
-                or u - reach > column + width
-                or v + reach < row
-                or v - reach > row + height
-                for column, row, width, height in boxes
-            )
+        inside = reach - 0.5 < u < self.width - 0.5 - reach
+        inside &= reach - 0.5 < v < self.height - 0.5 - reach
+        return inside and all(
+            u + reach < left or u - reach > right or v + reach < top or v - reach > bottom
+            for left, top, right, bottom in self._cover_boxes
         )
+
+
+def _box_of(cover: Cover) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom border of a cover [px]."""
+    height, width = cover.picture.shape[:2]
+    column, row = cover.column - 0.5, cover.row - 0.5
+    return column, row, column + width, row + height
 
 
 @lru_cache(maxsize=1)

@@ -272,6 +272,7 @@ def _learn_more(
     records, period = prediction.records, prediction.step.period
     if prediction.sized:
         last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
+        # the size of a shared blob against the object's own would seem to be jitter
         again = (prediction.unseen[track] <= period) & ~blobs.mixed[blob]
         _learn_jitter(learned, last, blobs.size[blob], again, period)
     confirmed = track[records['state'][track] != TENTATIVE]

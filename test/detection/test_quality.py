@@ -84,11 +84,21 @@ def test_a_blob_that_may_go_on_behind_what_was_dropped_is_known_badly():
     assert (cut['u'] - whole['u']) ** 2 < 9 * cut['cov_uu']
 
 
+def red_ball(center, way, radius):
+    """A picture of a shaded ball before a wall, smeared along way, (2,) [px]."""
+    image = np.full((160, 240, 3), (110, 105, 100), np.uint8)
+    draw_ball(image, center, way, radius, np.array((34, 58, 205), np.float32))
+    return image
+
+
+def toward(angle, smear):
+    """The way of a smear of so many px."""
+    return smear * np.array([np.cos(angle), np.sin(angle)])
+
+
 def blurred(smear, angle=0.0, cover=None):
     """A shaded ball of 24 px, smeared by so many px, and a bar of the wall's color before it."""
-    image = np.full((160, 240, 3), (110, 105, 100), np.uint8)
-    way = smear * np.array([np.cos(angle), np.sin(angle)])
-    draw_ball(image, np.array([120.3, 80.2]), way, 24.0, np.array((34, 58, 205), np.float32))
+    image = red_ball(np.array([120.3, 80.2]), toward(angle, smear), 24.0)
     if cover is not None:
         image[:, cover:] = (110, 105, 100)
     return image
@@ -122,8 +132,7 @@ def squared_errors(radius, smear, tolerance):
     for seed in range(12):
         random = np.random.default_rng(seed)
         center = np.array([120, 80]) + random.random(2)
-        image = np.full((160, 240, 3), (110, 105, 100), np.uint8)
-        draw_ball(image, center, np.array(smear), radius, np.array((34, 58, 205), np.float32))
+        image = red_ball(center, np.array(smear), radius)
         image = np.clip(image + random.normal(0, 2.5, image.shape), 0, 255).astype(np.uint8)
         (row,) = Detector(DetectorConfig(colors=(red,))).detect(Frame(image)).rows
         u, v = row['u'] - center[0], row['v'] - center[1]
@@ -148,10 +157,7 @@ STRANGERS = {
 def stranger(random, radius=20.0, gain=1.0, noise=2.0, sigma=0.0, smear=0.0):
     """A frame of a red ball before a wall, and the ball's center."""
     center, angle = np.array([120, 80]) + random.random(2), random.uniform(0, 2 * np.pi)
-    image = np.full((160, 240, 3), (110, 105, 100), np.uint8)
-    way = smear * np.array([np.cos(angle), np.sin(angle)])
-    draw_ball(image, center, way, radius, np.array((34, 58, 205), np.float32))
-    levels = gain * image.astype(np.float32)
+    levels = gain * red_ball(center, toward(angle, smear), radius).astype(np.float32)
     if sigma:
         levels = cv2.GaussianBlur(levels, (0, 0), sigma)
     levels += random.normal(0, noise, levels.shape)
