@@ -104,8 +104,6 @@ class Adaptation:
         self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
         self.area = FIRST_AREA
         """Area of the picture [px^2], as far as known."""
-        self.birth_area = FIRST_AREA
-        """Area in which new objects appear [px^2], as far as known."""
         self.disappearances = Disappearances(longest)
         """What became of lost objects."""
         self.image_size = (0, 0)
@@ -166,6 +164,13 @@ class Adaptation:
         """
         return self._late * (1 - SLOW) ** (self._frames - self._late_at)
 
+    @property
+    def birth_area(self) -> float:
+        """Area in which new objects appear [px^2], as far as known."""
+        if all(self.image_size):
+            return self.area
+        return max(self._seen_area, FIRST_AREA * AREA_SHRINKING**self._met)
+
     def birth_places(self, z: Floats) -> Floats:
         """Density of new objects at z, (K, 2): (K,) [1/px^2]; most appear at the border."""
         inner = (1 - 2 * BORDER) ** 2
@@ -188,7 +193,7 @@ class Adaptation:
         """Set the size of the picture [px]; zeros, for unknown, are ignored."""
         if image_size != self.image_size and all(image_size):
             self.image_size = image_size
-            self.area = self.birth_area = float(image_size[0] * image_size[1])
+            self.area = float(image_size[0] * image_size[1])
             self.sudden_speed = FIRST_SPEED * math.sqrt(max(self.area / VGA, 1.0))
 
     def learn_size(self, z: Floats) -> None:
@@ -229,7 +234,6 @@ class Adaptation:
             self._places += entered, true - entered
             if not all(self.image_size):
                 self._met += true
-                self.birth_area = max(self._seen_area, FIRST_AREA * AREA_SHRINKING**self._met)
             if self._frames > AT_START:
                 self._late, self._late_at = self._lately() + SLOW * true, self._frames
         self._false += max(SLOW, 1 / self._frames) * (false - self._false)
