@@ -7,6 +7,7 @@ marker begins at a multiple of eight bytes or four after it, so each is made for
 """
 
 from collections.abc import Iterable
+import functools
 import struct
 from typing import Any
 from typing import NamedTuple
@@ -40,11 +41,14 @@ def rows_of(kind: MarkerKind, count: int, **columns: Any) -> Rows:
 
     :param columns: values of fields by name, (N, ...) or one for all.
     """
+    if not count:
+        return []
     columns['sec'], columns['nanosec'], columns['frame_id'] = kind.header
     columns.update(ns=kind.ns, type=kind.type, action=kind.action, points_count=kind.points)
+    lengths = len(kind.header[2]), len(kind.ns), kind.points, kind.text
     phases = []
     for phase in (0, 4):
-        dtype = _dtype(kind, phase)
+        dtype = _dtype(*lengths, phase)
         rows = np.zeros(count, dtype)
         rows['orientation'] = 0.0, 0.0, 0.0, 1.0
         for name in dtype.names or ():
@@ -69,17 +73,23 @@ def array_of(markers: Iterable[tuple[bytes, bytes]]) -> bytes:
     return b'\x00\x01\x00\x00' + struct.pack('<I', count) + b''.join(parts)
 
 
-def _dtype(kind: MarkerKind, phase: int) -> 'np.dtype[Any]':
-    """The fields and offsets of a Marker that begins at a multiple of 8 bytes plus phase."""
-    points = [('points', '<f8', (kind.points, 3))] if kind.points else []
+@functools.lru_cache
+def _dtype(frame_id: int, ns: int, points: int, text: int, phase: int) -> 'np.dtype[Any]':
+    """The fields and offsets of a Marker that begins at a multiple of 8 bytes plus phase.
+
+    Making one takes longer than all else that is done for a few markers.
+
+    :param frame_id, ns, text: number of their bytes; points: number of them.
+    """
+    vectors = [('points', '<f8', (points, 3))] if points else []
     fields = [
-        *[('sec', '<i4'), ('nanosec', '<u4'), *_string('frame_id', len(kind.header[2]))],
-        *[*_string('ns', len(kind.ns)), ('id', '<i4'), ('type', '<i4'), ('action', '<i4')],
+        *[('sec', '<i4'), ('nanosec', '<u4'), *_string('frame_id', frame_id)],
+        *[*_string('ns', ns), ('id', '<i4'), ('type', '<i4'), ('action', '<i4')],
         *[('position', '<f8', 3), ('orientation', '<f8', 4), ('scale', '<f8', 3)],
         *[('color', '<f4', 4), ('lifetime', '<i4', 2), ('frame_locked', 'u1')],
-        *[('points_count', '<u4'), *points, ('colors_count', '<u4'), *_string('texture_resource')],
+        *[('points_count', '<u4'), *vectors, ('colors_count', '<u4'), *_string('texture_resource')],
         *[('texture_stamp', '<i4', 2), *_string('texture_frame_id'), *_string('texture_format')],
-        *[('texture_count', '<u4'), ('uv_count', '<u4'), *_string('text', kind.text)],
+        *[('texture_count', '<u4'), ('uv_count', '<u4'), *_string('text', text)],
         *[*_string('mesh_resource'), *_string('mesh_filename'), ('mesh_count', '<u4')],
         *[('mesh_use_embedded_materials', 'u1')],
     ]
