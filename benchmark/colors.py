@@ -10,6 +10,7 @@ import argparse
 from collections.abc import Iterator
 from collections.abc import Sequence
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from scipy.optimize import linear_sum_assignment
 
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import discriminate
 from colortrack_ros.detection import extent
 from colortrack_ros.detection import finder
 from colortrack_ros.detection import ReferenceColor
@@ -45,7 +47,7 @@ CONSTANTS = (
     'DEEPER', 'SHAPE_ROUNDS', 'OUTLINE_WIDTH', 'HALF_WAY', 'ELSEWHERE_SHARE',
     'SHADE_STEP', 'MOST_SHADES', 'SHADE_GAP',
 )  # fmt: skip
-TAUGHT = ('SHADES_OF_BOX', 'SHOWN_PERCENT')
+TAUGHT = ('SHADE_RADIUS', 'SHADES_SHARE', 'MOST_SHADES_TAUGHT')
 """Constants of what is taught by a box."""
 
 SHOWN = 0.5
@@ -66,7 +68,8 @@ def taught(folder: Path, clip: str) -> ReferenceColor:
     source.close()
     width, height = (round(SHOWN * row[side]) for side in 'wh')
     box = round(row['u'] - width / 2), round(row['v'] - height / 2), width, height
-    return teach.teach_color([teach.Example(frame, box)]).color
+    picked = teach.teach_color([teach.Example(frame, box)])
+    return replace(picked.color, min_area=picked.limits['min_area'])
 
 
 def truth_of(folder: Path, clip: str) -> list[dict[str, float]]:
@@ -115,13 +118,13 @@ def boxes_of(row: np.void, label: dict[str, float]) -> tuple[np.ndarray, np.ndar
 def sensitivity(folder: Path, names: Sequence[str]) -> Iterator[list[str]]:
     """A row for half and for twice of each constant."""
     for name in names:
-        rooms = finder, usual_areas, extent, shades, teach
+        rooms = finder, usual_areas, extent, shades, discriminate
         modules = [module for module in rooms if hasattr(module, name)]
         value = getattr(modules[0], name)
         for factor in (0.5, 1, 2) if name in TAUGHT else (0.5, 2):
             changed = type(value)(factor * value)
             for module in modules:
-                setattr(module, name, min(changed, 100.0) if name == 'SHOWN_PERCENT' else changed)
+                setattr(module, name, min(changed, 1.0) if name == 'SHADES_SHARE' else changed)
             yield [f'{name} {factor:g}', *(changed_cell(folder, clip, name) for clip in CLIPS)]
         for module in modules:
             setattr(module, name, value)

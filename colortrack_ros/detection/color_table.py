@@ -160,8 +160,10 @@ class ColorTable:
         is_out = distance >= 1
         first = is_out.argmax(axis=1)
         row, last = np.arange(len(first)), np.maximum(first - 1, 0)
-        way = np.maximum(distance[row, first] - distance[row, last], 1e-9)
-        end = share[last] - np.minimum((1 - distance[row, last]) / way, 1) / (MIXES - 1)
+        # Next to a color's others the inside itself may be infinitely far.
+        near = np.where(first > 0, distance[row, last], 0.0)
+        way = np.maximum(distance[row, first] - near, 1e-9)
+        end = share[last] - np.minimum((1 - near) / way, 1) / (MIXES - 1)
         return np.where(is_out.any(axis=1), np.where(first == 0, 1.0, end), 0.0)
 
     def _distance(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:

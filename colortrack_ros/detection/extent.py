@@ -74,7 +74,6 @@ chroma sample for every 2 by 2 pixels."""
 
 HALF_WAY = 2.0
 """Ratio of the distance of the surroundings to that of outline pixels that are half object."""
-
 MOST_GROWTH = 1.0
 """Largest growth at the surface of an ellipsoid in a gap: a third of that of colors that fill
 CIELAB evenly."""
@@ -231,6 +230,26 @@ def nearest_sample(
     return nearest
 
 
+def growth_of(
+    number: NDArray[np.float64], distance: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """How the count of pixels grows with the size, at each of SIZES but SLOPE_STEPS at both ends.
+
+    :param number, distance: (N,) pixels of each color, and its distance.
+    :returns: (S,) the relative growth, the count, and the count SLOPE_STEPS further out.
+    """
+    order = np.argsort(distance)
+    behind = np.searchsorted(distance[order], SIZES)
+    count = np.append(0.0, np.cumsum(number[order]))[behind]
+    smaller, middle, larger = (
+        count[: -2 * SLOPE_STEPS],
+        count[SLOPE_STEPS:-SLOPE_STEPS],
+        count[2 * SLOPE_STEPS :],
+    )
+    growth = (larger - smaller) / np.maximum(middle, 1) / (2 * SLOPE_STEPS * SIZE_STEP)
+    return growth, middle, larger
+
+
 def _valley(
     number: NDArray[np.float64],
     distance: NDArray[np.float64],
@@ -245,27 +264,19 @@ def _valley(
     :param most: (S,) largest number of pixels for each size.
     :param to_outline: extend it half-way to where the count grows more than an outline explains.
     """
-    order = np.argsort(distance)
-    behind = np.searchsorted(distance[order], SIZES)
-    count = np.append(0.0, np.cumsum(number[order]))[behind]
-    smaller, middle, larger = (
-        count[: -2 * SLOPE_STEPS],
-        count[SLOPE_STEPS:-SLOPE_STEPS],
-        count[2 * SLOPE_STEPS :],
-    )
-    growth = (larger - smaller) / np.maximum(middle, 1) / (2 * SLOPE_STEPS * SIZE_STEP)
+    growth, middle, larger = growth_of(number, distance)
     growth[(middle < FEWEST_PIXELS) | (larger > most[2 * SLOPE_STEPS :])] = np.inf
     growth[SIZES[SLOPE_STEPS:-SLOPE_STEPS] < least] = np.inf
     k = int(growth.argmin())
     if not np.isfinite(growth[k]):
         return None
-    outer = max(k, _outline(growth, float(middle[k]), k)) if to_outline else k
+    outer = max(k, outline_end(growth, float(middle[k]), k)) if to_outline else k
     L, a, b = center.tolist()
     dL, da, db = (SIZES[SLOPE_STEPS + outer] * shape).tolist()
     return Extent((L, a, b), (dL, da, db), float(growth[k]), float(middle[outer]))
 
 
-def _outline(growth: NDArray[np.float64], pixels: float, valley: int) -> int:
+def outline_end(growth: NDArray[np.float64], pixels: float, valley: int) -> int:
     """The index of the size half-way to the end of a valley.
 
     A disc of N pixels has 2 sqrt(pi N) of them along its outline.

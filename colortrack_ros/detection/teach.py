@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.cells import cell_bounds
+from colortrack_ros.detection.cells import cells_of
+from colortrack_ros.detection.color_table import look_up
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.detector import Detector
+from colortrack_ros.detection.discriminate import discriminate
+from colortrack_ros.detection.discriminate import Part
+from colortrack_ros.detection.discriminate import SHAPE_OF_SHADES
 from colortrack_ros.detection.extent import count_colors
 from colortrack_ros.detection.extent import find_extent
-from colortrack_ros.detection.extent import NEAR
-from colortrack_ros.detection.extent import nearest_sample
-from colortrack_ros.detection.extent import SHAPE
+from colortrack_ros.detection.extent import LARGEST_GROUND
+from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.pick import PickedColor
 from colortrack_ros.detection.pick import SEED_REACH
@@ -32,19 +37,7 @@ from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 
 SHADES_OF_BOX = 3
-"""Shades taken from a box: its dark, middle and light third. With one or six, `python
-benchmark/colors.py --constants` changes by less than a point. With one, however, the color of a
-patterned box that fills the picture is not rejected."""
-
-SHOWN_PERCENT = 80.0
-"""Least share of the examples' pixels that the color covers [%]: a box has corners and highlights.
-`python benchmark/colors.py --constants`: half of it changes nothing; with all of it, the color of a
-pale ball becomes that of the room."""
-
-TELLING_RATIO = 2.0
-"""Least ratio of the share of negative pixels nearest to a shade, to that of positive pixels, for
-the shade to be discriminative. Below, it would remove as much of the color as of the others.
-Chosen."""
+"""Shades of a box that are shown: its dark, middle and light third."""
 
 LEAST_RATIO = 1.4
 """Least ratio of sizes or shapes that discriminates between positives and negatives: a limit
@@ -95,22 +88,41 @@ class Example:
         medians = [np.median(rgb[part], axis=0) for part in parts if len(part)]
         return lab_from_rgb(np.rint(medians).astype(np.intp))
 
-    def thing(self) -> NDArray[np.float64]:
-        """(N, 3) pixels of the object in CIELAB, as far as one color covers it.
+    def part(self, largest_share: float = LARGEST_SHARE) -> Part:
+        """The object in its picture, as far as one color covers it.
 
-        For a box, the pixels inside. For a pixel, those connected to it in the color picked there.
+        For a box, the ellipse inside. For a pixel, what is connected to it in the color there.
+
+        :param largest_share: largest share of the picture that the color may cover.
+        :raises ValueError: if it is outside its picture.
         """
-        shown = lab_from_rgb(self.pixels())
-        frame, (u, v, _, _) = plain(self.frame), self.box
-        if not self.is_pixel:
-            return shown
-        extent = find_extent(count_colors(frame.image, frame.encoding), _triple(self.shades()[0]))
-        if extent is None:
-            return shown
-        lab = lab_from_rgb(np.stack(split_rgb(frame.image, frame.encoding), axis=-1))
-        inside = (((lab - extent.lab) / extent.axes) ** 2).sum(axis=2) < 1
-        _, part = cv2.connectedComponents(inside.view(np.uint8))
-        return np.concatenate([shown, lab[inside & (part == part[v, u])]])
+        self.pixels()
+        frame, (u, v, width, height) = plain(self.frame), self.box
+        cells = cells_of(np.ascontiguousarray(frame.image), frame.encoding)
+        mask = np.zeros(cells.shape, np.uint8)
+        window = slice(v, v + height), slice(u, u + width)
+        if self.is_pixel:
+            window = _around(v), _around(u)
+            counts = count_colors(frame.image, frame.encoding)
+            extent = find_extent(counts, _triple(self.shades()[0]), largest_share=largest_share)
+            if extent is not None:
+                away = (cell_bounds()[0].T - extent.lab) / extent.axes
+                look_up(((away**2).sum(axis=1) < 1).view(np.uint8), cells, mask)
+                component = cv2.connectedComponents(mask)[1]
+                mask &= component == component[v, u]
+            mask[window] = 1
+        else:
+            row, column = np.ogrid[:height, :width]
+            row, column = (2 * row - height + 1) / height, (2 * column - width + 1) / width
+            mask[window] = row**2 + column**2 <= 1
+        left, top, width, height = cv2.boundingRect(mask)
+        part = slice(top, top + height), slice(left, left + width)
+        return Part(mask[part], cells[part], cells[window].reshape(-1), self.is_pixel)
+
+
+def _around(place: int) -> slice:
+    """The window around a click, along one axis."""
+    return slice(max(place - SEED_REACH, 0), place + SEED_REACH + 1)
 
 
 def teach_color(
@@ -122,29 +134,26 @@ def teach_color(
     """The color of the examples, which extends in all their pictures to where other colors begin.
 
     :param examples: positive examples, at least one.
-    :param others: negative examples. Shades that are more common in the object than in them do not
-        discriminate, and are ignored; negatives that still match the color are rejected by size or
-        shape.
+    :param others: negative examples. Shades that the object has, too, stay its own if it would fall
+        to pieces without them; negatives that still match the color are rejected by size or shape.
     :param config: of the detector that measures sizes and shapes; its colors, and its limits of
         sizes and shapes, are ignored.
     :raises ValueError: if an example is outside its picture, or the color fills the pictures.
     """
-    samples = _distinct(examples)
-    shown = np.concatenate([example.thing() for example in examples])
-    not_it = _telling(_distinct(others, samples), samples, shown, others)
-    frames = {id(example.frame): plain(example.frame) for example in examples}.values()
-    counts = np.sum([count_colors(frame.image, frame.encoding) for frame in frames], axis=0)
-    away = nearest_sample(shown, samples, SHAPE)
-    mine = away < nearest_sample(shown, not_it, SHAPE)
-    least = float(np.percentile(away[mine], SHOWN_PERCENT)) if mine.any() else 0.0
-    extent = find_extent(counts, samples[0], samples[1:], not_it, least=least)
-    if extent is None:
+    parts = [example.part() for example in examples]
+    found = discriminate(parts, [other.part(LARGEST_GROUND) for other in others])
+    frames = {id(example.frame): plain(example.frame) for example in (*examples, *others)}
+    counts = np.sum([count_colors(f.image, f.encoding) for f in frames.values()], axis=0)
+    reach = found.reach(counts)
+    if reach is None:
         raise ValueError(
             f'{name}: expected a color that ends somewhere, got one that fills the pictures: give '
             'examples of what is not it'
         )
-    L, a, b = (round(min(axis, MAX_TOLERANCE), 1) for axis in extent.axes)
-    color = ReferenceColor(name, samples[0], max(a, b), (L, a, b), samples[1:], not_it)
+    L, a, b = (round(float(min(axis, MAX_TOLERANCE)), 1) for axis in reach * SHAPE_OF_SHADES)
+    first, *samples = map(_triple, found.samples)
+    not_it = tuple(map(_triple, found.others_within(reach)))
+    color = ReferenceColor(name, first, max(a, b), (L, a, b), tuple(samples), not_it)
     return _measured(color, examples, others, config or DetectorConfig())
 
 
@@ -163,31 +172,6 @@ def _measured(
     found = [int(blob.area[0]) for blob in seen if len(blob.area)]
     limits = _limits_between(seen, [_blob_of(detector, other, exactly=True) for other in others])
     return PickedColor(color, min(found, default=0), float(np.mean(shares)), limits)
-
-
-def _telling(
-    not_it: tuple[Triple, ...],
-    samples: tuple[Triple, ...],
-    shown: NDArray[np.float64],
-    others: Sequence[Example],
-) -> tuple[Triple, ...]:
-    """Select negative shades that are nearest to far more negative than positive pixels.
-
-    The comparison is between shares of the pixels, see TELLING_RATIO.
-    """
-    if not not_it:
-        return ()
-    shades = *not_it, *samples
-    them = np.concatenate([other.thing() for other in others])
-    its, theirs = (
-        np.bincount(
-            np.argmin([nearest_sample(lab, (s,), SHAPE) for s in shades], axis=0),
-            minlength=len(shades),
-        )
-        for lab in (shown, them)
-    )
-    its, theirs = (count / count.sum() for count in (its, theirs))
-    return tuple(shade for k, shade in enumerate(not_it) if theirs[k] > TELLING_RATIO * its[k])
 
 
 def _blob_of(detector: Detector, example: Example, exactly: bool = False) -> BlobTable:
@@ -231,15 +215,6 @@ def _limits_between(mine: list[BlobTable], theirs: list[BlobTable]) -> dict[str,
 def _side(blobs: BlobTable) -> NDArray[np.float64]:
     """(N,) side of a square of equal area, which compares like shapes do [px]."""
     return np.sqrt(blobs.area)
-
-
-def _distinct(examples: Sequence[Example], known: tuple[Triple, ...] = ()) -> tuple[Triple, ...]:
-    """The shades of the examples, without those similar to each other or to a known one."""
-    kept: list[Triple] = []
-    for shade in (shade for example in examples for shade in example.shades()):
-        if all(np.linalg.norm(shade - other) > NEAR / 2 for other in (*known, *kept)):
-            kept.append(_triple(shade))
-    return tuple(kept)
 
 
 def _triple(lab: NDArray[np.float64]) -> Triple:

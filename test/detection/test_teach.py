@@ -7,10 +7,12 @@ from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.teach import Example
 from colortrack_ros.detection.teach import teach_color
+from colortrack_ros.scenes import open_scene
 
 RED, DARK, PINK, WALL = (200, 40, 50), (90, 15, 20), (235, 130, 140), (170, 170, 160)
 
@@ -113,3 +115,59 @@ def test_a_box_outside_of_the_picture_is_refused(box):
 def test_colors_come_back_from_cielab():
     rgb = np.random.default_rng(0).integers(0, 256, (5000, 3))
     np.testing.assert_array_equal(rgb_from_lab(lab_from_rgb(rgb)), rgb)
+
+
+DOOR, CARPET, PULLOVER, PAINTING = (66, 106), (214, 332), (530, 194), (216, 57)
+"""Places in frame 20 of the scene `clutter` at 640x360 that nearly have the balls' colors."""
+
+
+def clutter(color):
+    """The scene, and (frame, u, v) of balls of a color that are wholly seen, every fifth frame."""
+    scene = open_scene('clutter?width=640&height=360&seed=7')
+    number = list(scene.colors).index(color)
+    seen = [
+        (k, ball['u'], ball['v'])
+        for k in range(0, len(scene), 5)
+        for ball in scene.truth(k)
+        if ball['color'] == number and ball['visible'] == 1
+    ]
+    return scene, seen
+
+
+def click(scene, k, u, v):
+    return Example(Frame(scene.render(k)), (round(u), round(v), 1, 1))
+
+
+@pytest.mark.parametrize('color', ['red', 'yellow', 'blue'])
+def test_three_clicks_on_a_ball_and_four_on_a_room_of_nearly_its_color_find_the_ball_alone(color):
+    scene, seen = clutter(color)
+    third = len(seen) // 3
+    examples = [click(scene, *seen[k]) for k in (third // 2, third + third // 2, -third // 2)]
+    room = [click(scene, 20, *place) for place in (DOOR, CARPET, PULLOVER, PAINTING)]
+    picked = teach_color(examples, room)
+    detector = Detector(DetectorConfig(colors=(picked.color,), min_area=picked.area // 4))
+    for k, u, v in seen[::4]:
+        rows = detector.detect(Frame(scene.render(k))).rows
+        balls = scene.truth(k)
+        away = np.hypot(rows['u'][:, None] - balls['u'], rows['v'][:, None] - balls['v'])
+        assert (away.min(axis=1) < 15).all(), k
+        assert np.hypot(rows['u'] - u, rows['v'] - v).min() < 4, k
+
+
+def test_a_click_on_a_ball_before_the_room_of_nearly_its_color_does_not_teach_the_room():
+    scene, seen = clutter('yellow')
+    before = [(k, u, v) for k, u, v in seen if 35 < u < 90 and 85 < v < 255]
+    alone = [(k, u, v) for k, u, v in seen if 200 < u < 560 and 130 < v < 250]
+    examples = [click(scene, *place) for place in (before[0], alone[0], alone[-1])]
+    areas = [np.count_nonzero(example.part().mask) for example in examples]
+    assert areas[0] > 10 * areas[1], 'it runs into the door'
+    picked = teach_color(examples, [click(scene, 20, *DOOR)])
+    rows = Detector(DetectorConfig(colors=(picked.color,), **picked.limits))
+    (found,) = rows.detect(Frame(scene.render(alone[1][0]))).rows
+    assert np.hypot(found['u'] - alone[1][1], found['v'] - alone[1][2]) < 4
+
+
+def test_a_wall_that_fills_the_picture_is_known_as_a_whole():
+    frame = squares(RED)
+    part = Example(frame, (8, 8, 1, 1)).part(LARGEST_GROUND)
+    assert np.count_nonzero(part.mask) > 0.95 * (120 * 80 - 40 * 40)
