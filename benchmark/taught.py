@@ -40,7 +40,7 @@ NEEDED = 0.5
 """Least visible share of a ball that has to be found."""
 
 CONSTANTS = (
-    'SMOOTHING', 'SHADE_RADIUS', 'SHADES_SHARE', 'SEEN_SHARE', 'WHOLE',
+    'SMOOTHING', 'SHADE_RADIUS', 'SHADES_SHARE', 'SEEN_SHARE', 'WHOLE_SHARE',
     'SPILLED_AREA',
 )  # fmt: skip
 

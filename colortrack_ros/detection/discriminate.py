@@ -20,12 +20,10 @@ from colortrack_ros.detection.color_table import look_up
 from colortrack_ros.detection.extent import DEEPER
 from colortrack_ros.detection.extent import FEWEST_PIXELS
 from colortrack_ros.detection.extent import growth_of
-from colortrack_ros.detection.extent import HALF_WAY
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import NEAR
 from colortrack_ros.detection.extent import nearest_sample
 from colortrack_ros.detection.extent import outline_end
-from colortrack_ros.detection.extent import SIZE_STEP
 from colortrack_ros.detection.extent import SIZES
 from colortrack_ros.detection.extent import SLOPE_STEPS
 from colortrack_ros.detection.lab import lab_from_rgb
@@ -77,7 +75,7 @@ SPILLED_AREA = 4.0
 """Least area of a click's region that has run into the surroundings, over that of the others:
 twice as near, an object has four times the area. Assumed."""
 
-WHOLE = 2 / 3
+WHOLE_SHARE = 2 / 3
 """Least share of the pixels of an object, eroded, that are one piece, compared to those with all
 gaps of one pixel filled. Single pixels lost to the surroundings cost nine each in the erosion.
 `python benchmark/taught.py --constants`: with more, more is false; with less, centroids shift."""
@@ -191,7 +189,7 @@ class Discrimination:
         return least
 
     def reach(self, counts: NDArray[np.float64]) -> float | None:
-        """Half axis of a and b, half way to where others begin; None if it fills the pictures.
+        """Half axis of a and b, up to where others begin; None if the color fills the pictures.
 
         :param counts: (65536,) of :func:`count_colors`.
         """
@@ -205,11 +203,11 @@ class Discrimination:
         growth[is_out | (sizes < min(self.least_reach(), sizes[-1]))] = np.inf
         if not np.isfinite(growth).any():
             return None
-        # Where others are all around, the count stops growing for good: the first of equal valleys.
         valley = int((growth <= growth.min() + DEEPER).argmax())
-        outline = outline_end(growth, float(count[valley]), valley)
-        is_open = outline + 1 + round(np.log(HALF_WAY) / SIZE_STEP) == len(growth)
-        return float(sizes[valley if is_open else max(valley, outline)])
+        if len(self.others):
+            # What is nearer to them is not counted, so the end of the valley is not seen.
+            return float(sizes[valley])
+        return float(sizes[max(valley, outline_end(growth, float(count[valley]), valley))])
 
 
 def _distance_within(shares: NDArray[np.float64], shades: Shades, share: float) -> float:
@@ -243,7 +241,7 @@ def discriminate(mine: Sequence[Part], theirs: Sequence[Part]) -> Discrimination
         wholeness = min((part.wholeness(included) for part in whole), default=1.0)
         if wholeness > most:
             best, most = found, wholeness
-        if wholeness >= WHOLE:
+        if wholeness >= WHOLE_SHARE:
             break
     assert best is not None
     return best
