@@ -74,6 +74,7 @@ chroma sample for every 2 by 2 pixels."""
 
 HALF_WAY = 2.0
 """Ratio of the distance of the surroundings to that of outline pixels that are half object."""
+
 MOST_GROWTH = 1.0
 """Largest growth at the surface of an ellipsoid in a gap: a third of that of colors that fill
 CIELAB evenly."""
