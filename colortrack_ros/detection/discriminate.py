@@ -21,9 +21,11 @@ from colortrack_ros.detection.extent import DEEPER
 from colortrack_ros.detection.extent import FEWEST_PIXELS
 from colortrack_ros.detection.extent import growth_of
 from colortrack_ros.detection.extent import LARGEST_SHARE
+from colortrack_ros.detection.extent import MOST_GROWTH
 from colortrack_ros.detection.extent import NEAR
 from colortrack_ros.detection.extent import nearest_sample
 from colortrack_ros.detection.extent import outline_end
+from colortrack_ros.detection.extent import OUTLINE_WIDTH
 from colortrack_ros.detection.extent import SIZES
 from colortrack_ros.detection.extent import SLOPE_STEPS
 from colortrack_ros.detection.lab import lab_from_rgb
@@ -203,10 +205,15 @@ class Discrimination:
         growth[is_out | (sizes < min(self.least_reach(), sizes[-1]))] = np.inf
         if not np.isfinite(growth).any():
             return None
-        valley = int((growth <= growth.min() + DEEPER).argmax())
         if len(self.others):
-            # What is nearer to them is not counted, so the end of the valley is not seen.
-            return float(sizes[valley])
+            # What is nearer to them is not counted: far out nothing is left to grow, and the
+            # deepest valley is there. The first that ends is meant.
+            lowest = np.minimum.accumulate(growth)
+            outline = 2 * OUTLINE_WIDTH * np.sqrt(np.pi / np.maximum(count, 1))
+            ends = (growth > lowest + outline) & (lowest < MOST_GROWTH)
+            lowest = lowest[ends.argmax() if ends.any() else -1]
+            return float(sizes[(growth <= lowest + DEEPER).argmax()])
+        valley = int((growth <= growth.min() + DEEPER).argmax())
         return float(sizes[max(valley, outline_end(growth, float(count[valley]), valley))])
 
 
