@@ -52,7 +52,7 @@ class ReferenceColor:
 
     name: str
     lab: Triple
-    tolerance: float = 25.0
+    tolerance: float = 0.0
     tolerance_lab: Triple | None = None
     samples: tuple[Triple, ...] = ()
     others: tuple[Triple, ...] = ()

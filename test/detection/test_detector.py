@@ -198,7 +198,8 @@ def test_a_configuration_counts_from_the_next_frame_on():
     frame = scene([(40, 30, 10)])
     detector.configure(replace(CONFIG, min_area=1000))
     assert len(detector.detect(frame).rows) == 0
-    detector.configure(replace(CONFIG, colors=(ReferenceColor.from_rgb('gray', (115, 120, 110)),)))
+    gray = ReferenceColor.from_rgb('gray', (115, 120, 110), 25.0)
+    detector.configure(replace(CONFIG, colors=(gray,)))
     assert detector.detect(frame).rows['area'] > 10_000
 
 

@@ -21,7 +21,7 @@ NOISE = 3.0
 
 
 def sought(*colors):
-    named = [ReferenceColor.from_rgb(f'c{k}', rgb, 0.0) for k, rgb in enumerate(colors)]
+    named = [ReferenceColor.from_rgb(f'c{k}', rgb) for k, rgb in enumerate(colors)]
     return Detector(DetectorConfig(colors=tuple(named)))
 
 
