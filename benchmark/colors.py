@@ -24,6 +24,7 @@ from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import discriminate
 from colortrack_ros.detection import extent
 from colortrack_ros.detection import finder
+from colortrack_ros.detection import growth
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection import shades
 from colortrack_ros.detection import teach
@@ -45,7 +46,7 @@ CONSTANTS = (
     'LOOK_SECONDS', 'POOL_SECONDS', 'MOST_GROWTH', 'USUAL_SECONDS', 'LEAST_SHARE', 'PIECE_SHARE',
     'PIECE_REACH', 'FEWEST_LEFT', 'NEAR', 'FEWEST_PIXELS', 'LARGEST_SHARE', 'LEAST_SPREAD',
     'DEEPER', 'SHAPE_ROUNDS', 'OUTLINE_WIDTH', 'HALF_WAY', 'ELSEWHERE_SHARE',
-    'SHADE_STEP', 'MOST_SHADES', 'SHADE_GAP',
+    'SHADE_STEP', 'MOST_SHADES', 'SHADE_GAP', 'RISEN', 'OFF_LINE', 'AT_OBJECT',
 )  # fmt: skip
 TAUGHT = ('SHADE_RADIUS', 'SHADES_SHARE', 'MOST_SHADES_TAUGHT')
 """Constants of what is taught by a box."""
@@ -118,7 +119,7 @@ def boxes_of(row: np.void, label: dict[str, float]) -> tuple[np.ndarray, np.ndar
 def sensitivity(folder: Path, names: Sequence[str]) -> Iterator[list[str]]:
     """A row for half and for twice of each constant."""
     for name in names:
-        rooms = finder, usual_areas, extent, shades, discriminate
+        rooms = finder, usual_areas, growth, extent, shades, discriminate
         modules = [module for module in rooms if hasattr(module, name)]
         value = getattr(modules[0], name)
         for factor in (0.5, 1, 2) if name in TAUGHT else (0.5, 2):

@@ -1,29 +1,31 @@
 """Color extent: where in CIELAB the pixels of a color end and others begin.
 
-Ellipsoids of one shape grow around a color. The pixels of the object come first and soon run out;
-then comes a gap, and then everything else. The relative growth of the count, d ln N / d ln t, has
-its valley in the gap. It is 3 if colors fill CIELAB evenly, and would be 0 in a gap but for outline
-pixels: they spread all the way to the color of the surroundings, and small objects have a large
-share of them.
+Ellipsoids of one shape grow around a color, up to the gap between its pixels and others (see
+growth.py).
 """
 
-from collections.abc import Iterable
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.cells import CELLS
 from colortrack_ros.detection.cells import cells_of
+from colortrack_ros.detection.growth import FEWEST_PIXELS
+from colortrack_ros.detection.growth import growth_of
+from colortrack_ros.detection.growth import NEAR
+from colortrack_ros.detection.growth import nearest_sample
+from colortrack_ros.detection.growth import other_hue
+from colortrack_ros.detection.growth import outline_end
+from colortrack_ros.detection.growth import SIZES
+from colortrack_ros.detection.growth import SLOPE_STEPS
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.reference import Triple
 
 # On four real clips, `python benchmark/colors.py --constants` halves and doubles the constants
-# below that are neither derived nor from a source. The recall of the caps drops by 5 points with
-# half of OUTLINE_WIDTH or twice HALF_WAY, and that of the ball by 2 with twice NEAR.
+# below that are neither derived nor from a source.
 
 COUNTED_PIXELS = 1 << 19
 """Maximum number of counted pixels: all of a 640x480 picture, every second row and column of
@@ -35,20 +37,6 @@ also weights lightness less for such objects (textiles: k_L = 2)."""
 
 SHAPE = np.array([LIGHTNESS_AXIS, 1.0, 1.0])
 """Initial half axes along L, a, b for measuring distances."""
-
-SIZE_STEP, SLOPE_STEPS = 0.04, 5
-"""Steps of the size in ln t, and the number of steps on each side for the growth, +-20 %."""
-
-SIZES = np.exp(np.arange(np.log(4.0), np.log(80.0), SIZE_STEP))
-"""Half axes of a and b to try [CIELAB units]: from the size of a cell of the table to the distance
-between different colors."""
-
-NEAR = 8.0
-"""Radius within which pixels are of the color itself [CIELAB units]: a few times the just
-noticeable difference, 2.3 (Mahy 1994), to allow for noise and compression."""
-
-FEWEST_PIXELS = 20
-"""Number of pixels near a color for it to be in the picture: the default of min_area."""
 
 MOST_SHADES_OF_ONE = 30.0
 """Largest ratio of the pixels of an object with shades down to gray, to those near one of its
@@ -67,17 +55,6 @@ percent of its width."""
 LEAST_SPREAD = 2.0
 """Least standard deviation of an object along an axis [CIELAB units]: the size of a cell of the
 table."""
-
-OUTLINE_WIDTH = 2.0
-"""Width of an object's outline, whose pixels are mixed with the surroundings [px]: video has one
-chroma sample for every 2 by 2 pixels."""
-
-HALF_WAY = 2.0
-"""Ratio of the distance of the surroundings to that of outline pixels that are half object."""
-
-MOST_GROWTH = 1.0
-"""Largest growth at the surface of an ellipsoid in a gap: a third of that of colors that fill
-CIELAB evenly."""
 
 SHAPE_ROUNDS, DEEPER = 4, 0.02
 """Maximum number of updates of center and shape from the pixels inside, and the least decrease of
@@ -174,11 +151,11 @@ def find_extent(
     (filled,) = (counts > 0).nonzero()
     number, color = counts[filled], cell_bounds()[0].T[filled]
     if samples or others:
-        shape = SHAPE
-        away = nearest_sample(color, (lab, *samples), shape)
-        mine = away < nearest_sample(color, others, shape)
-        alike = np.full(len(SIZES), most)
-        return _valley(number[mine], away[mine], np.array(lab), shape, alike, least)
+        away = nearest_sample(color, (lab, *samples), SHAPE)
+        mine, alike = away < nearest_sample(color, others, SHAPE), np.full(len(SIZES), most)
+        growth, count = _growth_within(number[mine], away[mine], alike, least)
+        both = _valley(growth, count, np.array(lab), SHAPE)
+        return both and both[0]
     is_gray = np.hypot(*lab[1:]) < NEAR
     most_gray = most if is_gray else min(most, max(MOST_SHADES_OF_ONE * near, allowed))
     limits = most, most_gray
@@ -206,12 +183,13 @@ def _deepest_valley(
         if apart:
             other = nearest_sample(center[None], apart, shape)
             most[other <= SIZES] = 0.0
-        found = _valley(number, distance, center, shape, most)
-        if found is None or (best is not None and found.growth > best.growth - DEEPER):
+        growth, count = _growth_within(number, distance, most)
+        end = other_hue(growth, number, color, distance, center)
+        both = _valley(growth[:end], count, center, shape)
+        if both is None or (best is not None and both[0].growth > best.growth - DEEPER):
             break
-        best = found
-        whole = _valley(number, distance, center, shape, most, to_outline=True)
-        inside = (((color - center) / found.axes) ** 2).sum(axis=1) < 1
+        best, whole = both
+        inside = (((color - center) / best.axes) ** 2).sum(axis=1) < 1
         center = np.average(color[inside], axis=0, weights=number[inside])
         variance = np.average((color[inside] - center) ** 2, axis=0, weights=number[inside])
         spread = np.maximum(np.sqrt(variance), LEAST_SPREAD)
@@ -220,72 +198,41 @@ def _deepest_valley(
     return whole
 
 
-def nearest_sample(
-    color: NDArray[np.float64], samples: Iterable[ArrayLike], shape: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(N,) distance to the nearest sample, infinite if there are none."""
-    nearest = np.full(len(color), np.inf)
-    for sample in samples:
-        away = (color - np.asarray(sample, np.float64)) / shape
-        np.minimum(nearest, np.sqrt((away**2).sum(axis=1)), out=nearest)
-    return nearest
-
-
-def growth_of(
-    number: NDArray[np.float64], distance: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """How the count of pixels grows with the size, at each of SIZES but SLOPE_STEPS at both ends.
+def _growth_within(
+    number: NDArray[np.float64],
+    distance: NDArray[np.float64],
+    most: NDArray[np.float64],
+    least: float = 0.0,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The growth at each size, infinite where it cannot be the color's, and the count, both (S,).
 
     :param number, distance: (N,) pixels of each color, and its distance.
-    :returns: (S,) the relative growth, the count, and the count SLOPE_STEPS further out.
+    :param most: largest number of pixels for each of SIZES.
+    :param least: least size.
     """
-    order = np.argsort(distance)
-    behind = np.searchsorted(distance[order], SIZES)
-    count = np.append(0.0, np.cumsum(number[order]))[behind]
-    smaller, middle, larger = (
-        count[: -2 * SLOPE_STEPS],
-        count[SLOPE_STEPS:-SLOPE_STEPS],
-        count[2 * SLOPE_STEPS :],
-    )
-    growth = (larger - smaller) / np.maximum(middle, 1) / (2 * SLOPE_STEPS * SIZE_STEP)
-    return growth, middle, larger
+    growth, count, larger = growth_of(number, distance)
+    growth[(count < FEWEST_PIXELS) | (larger > most[2 * SLOPE_STEPS :])] = np.inf
+    growth[SIZES[SLOPE_STEPS:-SLOPE_STEPS] < least] = np.inf
+    return growth, count
 
 
 def _valley(
-    number: NDArray[np.float64],
-    distance: NDArray[np.float64],
+    growth: NDArray[np.float64],
+    count: NDArray[np.float64],
     center: NDArray[np.float64],
     shape: NDArray[np.float64],
-    most: NDArray[np.float64],
-    least: float = 0.0,
-    to_outline: bool = False,
-) -> Extent | None:
-    """Find the size at whose surface the count grows least, for ellipsoids of one shape.
+) -> tuple[Extent, Extent] | None:
+    """The extent at whose surface the count grows least, and one that holds the outline as well.
 
-    :param most: (S,) largest number of pixels for each size.
-    :param to_outline: extend it half-way to where the count grows more than an outline explains.
+    The latter reaches half-way to where the count grows more than an outline explains.
     """
-    growth, middle, larger = growth_of(number, distance)
-    growth[(middle < FEWEST_PIXELS) | (larger > most[2 * SLOPE_STEPS :])] = np.inf
-    growth[SIZES[SLOPE_STEPS:-SLOPE_STEPS] < least] = np.inf
-    k = int(growth.argmin())
-    if not np.isfinite(growth[k]):
+    valley = int(growth.argmin())
+    if not np.isfinite(growth[valley]):
         return None
-    outer = max(k, outline_end(growth, float(middle[k]), k)) if to_outline else k
-    L, a, b = center.tolist()
-    dL, da, db = (SIZES[SLOPE_STEPS + outer] * shape).tolist()
-    return Extent((L, a, b), (dL, da, db), float(growth[k]), float(middle[outer]))
+    outer = max(valley, outline_end(growth, float(count[valley]), valley))
 
+    def reaching(k: int) -> Extent:
+        (L, a, b), (dL, da, db) = center.tolist(), (SIZES[SLOPE_STEPS + k] * shape).tolist()
+        return Extent((L, a, b), (dL, da, db), float(growth[valley]), float(count[k]))
 
-def outline_end(growth: NDArray[np.float64], pixels: float, valley: int) -> int:
-    """The index of the size half-way to the end of a valley.
-
-    A disc of N pixels has 2 sqrt(pi N) of them along its outline.
-
-    :param growth: (S,) at the tested sizes.
-    :param pixels: in the valley.
-    :param valley: index of its size.
-    """
-    mixed = OUTLINE_WIDTH * 2 * np.sqrt(np.pi / pixels)
-    beyond = np.append(growth[valley:] > growth[valley] + mixed, True)
-    return valley + int(beyond.argmax()) - 1 - round(np.log(HALF_WAY) / SIZE_STEP)
+    return reaching(valley), reaching(outer)

@@ -1,5 +1,6 @@
 """A color without a tolerance: how far it reaches is found in the pictures."""
 
+import colorsys
 import re
 
 import cv2
@@ -118,6 +119,23 @@ def test_the_shaded_side_of_a_thing_is_found_where_its_light_side_is():
         _, row = detector.detect(frame).rows
     assert [row['u'], row['v']] == pytest.approx([120, 100], abs=1)
     assert row['area'] > 1700, 'more than its light side'
+
+
+@pytest.mark.parametrize(('hues', 'least'), [(8, 0.6), (10, 0.8)])
+def test_among_balls_of_many_hues_the_color_of_one_pixel_finds_its_ball_alone(hues, least):
+    image = np.full((300, 400, 3), 240.0)
+    places = [(45 + 95 * (k % 4), 35 + 70 * (k // 4)) for k in range(hues)]
+    for k, (u, v) in enumerate(places):
+        rgb = 255 * np.array(colorsys.hsv_to_rgb(k / hues, 0.75, 0.9))
+        ball(image, u, v, 28, rgb.round(), least)
+    image = cv2.GaussianBlur(image, (0, 0), 0.7)
+    image += np.random.default_rng(0).normal(0, NOISE, image.shape)
+    frame = Frame(np.clip(image, 0, 255).astype(np.uint8))
+    for u, v in places:
+        for picked in (v - 14, v, v + 14):
+            (row,) = sought(tuple(frame.image[picked, u][::-1].tolist())).detect(frame).rows
+            assert [row['u'], row['v']] == pytest.approx([u, v], abs=2)
+            assert row['area'] > 0.8 * np.pi * 28**2
 
 
 def test_what_is_printed_in_a_frame_is_a_piece_of_it_and_what_is_beside_one_is_not():

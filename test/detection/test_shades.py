@@ -6,8 +6,8 @@ import pytest
 
 from colortrack_ros.detection.cells import CELLS
 from colortrack_ros.detection.extent import Extent
-from colortrack_ros.detection.extent import HALF_WAY
 from colortrack_ros.detection.extent import sample_colors
+from colortrack_ros.detection.growth import HALF_WAY
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.lab import linear_from_srgb
 from colortrack_ros.detection.shades import reach_of
