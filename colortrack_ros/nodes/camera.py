@@ -47,6 +47,9 @@ the one being processed, and the next, so that the detector never idles."""
 ACQUAINTANCE = 0.5
 """Time [s] for subscribers that the camera has discovered to discover the camera: discovery
 completes on one side first."""
+LONGEST_WAIT = 10.0
+"""Longest time [s] until the next frame of a recording that is waited for. Assumed: longer ones are
+faults of a file's times, and a node that is silent for longer seems to hang."""
 PAUSES = (0.5, 1.0, 2.0, 5.0)
 """Pauses [s] before a failed live source is reopened, growing with repeated failures. The last one
 repeats: a user still waits that long."""
@@ -97,6 +100,7 @@ class CameraNode(ManagedNode[CameraSetup]):
         offer(self, SetBool, '~/pause', self._pause)
         self._pacer = Pacer(self._closing.wait)
         self._base: int | None = None
+        self._due: int | None = None
         self._thread = threading.Thread(target=self._play, name='camera')
         self._thread.start()
 
@@ -194,14 +198,21 @@ class CameraNode(ManagedNode[CameraSetup]):
         return self._answers is not None and self.count_publishers(self._answers.topic_name) > 0
 
     def _pace(self, stamp: int) -> None:
-        """Wait until the next frame is due."""
+        """Wait until a frame is due: that of a recording when its stamp says."""
         if self.setup.as_consumed:
             if self._is_answered():
                 self._window.send(stamp)
         elif self.setup.rate > 0.0:
             self._pacer.pace(1.0 / self.setup.rate)
         elif not self._grabber.live:
-            self._pacer.pace(self._grabber.period * 1e-9)
+            last, self._due = self._due, stamp
+            gap = (stamp - last) / NANOSECONDS if last is not None else 0.0
+            if gap > LONGEST_WAIT:
+                self.get_logger().warning(
+                    f'the next picture is {gap:.0f} s later: it is published after '
+                    f'{LONGEST_WAIT:g} s'
+                )
+            self._pacer.pace(min(gap, LONGEST_WAIT))
 
     def _stamped(self, frame: Frame) -> Frame:
         """Set the stamp of a frame; those of a recording count from the start of playback."""

@@ -27,7 +27,7 @@ class Grabber:
     """
 
     def __init__(self, source: Source, loop: Callable[[], bool] = lambda: False) -> None:
-        self.live, self.period = source.live, source.period
+        self.live = source.live
         self.skipped = 0
         self._source, self._loop = source, loop
         self._items: deque[Frame | SourceError | None] = deque()

@@ -11,6 +11,9 @@ from sensor_msgs.msg import Image
 from sensor_msgs.srv import SetCameraInfo
 from std_srvs.srv import SetBool
 from support.damaged import damaged_video
+from support.films import encode
+from support.films import H264
+from support.films import needs_ffmpeg
 from support.waiting import slowness
 import yaml
 
@@ -49,6 +52,27 @@ def test_a_scene_is_published_in_time_with_its_own_stamps_and_a_camera_info_each
     assert not ros.spin(lambda: len(images) > 24, 0.5)
     assert camera.popen.poll() is None
     assert camera.output.count('has ended') == 1
+
+
+@needs_ffmpeg
+@pytest.mark.parametrize(
+    ('times', 'seconds'),
+    [('if(lt(N,10),N/5,2+(N-10)/25)', 3.56), ('if(lt(N,20),N/25,60+(N-20)/25)', 11.92)],
+    ids=['varying_rate', 'far_apart'],
+)
+def test_a_film_is_published_when_its_own_times_say_but_nobody_waits_long(
+    ros, tmp_path, times, seconds
+):
+    film = encode(tmp_path / 'film.mkv', f"{H264} -vf setpts='{times}/TB' -vsync vfr", count=50)
+    infos, came = ros.listen(CameraInfo, 'camera/camera_info'), []
+    ros.node.create_subscription(Image, 'camera/image_raw', lambda _: came.append(time.time()), 50)
+    camera = ros.start('camera', source=str(film), wait_for_subscribers=1, **DEEP)
+    assert ros.spin(lambda: len(came) == len(infos) == 50), ros.outputs()
+    early = stamps(infos) / 1e9 - came
+    if seconds < 10.0:
+        assert early.max() < 0.01, 'no stamp is in the future'
+    assert came[-1] - came[0] == pytest.approx(seconds, abs=0.3 * slowness())
+    assert ('later' in camera.output) == (seconds > 10.0)
 
 
 def test_exit_at_end_ends_the_node_with_status_0(ros):
