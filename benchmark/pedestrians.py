@@ -51,7 +51,8 @@ class Sequence(NamedTuple):
         people = truth[:, 6] != 0
         if truth.shape[1] == 9:  # of 2016 and later: the class follows, of which 1 is a pedestrian
             people &= truth[:, 7] == 1
-        found = np.loadtxt(folder / 'det/det.txt', delimiter=',')
+        path = folder / 'det/det.txt'  # others recorded the truth alone (of_others.py)
+        found = np.loadtxt(path, delimiter=',') if path.exists() else np.zeros((0, 6))
         return cls(found[:, :6], truth[people, :6], about.getfloat('frameRate', 25.0), size)
 
     def frames(self) -> Iterator[tuple[int, np.ndarray]]:
