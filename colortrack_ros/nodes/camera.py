@@ -47,7 +47,7 @@ the one being processed, and the next, so that the detector never idles."""
 ACQUAINTANCE = 0.5
 """Time [s] for subscribers that the camera has discovered to discover the camera: discovery
 completes on one side first."""
-LONGEST_WAIT = 10.0
+MOST_SILENCE = 10.0
 """Longest time [s] until the next frame of a recording that is waited for. Assumed: longer ones are
 faults of a file's times, and a node that is silent for longer seems to hang."""
 PAUSES = (0.5, 1.0, 2.0, 5.0)
@@ -207,12 +207,12 @@ class CameraNode(ManagedNode[CameraSetup]):
         elif not self._grabber.live:
             last, self._due = self._due, stamp
             gap = (stamp - last) / NANOSECONDS if last is not None else 0.0
-            if gap > LONGEST_WAIT:
+            if gap > MOST_SILENCE:
                 self.get_logger().warning(
                     f'the next picture is {gap:.0f} s later: it is published after '
-                    f'{LONGEST_WAIT:g} s'
+                    f'{MOST_SILENCE:g} s'
                 )
-            self._pacer.pace(min(gap, LONGEST_WAIT))
+            self._pacer.pace(min(gap, MOST_SILENCE))
 
     def _stamped(self, frame: Frame) -> Frame:
         """Set the stamp of a frame; those of a recording count from the start of playback."""

@@ -1,5 +1,6 @@
 """Adaptation: speed, process noise, maneuvers, clutter and new objects, learned from the scene."""
 
+from collections import deque
 import math
 
 import numpy as np
@@ -44,6 +45,14 @@ QUANTILE = 0.8
 
 LEAST_SPEED = 100.0
 """Least speed: an object at rest may start to move this fast at any time [px/s]. Assumed."""
+
+SLOW_PERIOD = 0.125
+"""Frame period above which all is assumed to be slower in proportion [s]. Assumed: whoever takes
+fewer than eight pictures a second watches what moves little from one to the next."""
+
+FEWEST_PERIODS, PERIODS = 2, 8
+"""Least number of such periods in a row, since one is a pause, and how many of the last ones the
+shortest is taken of. Assumed."""
 
 FIRST_FALSE, LEAST_NEW = 0.003, 0.003
 """Initial rate of false detections, and least rate of new objects, per frame. Assumed: one in 11 s
@@ -91,6 +100,10 @@ class Adaptation:
     def __init__(self, longest: float) -> None:
         self.recent = Recent()
         self.unsteadiness = ProcessNoise()
+        self.slow_periods = deque[float](maxlen=PERIODS)
+        """The last periods above SLOW_PERIOD, in a row [s]."""
+        self.slowness = 1.0
+        """Frame period over SLOW_PERIOD, at least 1."""
         self._speed2 = np.full(2, FIRST_SPEED**2)
         self._watched = FIRST_WATCHED
         self.sizes = Sizes()
@@ -132,7 +145,7 @@ class Adaptation:
     @property
     def speed(self) -> Floats:
         """Root mean square of the velocity on each axis, (2,), at least LEAST_SPEED [px/s]."""
-        return np.maximum(np.sqrt(self._speed2), LEAST_SPEED)
+        return np.maximum(np.sqrt(self._speed2), LEAST_SPEED / self.slowness)
 
     @property
     def density(self) -> float:
@@ -188,6 +201,16 @@ class Adaptation:
             low, high = np.zeros(2), np.array(self.image_size)
         margin = BORDER * (high - low)
         return np.asarray((np.minimum(z - low, high - z) < margin).any(axis=1))
+
+    def learn_period(self, period: float) -> None:
+        """Learn how slow all is from the time since the last frame [s]."""
+        if period <= SLOW_PERIOD:
+            self.slow_periods.clear()
+        else:
+            self.slow_periods.append(period)
+        slow = len(self.slow_periods) >= FEWEST_PERIODS
+        self.slowness = min(self.slow_periods) / SLOW_PERIOD if slow else 1.0
+        self.unsteadiness.assume(self.slowness)
 
     def know_size(self, image_size: tuple[int, int]) -> None:
         """Set the size of the picture [px]; zeros, for unknown, are ignored."""

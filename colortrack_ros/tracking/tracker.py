@@ -14,6 +14,7 @@ from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.motion import MOTION_MODELS
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
+from colortrack_ros.tracking.adaptation import SLOW_PERIOD
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.crossings import defer
@@ -155,8 +156,7 @@ class Tracker:
         now, population = self._clock.now, self._population
         rows = published(tracks, now, self.config, population, speed, existence)
         learned.camera.publish(rows, tracks)
-        why = self._clock.tell_restart()
-        return Tracks(rows, detections.stamp, detections.frame_id, why)
+        return Tracks(rows, detections.stamp, detections.frame_id, self._clock.tell_restart())
 
     def _follow_camera(self, step: Step) -> None:
         """Move remembered tracks with the camera; once steady, its motion becomes the tracks'."""
@@ -177,6 +177,8 @@ class Tracker:
         again = self._clock.is_now(detections.stamp)
         dt = self._clock.advance(detections.stamp, self.config.max_dt, self.reset)
         self._period = dt or self._period
+        if self._period > SLOW_PERIOD or self._adaptation.slow_periods:
+            self._adaptation.learn_period(self._period)
         if self.config.ego_motion == 'odometry' and not again:
             self._adaptation.camera.turn(detections.viewpoint, self._clock.now, self._period)
         return Step(self._clock.now, dt, self._period, again)

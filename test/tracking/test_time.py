@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.silhouettes import points
 
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion import MOTION_MODELS
@@ -61,3 +62,32 @@ def test_a_second_unseen_is_as_uncertain_after_any_rate_of_frames(rate):
     """All is learned, maneuvers too; the mean of four objects that move straight for 3 s."""
     ratios = [sigma_after(rate, seed) / sigma_after(30, seed) for seed in range(4)]
     assert np.mean(ratios) == pytest.approx(1, rel=0.05)
+
+
+def ids_of_a_flock(rate, seed):
+    """Number of confirmed IDs of 16 animals, 40 px apart, that walk a few pixels a frame."""
+    rng, tracker, ids = np.random.default_rng(seed), Tracker(), set()
+    grid = np.stack(np.meshgrid(np.arange(4), np.arange(4)), axis=-1).reshape(-1, 2)
+    place, velocity, stamp = 200 + 40.0 * grid, rng.normal(0, 2, (16, 2)), 0
+    for _ in range(60):
+        velocity += rng.normal(0, 0.5, velocity.shape) - 0.05 * velocity
+        place += velocity - 0.02 * (place - 200 - 40 * grid)
+        seen = place[rng.random(16) > 0.1]
+        rows = tracker.update(points(seen + rng.normal(0, 1, seen.shape), stamp)).rows
+        ids.update(rows['track_id'][rows['state'] == CONFIRMED].tolist())
+        stamp += NANOSECONDS // rate
+    return len(ids)
+
+
+def test_a_flock_of_which_a_picture_is_taken_each_second_keeps_its_ids():
+    counts = [ids_of_a_flock(1, seed) for seed in range(3)]
+    assert max(counts) <= 17, counts
+
+
+def test_a_pause_is_no_lower_rate():
+    """One missed message in a fast stream changes nothing of what is assumed of speeds."""
+    tracker = Tracker()
+    for k, frame in enumerate((0, 1, 2, 3, 33, 34, 35, 65, 66)):
+        rows = tracker.update(points([(100 + k, 300)], frame * NANOSECONDS // 30)).rows
+        assert tracker._adaptation.slowness == 1.0
+    assert rows['track_id'].tolist() == [1]
