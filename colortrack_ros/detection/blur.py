@@ -48,14 +48,17 @@ reach."""
 class Ends(Columns):
     """By how much farther out N blobs end on one side of each axis than on the other.
 
-    Both are 0 for blobs that consist of outline alone: even their middle is a mixture of colors.
+    Shift and error are 0 for blobs that consist of outline alone: even their middle is a mixture
+    of colors.
 
     :param shift: (N, 2) of the middle between both ends, along u and v [shares of the blur].
     :param error: (N,) standard error of the shift, over both axes [shares of the blur].
+    :param inside: (N,) share of the inside color at the ends, the mean over all.
     """
 
     shift: NDArray[np.float64]
     error: NDArray[np.float64]
+    inside: NDArray[np.float64]
 
     @classmethod
     def of(cls, share: NDArray[np.float64], blobs: BlobTable, blur: NDArray[np.float64]) -> 'Ends':
@@ -74,7 +77,11 @@ class Ends(Columns):
         has_inside = blur.max(axis=1) < 2 * np.sqrt(blobs.axes[0])
         half = blobs.box[:, 2:] / 2
         farther = (half + ERODED) / np.maximum(half - blur / 2 - 1, half / MOST_FARTHER)
-        return cls(mean * farther * has_inside[:, None], np.sqrt(error) * has_inside)
+        return cls(
+            mean * farther * has_inside[:, None],
+            np.sqrt(error) * has_inside,
+            share.mean(axis=(1, 2, 3)),
+        )
 
 
 @dataclass(frozen=True)

@@ -272,3 +272,14 @@ def test_the_covariance_of_a_ball_that_leaves_the_picture_covers_its_hidden_part
             squared.append((row['u'] - ball['u']) ** 2 / row['cov_uu'])
     assert len(squared) > 5
     assert 0.2 < np.mean(squared) < 1.25
+
+
+def test_light_from_one_side_shifts_a_centroid_along_both_axes_together():
+    image = np.full((160, 240, 3), (110, 105, 100), np.uint8)
+    draw_ball(image, np.array([120.3, 80.2]), np.array([6.0, 3.0]), 24.0, np.array((34, 58, 205)))
+    correlations = []
+    for picture in (image, image[:, ::-1].copy()):
+        (row,) = Detector(DetectorConfig()).detect(Frame(picture)).rows
+        correlations.append(row['cov_uv'] / np.sqrt(row['cov_uu'] * row['cov_vv']))
+    assert correlations[0] > 0.2  # the light is at the top left
+    assert correlations[1] < -0.2
