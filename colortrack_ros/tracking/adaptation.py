@@ -102,8 +102,8 @@ class Adaptation:
         self.unsteadiness = ProcessNoise()
         self.slow_periods = deque[float](maxlen=PERIODS)
         """The last periods above SLOW_PERIOD, in a row [s]."""
-        self.slowness = 1.0
-        """Frame period over SLOW_PERIOD, at least 1."""
+        self.slowness, self._least_speed = 1.0, LEAST_SPEED
+        """Frame period over SLOW_PERIOD, at least 1, and the least speed at it [px/s]."""
         self._speed2 = np.full(2, FIRST_SPEED**2)
         self._watched = FIRST_WATCHED
         self.sizes = Sizes()
@@ -145,7 +145,7 @@ class Adaptation:
     @property
     def speed(self) -> Floats:
         """Root mean square of the velocity on each axis, (2,), at least LEAST_SPEED [px/s]."""
-        return np.maximum(np.sqrt(self._speed2), LEAST_SPEED / self.slowness)
+        return np.maximum(np.sqrt(self._speed2), self._least_speed)
 
     @property
     def density(self) -> float:
@@ -210,6 +210,7 @@ class Adaptation:
             self.slow_periods.append(period)
         slow = len(self.slow_periods) >= FEWEST_PERIODS
         self.slowness = min(self.slow_periods) / SLOW_PERIOD if slow else 1.0
+        self._least_speed = LEAST_SPEED / self.slowness
         self.unsteadiness.assume(self.slowness)
 
     def know_size(self, image_size: tuple[int, int]) -> None:

@@ -82,7 +82,8 @@ def update(
     whole = update_extents(tracks, prediction, blobs, taken) | learned.overlaps.are_resolved
     if not prediction.step.again:
         _learn(learned, prediction, blobs, taken, whole, config)
-    _unsettle(tracks.records, prediction, taken)
+    every = len(taken) == len(prediction.center)  # whether all are measured
+    _unsettle(tracks.records, prediction, taken, every=every)
     _maneuver(tracks.filters, prediction, taken)
     if config.acceleration_span:
         learn_acceleration(
@@ -100,18 +101,22 @@ def update(
             tracks.records, taken.track[whole], taken.z[whole], variance,
             *tracks.filters.estimate(), prediction.step.now, prediction.speed,
         )  # fmt: skip
-    _record_hits(tracks, taken, blobs, prediction)
+    _record_hits(tracks, taken, blobs, prediction, every=every)
 
 
 def _record_hits(
-    tracks: TrackTable[Bank], taken: Hypotheses, blobs: Measurements, prediction: Prediction
+    tracks: TrackTable[Bank],
+    taken: Hypotheses,
+    blobs: Measurements,
+    prediction: Prediction,
+    *,
+    every: bool,
 ) -> None:
     """Record which tracks were measured, where, and their sizes.
 
     A blob of several objects says nothing about the size of each: they keep theirs.
     """
     records = tracks.records
-    every = len(taken) == len(prediction.center)
     track = slice(None) if every else taken.track
     if prediction.step.again or not every:
         records['misses'] += not prediction.step.again
@@ -126,7 +131,7 @@ def _record_hits(
     record_size(records, track, blobs.rows.take(blob))
 
 
-def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses) -> None:
+def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses, *, every: bool) -> None:
     """Record what maneuvers ignored by the filters add to the covariance of the velocity.
 
     A maneuver at the end of a frame has hardly moved the object yet, so the measurement cannot rule
@@ -137,7 +142,6 @@ def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses) -> No
         e ~ N(-v s, S + speed^2 s^2)    g = speed^2 s / (S + speed^2 s^2)
         v' = g (e + v s)                var v' = speed^2 (1 - g s)
     """
-    every = len(taken) == len(prediction.center)
     rows = slice(None) if every else taken.track
     if not (every or prediction.step.again):
         records['unsettled'] = 0.0
@@ -235,12 +239,8 @@ def _learn(
     config: TrackerConfig,
 ) -> None:
     """Learn from the measurements; noise and motion only from objects seen completely."""
-    records, period, track, blob = (
-        prediction.records,
-        prediction.step.period,
-        taken.track,
-        taken.blob,
-    )
+    records, period = prediction.records, prediction.step.period
+    track, blob = taken.track, taken.blob
     if not len(track):
         return
     maneuvered = taken.innovations.maneuvered
