@@ -15,17 +15,17 @@ from typing import NamedTuple
 import warnings
 
 import numpy as np
+from pedestrians import message
 from pedestrians import Rows
 from pedestrians import score
 from pedestrians import Sequence
+from pedestrians import theirs as of_boxes
 import peers
 from scipy.optimize import linear_sum_assignment
 
 from colortrack_ros.data import COASTING
-from colortrack_ros.data import DETECTION
-from colortrack_ros.data import Detections
-from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.ellipses import ELLIPSE_95
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
@@ -34,9 +34,6 @@ MISSED, FALSE = 0.1, 0.1
 
 NOISES = {'1 px': lambda size: 1.0 + 0 * size, 'size / 20': lambda size: size / 20}
 """Standard deviation [px] by the size of the object [px]."""
-
-ELLIPSE = 5.991
-"""Squared Mahalanobis distance that holds 95 % (chi-square, 2)."""
 
 BOXED = ('SORTTracker', 'ByteTrackTracker', 'OCSORTTracker')
 """Of the package `trackers`, which take boxes."""
@@ -72,17 +69,6 @@ def step(sequence: Sequence) -> float:
     return float(np.quantile(np.hypot(*way.T), 0.999))
 
 
-def message(sequence: Sequence, k: int, box: np.ndarray) -> Detections:
-    """Of boxes (N, 4), of points where they have no size."""
-    rows = np.zeros(len(box), DETECTION)
-    rows['u'], rows['v'] = (box[:, :2] + box[:, 2:] / 2).T
-    if box[:, 2:].any():
-        rows['box_u'], rows['box_v'], rows['box_w'], rows['box_h'] = box.T
-        rows['area'] = box[:, 2] * box[:, 3]
-    rows['score'] = 1.0
-    return Detections(rows, round(k / sequence.rate * NANOSECONDS))
-
-
 def squared_distances(true: np.ndarray, tracks: np.ndarray) -> np.ndarray:
     """Of the right ones, (M, 2): error over the covariance, squared, and whether it coasts."""
     center, half = true[:, 2:4] + true[:, 4:6] / 2, true[:, 4:6] / 2
@@ -106,7 +92,7 @@ def ours(sequence: Sequence, **options: object) -> Ours:
         frame, none = np.full(len(tracks), k), np.zeros(len(tracks))
         found.append(np.column_stack([frame, *at, none, none, tracks['state'] != COASTING]))
     d2, coasts = np.concatenate(distances).T
-    inside = [100 * np.mean(d2[coasts == which] < ELLIPSE) for which in (0, 1)]
+    inside = [100 * np.mean(d2[coasts == which] < ELLIPSE_95) for which in (0, 1)]
     return Ours(np.concatenate(found), (inside[0], inside[1]))
 
 
@@ -121,21 +107,12 @@ def theirs(sequence: Sequence, make: Callable) -> Rows:
 
 def boxed(sequence: Sequence, name: str) -> Rows:
     """What one of BOXED publishes; points become boxes as in peers.py."""
-    import supervision
-    import trackers
-
-    tracker, found = getattr(trackers, name)(frame_rate=sequence.rate), []
-    way = step(sequence)
-    for k, box in sequence.frames():
-        corners = np.concatenate([box[:, :2], box[:, :2] + box[:, 2:]], axis=1)
-        if not box[:, 2:].any():
-            corners = peers.boxes_of(box[:, :2], way)
-        sure, kind = np.full(len(box), 0.9, np.float32), np.zeros(len(box), int)
-        out = tracker.update(supervision.Detections(corners.astype(np.float32), None, sure, kind))
-        for i, (left, top, right, bottom) in zip(out.tracker_id, out.xyxy, strict=True):
-            if i is not None and i >= 0:
-                found.append((k, i, (left + right) / 2, (top + bottom) / 2, 0, 0, 1))
-    return np.array(found, float).reshape(-1, 7)
+    found = sequence.detections
+    if not found[:, 4:].any():
+        corners = peers.boxes_of(found[:, 2:4], step(sequence))
+        box = np.hstack([corners[:, :2], corners[:, 2:] - corners[:, :2]])
+        sequence = sequence._replace(detections=np.hstack([found[:, :2], box]))
+    return of_boxes(sequence, name)
 
 
 def rivals() -> dict[str, Callable[[Sequence], Rows]]:

@@ -7,9 +7,9 @@ than half a ball.
 """
 
 import argparse
-import colorsys
 import csv
 from pathlib import Path
+import sys
 
 import cv2
 import numpy as np
@@ -20,6 +20,11 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
+
+from support.lit_balls import hues
+from support.lit_balls import wheel
 
 WHEELS = ((8, 0.6), (8, 0.8), (10, 0.6), (10, 0.8), (12, 0.8), (16, 0.8))
 """Number of hues, and the light at the bottom of each ball."""
@@ -32,22 +37,6 @@ CROWDS = ('EqZotiQQQ', 'CapedCrusader03', 'jagdesh', 'DanielFrauAlfaro')
 
 STEPS = ((0.0, 0.0), (0.4, 0.0), (-0.4, 0.0), (0.0, 0.4), (0.0, -0.4))
 """Pixels of a ball, in radii from its center."""
-
-
-def wheel(hues: int, least: float, seed: int = 0) -> tuple[np.ndarray, list[tuple]]:
-    """A picture of balls of all hues, lit from above, and the discs."""
-    image, discs = np.full((300, 400, 3), 240.0), []
-    v, u = np.mgrid[:300, :400]
-    for k in range(hues):
-        x, y = 45 + 95 * (k % 4), 35 + 70 * (k // 4)
-        rgb = 255 * np.array(colorsys.hsv_to_rgb(k / hues, 0.75, 0.9))
-        light = least + (1 - least) * np.clip((y + 28 - v) / 56, 0, 1)
-        inside = np.hypot(u - x, v - y) < 28
-        image[inside] = (light[..., None] * rgb[::-1])[inside]
-        discs.append((f'hue {k}', x, y, 28))
-    image = cv2.GaussianBlur(image, (0, 0), 0.7)
-    image += np.random.default_rng(seed).normal(0, 3, image.shape)
-    return np.clip(image, 0, 255).astype(np.uint8), discs
 
 
 def is_right(image: np.ndarray, discs: list[tuple], k: int, step: tuple, crowd: bool) -> bool:
@@ -81,9 +70,11 @@ def main() -> None:
     parser.add_argument('folder', type=Path, nargs='?')
     folder = parser.parse_args().folder
     table = Table('picture', 'right')
-    for hues, least in WHEELS:
+    for count, least in WHEELS:
         up_and_down = ((0.0, 0.0), (0.0, 0.5), (0.0, -0.5))
-        table.add_row(f'{hues} hues, {least:g}', share(*wheel(hues, least), up_and_down))
+        image, places = wheel(hues(count), least)
+        discs = [(f'hue {k}', u, v, 28) for k, (u, v) in enumerate(places)]
+        table.add_row(f'{count} hues, {least:g}', share(image, discs, up_and_down))
     rows = list(csv.DictReader((Path(__file__).parent / 'discs.csv').open()))
     for name in dict.fromkeys(row['picture'] for row in rows) if folder else ():
         image = cv2.imread(str(folder / name))

@@ -61,16 +61,22 @@ class Sequence(NamedTuple):
             yield k, self.detections[self.detections[:, 0] == k, 2:]
 
 
+def message(sequence: Sequence, k: int, box: np.ndarray) -> Detections:
+    """Of the boxes of a frame, (N, 4); of points where they have no size."""
+    rows = np.zeros(len(box), DETECTION)
+    rows['u'], rows['v'] = (box[:, :2] + box[:, 2:] / 2).T
+    if box[:, 2:].any():
+        rows['box_u'], rows['box_v'], rows['box_w'], rows['box_h'] = box.T
+        rows['area'] = box[:, 2] * box[:, 3]
+    rows['score'] = 1.0
+    return Detections(rows, round(k / sequence.rate * NANOSECONDS))
+
+
 def ours(sequence: Sequence, **options: object) -> Rows:
     """What the tracker publishes."""
     tracker, found = Tracker(TrackerConfig(image_size=sequence.size, **options)), []
     for k, box in sequence.frames():
-        rows = np.zeros(len(box), DETECTION)
-        rows['box_u'], rows['box_v'], rows['box_w'], rows['box_h'] = box.T
-        rows['u'], rows['v'] = (box[:, :2] + box[:, 2:] / 2).T
-        rows['area'], rows['score'] = box[:, 2] * box[:, 3], 1.0
-        stamp = round(k / sequence.rate * NANOSECONDS)
-        tracks = tracker.update(Detections(rows, stamp)).rows
+        tracks = tracker.update(message(sequence, k, box)).rows
         for row in tracks[tracks['state'] != TENTATIVE]:
             w, h = row['box_w'], row['box_h']
             corner = row['u'] - w / 2, row['v'] - h / 2
@@ -79,7 +85,7 @@ def ours(sequence: Sequence, **options: object) -> Rows:
 
 
 def theirs(sequence: Sequence, name: str) -> Rows:
-    """What a peer publishes."""
+    """What a peer publishes that takes boxes."""
     import supervision
     import trackers
 
@@ -91,7 +97,7 @@ def theirs(sequence: Sequence, name: str) -> Rows:
         for i, (left, top, right, bottom) in zip(out.tracker_id, out.xyxy, strict=True):
             if i is not None and i >= 0:
                 found.append((k, i, left, top, right - left, bottom - top, 1))
-    return np.array(found, float)
+    return np.array(found, float).reshape(-1, 7)
 
 
 def score(truth: np.ndarray, rows: Rows) -> np.ndarray:

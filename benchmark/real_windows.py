@@ -195,12 +195,18 @@ def table(folders: list[Path], given: argparse.Namespace) -> None:
         print('| **{}** | {:.0f} % | {:.0f} % | {:.1f} |'.format(name, *mean), flush=True)
 
 
-def parser_of(what: str | None) -> argparse.ArgumentParser:
-    """The options of the table."""
+def options_of(what: str | None) -> argparse.ArgumentParser:
+    """The options of everything that goes through a folder of sequences."""
     parser = argparse.ArgumentParser(description=what)
     parser.add_argument('folder', type=Path)
-    parser.add_argument('--each', action='store_true', help='a line for each sequence as well')
     parser.add_argument('--frames', type=int, default=10**6, help='of each sequence, at most')
+    return parser
+
+
+def parser_of(what: str | None) -> argparse.ArgumentParser:
+    """The options of the table."""
+    parser = options_of(what)
+    parser.add_argument('--each', action='store_true', help='a line for each sequence as well')
     parser.add_argument('--every', type=int, default=1, help='pictures from one to the next')
     parser.add_argument('--shrink', type=float, default=1.0, help='times smaller pictures')
     parser.add_argument('--gray', action='store_true', help='without colors')

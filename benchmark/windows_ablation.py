@@ -4,14 +4,14 @@ FOLDER is as of real_windows.py. Each row leaves one part out, or takes another 
 figures are those of real_windows.py.
 """
 
-import argparse
 from contextlib import ExitStack
-from pathlib import Path
 from unittest.mock import patch
 
 import cv2
 import numpy as np
+from real_windows import folders_of
 from real_windows import judged
+from real_windows import options_of
 from real_windows import ours
 from real_windows import sequence
 
@@ -53,12 +53,9 @@ PARTS = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('folder', type=Path)
-    parser.add_argument('--frames', type=int, default=10**6, help='of each sequence, at most')
-    given = parser.parse_args()
+    given = options_of(__doc__).parse_args()
     cv2.setNumThreads(1)
-    folders = sorted(p.parent for p in given.folder.glob('*/groundtruth*.txt'))
+    folders = folders_of(given.folder)
     print('| | success | on nothing |\n|---|---|---|')
     for name, (settings, changes) in PARTS.items():
         with ExitStack() as changed:

@@ -4,7 +4,6 @@ FOLDER is as of real_windows.py. A spell is a stretch of frames on nothing, as d
 tracker's defaults, until it is on the target again.
 """
 
-import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import cv2
 import numpy as np
 from real_windows import folders_of
 from real_windows import NOTHING
+from real_windows import options_of
 from real_windows import ours
 from real_windows import overlap
 from real_windows import RATE
@@ -51,10 +51,7 @@ def spells(said: list[tuple[int, float, bool]]) -> Iterator[tuple[int, int, int,
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('folder', type=Path)
-    parser.add_argument('--frames', type=int, default=10**6, help='of each sequence, at most')
-    given = parser.parse_args()
+    given = options_of(__doc__).parse_args()
     cv2.setNumThreads(1)
     print('| sequence | from frame | frames on nothing | since on the target | coasted of these |')
     print('|---|---|---|---|---|')

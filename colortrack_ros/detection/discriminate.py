@@ -30,6 +30,7 @@ from colortrack_ros.detection.growth import SIZES
 from colortrack_ros.detection.growth import SLOPE_STEPS
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.lab import rgb_from_lab
+from colortrack_ros.detection.morphology import EROSION
 from colortrack_ros.detection.reference import LAB_RANGES
 
 Shades = NDArray[np.float64]
@@ -81,9 +82,6 @@ WHOLE_SHARE = 2 / 3
 """Least share of the pixels of an object, eroded, that are one piece, compared to those with all
 gaps of one pixel filled. Single pixels lost to the surroundings cost nine each in the erosion.
 `python benchmark/taught.py --constants`: with more, more is false; with less, centroids shift."""
-
-EROSION = np.ones((3, 3), np.uint8)
-"""Structuring element of the detector's erosion, by default."""
 
 
 @dataclass(frozen=True)

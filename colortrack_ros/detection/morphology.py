@@ -20,6 +20,9 @@ from colortrack_ros.parameters import parameter
 MAX_ELEMENT_SIZE = 99
 """Largest side of a structuring element [px]: limits the time that a parameter can cost."""
 
+EROSION = np.ones((3, 3), np.uint8)
+"""Structuring element of the detector's erosion, by default."""
+
 EMPTY_ROWS = 32
 """Least number of unlabeled rows worth skipping: fewer cost less than an additional call."""
 

@@ -23,6 +23,7 @@ from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.growth import NO_LIGHT
 from colortrack_ros.detection.growth import SIZE_STEP
 from colortrack_ros.detection.growth import SLOPE_STEPS
+from colortrack_ros.detection.morphology import EROSION
 from colortrack_ros.detection.reference import Triple
 
 ELSEWHERE_SHARE = 0.01
@@ -49,9 +50,6 @@ SHADE_STEP, MOST_SHADES = 0.5, 24
 second one is kept: ellipsoids one half axis apart form a tube of at least 0.87 times their width.
 Assumed: by `python benchmark/colors.py --constants SHADE_STEP`, half of the step, with the same
 gap, costs a third of the cups, and twice adds no shades to any of the four clips."""
-
-SQUARE = np.ones((3, 3), np.uint8)
-"""Erodes by one pixel."""
 
 SHADE_GAP = 0.15
 """Pixels that a shade adds where the shades end [share of those before it]. Assumed: by `python
@@ -103,7 +101,7 @@ def _beside(cells: NDArray[np.uint16], mine: NDArray[np.intp]) -> NDArray[np.int
     inside[mine] = 1
     own = np.empty(cells.shape, np.uint8)
     look_up(inside, cells, own)
-    things = cv2.erode(own, SQUARE)
+    things = cv2.erode(own, EROSION)
     left, top, width, height = cv2.boundingRect(things)
     if not width:
         return None
@@ -193,16 +191,16 @@ def _is_at_objects(
     kind[added], kind[joined], kind[core] = 1, 2, 3
     label = np.empty(cells.shape, np.uint8)
     look_up(kind, cells, label)
-    component = np.asarray(cv2.connectedComponents(label)[1])
-    inner = component[cv2.erode(label, SQUARE) > 0]
-    if np.count_nonzero(~_include(component, label >= 2)[inner]) > most_apart:
+    count, component = cv2.connectedComponents(label)
+    inner = component[cv2.erode(label, EROSION) > 0]
+    if np.count_nonzero(~_include(component, label >= 2, count)[inner]) > most_apart:
         return False
     new = component[label == 1]
-    return int(np.count_nonzero(_include(component, label == 3)[new])) > AT_OBJECT * len(new)
+    return int(np.count_nonzero(_include(component, label == 3, count)[new])) > AT_OBJECT * len(new)
 
 
-def _include(component: NDArray[Any], own: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(N,) which components include more of some pixels than outlines."""
-    found = np.zeros(component.max() + 1, bool)
-    found[component[cv2.erode(own.view(np.uint8), SQUARE) > 0]] = True
+def _include(component: Any, own: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
+    """(count,) which components include more of some pixels than outlines."""
+    found = np.zeros(count, bool)
+    found[component[cv2.erode(own.view(np.uint8), EROSION) > 0]] = True
     return found

@@ -100,7 +100,7 @@ class CameraNode(ManagedNode[CameraSetup]):
         offer(self, SetBool, '~/pause', self._pause)
         self._pacer = Pacer(self._closing.wait)
         self._base: int | None = None
-        self._due: int | None = None
+        self._paced: int | None = None
         self._thread = threading.Thread(target=self._play, name='camera')
         self._thread.start()
 
@@ -205,7 +205,7 @@ class CameraNode(ManagedNode[CameraSetup]):
         elif self.setup.rate > 0.0:
             self._pacer.pace(1.0 / self.setup.rate)
         elif not self._grabber.live:
-            last, self._due = self._due, stamp
+            last, self._paced = self._paced, stamp
             gap = (stamp - last) / NANOSECONDS if last is not None else 0.0
             if gap > MOST_SILENCE:
                 self.get_logger().warning(

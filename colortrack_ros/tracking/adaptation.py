@@ -102,8 +102,7 @@ class Adaptation:
         self.unsteadiness = ProcessNoise()
         self.slow_periods = deque[float](maxlen=PERIODS)
         """The last periods above SLOW_PERIOD, in a row [s]."""
-        self.slowness, self._least_speed = 1.0, LEAST_SPEED
-        """Frame period over SLOW_PERIOD, at least 1, and the least speed at it [px/s]."""
+        self._least_speed = LEAST_SPEED
         self._speed2 = np.full(2, FIRST_SPEED**2)
         self._watched = FIRST_WATCHED
         self.sizes = Sizes()
@@ -141,6 +140,12 @@ class Adaptation:
     def noise(self) -> float:
         """sigma_s, standard deviation of the acceleration on each axis [px/s^2]."""
         return math.exp(self.unsteadiness.log_noise)
+
+    @property
+    def slowness(self) -> float:
+        """Frame period over SLOW_PERIOD, at least 1."""
+        slow = len(self.slow_periods) >= FEWEST_PERIODS
+        return min(self.slow_periods) / SLOW_PERIOD if slow else 1.0
 
     @property
     def speed(self) -> Floats:
@@ -208,8 +213,6 @@ class Adaptation:
             self.slow_periods.clear()
         else:
             self.slow_periods.append(period)
-        slow = len(self.slow_periods) >= FEWEST_PERIODS
-        self.slowness = min(self.slow_periods) / SLOW_PERIOD if slow else 1.0
         self._least_speed = LEAST_SPEED / self.slowness
         self.unsteadiness.assume(self.slowness)
 

@@ -114,16 +114,16 @@ class ProcessNoise:
 
     def __init__(self) -> None:
         self._fit, self._count = np.zeros(len(INDICES)), np.zeros(2)
-        self.log_noise = self._first = math.log(FIRST_NOISE)
+        self.log_noise, self._slower = math.log(FIRST_NOISE), 0.0
 
     def assume(self, slowness: float) -> None:
         """Assume less noise for frames that are so many times as far apart as at usual rates.
 
         The variance that it adds to a position in a frame, q dt^3 / 3, stays as it is.
         """
-        first = math.log(FIRST_NOISE) - 1.5 * math.log(slowness)
-        self.log_noise += first - self._first
-        self._first = first
+        slower = -1.5 * math.log(slowness)
+        self.log_noise += slower - self._slower
+        self._slower = slower
 
     def learn(self, records: Records, track: Indices, recent: Recent, period: float) -> None:
         """Learn from the measurements of the last EVERY frames.
@@ -176,17 +176,16 @@ class ProcessNoise:
             return
         typical, noise = log_sum / count, -3 * math.log(period)
         log_sigma = (np.log(INDICES) + typical + noise - math.log(REFERENCE_PERIOD)) / 2
-        prior = -0.5 * ((log_sigma - self._first) / SPREAD) ** 2
+        prior = -0.5 * ((log_sigma - math.log(FIRST_NOISE) - self._slower) / SPREAD) ** 2
         crowd = prior + _log_likelihood(self._fit, count, typical)
         worth = min(1.0, CROWD_WORTH / count)
         fit = records['fit'][track] + worth * self._fit
         own = records['fit_count'][track] + worth * self._count
         level = own[:, 1] / own[:, 0]
         likelihood = prior + _log_likelihood(fit, own[:, :1], level[:, None])
-        least = LOG_RANGE[0] + self._first - math.log(FIRST_NOISE)
-        self.log_noise = float(_mean(crowd, log_sigma).clip(least, LOG_RANGE[1]))
-        log_noise = _mean(likelihood, log_sigma) + (level - typical) / 2
-        log_noise = log_noise.clip(least, LOG_RANGE[1])
+        bounds = LOG_RANGE[0] + self._slower, LOG_RANGE[1]
+        self.log_noise = float(_mean(crowd, log_sigma).clip(*bounds))
+        log_noise = (_mean(likelihood, log_sigma) + (level - typical) / 2).clip(*bounds)
         records['log_noise'][track] = log_noise - self.log_noise
 
 

@@ -177,7 +177,7 @@ class Tracker:
         again = self._clock.is_now(detections.stamp)
         dt = self._clock.advance(detections.stamp, self.config.max_dt, self.reset)
         self._period = dt or self._period
-        if self._period > SLOW_PERIOD or self._adaptation.slow_periods:
+        if self._period > SLOW_PERIOD or self._adaptation.slow_periods:  # else nothing changes
             self._adaptation.learn_period(self._period)
         if self.config.ego_motion == 'odometry' and not again:
             self._adaptation.camera.turn(detections.viewpoint, self._clock.now, self._period)

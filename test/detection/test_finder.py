@@ -1,11 +1,13 @@
 """A color without a tolerance: how far it reaches is found in the pictures."""
 
-import colorsys
 import re
 
 import cv2
 import numpy as np
 import pytest
+from support.lit_balls import draw_lit_ball
+from support.lit_balls import hues
+from support.lit_balls import wheel
 from support.paths import DATA
 
 from colortrack_ros.data import Frame
@@ -26,20 +28,12 @@ def sought(*colors):
     return Detector(DetectorConfig(colors=tuple(named)))
 
 
-def ball(image, u, v, radius, rgb, least=0.5):
-    """A ball lit from above: least of its light at the bottom."""
-    y, x = np.mgrid[: image.shape[0], : image.shape[1]]
-    shade = least + (1 - least) * np.clip((v + radius - y) / (2 * radius), 0, 1)
-    inside = np.hypot(x - u, y - v) < radius
-    image[inside] = (shade[..., None] * np.array(rgb[::-1]))[inside]
-
-
 def picture(*balls, seed=0, light=1.0, others=True):
     image = np.full((240, 320, 3), WALL[::-1], float)
     if others:
         image[150:, :160] = BROWN[::-1]
     for args in balls:
-        ball(image, *args)
+        draw_lit_ball(image, *args)
     image = light * image + np.random.default_rng(seed).normal(0, NOISE, image.shape)
     return np.clip(image, 0, 255).astype(np.uint8)
 
@@ -121,19 +115,13 @@ def test_the_shaded_side_of_a_thing_is_found_where_its_light_side_is():
     assert row['area'] > 1700, 'more than its light side'
 
 
-@pytest.mark.parametrize(('hues', 'least'), [(8, 0.6), (10, 0.8)])
-def test_among_balls_of_many_hues_the_color_of_one_pixel_finds_its_ball_alone(hues, least):
-    image = np.full((300, 400, 3), 240.0)
-    places = [(45 + 95 * (k % 4), 35 + 70 * (k // 4)) for k in range(hues)]
-    for k, (u, v) in enumerate(places):
-        rgb = 255 * np.array(colorsys.hsv_to_rgb(k / hues, 0.75, 0.9))
-        ball(image, u, v, 28, rgb.round(), least)
-    image = cv2.GaussianBlur(image, (0, 0), 0.7)
-    image += np.random.default_rng(0).normal(0, NOISE, image.shape)
-    frame = Frame(np.clip(image, 0, 255).astype(np.uint8))
+@pytest.mark.parametrize(('count', 'least'), [(8, 0.6), (10, 0.8)])
+def test_among_balls_of_many_hues_the_color_of_one_pixel_finds_its_ball_alone(count, least):
+    image, places = wheel(hues(count).round(), least)
+    frame = Frame(image)
     for u, v in places:
         for picked in (v - 14, v, v + 14):
-            (row,) = sought(tuple(frame.image[picked, u][::-1].tolist())).detect(frame).rows
+            (row,) = sought(tuple(image[picked, u][::-1].tolist())).detect(frame).rows
             assert [row['u'], row['v']] == pytest.approx([u, v], abs=2)
             assert row['area'] > 0.8 * np.pi * 28**2
 
@@ -224,7 +212,7 @@ def test_a_color_that_runs_into_others_is_told():
 def test_specks_are_told():
     image = picture((80, 80, 30, RED))
     for k in range(30):
-        ball(image, 10 + 10 * k, 200, 4, RED, 1.0)
+        draw_lit_ball(image, 10 + 10 * k, 200, 4, RED, 1.0)
     detector = Detector(
         DetectorConfig(colors=(ReferenceColor.from_rgb('red', RED, 0.0),), min_area=5)
     )
@@ -258,7 +246,7 @@ def test_a_small_thing_is_found_again_soon_after_a_large_one_of_its_color_has_le
     for k in range(150):
         image = picture((60, 60, 6, RED, 1.0), others=False, seed=k)
         if 10 <= k < 40:
-            ball(image, 210, 130, 60, RED, 1.0)
+            draw_lit_ball(image, 210, 130, 60, RED, 1.0)
         found.append(len(detector.detect(Frame(image, stamp=k * NANOSECONDS // 30)).rows))
     assert set(found[:10]) == set(found[40 + 90 :]) == {1}, 'three seconds later'
 
@@ -268,7 +256,7 @@ def test_a_thing_is_found_whole_by_its_dark_and_by_its_light_side(share):
     detector = sought(tuple(share * x for x in ORANGE))
     for k in range(8):
         image = picture(seed=k, others=False)
-        ball(image, 160, 120, 40, ORANGE, least=0.15)
+        draw_lit_ball(image, 160, 120, 40, ORANGE, least=0.15)
         (row,) = detector.detect(Frame(image, stamp=k * NANOSECONDS // 4)).rows
     assert row['box_h'] > 0.9 * 80
 
@@ -282,6 +270,6 @@ def test_shades_beyond_are_seldom_looked_for_also_while_another_color_is_not_the
     detector = sought(ORANGE, (20, 60, 250))
     for k in range(120):
         image = picture(seed=k, others=False)
-        ball(image, 160, 120, 40, ORANGE, least=0.15)
+        draw_lit_ball(image, 160, 120, 40, ORANGE, least=0.15)
         detector.detect(Frame(image, stamp=k * NANOSECONDS // 30))
     assert 5 <= len(searches) <= 8, 'four times in the first second, then once in each'
