@@ -7,6 +7,7 @@ import numpy as np
 
 from worlds import camera
 from worlds import coasting
+from worlds import covers
 from worlds import ghosts
 from worlds import hard
 from worlds import identities
@@ -18,7 +19,8 @@ from worlds import strangers
 from worlds import variants
 
 ROOMS = (
-    noise, coasting, ghosts, identities, camera, hard, speed, variants, strange, strangers, own
+    noise, coasting, covers, ghosts, identities, camera, hard, speed, variants, strange,
+    strangers, own,
 )  # fmt: skip
 WORLDS = dict(
     sorted(

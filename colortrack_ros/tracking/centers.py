@@ -5,16 +5,21 @@ is cut (by an occluder, or the edge of the picture), a wider one is merged with 
 one of its two sides is still a side of the object, and gives its center.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.tracking.measurements import by_axis
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.merged import EDGE_VARIANCE
 from colortrack_ros.tracking.merged import sides_of_several
 from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.sizes import OTHER_SIZE
 from colortrack_ros.tracking.sizes import Sizes
 from colortrack_ros.tracking.sizes import tolerance
+from colortrack_ros.tracking.sizes import TOLERANCE_SHARE
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -33,6 +38,10 @@ takes longer, and the result is the same."""
 LASTING = 4.0
 """Number of frames for which a wrong choice of side makes the same error. Variances are multiplied
 by it, since the filter assumes independent errors in successive frames. Assumed."""
+
+
+LOG_OTHER_SIZE = math.log(OTHER_SIZE)
+"""Prior of neither side being the object's own, which then looks smaller or larger than it is."""
 
 
 def measure_centers(
@@ -119,19 +128,19 @@ def _take_sides(
 ) -> None:
     """Replace z, (K, 2), and R, (K, 2, 2), by the centers derived from sides where they are better.
 
-    For each axis that is the mixture of the three centers, reduced to its mean and variance. Sides
-    are no better where the box is tied to the centroid. While an object enters the picture, its
-    size is unknown, as is how far it extends outside.
+    Sides are no better where the box is tied to the centroid. Of an object that turns, bends, or
+    gets into a shade the blob has other extents than those learned; whole boxes do not show it.
+    While an object enters the picture, its size is unknown, as is how far it extends outside.
 
     :param size: (K, 2) of the objects [px], 0 where unknown.
     :param of_side: (K, 2) see side_variance() [px^2].
     """
     records = prediction.records
     center = centers(z, blobs.box.take(blob, axis=0), records['extent'].take(track, axis=0))
-    weight = _sides(prediction, blobs, track, blob, shared, center, of_side)
-    mean = np.add.reduce(weight * center)
-    rest = center - mean
-    variance = of_side + LASTING * np.add.reduce(weight * (rest * rest))
+    shape = 0.0 if prediction.finds_whole else TOLERANCE_SHARE * size
+    variance = _variances(center, of_side + shape * shape)
+    weight = _sides(prediction, blobs, track, blob, shared, center, variance)
+    mean, variance = _as_one(center, variance, weight)
     partial = records['partial'][track]
     if np.count_nonzero(partial):
         variance += np.where(partial, blobs.variance[blob], 0.0)
@@ -143,6 +152,31 @@ def _take_sides(
     np.copyto(R.reshape(-1, 4)[:, 1:3], 0.0, where=(better[:, :1] | better[:, 1:]))
 
 
+def _variances(center: Floats, of_side: Floats) -> Floats:
+    """Variances of the three centers, (3, K, 2) [px^2].
+
+    If neither side is its own, an object is anywhere between the centers that they give.
+
+    :param of_side: (K, 2) of a center that a side gives [px^2].
+    """
+    between = center[2] - center[0]
+    return np.array([of_side, of_side + between * between / 12, of_side])
+
+
+def _as_one(center: Floats, variance: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    """One measurement, (K, 2) [px], and its variance [px^2], for three centers, (3, K, 2).
+
+    They are averaged by the information that each adds, so that the least certain one counts only
+    if it is by far the most probable. What they differ by may last.
+    """
+    share = weight / variance
+    total = 1 / np.add.reduce(share)
+    share *= total
+    mean = np.add.reduce(share * center)
+    rest = center - mean
+    return mean, total + LASTING * np.add.reduce(share * (rest * rest))
+
+
 def _sides(
     prediction: Prediction,
     blobs: Measurements,
@@ -150,18 +184,26 @@ def _sides(
     blob: Indices,
     shared: Bools | None,
     center: Floats,
-    of_side: Floats,
+    S: Floats,
 ) -> Floats:
     """Probabilities of the three centers, (3, K, 2), by the prediction and by who shares the blob.
 
-    Where one side of a box ends at the border of the picture, the other one is the object's own.
+    The prediction allows for a maneuver. Where one side of a box ends at the border of the picture,
+    the other one is the object's own.
+
+    :param S: (3, K, 2) variances of the centers [px^2].
     """
     expected = prediction.center.take(track, axis=0)
     variance = prediction.variance.take(track, axis=0)
-    d2 = center - expected
-    d2 *= d2
-    d2 /= variance + of_side
-    weight = np.exp((np.minimum.reduce(d2) - d2) / 2)
+    chance = prediction.maneuvered[track][:, None]
+    turn = prediction.speed * prediction.unmeasured[track][:, None]
+    e = center - expected
+    wide = variance + S
+    log = _log_normal(e, wide) + np.log(1 - chance)
+    turned = _log_normal(e, wide + turn * turn / 3) + np.log(np.maximum(chance, TINY))
+    np.logaddexp(log, turned, out=log)
+    log[1] += LOG_OTHER_SIZE
+    weight = np.exp(log - np.maximum.reduce(log))
     weight /= np.add.reduce(weight)
     if prediction.finds_whole and np.count_nonzero(blobs.outside):
         outside = blobs.outside.take(blob, axis=0)
@@ -174,6 +216,11 @@ def _sides(
             blobs, blob[one], center[:, one], expected[one], variance[one]
         )
     return weight
+
+
+def _log_normal(e: Floats, variance: Floats) -> Floats:
+    """Log of the density of e, up to a constant."""
+    return np.asarray(-(e * e / variance + np.log(variance)) / 2)
 
 
 def centers(z: Floats, box: Floats, extent: Floats) -> Floats:

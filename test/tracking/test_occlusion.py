@@ -46,6 +46,25 @@ def test_each_object_keeps_its_track_through_the_picture_and_behind_a_bar(bar):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize('direction', [1, -1])
+@pytest.mark.parametrize('seeming', [1.15, 0.88], ids=['leaves behind it', 'shade'])
+def test_one_that_has_looked_larger_or_smaller_goes_on_behind_a_cover(seeming, direction):
+    """Something of its color behind it, or a shade: not its width, its way tells where it is."""
+    shape, radius, bar, tracker, held, ids = (240, 960), 30, (420, 560), Tracker(), [], set()
+    for k in range(80):
+        u = 480 + direction * 12 * (k - 40)
+        looks = radius * (seeming if seeming < 1 or k < 30 else 1)
+        looks = looks if 16 <= k else radius
+        rows = tracker.update(discs(np.array([[u, 120.0]]), looks, shape, bar, k * FRAME)).rows
+        ids |= set(rows['track_id'][rows['state'] > 0].tolist())
+        if abs(u - 480) < 100:
+            e = np.array([rows['u'][0] - u, rows['v'][0] - 120])
+            held.append(e @ np.linalg.solve(rows['covariance'][0][:2, :2], e) < 5.99)
+    assert ids == {1}
+    assert np.mean(held) >= 0.9, '95 % ellipses'
+
+
+@pytest.mark.slow
 def test_without_boxes_the_cut_blobs_mislead():
     truth, detections = scene(procession(4), 220, (230, 310))
     blind = Tracker(replace(TrackerConfig(), use_boxes=False))

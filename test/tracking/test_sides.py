@@ -10,9 +10,14 @@ import pytest
 from colortrack_ros.tracking.centers import LASTING
 from colortrack_ros.tracking.centers import measure_centers
 from colortrack_ros.tracking.merged import EDGE_VARIANCE
+from colortrack_ros.tracking.sizes import OTHER_SIZE
+from colortrack_ros.tracking.sizes import TOLERANCE_SHARE
 
 HALF = np.array([20.0, 12.0])
 """From the center of the object to its sides [px]."""
+
+MANEUVER, SPEED, RATE = 0.03, 150.0, 30
+"""Probability of a maneuver in a frame, standard deviation of a new velocity [px/s], frames/s."""
 
 FINE = 0.01
 """Variance of a centroid [px^2]."""
@@ -26,7 +31,9 @@ def measured(box, expected, variance, *, whole=False, outside=(0, 0)):
     prediction = SimpleNamespace(
         sized=True, finds_whole=whole, records=extent, size=2 * HALF[None],
         sizes=SimpleNamespace(are_steady=True),
-        center=np.array([expected], float), variance=np.array([variance], float))  # fmt: skip
+        center=np.array([expected], float), variance=np.array([variance], float),
+        maneuvered=np.array([MANEUVER]), unmeasured=np.array([1 / RATE]),
+        speed=np.full(2, SPEED))  # fmt: skip
     usual = np.full((1, 2), FINE)
     blobs = SimpleNamespace(
         z=box.mean(axis=0)[None], R=FINE * np.eye(2)[None], box=box[None],
@@ -42,15 +49,22 @@ def measured(box, expected, variance, *, whole=False, outside=(0, 0)):
     expected=st.floats(-40, 60),
     variance=st.floats(0.1, 400),
 )
-def test_it_is_the_mixture_of_three_centers_where_that_is_better(low, width, expected, variance):
+def test_three_centers_are_averaged_where_that_is_better(low, width, expected, variance):
+    """Each center counts as far as the prediction, or a maneuver, makes it probable, and precise."""
     z, R = measured([[low, 88], [low + width, 112]], [expected, 100], [variance, 1.0])
     centers = np.array([low + HALF[0], low + width / 2, low + width - HALF[0]])
-    weight = np.exp(-((centers - expected) ** 2) / (2 * (variance + EDGE_VARIANCE)))
+    S = np.full(3, EDGE_VARIANCE + (TOLERANCE_SHARE * 2 * HALF[0]) ** 2)
+    S[1] += (width - 2 * HALF[0]) ** 2 / 12  # anywhere between those of the sides
+    weight = np.zeros(3)
+    for chance, turned in ((1 - MANEUVER, 0.0), (MANEUVER, (SPEED / RATE) ** 2 / 3)):
+        wide = variance + S + turned
+        weight += chance * np.exp(-((centers - expected) ** 2) / (2 * wide)) / np.sqrt(wide)
+    weight[1] *= OTHER_SIZE
     if weight.sum() < 1e-200:
         return
-    weight /= weight.sum()
-    mean = weight @ centers
-    mixed = EDGE_VARIANCE + LASTING * weight @ (centers - mean) ** 2
+    share = weight / weight.sum() / S
+    mean = share @ centers / share.sum()
+    mixed = (1 + LASTING * share @ (centers - mean) ** 2) / share.sum()
     alone = FINE + LASTING * max(abs(width - 2 * HALF[0]) - 1, 0) ** 2 / 4
     tied = np.ptp(centers) <= 0.75
     better = alone > EDGE_VARIANCE and mixed < alone and not tied
