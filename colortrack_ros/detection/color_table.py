@@ -31,8 +31,8 @@ CUT, UNKNOWN = 255, 0
 """Entry of a cell whose colors may have different labels; entry of a color not yet computed. The
 others are labels plus 1: pages of zeros are free until they are written."""
 
-MIXES = 5
-"""Number of mixtures of two colors at which the distance to a third is computed, with linear
+SHARES = np.linspace(1, 0, 5)
+"""Shares of one color in mixtures of two at which the distance to a third is computed, with linear
 interpolation between them: for a matte ball before a wall, the crossing is off by 0.01 of the
 way."""
 
@@ -52,12 +52,15 @@ HAS_16_BIT_LUT = _has_16_bit_lut()
 """Whether OpenCV can index a table by 16 bits: version 5 can, 4.6 cannot."""
 
 
-def look_up(table: NDArray[np.uint8], index: NDArray[np.uint16], out: NDArray[np.uint8]) -> None:
-    """Look up 16-bit indices in a table of 65,536 bytes, into an array."""
+def look_up(
+    table: NDArray[np.uint8], index: NDArray[np.uint16], out: NDArray[np.uint8]
+) -> NDArray[np.uint8]:
+    """Look up 16-bit indices in a table of 65,536 bytes, into an array, which is returned."""
     if HAS_16_BIT_LUT:
         cv2.LUT(index, table, dst=out)
     else:
         out[...] = table.take(index, mode='clip')
+    return out
 
 
 class ColorTable:
@@ -153,40 +156,47 @@ class ColorTable:
         :param labels: (N,) of colors, not 0.
         :returns: (N,) 0 if the outside is within tolerance too, 1 if neither is.
         """
-        share = np.linspace(1, 0, MIXES)
         other = outside[:, None].astype(np.float64)
-        mixes = np.rint(other + (inside[:, None] - other) * share[:, None]).astype(np.uint8)
-        distance = self._distance(mixes.reshape(-1, 3), labels.repeat(MIXES)).reshape(-1, MIXES)
-        is_out = distance >= 1
-        first = is_out.argmax(axis=1)
+        mixes = other + (inside[:, None] - other) * SHARES[:, None]
+        distance = self._distance(np.rint(mixes).astype(np.uint8), labels)
+        first = (distance >= 1).argmax(axis=1)
         row, last = np.arange(len(first)), np.maximum(first - 1, 0)
-        # Next to a color's others the inside itself may be infinitely far.
-        near = np.where(first > 0, distance[row, last], 0.0)
-        way = np.maximum(distance[row, first] - near, 1e-9)
-        end = share[last] - np.minimum((1 - near) / way, 1) / (MIXES - 1)
-        return np.where(is_out.any(axis=1), np.where(first == 0, 1.0, end), 0.0)
+        near = np.where(first > 0, distance[row, last], 1.0)
+        far = distance[row, first]
+        # Next to a color's others the distance may be infinite.
+        end = SHARES[last] - (1 - near) / np.maximum(far - near, 1e-9) / (len(SHARES) - 1)
+        return np.where(far >= 1, end, 0.0)
 
     def _distance(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """(N,) D / tolerance to the color of the label; 2 - D / tolerance if inverted."""
+        """(N, ...) D / tolerance to the color of the label; 2 - D / tolerance if inverted.
+
+        :param rgb: (N, ..., 3).
+        """
         lab = lab_from_rgb(rgb)
-        distance = np.zeros(len(labels))
-        for label in set(labels.tolist()):
-            mine, k = labels == label, label - 1
-            distance[mine] = np.sqrt(self._squared(k, lab[mine])) / self._tolerance[k]
+        distance = np.empty(lab.shape[:-1])
+        found = set(labels.tolist())
+        for label in found:
+            mine, k = labels == label if len(found) > 1 else slice(None), label - 1
+            squared = self._squared(k, lab[mine].reshape(-1, 3)).reshape(-1, *lab.shape[1:-1])
+            distance[mine] = np.sqrt(squared) / self._tolerance[k]
             if self._inverted[k]:
-                distance[mine] = 2 - distance[mine]
+                distance[mine] = 2 - np.nan_to_num(distance[mine])
         return distance
 
     def _squared(self, k: int, lab: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N,) D^2 to a color; infinite if one of its others is at least as near."""
-        mine, other = np.full((2, len(lab)), np.inf)
-        columns = np.ascontiguousarray(lab.T)
-        for least, samples in ((mine, self._samples[k]), (other, self._others[k])):
+        columns, stretch = np.ascontiguousarray(lab.T), self._stretch[k][:, None]
+
+        def least(samples: NDArray[np.float64]) -> NDArray[np.float64]:
+            squared = np.full(len(lab), np.inf)
             for sample in samples:
-                way = (columns - sample[:, None]) * self._stretch[k][:, None]
-                way *= way
-                np.minimum(least, way[0] + way[1] + way[2], out=least)
-        mine[other <= mine] = np.inf
+                L, a, b = (columns - sample[:, None]) * stretch
+                np.minimum(squared, L * L + a * a + b * b, out=squared)
+            return squared
+
+        mine = least(self._samples[k])
+        if len(self._others[k]):
+            mine[least(self._others[k]) <= mine] = np.inf
         return mine
 
     def label(
@@ -209,11 +219,9 @@ class ColorTable:
             cv2.LUT(picture.reshape(height, width), self._gray, dst=image.pixels)
             return image
 
-        def label_pixels(pixels: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
-            cells = cells_of(pixels, encoding)[:, step // 2 :: step]
-            labels = np.empty(cells.shape, np.uint8)
-            look_up(self._cells, cells, labels)
-            return labels
+        def label_pixels(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+            cells = cells_of(pixels, encoding)
+            return look_up(self._cells, cells, np.empty(cells.shape, np.uint8))
 
         label_rows = partial(self._label_strips, encoding=encoding)
         survivors = self._survivors.label(picture, erosion, label_rows, label_pixels, old)

@@ -81,8 +81,8 @@ class LabelImage:
         if self.filled is None:
             (filled,) = (self.words != 0).nonzero()
         else:
-            filled = self.filled[self.words[self.filled] != 0]
-        return filled, self.words[filled].view(np.uint8).reshape(-1, WORD)
+            filled = self.filled[self.words.take(self.filled) != 0]
+        return filled, self.words.take(filled).view(np.uint8).reshape(-1, WORD)
 
     def row_groups(self, apart: int) -> list[tuple[int, int]]:
         """First row and one past the last of each group of rows; together they contain all labels.

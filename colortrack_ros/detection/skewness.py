@@ -88,9 +88,10 @@ def three_fold_skewness(blobs: BlobTable) -> Column:
 def _third_moments(blobs: BlobTable) -> NDArray[np.float64]:
     """(4, N) central moments of u^3, u^2 v, u v^2, v^3 [px^3], run by run."""
     row, left, right = blobs.runs.ends()
-    mean = np.repeat(blobs.mean, blobs.run_count, axis=0)
-    length = (right - left).astype(np.float64)
+    mean = blobs.mean.repeat(blobs.run_count, axis=0)
+    length = blobs.runs.length.astype(np.float64)
     u, v = (left + right - 1) / 2 - mean[:, 0], row - mean[:, 1]
-    own = (length**2 - 1) / 12  # of a run about its middle
-    sums = length * np.array([u**3 + 3 * u * own, (u * u + own) * v, u * v * v, v**3])
+    own = (length * length - 1) / 12  # of a run about its middle
+    uu, vv = u * u, v * v
+    sums = length * np.array([(uu + 3 * own) * u, (uu + own) * v, u * vv, vv * v])
     return np.asarray(np.add.reduceat(sums, blobs.first_run, axis=1) / blobs.area)
