@@ -219,18 +219,32 @@ class ColorTable:
             cv2.LUT(picture.reshape(height, width), self._gray, dst=image.pixels)
             return image
 
-        def label_pixels(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-            cells = cells_of(pixels, encoding)
-            return look_up(self._cells, cells, np.empty(cells.shape, np.uint8))
+        def label_pixels(pixels: NDArray[np.uint8]) -> tuple[LabelImage, NDArray[np.intp]]:
+            image = LabelImage.empty(*pixels.shape[:2])
+            look_up(self._cells, cells_of(pixels, encoding), image.pixels)
+            return self._look_closer(pixels, encoding, image)
 
         label_rows = partial(self._label_strips, encoding=encoding)
         survivors = self._survivors.label(picture, erosion, label_rows, label_pixels, old)
-        image = survivors or label_rows(picture)
-        image.filled, found = image.content()
+        return survivors or self._look_closer(picture, encoding, label_rows(picture))[0]
+
+    def _look_closer(
+        self, picture: NDArray[np.uint8], encoding: str, image: LabelImage
+    ) -> tuple[LabelImage, NDArray[np.intp]]:
+        """Replace CUT by the label of the pixel's exact color, in place.
+
+        :returns: the image and the words that are not empty, which it then knows.
+        """
+        words, found = image.content()
+        image.filled = words
         (cut,) = (found.reshape(-1) == CUT).nonzero()
         if cut.size:
-            self._look_closer(picture, encoding, image, image.filled, cut)
-        return image
+            word = words.take(cut >> 3)
+            position = word * WORD + (cut & 7)
+            pixel = position - word // (image.stride // WORD) * (image.stride - image.width)
+            pixels = picture.reshape(-1, picture.shape[2]).take(pixel, axis=0)
+            image.padded.reshape(-1)[position] = self._exact_labels(pixels, encoding)
+        return image, words
 
     def _label_strips(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
         """Label a picture, with CUT for undecided pixels, strip by strip.
@@ -259,23 +273,8 @@ class ColorTable:
             cells = cv2.cvtColor(picture[:, left:right], TO_CELL[encoding]).view(np.uint16)
             look_up(self._cells, cells[..., 0], image.pixels[:, left:right])
 
-    def _look_closer(
-        self,
-        picture: NDArray[np.uint8],
-        encoding: str,
-        image: LabelImage,
-        words: NDArray[np.intp],
-        cut: NDArray[np.intp],
-    ) -> None:
-        """Replace CUT by the label of the pixel's exact color, in place.
-
-        :param words: indices of the words that are not empty.
-        :param cut: positions of CUT in these words, concatenated.
-        """
-        position = (words * WORD)[cut >> 3] + (cut & 7)
-        row = words // (image.stride // WORD)
-        pixel = position - (row * (image.stride - image.width))[cut >> 3]
-        pixels = picture.reshape(-1, picture.shape[2]).take(pixel, axis=0)
+    def _exact_labels(self, pixels: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
+        """(N,) labels of pixels, (N, channels), by their exact colors."""
         rgb = rgb_of(pixels, encoding).astype(np.int32)
         color = rgb[:, 0] << 16 | rgb[:, 1] << 8 | rgb[:, 2]
         labels = self._exact.take(color)
@@ -283,7 +282,7 @@ class ColorTable:
         if unknown.size:
             self._compute_cells(unknown)
             labels = self._exact.take(color)
-        image.padded.reshape(-1)[position] = labels - 1
+        return labels - 1
 
     def _compute_cells(self, colors: NDArray[np.int32]) -> None:
         """Label and cache all colors of the cells that contain the given colors.

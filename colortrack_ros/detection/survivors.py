@@ -31,8 +31,8 @@ PICTURES_OF_PAUSE = 16
 LabelRows = Callable[[NDArray[np.uint8]], LabelImage]
 """Returns the labels of some rows of the picture."""
 
-LabelPixels = Callable[[NDArray[np.uint8]], NDArray[np.uint8]]
-"""Returns the labels, (H, W), of pixels, (H, W, channels) or (H, W, 4)."""
+LabelPixels = Callable[[NDArray[np.uint8]], tuple[LabelImage, NDArray[np.intp]]]
+"""Returns the labels of pixels, (H, W, channels) or (H, W, 4), and the words that are not empty."""
 
 
 class Survivors:
@@ -69,8 +69,6 @@ class Survivors:
         if picture.strides[1:] != (pixel, 1) or step < 0:
             return None
         image = LabelImage.blank(height, width, old)
-        # Label all pixels of the last rows: reading words extends into the row below.
-        image.pixels[-size:] = label_pixels(picture[-size:])
         near = self._near(picture, size, label_rows, label_pixels)
         words = _words_near(near, size)
         if not self._label_words(image, picture, words, size, label_pixels):
@@ -90,7 +88,7 @@ class Survivors:
         """
         self._dense = max(self._dense - 1, 0)
         if not self._dense:
-            near = _near_grid(label_pixels(_grid_of(picture, size)), size, picture.shape[1])
+            near = _near_grid(*label_pixels(_grid_of(picture, size)), size, picture.shape[1])
             if np.count_nonzero(near) <= LABELED_SHARE / 2 * near.size:
                 return near
             self._dense = PICTURES_OF_PAUSE
@@ -104,29 +102,33 @@ class Survivors:
         size: int,
         label_pixels: LabelPixels,
     ) -> bool:
-        """Label words above the last rows, in place; False if there are too many."""
+        """Label words, and all of the last rows, in place; False if there are too many."""
         count, below = len(image.words), image.stride // WORD
-        last = np.arange(count - size * below, count)
-        words = words[: words.searchsorted(last[0])]
-        found = [last]
-        known: NDArray[np.bool_] | None = None
+        first = count - size * below
+        words = words[: words.searchsorted(first)]
+        # Reading words extends into the row below.
+        bottom, filled = label_pixels(picture[-size:])
+        image.words[first:] = bottom.words
+        filled = filled + first
+        known = np.zeros(count + 2 * (below + 1), bool)
+        known[: below + 1] = known[first + below + 1 :] = True
+        labeled = 0
         while len(words):
-            found.append(words)
-            if sum(map(len, found)) > LABELED_SHARE * count:
+            is_first, labeled = labeled == 0, labeled + len(words)
+            if labeled > LABELED_SHARE * count:
                 return False
-            image.words[words] = label_pixels(_pixels_of(picture, words)).view(np.uint64)[0]
+            block, found = label_pixels(_pixels_of(picture, words))
+            image.words[words] = block.words[:-1]
             image.padded[:, image.width :] = 0
+            found = words[found]
+            filled = np.concatenate([found, filled])
             if not self._connected:
                 break
-            if known is None:
-                known = np.zeros(count + 2 * (below + 1), bool)
-                known[: below + 1] = known[last[0] + below + 1 :] = True
             known[words + (below + 1)] = True
-            seen = words if len(found) > 2 else _at_unknown(np.append(words, last), known, below)
+            seen = _at_unknown(filled, known, below) if is_first else found
             words = _words_beside(image, seen, known)
-        image.filled = np.concatenate([*found[1:], last])
-        if len(found) > 2:
-            image.filled.sort(kind='stable')  # a merge of few ascending parts
+        filled.sort(kind='stable')  # a merge of few ascending parts
+        image.filled = filled
         return True
 
 
@@ -150,18 +152,23 @@ def _words_near(near: NDArray[np.bool_], size: int) -> NDArray[np.intp]:
     return np.flatnonzero(near.repeat(size, axis=0)[size - 1 - size // 2 :])
 
 
-def _near_grid(grid: NDArray[np.uint8], size: int, width: int) -> NDArray[np.bool_]:
+def _near_grid(
+    grid: LabelImage, filled: NDArray[np.intp], size: int, width: int
+) -> NDArray[np.bool_]:
     """(H, words of a row) whether a square around a label of the grid may reach a word.
 
-    :param grid: (H, n) labels of every size-th column.
+    :param grid: labels of every size-th column.
+    :param filled: the words of the grid that are not empty.
     :param width: of the picture [px].
     """
-    half, count = size // 2, grid.shape[1]
-    near = np.zeros((len(grid), width // WORD + 1), bool)
-    (row,) = grid.max(axis=1).nonzero()
-    if len(row):
-        reached = grid.take(row, axis=0)
-        flat = reached.reshape(-1)  # ends of rows reach into the next: a few words too many
+    half, count = size // 2, grid.width
+    near = np.zeros((len(grid.padded), width // WORD + 1), bool)
+    if filled.size:
+        has_label = np.zeros(len(near), bool)
+        has_label[filled // (grid.stride // WORD)] = True
+        (row,) = has_label.nonzero()
+        reached = grid.padded.take(row, axis=0)
+        flat = reached.reshape(-1)
         flat[:-1] |= flat[1:]
         flat[:-2] |= flat[2:]
         near[row] = reached.take(_reaching(near.shape[1], count, size), axis=1)
