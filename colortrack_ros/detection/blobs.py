@@ -16,6 +16,9 @@ from colortrack_ros.data import Columns
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
 
+MULTIPLES = np.array([[2], [1], [12], [2], [1]])
+"""Of the sums of u, v, u^2, u v and v^2, such that those over runs are integers."""
+
 
 @dataclass(frozen=True)
 class Runs(Columns):
@@ -113,11 +116,13 @@ def find_runs(image: LabelImage) -> Runs:
     edge = np.ones(len(flat) + 1, bool)
     np.not_equal(flat[1:], flat[:-1], out=edge[1:-1])
     edge[WORD:-1:WORD] |= words[1:] - words[:-1] > 1
-    labeled = flat != 0
-    (first,), (last,) = (edge[:-1] & labeled).nonzero(), (edge[1:] & labeled).nonzero()
+    (bound,) = edge.nonzero()
+    label = flat.take(bound[:-1])
+    (run,) = label.nonzero()
+    first, last = bound.take(run), bound.take(run + 1) - 1
     start = words.take(first >> 3) * WORD + (first & 7)
     end = words.take(last >> 3) * WORD + (last & 7) + 1
-    return Runs(start, end, flat[first], image.stride)
+    return Runs(start, end, label.take(run), image.stride)
 
 
 def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
@@ -206,16 +211,17 @@ def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> Bl
         none = np.zeros((0, 4))
         mean, spread = none[:, :2], none.reshape(0, 2, 2)
         return BlobTable(runs.label, area, mean, spread, none.astype(np.int64), runs, first, count)
-    length, row, left = runs.length, runs.row, runs.left
+    row, left, right = runs.ends()
     top, bottom = row[first], row[first + count - 1]
     box_left = np.minimum.reduceat(left, first)
-    width = np.maximum.reduceat(runs.right, first) - box_left
-    # Coordinates relative to the corner of the box keep the sums small.
-    left, row = left - box_left.repeat(count), row - top.repeat(count)
-    sum_u = length * left + length * (length - 1) // 2
-    sum_uu = length * left * (left + length - 1) + (length - 1) * length * (2 * length - 1) // 6
-    sums = np.array([sum_u, row * length, sum_uu, row * sum_u, row * row * length])
-    u, v, uu, uv, vv = np.add.reduceat(sums, first, axis=1) / area
+    width = np.maximum.reduceat(right, first) - box_left
+    # Coordinates relative to the corner of the box keep the sums small. The sums of u and u^2 over
+    # a run are length ends / 2 and length (3 ends^2 + length^2 - 1) / 12.
+    row, ends = row - top.repeat(count), left + right - (2 * box_left + 1).repeat(count)
+    length = runs.length
+    squares = 3 * ends * ends + length * length - 1
+    sums = length * np.array([ends, row, squares, ends * row, row * row])
+    u, v, uu, uv, vv = np.add.reduceat(sums, first, axis=1) / (MULTIPLES * area)
     spread = np.array([uu - u * u, uv - u * v, uv - u * v, vv - v * v]).T
     return BlobTable(
         runs.label[first],

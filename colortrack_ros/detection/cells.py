@@ -79,6 +79,18 @@ def distance_bounds(
     return nearest, farthest
 
 
+def least_squared(
+    lab: NDArray[np.float64], samples: NDArray[np.float64], stretch: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(N,) D^2 of colors, (3, N), to the nearest sample."""
+    least = np.full(lab.shape[1], np.inf)
+    for sample in samples:
+        way = (lab - sample[:, None]) * stretch[:, None]
+        way *= way
+        np.minimum(least, way[0] + way[1] + way[2], out=least)
+    return least
+
+
 def cells_of(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.uint16]:
     """(H, W) cell of each pixel; a fourth channel that the encoding has not is ignored."""
     if picture.shape[2:] == (4,):

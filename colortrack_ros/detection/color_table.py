@@ -18,6 +18,7 @@ from colortrack_ros.detection.cells import cells_of
 from colortrack_ros.detection.cells import corner_of
 from colortrack_ros.detection.cells import distance_bounds
 from colortrack_ros.detection.cells import IN_CELL
+from colortrack_ros.detection.cells import least_squared
 from colortrack_ros.detection.cells import TO_CELL
 from colortrack_ros.detection.column_filter import ColumnFilter
 from colortrack_ros.detection.lab import lab_from_rgb
@@ -185,18 +186,10 @@ class ColorTable:
 
     def _squared(self, k: int, lab: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N,) D^2 to a color; infinite if one of its others is at least as near."""
-        columns, stretch = np.ascontiguousarray(lab.T), self._stretch[k][:, None]
-
-        def least(samples: NDArray[np.float64]) -> NDArray[np.float64]:
-            squared = np.full(len(lab), np.inf)
-            for sample in samples:
-                L, a, b = (columns - sample[:, None]) * stretch
-                np.minimum(squared, L * L + a * a + b * b, out=squared)
-            return squared
-
-        mine = least(self._samples[k])
+        columns, stretch = np.ascontiguousarray(lab.T), self._stretch[k]
+        mine = least_squared(columns, self._samples[k], stretch)
         if len(self._others[k]):
-            mine[least(self._others[k]) <= mine] = np.inf
+            mine[least_squared(columns, self._others[k], stretch) <= mine] = np.inf
         return mine
 
     def label(
@@ -219,14 +212,18 @@ class ColorTable:
             cv2.LUT(picture.reshape(height, width), self._gray, dst=image.pixels)
             return image
 
-        def label_pixels(pixels: NDArray[np.uint8]) -> tuple[LabelImage, NDArray[np.intp]]:
-            image = LabelImage.empty(*pixels.shape[:2])
-            look_up(self._cells, cells_of(pixels, encoding), image.pixels)
-            return self._look_closer(pixels, encoding, image)
-
         label_rows = partial(self._label_strips, encoding=encoding)
+        label_pixels = partial(self._label_pixels, encoding=encoding)
         survivors = self._survivors.label(picture, erosion, label_rows, label_pixels, old)
         return survivors or self._look_closer(picture, encoding, label_rows(picture))[0]
+
+    def _label_pixels(
+        self, pixels: NDArray[np.uint8], encoding: str
+    ) -> tuple[LabelImage, NDArray[np.intp]]:
+        """Label a few pixels; as _look_closer."""
+        image = LabelImage.empty(*pixels.shape[:2])
+        look_up(self._cells, cells_of(pixels, encoding), image.pixels)
+        return self._look_closer(pixels, encoding, image)
 
     def _look_closer(
         self, picture: NDArray[np.uint8], encoding: str, image: LabelImage
