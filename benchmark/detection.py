@@ -21,6 +21,7 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.color_table import ColorTable
 from colortrack_ros.scenes.shapes import draw_ball
 from colortrack_ros.scenes.texture import plaster
 
@@ -39,6 +40,12 @@ RGB = (
 
 LIKE_WALL = (30, 180, 190)
 """A color whose sphere just touches those of the wall: one pixel in seven needs a closer look."""
+
+OPTIONS = (
+    {'closing_size': 9}, {'grow': 1.5}, {'moving_only': True}, {'white_balance': 'gray_world'},
+    {'follow_light': 60.0}, {'split': True, 'min_aspect': 0.5, 'min_solidity': 0.5},
+    {'method': 'channel_difference'}, {'method': 'background'},
+)  # fmt: skip
 
 TOLERANCE = 30.0
 OUT = Path(__file__).parents[1] / 'out' / 'benchmark_detection.json'
@@ -147,6 +154,15 @@ def measure_variants():
     return result
 
 
+def measure_options():
+    """Five balls at 1920x1080 with one option each: milliseconds."""
+    image = picture(SIZES['1920x1080'])
+    return {
+        ', '.join(f'{k}: {v}' for k, v in options.items()): detector_time(image, **options)
+        for options in OPTIONS
+    }
+
+
 def encoded(image):
     """The picture as frames in encodings of cameras, by name."""
     height, width = image.shape[:2]
@@ -182,13 +198,10 @@ def measure_encodings(rounds=40):
     return result
 
 
-def measure_configure():
+def measure_tables():
     """Building the tables: milliseconds."""
-    detector = Detector(DetectorConfig(colors=colors(1)))
     return {
-        f'{count} colors': milliseconds(
-            lambda count=count: detector.configure(DetectorConfig(colors=colors(count))), 0.5
-        )
+        f'{count} colors': milliseconds(lambda count=count: ColorTable(colors(count)), 0.5)
         for count in (1, 8)
     }
 
@@ -211,12 +224,14 @@ def main():
         'sizes': measure_sizes(),
         'contents': measure_variants(),
         'encodings': measure_encodings(),
-        'configure': measure_configure(),
+        'options': measure_options(),
+        'tables': measure_tables(),
     }
     show(console, 'One frame, and its ratio to the detector', result['sizes'], 'detector')
     show(console, 'Other contents, and the ratio to 5 balls', result['contents'], '5 balls')
     console.print('Encodings, times of bgr8:', result['encodings'])
-    console.print('Building the tables [ms]:', result['configure'])
+    console.print('Five balls at 1920x1080 with an option (ms):', result['options'])
+    console.print('Building the tables (ms):', result['tables'])
     OUT.parent.mkdir(exist_ok=True)
     OUT.write_text(json.dumps(result, indent=2) + '\n')
 

@@ -35,6 +35,7 @@ class Layout(NamedTuple):
 
 YUV422 = {'yuyv': cv2.COLOR_YUV2BGR_YUY2, 'uyvy': cv2.COLOR_YUV2BGR_UYVY}
 YUV420 = {'nv12': cv2.COLOR_YUV2BGR_NV12, 'nv21': cv2.COLOR_YUV2BGR_NV21}
+YUV = {**YUV422, **YUV420}
 BAYER = {
     # OpenCV names a pattern after the second and third pixel of the second row.
     'bayer_rggb8': cv2.COLOR_BayerBG2BGR,
@@ -106,7 +107,7 @@ def writable_bgr(frame: Frame) -> NDArray[np.uint8]:
 
 def is_yuv(frame: Frame) -> bool:
     """Whether a frame has limited-range YUV, which :func:`to_bgr` converts."""
-    return frame.encoding in (*YUV422, *YUV420) and not frame.full_range
+    return frame.encoding in YUV and not frame.full_range
 
 
 def to_bgr(image: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
@@ -126,7 +127,7 @@ def bgr_at(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDA
 def _converted(frame: Frame) -> NDArray:
     if not frame.image.size:
         return np.zeros((*size_of(frame), 3), np.uint8)
-    if frame.full_range and frame.encoding in (*YUV422, *YUV420):
+    if frame.full_range and frame.encoding in YUV:
         return cv2.cvtColor(_full_chroma(frame), cv2.COLOR_YCrCb2BGR)
     return to_bgr(frame.image, frame.encoding)
 

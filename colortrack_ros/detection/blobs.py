@@ -16,6 +16,9 @@ from colortrack_ros.data import Columns
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
 
+MULTIPLES = np.array([[2], [1], [12], [2], [1]])
+"""Of the sums of u, v, u^2, u v and v^2, such that those over runs are integers."""
+
 
 @dataclass(frozen=True)
 class Runs(Columns):
@@ -32,11 +35,29 @@ class Runs(Columns):
     label: NDArray[np.uint8]
     stride: int
 
+    @cached_property
+    def length(self) -> NDArray[np.intp]:
+        """(R,) number of pixels."""
+        return self.end - self.start
+
+    @cached_property
+    def row(self) -> NDArray[np.intp]:
+        """(R,) row of the picture."""
+        return self.start // self.stride
+
+    @cached_property
+    def left(self) -> NDArray[np.intp]:
+        """(R,) first column."""
+        return self.start - self.row * self.stride
+
+    @cached_property
+    def right(self) -> NDArray[np.intp]:
+        """(R,) one past the last column."""
+        return self.left + self.length
+
     def ends(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """(R,) each: row, first column, and one past the last column."""
-        row = self.start // self.stride
-        before = row * self.stride
-        return row, self.start - before, self.end - before
+        return self.row, self.left, self.right
 
 
 @dataclass(frozen=True)
@@ -71,8 +92,9 @@ class BlobTable:
 
     def inside(self, width: int, height: int) -> NDArray[np.bool_]:
         """(N,) whether a blob is clear of the border of a picture of this size."""
-        low, high = self.box[:, :2], self.box[:, :2] + self.box[:, 2:]
-        return np.asarray((low > 0).all(axis=1) & (high < (width, height)).all(axis=1))
+        left, top, wide, high = self.box.T
+        is_inside = (left > 0) & (top > 0) & (left + wide < width) & (top + high < height)
+        return np.asarray(is_inside)
 
     def take(self, kept: NDArray[np.bool_]) -> 'BlobTable':
         """A subset of the blobs, in the same order, with a copy of their runs."""
@@ -91,16 +113,16 @@ def find_runs(image: LabelImage) -> Runs:
     """Find the runs of a label image."""
     words, labels = image.content()
     flat = labels.reshape(-1)
-    before, after = np.zeros((2, len(flat)), np.uint8)
-    before[1:], after[:-1] = flat[:-1], flat[1:]
-    gap = words[1:] - words[:-1] > 1
-    before[WORD::WORD][gap] = 0
-    after[WORD - 1 : -1 : WORD][gap] = 0
-    (first,) = ((flat != before) & (flat != 0)).nonzero()
-    (last,) = ((flat != after) & (flat != 0)).nonzero()
-    start = (words * WORD)[first >> 3] + (first & 7)
-    end = (words * WORD)[last >> 3] + (last & 7) + 1
-    return Runs(start, end, flat[first], image.stride)
+    edge = np.ones(len(flat) + 1, bool)
+    np.not_equal(flat[1:], flat[:-1], out=edge[1:-1])
+    edge[WORD:-1:WORD] |= words[1:] - words[:-1] > 1
+    (bound,) = edge.nonzero()
+    label = flat.take(bound[:-1])
+    (run,) = label.nonzero()
+    first, last = bound.take(run), bound.take(run + 1) - 1
+    start = words.take(first >> 3) * WORD + (first & 7)
+    end = words.take(last >> 3) * WORD + (last & 7) + 1
+    return Runs(start, end, label.take(run), image.stride)
 
 
 def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
@@ -119,11 +141,11 @@ def connect(runs: Runs) -> tuple[int, NDArray[np.intp]]:
         one, other = root[upper], root[lower]
         root = root.copy()
         np.minimum.at(root, np.maximum(one, other), np.minimum(one, other))
-        while ((above := root[root]) != root).any():
-            root = above
+        while ((above := root.take(root)) != root).any():
+            root = above.take(above)
         apart = root[upper] != root[lower]
     is_first = root == number
-    return int(np.count_nonzero(is_first)), (np.cumsum(is_first) - 1)[root]
+    return int(np.count_nonzero(is_first)), (is_first.cumsum() - 1)[root]
 
 
 def touching(runs: Runs) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -132,11 +154,11 @@ def touching(runs: Runs) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     Two runs touch if one, moved down a row and widened by a pixel on both sides, overlaps the
     other. Runs are sorted, so those it overlaps are consecutive.
     """
-    first = np.searchsorted(runs.end, runs.start + runs.stride, 'left')
-    behind = np.searchsorted(runs.start, runs.end + runs.stride, 'right')
+    first = runs.end.searchsorted(runs.start + runs.stride, 'left')
+    behind = runs.start.searchsorted(runs.end + runs.stride, 'right')
     met = np.maximum(behind - first, 0)
-    upper = np.repeat(np.arange(len(met)), met)
-    return upper, np.arange(len(upper)) + np.repeat(first - np.cumsum(met) + met, met)
+    upper = np.arange(len(met)).repeat(met)
+    return upper, np.arange(len(upper)) + (first - met.cumsum() + met).repeat(met)
 
 
 def as_one(runs: Runs) -> tuple[int, NDArray[np.intp]]:
@@ -146,8 +168,8 @@ def as_one(runs: Runs) -> tuple[int, NDArray[np.intp]]:
 
 def positions(runs: Runs) -> NDArray[np.intp]:
     """Positions of the pixels in runs, v stride + u, run by run."""
-    length = runs.end - runs.start
-    return np.arange(length.sum()) + np.repeat(runs.end - np.cumsum(length), length)
+    length = runs.length
+    return np.arange(length.sum()) + (runs.end - length.cumsum()).repeat(length)
 
 
 def clear(image: LabelImage, runs: Runs) -> None:
@@ -168,46 +190,45 @@ def find_blobs(
     """
     runs = find_runs(image)
     count, component = connect(runs)
-    length = runs.end - runs.start
-    area = np.bincount(component, length, count).astype(np.int64)
+    area = np.bincount(component, runs.length, count).astype(np.int64)
     (kept,) = ((area >= min_area) & (area <= max_area)).nonzero()
-    kept = kept[np.argsort(-area[kept], kind='stable')]
+    kept = kept[(-area[kept]).argsort(kind='stable')]
     rank = np.full(count, len(kept))
     rank[kept] = np.arange(len(kept))
     blob = rank[component]
-    order = np.argsort(blob, kind='stable')
-    first = np.searchsorted(blob[order], np.arange(len(kept) + 1))
-    return _measure(runs.take(order[: first[-1]]), first[:-1], area[kept])
+    order = blob.argsort(kind='stable')
+    first = blob[order].searchsorted(np.arange(len(kept) + 1))
+    return _measure(runs.take(order[: first[-1]]), first, area[kept])
 
 
 def _measure(runs: Runs, first: NDArray[np.intp], area: NDArray[np.int64]) -> BlobTable:
-    """Compute moments and boxes of the blobs whose runs start at first."""
+    """Compute moments and boxes of N blobs.
+
+    :param first: (N + 1,) index of the first run of each blob, and the number of runs.
+    """
+    first, count = first[:-1], first[1:] - first[:-1]
     if not len(first):
         none = np.zeros((0, 4))
         mean, spread = none[:, :2], none.reshape(0, 2, 2)
-        box = none.astype(np.int64)
-        return BlobTable(runs.label, area, mean, spread, box, runs, first, first)
-    length = runs.end - runs.start
+        return BlobTable(runs.label, area, mean, spread, none.astype(np.int64), runs, first, count)
     row, left, right = runs.ends()
-    top = row[first]
+    top, bottom = row[first], row[first + count - 1]
     box_left = np.minimum.reduceat(left, first)
     width = np.maximum.reduceat(right, first) - box_left
-    behind = np.append(first[1:], len(row))
-    height = row[behind - 1] + 1 - top
-    # Coordinates relative to the corner of the box keep the sums small.
-    count = behind - first
-    left, row = left - np.repeat(box_left, count), row - np.repeat(top, count)
-    sum_u = length * left + length * (length - 1) // 2
-    sum_uu = length * left * (left + length - 1) + (length - 1) * length * (2 * length - 1) // 6
-    sums = np.array([sum_u, row * length, sum_uu, row * sum_u, row * row * length])
-    u, v, uu, uv, vv = np.add.reduceat(sums, first, axis=1) / area
+    # Coordinates relative to the corner of the box keep the sums small. The sums of u and u^2 over
+    # a run are length ends / 2 and length (3 ends^2 + length^2 - 1) / 12.
+    row, ends = row - top.repeat(count), left + right - (2 * box_left + 1).repeat(count)
+    length = runs.length
+    squares = 3 * ends * ends + length * length - 1
+    sums = length * np.array([ends, row, squares, ends * row, row * row])
+    u, v, uu, uv, vv = np.add.reduceat(sums, first, axis=1) / (MULTIPLES * area)
     spread = np.array([uu - u * u, uv - u * v, uv - u * v, vv - v * v]).T
     return BlobTable(
         runs.label[first],
         area,
         np.array([u + box_left, v + top]).T,
         spread.reshape(-1, 2, 2),
-        np.array([box_left, top, width, height]).T,
+        np.array([box_left, top, width, bottom - top + 1]).T,
         runs,
         first,
         count,
@@ -221,11 +242,10 @@ def sample_pixels(blobs: BlobTable, most: int) -> tuple[NDArray[np.intp], NDArra
     :returns: the blob and the position, counted as in Runs, of each pixel.
     """
     taken = np.minimum(blobs.area, most)
-    blob = np.repeat(np.arange(len(taken)), taken)
-    number = np.arange(len(blob)) - np.repeat(np.cumsum(taken) - taken, taken)
-    before = np.cumsum(blobs.area) - blobs.area
+    blob = np.arange(len(taken)).repeat(taken)
+    number = np.arange(len(blob)) - (taken.cumsum() - taken).repeat(taken)
+    before = blobs.area.cumsum() - blobs.area
     pixel = before[blob] + number * blobs.area[blob] // taken[blob]
-    length = blobs.runs.end - blobs.runs.start
-    behind = np.cumsum(length)
-    run = np.searchsorted(behind, pixel, 'right')
+    behind = blobs.runs.length.cumsum()
+    run = behind.searchsorted(pixel, 'right')
     return blob, blobs.runs.end[run] - behind[run] + pixel

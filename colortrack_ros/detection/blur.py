@@ -9,7 +9,6 @@ from colortrack_ros.data import Columns
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.pixels import pixels_at
-from colortrack_ros.encodings import size_of
 
 PROFILES = 2
 """Number of rows, and of columns, per blob, each with two ends. The median of four tolerates one
@@ -18,6 +17,12 @@ with another object beside it; more cost time."""
 PROFILE_SAMPLES, CLOSE = 8, 3
 """Samples of a profile on each side of the outline, and how many closest to it are of adjacent
 pixels. A sharp outline is 2 px wide, and up to 2 px from the eroded mask."""
+
+IN_MIDDLE_HALF = 0.25 + 0.5 * (np.arange(PROFILES) + 0.5) / PROFILES
+"""Where the profiles are [shares of the height, or width, of the blob]."""
+
+BOTH_WAYS = np.append(np.arange(PROFILE_SAMPLES)[::-1], np.arange(PROFILE_SAMPLES))
+"""Samples of a profile by their distance from the outline, from the inside out."""
 
 REACH_SHARE = 1 / 4
 """Length of a profile on each side [half axes], at least PROFILE_SAMPLES px. Blur up to twice as
@@ -71,39 +76,67 @@ class Ends(Columns):
         :param blur: (N, 2) of :func:`outline_blur`.
         """
         shift = (share[..., 1] - share[..., 0]) / 2
-        mean = shift.mean(axis=2)
+        mean = shift.sum(axis=2) / PROFILES
         away = shift - mean[..., None]
-        error = np.einsum('nak,nak->n', away, away) / (2 * PROFILES * (PROFILES - 1))
+        error = (away * away).sum(axis=(1, 2)) / (2 * PROFILES * (PROFILES - 1))
         has_inside = blur.max(axis=1) < 2 * np.sqrt(blobs.axes[0])
         half = blobs.box[:, 2:] / 2
         farther = (half + ERODED) / np.maximum(half - blur / 2 - 1, half / MOST_FARTHER)
         return cls(
             mean * farther * has_inside[:, None],
             np.sqrt(error) * has_inside,
-            share.mean(axis=(1, 2, 3)),
+            share.sum(axis=(1, 2, 3)) / (4 * PROFILES),
         )
 
 
 @dataclass(frozen=True)
 class Profiles(Columns):
-    """Profiles across the outlines of N blobs: rows and columns in their middle half.
+    """Profiles across the outlines of N blobs, in their middle half: along u, then along v.
 
-    :param row, left, right: (N, PROFILES) rows, with the blob's first column and one past its last.
-    :param column, top, bottom: (N, PROFILES) columns, with the blob's first row and one past its
-        last.
+    Pixels are v width + u, (N, 2, PROFILES, 2, 1): at the high and at the low end of each profile.
+
+    :param end: the last pixels of the blob.
+    :param least, most: limits: the middle of the blob, and the border of the picture.
+    :param way: (2, 1, 2, 1) step outward.
     """
 
-    row: NDArray[np.intp]
-    left: NDArray[np.intp]
-    right: NDArray[np.intp]
-    column: NDArray[np.intp]
-    top: NDArray[np.intp]
-    bottom: NDArray[np.intp]
+    end: NDArray[np.intp]
+    least: NDArray[np.intp]
+    most: NDArray[np.intp]
+    way: NDArray[np.intp]
 
     @classmethod
-    def of(cls, blobs: BlobTable) -> 'Profiles':
-        """The profiles of blobs."""
-        return cls(*_middle_rows(blobs), *_middle_columns(blobs))
+    def of(cls, blobs: BlobTable, height: int, width: int) -> 'Profiles':
+        """The profiles of blobs in a picture of this size."""
+        line, low, high = np.empty((3, len(blobs.area), 2, PROFILES), np.intp)
+        row, left, right = blobs.runs.ends()
+        run = _middle(blobs.first_run, blobs.run_count)
+        line[:, 0], low[:, 0], high[:, 0] = row[run], left[run], right[run] - 1
+        line[:, 1] = _middle(blobs.box[:, 0], blobs.box[:, 2])
+        mine = line[:, 1].repeat(blobs.run_count, axis=0)
+        meets, row = (left[:, None] <= mine) & (mine < right[:, None]), row[:, None]
+        high[:, 1] = np.maximum.reduceat(np.where(meets, row, -1), blobs.first_run, axis=0)
+        top = np.minimum.reduceat(np.where(meets, row, height), blobs.first_run, axis=0)
+        low[:, 1] = np.minimum(top, high[:, 1])
+        ends = np.empty((3, *line.shape, 2), np.intp)
+        ends[0, ..., 0], ends[0, ..., 1] = high, low
+        ends[1, ..., 0] = ends[2, ..., 1] = (low + high + 1) // 2
+        ends[1, ..., 1] = 0
+        ends[2, :, 0, :, 0], ends[2, :, 1, :, 0] = width - 1, height - 1
+        ends[:, :, 1] *= width
+        line[:, 0] *= width
+        ends += line[..., None]
+        end, least, most = ends[..., None]
+        way = np.array([[[[1], [-1]]], [[[width], [-width]]]])
+        return cls(end, least, most, way)
+
+    def across(self, out: NDArray[np.intp]) -> NDArray[np.intp]:
+        """(N, 2, PROFILES, 2, S) pixels, none past the middle.
+
+        :param out: (N, 1 or 2, S) distance outward from the ends, 0 for the last pixel inside.
+        """
+        pixel = self.end + self.way * out[:, :, None, None]
+        return np.minimum(np.maximum(pixel, self.least, out=pixel), self.most, out=pixel)
 
 
 def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[np.float64]:
@@ -116,85 +149,41 @@ def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[
 
     :returns: (N, 2) [px].
     """
-    height, width = size_of(frame)
     minor, _ = blobs.axes
     reach = np.maximum(REACH_SHARE * 2 * np.sqrt(minor), PROFILE_SAMPLES)
     gap = np.ones((len(reach), PROFILE_SAMPLES))
     gap[:, CLOSE:] = ((reach - CLOSE) / (PROFILE_SAMPLES - CLOSE))[:, None]
-    beyond = np.rint(gap.cumsum(axis=1)).astype(np.intp)
-    # 0 is the last pixel of the blob.
-    out, weight = np.hstack([1 - beyond[:, ::-1], beyond]), np.hstack([gap[:, ::-1], gap])
-    position = _across(profiles, out[:, None], width, height)
-    f = _shares(pixels_at(frame, position.reshape(-1, 2 * PROFILES, 2, 2 * PROFILE_SAMPLES)))
+    out = np.rint(gap.cumsum(axis=1)).astype(np.intp).take(BOTH_WAYS, axis=1)
+    out[:, :PROFILE_SAMPLES] *= -1
+    out[:, :PROFILE_SAMPLES] += 1
+    position = profiles.across(out[:, None])
+    f = _shares(pixels_at(frame, position))
     # Two ends of each of PROFILES rows, and of as many columns.
-    blur = np.einsum('nkes,ns->nke', f * (1 - f), weight).reshape(-1, 2, 2 * PROFILES)
+    weight = gap.take(BOTH_WAYS, axis=1)[:, None, :, None]
+    blur = np.matmul((f * (1 - f)).reshape(-1, 2, 2 * PROFILES, 2 * PROFILE_SAMPLES), weight)[
+        ..., 0
+    ]
     blur *= 6 / (1 - 2 * UNSURE)
     blur.sort(axis=2)
     return np.asarray((blur[..., PROFILES - 1] + blur[..., PROFILES]) / 2)
 
 
-def outline_sides(
-    frame: Frame, profiles: Profiles, blur: NDArray[np.float64]
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def outline_sides(profiles: Profiles, blur: NDArray[np.float64]) -> NDArray[np.intp]:
     """Pixels just inside and just outside the blurred outline of each blob.
 
     :param blur: (N, 2) of :func:`outline_blur`.
-    :returns: (N, 2, PROFILES, 2) each, v width + u: along u and along v, at the high and at the low
-        end.
+    :returns: (N, 2, PROFILES, 2, 2) v width + u: along u and along v, at the high and at the low
+        end, inside and outside.
     """
-    height, width = size_of(frame)
     half = np.ceil(blur / 2).astype(np.intp)
-    sides = _across(profiles, np.stack([-half, half + BEYOND], axis=2), width, height)
-    return sides[..., 0], sides[..., 1]
-
-
-def _across(profiles: Profiles, out: NDArray[np.intp], width: int, height: int) -> NDArray[np.intp]:
-    """(N, 2, PROFILES, 2, S) pixels, v width + u, at both ends of rows and columns.
-
-    None is past the middle.
-
-    :param out: (N, 1 or 2, S) distance outward from the ends, 0 for the last pixel inside.
-    """
-    low = np.stack([profiles.left, profiles.top], axis=1)[..., None]
-    high = np.stack([profiles.right, profiles.bottom], axis=1)[..., None]
-    middle, out = (low + high) // 2, out[:, :, None]
-    ends = np.empty((*low.shape[:3], 2, out.shape[3]), np.intp)
-    np.maximum(high - 1 + out, middle, out=ends[..., 0, :])
-    np.minimum(low - out, middle, out=ends[..., 1, :])
-    np.maximum(ends, 0, out=ends)
-    np.minimum(ends, np.array([width - 1, height - 1])[:, None, None, None], out=ends)
-    ends[:, 0] += (profiles.row * width)[..., None, None]
-    ends[:, 1] *= width
-    ends[:, 1] += profiles.column[..., None, None]
-    return ends
+    out = np.empty((*half.shape, 2), np.intp)
+    out[..., 0], out[..., 1] = -half, half + BEYOND
+    return profiles.across(out)
 
 
 def _middle(low: NDArray[np.integer], size: NDArray[np.integer]) -> NDArray[np.intp]:
     """(N, PROFILES) numbers spread over the middle half of [low, low + size)."""
-    share = 0.25 + 0.5 * (np.arange(PROFILES) + 0.5) / PROFILES
-    return np.asarray(low[:, None] + (size[:, None] * share).astype(np.intp))
-
-
-def _middle_rows(blobs: BlobTable) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """(N, PROFILES) each: rows, with the blob's first column and one past its last."""
-    row, left, right = blobs.runs.ends()
-    run = _middle(blobs.first_run, blobs.run_count)
-    return row[run], left[run], right[run]
-
-
-def _middle_columns(
-    blobs: BlobTable,
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """(N, PROFILES) each: columns, with the blob's first row and one past its last."""
-    row, left, right = blobs.runs.ends()
-    column = _middle(blobs.box[:, 0], blobs.box[:, 2])
-    mine = np.repeat(column, blobs.run_count, axis=0)
-    meets = (left[:, None] <= mine) & (mine < right[:, None])
-    below = np.where(meets, row[:, None], -1)
-    bottom = np.maximum.reduceat(below, blobs.first_run, axis=0)
-    above = np.where(meets, row[:, None], np.iinfo(np.intp).max)
-    top = np.minimum.reduceat(above, blobs.first_run, axis=0)
-    return column, np.minimum(top, bottom), bottom + 1
+    return np.asarray(low[:, None] + (size[:, None] * IN_MIDDLE_HALF).astype(np.intp))
 
 
 def _shares(profile: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -202,9 +191,9 @@ def _shares(profile: NDArray[np.uint8]) -> NDArray[np.float32]:
     levels = profile.astype(np.float32)
     outside = levels[..., -ENDS:, :].sum(axis=-2) / ENDS
     way = levels[..., :ENDS, :].sum(axis=-2) / ENDS - outside
-    way /= np.maximum(np.einsum('...c,...c', way, way), 1)[..., None]
+    way /= np.maximum((way * way).sum(axis=-1), 1)[..., None]
     levels -= outside[..., None, :]
     share = np.matmul(levels, way[..., None])[..., 0]
     share -= UNSURE
     share /= 1 - 2 * UNSURE
-    return np.clip(share, 0, 1, out=share)
+    return np.minimum(np.maximum(share, 0, out=share), 1, out=share)

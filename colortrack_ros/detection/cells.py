@@ -20,6 +20,7 @@ TO_CELL = {
     'bgra8': cv2.COLOR_BGRA2BGR565,
     'rgba8': cv2.COLOR_RGBA2BGR565,
 }
+WITH_FOURTH = {'bgr8': 'bgra8', 'rgb8': 'rgba8'}
 IN_CELL = np.stack(np.meshgrid(range(8), range(4), range(8), indexing='ij'), -1).reshape(-1, 3)
 
 _MARGIN = 1e-6
@@ -78,7 +79,21 @@ def distance_bounds(
     return nearest, farthest
 
 
+def least_squared(
+    lab: NDArray[np.float64], samples: NDArray[np.float64], stretch: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(N,) D^2 of colors, (3, N), to the nearest sample."""
+    least = np.full(lab.shape[1], np.inf)
+    for sample in samples:
+        way = (lab - sample[:, None]) * stretch[:, None]
+        way *= way
+        np.minimum(least, way[0] + way[1] + way[2], out=least)
+    return least
+
+
 def cells_of(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.uint16]:
-    """(H, W) cell of each pixel."""
+    """(H, W) cell of each pixel; a fourth channel that the encoding has not is ignored."""
+    if picture.shape[2:] == (4,):
+        encoding = WITH_FOURTH.get(encoding, encoding)
     code = TO_CELL.get(encoding, cv2.COLOR_GRAY2BGR565)
     return cv2.cvtColor(picture, code).view(np.uint16).reshape(picture.shape[:2])

@@ -97,19 +97,20 @@ class ChromaFilter:
         if self._pause:
             self._pause -= 1
             return None
-        height, width = size_of(frame)
         may = (self._may_have if frame.encoding in YUV422 else self._plane_may_have)(frame)
-        sample = may.positions()
-        if len(sample) > CONVERTED_SHARE * may.pixels.size:
+        (words,) = (may.words != 0).nonzero()
+        if WORD * len(words) > CONVERTED_SHARE * may.pixels.size:
             self._pause = CHROMA_PAUSE
             return None
-        row, column = np.divmod(sample, may.stride)
-        image = LabelImage.blank(height, width, old)
-        image.filled = np.zeros(0, np.intp)
-        if len(sample):
-            pixels = (_pairs if frame.encoding in YUV422 else _quadruples)(frame, row, column)
-            pairs = label(to_bgr(pixels, frame.encoding)).view(np.uint16)
-            _write(image, pairs, row * len(pairs), column)
+        image = LabelImage.blank(*size_of(frame), old)
+        image.filled = words[:0]
+        if len(words):
+            row, word = np.divmod(words, may.stride // WORD)
+            column = (WORD * word[:, None] + np.arange(WORD)).reshape(-1)
+            pixels = (_pairs if frame.encoding in YUV422 else _quadruples)(
+                frame, row.repeat(WORD), column
+            )
+            _write(image, label(to_bgr(pixels, frame.encoding)).view(np.uint64), row, word)
         return image
 
     def _may_have(self, frame: Frame) -> LabelImage:
@@ -136,32 +137,41 @@ class ChromaFilter:
 
 
 def _pairs(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.uint8]:
-    """(1, 2 N, 2) pairs of pixels that share their chroma, as a yuyv or uyvy picture."""
+    """(1, 2 N, 2) pairs of pixels that share their chroma, as a yuyv or uyvy picture.
+
+    What is past the end of a row is of the next row, or the last pixels.
+    """
     width = frame.image.shape[1]
     words = np.ascontiguousarray(frame.image).reshape(-1).view(np.uint32)
-    return words.take(row * (width // 2) + column).view(np.uint8).reshape(1, -1, 2)
+    taken = words.take(row * (width // 2) + column, mode='clip')
+    return taken.view(np.uint8).reshape(1, -1, 2)
 
 
 def _quadruples(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.uint8]:
-    """(3, 2 N) 2x2 pixels that share their chroma, as an nv12 or nv21 picture."""
+    """(3, 2 N) 2x2 pixels that share their chroma, as an nv12 or nv21 picture; as _pairs."""
     height, width = size_of(frame)
     words = np.ascontiguousarray(frame.image).reshape(-1).view(np.uint16)
     line = width // 2
     first = 2 * row * line + column
     taken = [first, first + line, (height + row) * line + column]
-    return words.take(np.stack(taken)).view(np.uint8)
+    return words.take(np.stack(taken), mode='clip').view(np.uint8)
 
 
 def _write(
-    image: LabelImage, pairs: NDArray[np.uint16], top: NDArray[np.intp], column: NDArray[np.intp]
+    image: LabelImage, labels: NDArray[np.uint64], row: NDArray[np.intp], word: NDArray[np.intp]
 ) -> None:
-    """Write pairs of labels, in place.
+    """Write the labels of the pixels of N words of chroma samples, in place.
 
-    :param pairs: (rows, N) in the row top, and below it.
-    :param top, column: (N,) row, and column in pairs, in raster order.
+    :param labels: (rows, 2 N) words.
+    :param row, word: (N,) of the chroma, in raster order.
     """
-    position = (np.arange(len(pairs)) * image.stride)[:, None] + top * image.stride + 2 * column
-    image.padded.reshape(-1).view(np.uint16)[position >> 1] = pairs
-    word = position // WORD
-    word = word[:, np.append(True, word[0, 1:] != word[0, :-1])]
-    image.filled = np.sort(word, axis=None)
+    rows, per_row = len(labels), image.stride // WORD
+    line = (rows * row[:, None] + np.arange(rows)) * per_row
+    target = np.ravel((line + 2 * word[:, None])[:, :, None] + np.arange(2))
+    labels = labels.reshape(rows, -1, 2).transpose(1, 0, 2).reshape(-1)
+    if 2 * word.max() + 1 == per_row:  # past the end of a row
+        is_inside = (2 * word[:, None] + np.arange(2) < per_row).repeat(rows, axis=0).reshape(-1)
+        target, labels = target[is_inside], labels[is_inside]
+    image.words[target] = labels
+    image.padded[:, image.width :] = 0
+    image.filled = target if rows == 1 else np.sort(target)

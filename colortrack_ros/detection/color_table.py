@@ -18,6 +18,7 @@ from colortrack_ros.detection.cells import cells_of
 from colortrack_ros.detection.cells import corner_of
 from colortrack_ros.detection.cells import distance_bounds
 from colortrack_ros.detection.cells import IN_CELL
+from colortrack_ros.detection.cells import least_squared
 from colortrack_ros.detection.cells import TO_CELL
 from colortrack_ros.detection.column_filter import ColumnFilter
 from colortrack_ros.detection.lab import lab_from_rgb
@@ -31,8 +32,8 @@ CUT, UNKNOWN = 255, 0
 """Entry of a cell whose colors may have different labels; entry of a color not yet computed. The
 others are labels plus 1: pages of zeros are free until they are written."""
 
-MIXES = 5
-"""Number of mixtures of two colors at which the distance to a third is computed, with linear
+SHARES = np.linspace(1, 0, 5)
+"""Shares of one color in mixtures of two at which the distance to a third is computed, with linear
 interpolation between them: for a matte ball before a wall, the crossing is off by 0.01 of the
 way."""
 
@@ -52,12 +53,15 @@ HAS_16_BIT_LUT = _has_16_bit_lut()
 """Whether OpenCV can index a table by 16 bits: version 5 can, 4.6 cannot."""
 
 
-def look_up(table: NDArray[np.uint8], index: NDArray[np.uint16], out: NDArray[np.uint8]) -> None:
-    """Look up 16-bit indices in a table of 65,536 bytes, into an array."""
+def look_up(
+    table: NDArray[np.uint8], index: NDArray[np.uint16], out: NDArray[np.uint8]
+) -> NDArray[np.uint8]:
+    """Look up 16-bit indices in a table of 65,536 bytes, into an array, which is returned."""
     if HAS_16_BIT_LUT:
         cv2.LUT(index, table, dst=out)
     else:
         out[...] = table.take(index, mode='clip')
+    return out
 
 
 class ColorTable:
@@ -153,40 +157,39 @@ class ColorTable:
         :param labels: (N,) of colors, not 0.
         :returns: (N,) 0 if the outside is within tolerance too, 1 if neither is.
         """
-        share = np.linspace(1, 0, MIXES)
         other = outside[:, None].astype(np.float64)
-        mixes = np.rint(other + (inside[:, None] - other) * share[:, None]).astype(np.uint8)
-        distance = self._distance(mixes.reshape(-1, 3), labels.repeat(MIXES)).reshape(-1, MIXES)
-        is_out = distance >= 1
-        first = is_out.argmax(axis=1)
+        mixes = other + (inside[:, None] - other) * SHARES[:, None]
+        distance = self._distance(np.rint(mixes).astype(np.uint8), labels)
+        first = (distance >= 1).argmax(axis=1)
         row, last = np.arange(len(first)), np.maximum(first - 1, 0)
-        # Next to a color's others the inside itself may be infinitely far.
-        near = np.where(first > 0, distance[row, last], 0.0)
-        way = np.maximum(distance[row, first] - near, 1e-9)
-        end = share[last] - np.minimum((1 - near) / way, 1) / (MIXES - 1)
-        return np.where(is_out.any(axis=1), np.where(first == 0, 1.0, end), 0.0)
+        near = np.where(first > 0, distance[row, last], 1.0)
+        far = distance[row, first]
+        # Next to a color's others the distance may be infinite.
+        end = SHARES[last] - (1 - near) / np.maximum(far - near, 1e-9) / (len(SHARES) - 1)
+        return np.where(far >= 1, end, 0.0)
 
     def _distance(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """(N,) D / tolerance to the color of the label; 2 - D / tolerance if inverted."""
+        """(N, ...) D / tolerance to the color of the label; 2 - D / tolerance if inverted.
+
+        :param rgb: (N, ..., 3).
+        """
         lab = lab_from_rgb(rgb)
-        distance = np.zeros(len(labels))
-        for label in set(labels.tolist()):
-            mine, k = labels == label, label - 1
-            distance[mine] = np.sqrt(self._squared(k, lab[mine])) / self._tolerance[k]
+        distance = np.empty(lab.shape[:-1])
+        found = set(labels.tolist())
+        for label in found:
+            mine, k = labels == label if len(found) > 1 else slice(None), label - 1
+            squared = self._squared(k, lab[mine].reshape(-1, 3)).reshape(-1, *lab.shape[1:-1])
+            distance[mine] = np.sqrt(squared) / self._tolerance[k]
             if self._inverted[k]:
-                distance[mine] = 2 - distance[mine]
+                distance[mine] = 2 - np.nan_to_num(distance[mine])
         return distance
 
     def _squared(self, k: int, lab: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N,) D^2 to a color; infinite if one of its others is at least as near."""
-        mine, other = np.full((2, len(lab)), np.inf)
-        columns = np.ascontiguousarray(lab.T)
-        for least, samples in ((mine, self._samples[k]), (other, self._others[k])):
-            for sample in samples:
-                way = (columns - sample[:, None]) * self._stretch[k][:, None]
-                way *= way
-                np.minimum(least, way[0] + way[1] + way[2], out=least)
-        mine[other <= mine] = np.inf
+        columns, stretch = np.ascontiguousarray(lab.T), self._stretch[k]
+        mine = least_squared(columns, self._samples[k], stretch)
+        if len(self._others[k]):
+            mine[least_squared(columns, self._others[k], stretch) <= mine] = np.inf
         return mine
 
     def label(
@@ -209,20 +212,36 @@ class ColorTable:
             cv2.LUT(picture.reshape(height, width), self._gray, dst=image.pixels)
             return image
 
-        def label_pixels(pixels: NDArray[np.uint8], step: int) -> NDArray[np.uint8]:
-            cells = cells_of(pixels, encoding)[:, step // 2 :: step]
-            labels = np.empty(cells.shape, np.uint8)
-            look_up(self._cells, cells, labels)
-            return labels
-
         label_rows = partial(self._label_strips, encoding=encoding)
+        label_pixels = partial(self._label_pixels, encoding=encoding)
         survivors = self._survivors.label(picture, erosion, label_rows, label_pixels, old)
-        image = survivors or label_rows(picture)
-        image.filled, found = image.content()
+        return survivors or self._look_closer(picture, encoding, label_rows(picture))[0]
+
+    def _label_pixels(
+        self, pixels: NDArray[np.uint8], encoding: str
+    ) -> tuple[LabelImage, NDArray[np.intp]]:
+        """Label a few pixels; as _look_closer."""
+        image = LabelImage.empty(*pixels.shape[:2])
+        look_up(self._cells, cells_of(pixels, encoding), image.pixels)
+        return self._look_closer(pixels, encoding, image)
+
+    def _look_closer(
+        self, picture: NDArray[np.uint8], encoding: str, image: LabelImage
+    ) -> tuple[LabelImage, NDArray[np.intp]]:
+        """Replace CUT by the label of the pixel's exact color, in place.
+
+        :returns: the image and the words that are not empty, which it then knows.
+        """
+        words, found = image.content()
+        image.filled = words
         (cut,) = (found.reshape(-1) == CUT).nonzero()
         if cut.size:
-            self._look_closer(picture, encoding, image, image.filled, cut)
-        return image
+            word = words.take(cut >> 3)
+            position = word * WORD + (cut & 7)
+            pixel = position - word // (image.stride // WORD) * (image.stride - image.width)
+            pixels = picture.reshape(-1, picture.shape[2]).take(pixel, axis=0)
+            image.padded.reshape(-1)[position] = self._exact_labels(pixels, encoding)
+        return image, words
 
     def _label_strips(self, picture: NDArray[np.uint8], encoding: str) -> LabelImage:
         """Label a picture, with CUT for undecided pixels, strip by strip.
@@ -251,23 +270,8 @@ class ColorTable:
             cells = cv2.cvtColor(picture[:, left:right], TO_CELL[encoding]).view(np.uint16)
             look_up(self._cells, cells[..., 0], image.pixels[:, left:right])
 
-    def _look_closer(
-        self,
-        picture: NDArray[np.uint8],
-        encoding: str,
-        image: LabelImage,
-        words: NDArray[np.intp],
-        cut: NDArray[np.intp],
-    ) -> None:
-        """Replace CUT by the label of the pixel's exact color, in place.
-
-        :param words: indices of the words that are not empty.
-        :param cut: positions of CUT in these words, concatenated.
-        """
-        position = (words * WORD)[cut >> 3] + (cut & 7)
-        row = words // (image.stride // WORD)
-        pixel = position - (row * (image.stride - image.width))[cut >> 3]
-        pixels = picture.reshape(-1, picture.shape[2]).take(pixel, axis=0)
+    def _exact_labels(self, pixels: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
+        """(N,) labels of pixels, (N, channels), by their exact colors."""
         rgb = rgb_of(pixels, encoding).astype(np.int32)
         color = rgb[:, 0] << 16 | rgb[:, 1] << 8 | rgb[:, 2]
         labels = self._exact.take(color)
@@ -275,7 +279,7 @@ class ColorTable:
         if unknown.size:
             self._compute_cells(unknown)
             labels = self._exact.take(color)
-        image.padded.reshape(-1)[position] = labels - 1
+        return labels - 1
 
     def _compute_cells(self, colors: NDArray[np.int32]) -> None:
         """Label and cache all colors of the cells that contain the given colors.

@@ -167,7 +167,7 @@ def border_shift(blobs: BlobTable, width: int, height: int) -> NDArray[np.float6
     """
     depth = blobs.box[:, 2:].astype(np.float64)
     if blobs.inside(width, height).all():
-        return np.zeros_like(depth)
+        return np.zeros(depth.shape)
     row, left, right = blobs.runs.ends()
     length = right - left
     along = np.array([left == 0, right == width, length * (row == 0), length * (row == height - 1)])

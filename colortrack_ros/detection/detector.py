@@ -189,16 +189,12 @@ class Detector:
         """(N, 2, 2) covariances of the centroids, from the visible part of each blob."""
         height, width = size_of(frame)
         skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
-        profiles = Profiles.of(blobs)
+        profiles = Profiles.of(blobs, height, width)
         blur = outline_blur(frame, blobs, profiles)
-        inside, outside = outline_sides(frame, profiles, blur)
-        share = self._method.end_share(
-            frame,
-            np.divmod(inside.reshape(-1), width),
-            np.divmod(outside.reshape(-1), width),
-            blobs.label.repeat(inside[0].size),
-        )
-        ends = Ends.of(share.reshape(inside.shape), blobs, blur)
+        sides = outline_sides(profiles, blur)
+        label = blobs.label.repeat(sides[0].size // 2)
+        share = self._method.end_share(frame, np.divmod(sides.reshape(-1), width), label)
+        ends = Ends.of(share.reshape(sides.shape[:-1]), blobs, blur)
         return centroid_covariance(blobs, (height, width), spread, blur, ends, part, skewness)
 
     def _closeness(

@@ -62,9 +62,21 @@ def lab_from_linear(linear: NDArray[np.float64]) -> NDArray[np.float64]:
     :returns: (..., 3) L 0..100, a and b signed.
     """
     red, green, blue = linear[..., 0], linear[..., 1], linear[..., 2]
-    xyz = [row[0] * red + row[1] * green + row[2] * blue for row in WHITE_TO_ONE]
-    fx, fy, fz = cube_root_or_line(np.array(xyz))
-    return np.stack([116 * fy - 16, 500 * (fx - fy), 200 * (fy - fz)], axis=-1)
+    return _lab_from_ratios(
+        np.array([row[0] * red + row[1] * green + row[2] * blue for row in WHITE_TO_ONE])
+    )
+
+
+def _lab_from_ratios(xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(..., 3) CIELAB of (3, ...) X, Y, Z over the white point."""
+    fx, fy, fz = cube_root_or_line(xyz)
+    lab = np.empty((*fx.shape, 3))
+    lab[..., 0], lab[..., 1], lab[..., 2] = 116 * fy - 16, 500 * (fx - fy), 200 * (fy - fz)
+    return lab
+
+
+_OF_RED, _OF_GREEN, _OF_BLUE = WHITE_TO_ONE.T[:, :, None] * LINEAR
+"""X, Y, Z over the white point, (3, 256), that the values of one channel add."""
 
 
 def lab_from_rgb(rgb: NDArray[np.integer]) -> NDArray[np.float64]:
@@ -73,7 +85,8 @@ def lab_from_rgb(rgb: NDArray[np.integer]) -> NDArray[np.float64]:
     :param rgb: (..., 3) integers, 0..255.
     :returns: (..., 3) L 0..100, a and b signed.
     """
-    return lab_from_linear(LINEAR[rgb])
+    red, green = _OF_RED.take(rgb[..., 0], axis=1), _OF_GREEN.take(rgb[..., 1], axis=1)
+    return _lab_from_ratios(red + green + _OF_BLUE.take(rgb[..., 2], axis=1))
 
 
 def rgb_from_lab(lab: ArrayLike) -> NDArray[np.intp]:

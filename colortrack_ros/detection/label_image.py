@@ -1,6 +1,7 @@
 """Label images with fast access to their nonempty parts."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,12 +56,12 @@ class LabelImage:
         """Width of the padded image [px]; positions refer to it."""
         return self.padded.shape[1]
 
-    @property
+    @cached_property
     def pixels(self) -> NDArray[np.uint8]:
         """(H, W) view without the padding."""
         return self.padded[:, : self.width]
 
-    @property
+    @cached_property
     def words(self) -> NDArray[np.uint64]:
         """(H stride / 8,) view."""
         return self.padded.reshape(-1).view(np.uint64)
@@ -81,8 +82,8 @@ class LabelImage:
         if self.filled is None:
             (filled,) = (self.words != 0).nonzero()
         else:
-            filled = self.filled[self.words[self.filled] != 0]
-        return filled, self.words[filled].view(np.uint8).reshape(-1, WORD)
+            filled = self.filled[self.words.take(self.filled) != 0]
+        return filled, self.words.take(filled).view(np.uint8).reshape(-1, WORD)
 
     def row_groups(self, apart: int) -> list[tuple[int, int]]:
         """First row and one past the last of each group of rows; together they contain all labels.

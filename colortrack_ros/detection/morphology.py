@@ -5,6 +5,7 @@ size is the side of the structuring element [px], 1 for none, and count is the l
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import cv2
@@ -61,6 +62,7 @@ class MorphologyConfig(Config):
     )
 
 
+@lru_cache(maxsize=4)
 def _square(size: int) -> NDArray[np.uint8]:
     return np.ones((size, size), np.uint8)
 

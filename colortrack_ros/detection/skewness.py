@@ -72,25 +72,15 @@ def three_fold_skewness(blobs: BlobTable) -> Column:
 
     :returns: (N,).
     """
-    uuu, uuv, uvv, vvv = _third_moments(blobs)
     uu, uv, vv = blobs.spread[:, 0, 0], blobs.spread[:, 0, 1], blobs.spread[:, 1, 1]
     uu, vv = uu + PIXEL_MOMENT, vv + PIXEL_MOMENT
-    # p = a u, q = b u + c v, by Cholesky.
-    a = 1 / np.sqrt(uu)
-    c = 1 / np.sqrt(vv - uv**2 / uu)
-    b = -c * uv / uu
-    ppp, ppq = a**3 * uuu, a**2 * (b * uuu + c * uuv)
-    pqq = a * (b**2 * uuu + 2 * b * c * uuv + c**2 * uvv)
-    qqq = b**3 * uuu + 3 * b**2 * c * uuv + 3 * b * c**2 * uvv + c**3 * vvv
-    return np.hypot(ppp - 3 * pqq, 3 * ppq - qqq)
-
-
-def _third_moments(blobs: BlobTable) -> NDArray[np.float64]:
-    """(4, N) central moments of u^3, u^2 v, u v^2, v^3 [px^3], run by run."""
+    # z = a u + b v from the centroid, by Cholesky.
+    b = 1j / np.sqrt(vv - uv**2 / uu)
+    a = 1 / np.sqrt(uu) - b * uv / uu
+    a, b, squared = np.array([a, b, a * a]).repeat(blobs.run_count, axis=1)
+    u, v = blobs.mean.T.repeat(blobs.run_count, axis=1)
     row, left, right = blobs.runs.ends()
-    mean = np.repeat(blobs.mean, blobs.run_count, axis=0)
-    length = (right - left).astype(np.float64)
-    u, v = (left + right - 1) / 2 - mean[:, 0], row - mean[:, 1]
-    own = (length**2 - 1) / 12  # of a run about its middle
-    sums = length * np.array([u**3 + 3 * u * own, (u * u + own) * v, u * v * v, v**3])
-    return np.asarray(np.add.reduceat(sums, blobs.first_run, axis=1) / blobs.area)
+    z, length = a * ((left + right - 1) / 2 - u) + b * (row - v), blobs.runs.length
+    # The second moment of a run about its middle is (length^2 - 1) / 12, the third is 0.
+    sums = length * z * (z * z + squared * ((length * length - 1) / 4))
+    return np.abs(np.add.reduceat(sums, blobs.first_run)) / blobs.area

@@ -7,6 +7,7 @@ labeled.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -30,8 +31,8 @@ PICTURES_OF_PAUSE = 16
 LabelRows = Callable[[NDArray[np.uint8]], LabelImage]
 """Returns the labels of some rows of the picture."""
 
-LabelPixels = Callable[[NDArray[np.uint8], int], NDArray[np.uint8]]
-"""Returns the labels, (H, n), of every s-th of pixels, (H, W, channels), from column s // 2 on."""
+LabelPixels = Callable[[NDArray[np.uint8]], tuple[LabelImage, NDArray[np.intp]]]
+"""Returns the labels of pixels, (H, W, channels) or (H, W, 4), and the words that are not empty."""
 
 
 class Survivors:
@@ -68,9 +69,7 @@ class Survivors:
         if picture.strides[1:] != (pixel, 1) or step < 0:
             return None
         image = LabelImage.blank(height, width, old)
-        # Label all pixels of the last rows: reading words extends into the row below.
-        image.pixels[-size:] = label_pixels(picture[-size:], 1)
-        near = self._near(picture[size // 2 :: size], size, label_rows, label_pixels)
+        near = self._near(picture, size, label_rows, label_pixels)
         words = _words_near(near, size)
         if not self._label_words(image, picture, words, size, label_pixels):
             self._pause = PICTURES_OF_PAUSE
@@ -79,7 +78,7 @@ class Survivors:
 
     def _near(
         self,
-        rows: NDArray[np.uint8],
+        picture: NDArray[np.uint8],
         size: int,
         label_rows: LabelRows,
         label_pixels: LabelPixels,
@@ -89,11 +88,11 @@ class Survivors:
         """
         self._dense = max(self._dense - 1, 0)
         if not self._dense:
-            near = _near_grid(label_pixels(rows, size), size, rows.shape[1])
+            near = _near_grid(*label_pixels(_grid_of(picture, size)), size, picture.shape[1])
             if np.count_nonzero(near) <= LABELED_SHARE / 2 * near.size:
                 return near
             self._dense = PICTURES_OF_PAUSE
-        return _near_runs(label_rows(rows), size)
+        return _near_runs(label_rows(picture[size // 2 :: size]), size)
 
     def _label_words(
         self,
@@ -103,29 +102,44 @@ class Survivors:
         size: int,
         label_pixels: LabelPixels,
     ) -> bool:
-        """Label words above the last rows, in place; False if there are too many."""
+        """Label words, and all of the last rows, in place; False if there are too many."""
         count, below = len(image.words), image.stride // WORD
-        last = np.arange(count - size * below, count)
-        words = words[: np.searchsorted(words, last[0])]
-        around = below + 1
-        known = np.ones(count + 2 * around, bool)
-        known[around : last[0] + around] = False
-        found = [last]
+        first = count - size * below
+        words = words[: words.searchsorted(first)]
+        # Reading words extends into the row below.
+        bottom, filled = label_pixels(picture[-size:])
+        image.words[first:] = bottom.words
+        filled = filled + first
+        known = np.zeros(count + 2 * (below + 1), bool)
+        known[: below + 1] = known[first + below + 1 :] = True
+        labeled = 0
         while len(words):
-            found.append(words)
-            if sum(map(len, found)) > LABELED_SHARE * count:
+            is_first, labeled = labeled == 0, labeled + len(words)
+            if labeled > LABELED_SHARE * count:
                 return False
-            image.words[words] = label_pixels(_pixels_of(picture, words), 1).view(np.uint64)[0]
+            block, found = label_pixels(_pixels_of(picture, words))
+            image.words[words] = block.words[:-1]
             image.padded[:, image.width :] = 0
+            found = words[found]
+            filled = np.concatenate([found, filled])
             if not self._connected:
                 break
-            known[words + around] = True
-            seen = words if len(found) > 2 else _at_unknown(np.append(words, last), known, below)
+            known[words + (below + 1)] = True
+            seen = _at_unknown(filled, known, below) if is_first else found
             words = _words_beside(image, seen, known)
-        image.filled = np.concatenate([*found[1:], last])
-        if len(found) > 2:
-            image.filled.sort(kind='stable')  # a merge of few ascending parts
+        filled.sort(kind='stable')  # a merge of few ascending parts
+        image.filled = filled
         return True
+
+
+def _grid_of(picture: NDArray[np.uint8], size: int) -> NDArray[np.uint8]:
+    """(H, W, 4) the pixels of the grid; the last row is left out, since it is labeled anyway.
+
+    A fourth channel may be that of the next pixel: four bytes are copied faster than three.
+    """
+    grid = picture[size // 2 : -1 : size, size // 2 :: size]
+    bytes_ = as_strided(grid, (*grid.shape[:2], 4), (*grid.strides[:2], 1), writeable=False)
+    return np.ascontiguousarray(bytes_.view(np.uint32)).view(np.uint8)
 
 
 def _words_near(near: NDArray[np.bool_], size: int) -> NDArray[np.intp]:
@@ -138,22 +152,36 @@ def _words_near(near: NDArray[np.bool_], size: int) -> NDArray[np.intp]:
     return np.flatnonzero(near.repeat(size, axis=0)[size - 1 - size // 2 :])
 
 
-def _near_grid(grid: NDArray[np.uint8], size: int, width: int) -> NDArray[np.bool_]:
-    """(H, words of a row) whether a square that contains a label of the grid may reach a word.
+def _near_grid(
+    grid: LabelImage, filled: NDArray[np.intp], size: int, width: int
+) -> NDArray[np.bool_]:
+    """(H, words of a row) whether a square around a label of the grid may reach a word.
 
-    :param grid: (H, n) labels of every size-th column.
+    :param grid: labels of every size-th column.
+    :param filled: the words of the grid that are not empty.
     :param width: of the picture [px].
     """
-    half, count = size // 2, grid.shape[1]
-    # A word may be reached from a few columns of the grid, the first of which is:
-    first = (np.arange(width // WORD + 1) * WORD - half) // size
-    along = np.ones((1, (WORD - 1 + 4 * half) // size + 1), np.uint8)
-    reached = cv2.dilate(grid, along, anchor=(0, 0))
-    near = reached.take(first.clip(0, count - 1), axis=1) != 0
+    half, count = size // 2, grid.width
+    near = np.zeros((len(grid.padded), width // WORD + 1), bool)
+    if filled.size:
+        has_label = np.zeros(len(near), bool)
+        has_label[filled // (grid.stride // WORD)] = True
+        (row,) = has_label.nonzero()
+        reached = grid.padded.take(row, axis=0)
+        flat = reached.reshape(-1)
+        flat[:-1] |= flat[1:]
+        flat[:-2] |= flat[2:]
+        near[row] = reached.take(_reaching(near.shape[1], count, size), axis=1)
     behind = count * size - half
     if behind < width - half:
         near[:, behind // WORD :] = True  # squares at the border that are right of the grid
     return near
+
+
+@lru_cache(maxsize=4)
+def _reaching(words: int, count: int, size: int) -> NDArray[np.intp]:
+    """First of the columns of the grid, four at most, from which each word may be reached."""
+    return ((np.arange(words) * WORD - size // 2) // size).clip(0, count - 1)
 
 
 def _near_runs(sampled: LabelImage, size: int) -> NDArray[np.bool_]:
@@ -169,8 +197,10 @@ def _near_runs(sampled: LabelImage, size: int) -> NDArray[np.bool_]:
 
 def _at_unknown(words: NDArray[np.intp], known: NDArray[np.bool_], below: int) -> NDArray[np.intp]:
     """The words with unknown ones around them; known is as in _words_beside."""
-    beside = known[:-2] & known[1:-1] & known[2:]
-    around = beside[: -2 * below] & beside[below:-below] & beside[2 * below :]
+    beside = known[:-2] & known[1:-1]
+    beside &= known[2:]
+    around = beside[: -2 * below] & beside[below:-below]
+    around &= beside[2 * below :]
     return words[~around.take(words)]
 
 
@@ -183,19 +213,16 @@ def _words_beside(
         the last.
     """
     below = image.stride // WORD
-    words = words[image.words[words] != 0]
-    labels = image.words[words].view(np.uint8).reshape(-1, WORD)
+    labels = image.words.take(words)
+    pixels = labels.view(np.uint8).reshape(-1, WORD)
+    rows = np.array([[-below], [0], [below]])
     ways = (
-        (words, (-below, below)),
-        (words[labels[:, 0] != 0], (-below - 1, -1, below - 1)),
-        (words[labels[:, -1] != 0], (-below + 1, 1, below + 1)),
+        words[labels != 0] + rows[::2],
+        words[pixels[:, 0] != 0] + (rows - 1),
+        words[pixels[:, -1] != 0] + (rows + 1),
     )
-    beside = [
-        some[~known.take(some + (below + 1 + step))] + step
-        for some, steps in ways
-        for step in steps
-    ]
-    return np.unique(np.concatenate(beside))
+    beside = np.concatenate([way.reshape(-1) for way in ways])
+    return np.unique(beside[~known.take(beside + (below + 1))])
 
 
 def _pixels_of(picture: NDArray[np.uint8], words: NDArray[np.intp]) -> NDArray[np.uint8]:

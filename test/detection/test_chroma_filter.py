@@ -71,6 +71,20 @@ def test_detections_are_those_of_the_converted_picture_to_the_bit(
         assert len(rows)
 
 
+@pytest.mark.parametrize('encoding', ENCODINGS)
+def test_rows_may_end_anywhere_in_a_word(encoding, monkeypatch):
+    monkeypatch.setattr(chroma_filter, 'CONVERTED_SHARE', 9)
+    table = ColorTable((ReferenceColor.from_rgb('c', RGB[0], 40.0),))
+    for width in range(16, 34, 2):
+        frame = noise(encoding, 24, width)
+        image = ChromaFilter(table.touched).label(frame, lambda x: table.label(x, 'bgr8').pixels)
+        expected = table.label(plain(frame).image, 'bgr8').pixels
+        np.testing.assert_array_equal(image.pixels, expected)
+        assert not image.padded[:, width:].any()
+        assert (np.diff(image.filled) > 0).all()
+        assert expected.any()
+
+
 def test_where_much_may_have_the_color_the_picture_is_converted_for_a_while():
     table = ColorTable((ReferenceColor.from_rgb('c', (128, 128, 128), 30.0),))
     asked = []

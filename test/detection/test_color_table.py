@@ -122,3 +122,14 @@ def test_a_mix_of_two_colors_ends_where_it_leaves_the_tolerance():
     other = np.zeros((1, 3), np.uint8)
     assert table.end_share(other, other, label[:1]) == 1
     assert table.end_share(inside[:1], inside[1:2], label[:1]) == 0
+
+
+def test_the_share_is_a_number_next_to_the_others_of_an_inverted_color():
+    rest = ReferenceColor(
+        'rest', (50.0, 0.0, 0.0), 20.0, others=((60.0, 40.0, 0.0),), inverted=True
+    )
+    random = np.random.default_rng(4)
+    inside, outside = random.integers(0, 256, (2, 500, 3), dtype=np.uint8)
+    share = ColorTable((rest,)).end_share(inside, outside, np.ones(500, np.uint8))
+    assert ((share >= 0) & (share <= 1)).all()
+    assert len(np.unique(share)) > 10

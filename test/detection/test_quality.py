@@ -112,7 +112,7 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
         runs = LabelImage.empty(*image.shape[:2])
         runs.pixels[...] = image[..., 2] > 140
         blobs = find_blobs(runs, 20)
-        ((u, v),) = outline_blur(Frame(image), blobs, Profiles.of(blobs))
+        ((u, v),) = outline_blur(Frame(image), blobs, Profiles.of(blobs, *image.shape[:2]))
         seen.append((u, v) if angle == 0 else (v, u))
     assert seen[0][0] == pytest.approx(smear, abs=2.5)
     assert seen[1][0] == pytest.approx(smear, abs=2.5)

@@ -100,9 +100,7 @@ class BackgroundSubtraction:
         """Always 1: there is no reference color."""
         return np.ones(len(label))
 
-    def end_share(
-        self, frame: Frame, inside: Pixels, outside: Pixels, label: NDArray
-    ) -> NDArray[np.float64]:
+    def end_share(self, frame: Frame, sides: Pixels, label: NDArray) -> NDArray[np.float64]:
         """Always half: there is no reference color."""
         return np.full(len(label), 0.5)
 

@@ -58,12 +58,10 @@ class Method(Protocol):
         :param label: (N,) of the blobs that contain the pixels.
         """
 
-    def end_share(
-        self, frame: Frame, inside: Pixels, outside: Pixels, label: NDArray
-    ) -> NDArray[np.float64]:
+    def end_share(self, frame: Frame, sides: Pixels, label: NDArray) -> NDArray[np.float64]:
         """Where a blob ends on its blurred outline, which mixes the colors of both sides.
 
-        :param inside, outside: N pixels on either side of an outline.
+        :param sides: (2 N,) pairs of pixels, inside and outside an outline.
         :param label: (N,) of the blobs.
         :returns: (N,) share of the inside in the mixture there, 0..1; half if unknown.
         """

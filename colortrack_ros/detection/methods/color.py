@@ -135,6 +135,7 @@ class ColorDistance:
         """Build the color tables."""
         config = self._config
         self._given = colors
+        self.is_found = np.array([False, *(color.is_sought for color in colors)])
         colors = self._finder.resolve(colors)
         self._table = _table_of(colors, config.threads)
         self._chroma_filter: ChromaFilter | None = None
@@ -146,11 +147,6 @@ class ColorDistance:
         """Whether YUV frames can be read directly, converting only candidate pixels."""
         config = self._config
         return config.grow == 1 and config.white_balance == 'none' and not config.moving_only
-
-    @property
-    def is_found(self) -> NDArray[np.bool_]:
-        """Which colors have an estimated tolerance."""
-        return np.array([False, *(color.is_sought for color in self._given)])
 
     @property
     def trouble(self) -> str:
@@ -223,12 +219,11 @@ class ColorDistance:
         """1 - D / tolerance."""
         return self._table.closeness(rgb_at(self._frame, pixel), label)
 
-    def end_share(
-        self, frame: Frame, inside: Pixels, outside: Pixels, label: NDArray
-    ) -> NDArray[np.float64]:
+    def end_share(self, frame: Frame, sides: Pixels, label: NDArray) -> NDArray[np.float64]:
         """Where the distance of the mixture from the color equals the tolerance."""
         table = self._loose if self._config.grow > 1 else self._table
-        return table.end_share(rgb_at(self._frame, inside), rgb_at(self._frame, outside), label)
+        rgb = rgb_at(self._frame, sides).reshape(-1, 2, 3)
+        return table.end_share(rgb[:, 0], rgb[:, 1], label)
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """Keep blobs that are large enough, for colors whose least area is estimated."""
