@@ -12,6 +12,7 @@ from colortrack_ros.node_kit.odometry import OdometryConfig
 from colortrack_ros.node_kit.odometry import receive_odometry
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.parameters import parameter
+from colortrack_ros.world.poses import NO_ROBOT
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import TransformError
@@ -99,7 +100,7 @@ class FixedPoses:
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
         """See CameraPoses."""
         place = self._config.camera_pose
-        return Pose.of_rpy((0, 0, 0), (0, 0, 0)), Pose.of_rpy(place[:3], place[3:])
+        return NO_ROBOT, Pose.of_rpy(place[:3], place[3:])
 
 
 class TfPoses:

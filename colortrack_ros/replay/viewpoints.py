@@ -23,6 +23,7 @@ from colortrack_ros.world import CalibrationError
 from colortrack_ros.world import CameraModel
 from colortrack_ros.world import Pose
 from colortrack_ros.world import TransformError
+from colortrack_ros.world.poses import NO_ROBOT
 from colortrack_ros.world.view import JumpWatch
 from colortrack_ros.world.view import View
 from colortrack_ros.world.waiting import LONGEST_WAIT
@@ -92,7 +93,7 @@ class RecordedViewpoints:
         :raises TransformError: it is unknown; with the last reason why odometry was refused.
         """
         if not self._moves:
-            return View(self._camera, Pose.of_rpy((0, 0, 0), (0, 0, 0)), self._mount)
+            return View(self._camera, NO_ROBOT, self._mount)
         poses, latest = self._buffer.poses, log_time + round(LONGEST_WAIT * NANOSECONDS)
         while self._next is not None:
             told, cdr = self._next

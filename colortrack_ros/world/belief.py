@@ -154,8 +154,8 @@ class Belief(Columns):
         return belief
 
     def forget(self, dt: float) -> None:
-        """Increase the uncertainty of the camera errors for dt [s]."""
-        forget(self.errors, dt)
+        """Let the camera errors change for dt [s]; see filter.forget()."""
+        forget(self.motion, self.errors, dt)
 
     def predict(self, kinds: Kinds, ground: float, dt: float, unseen: Bools) -> None:
         """Predict by dt [s]; see motion.predict()."""

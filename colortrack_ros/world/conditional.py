@@ -14,6 +14,7 @@ from colortrack_ros.world.inverse_depth import to_points
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.measurement import Measured
+from colortrack_ros.world.measurement import two_ranges
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import columns_of
 from colortrack_ros.world.state import Kinds
@@ -148,6 +149,8 @@ def conditional(
         _stabilize(states, K, W @ line.H[:, None], W @ R @ W.swapaxes(-1, -2))
     white, e, volume = seen[..., OF_OBJECT:-1], -seen[..., -1], log_volume(W)
     nis = np.where(line.seen, _weigh(states, P, white, volume, e, falls), np.nan)
+    # the joint update linearizes these again at the changed errors
+    far &= ~two_ranges(measured)
     counted = np.where(falls | far, 0.0, COUNTED)[:, None] * _shares(states.probability)
     share = _told(G, line.rest[:, None, :, :-1], S)
     return Updated(states, nis, *_learned(counted, share * white, e), p, volume, e)

@@ -11,11 +11,10 @@ moving the state, to first order, along its ray, which changes no pixel.
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.world.measurement import BLOB
-from colortrack_ros.world.measurement import DEPTH
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
 from colortrack_ros.world.measurement import PLANE_SIGMA
+from colortrack_ros.world.measurement import two_ranges
 from colortrack_ros.world.state import HEIGHT
 from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import POSITION
@@ -43,6 +42,6 @@ def keep_on_ground(objects: Motions, measured: Measured, eye: Floats, plane: Flo
     off = cov[..., 2] - cov[..., HEIGHT]
     cov[..., POSITION] -= off[..., None] * ray[..., None, :]
     # if the range is measured otherwise, PLANE is still exact: the noise would hide that range
-    lone = np.asarray(~measured.used[:, [BLOB, DEPTH]].any(axis=1))
+    lone = ~two_ranges(measured)
     ray *= PLANE_SIGMA * lone[:, None, None]
     cov[..., POSITION, POSITION] += ray[..., None] * ray[..., None, :]

@@ -112,7 +112,8 @@ class Doubts:
         unused &= (bound & (method == 'ground')) | (method == 'depth')
         self._fit(camera, inconsistency(objects.belief, camera, sizes.take(unused)))
         made = self._made()
-        return [made] if made else [line for line in (height, size) if line]
+        stuck = self._mistakes[camera].stuck.line
+        return [made] if made else [line for line in (height, size, stuck) if line]
 
     def _fit(self, camera: int, line: str) -> None:
         """Note an inconsistency, or that there is none, once several checks agree."""

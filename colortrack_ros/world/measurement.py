@@ -58,6 +58,11 @@ class Measured(Columns):
         return cls(np.zeros((count, 5)), np.repeat(np.eye(5)[None], count, axis=0), used)
 
 
+def two_ranges(measured: Measured) -> Bools:
+    """Return which objects, (N,), have a range by the ground and another one."""
+    return np.asarray(measured.used[:, PLANE] & measured.used[:, [BLOB, DEPTH]].any(axis=1))
+
+
 def expected(
     view: View, mean: Floats, diameter: Floats, plane: Floats, sized: bool = True
 ) -> tuple[Floats, Floats]:

@@ -21,6 +21,7 @@ from colortrack_ros.world.search import Pictures
 from colortrack_ros.world.search import Search
 from colortrack_ros.world.standing import Sights
 from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.stuck import StuckOdometry
 from colortrack_ros.world.view import View
 from colortrack_ros.world.wrong_setups import AS_GIVEN
 from colortrack_ros.world.wrong_setups import LATEST
@@ -83,7 +84,7 @@ class Mistakes:
         self._search: Search | None = None
         self._line, self._mistake = '', AS_GIVEN
         self._suspected_at: int | None = None
-        self.made = ''
+        self.made, self.stuck = '', StuckOdometry()
 
     def see(
         self,
@@ -111,6 +112,7 @@ class Mistakes:
             return
         self._looked = stamp
         new = Sights.of(stamp, tracks, measured, kinds, view.camera)
+        self.stuck.see(stamp, view, new)
         sights = _telling(self._take(stamp, new))
         if len(sights) and not self._search:
             self._judge(Pictures(dict(self._views), sights, ground, self._sigma))

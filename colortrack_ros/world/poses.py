@@ -140,6 +140,10 @@ OPTICAL = Pose(np.zeros(3), np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]]))
 """Optical frame (x right, y down, z forward) in the body of its camera (x forward, y left, z up),
 REP-103."""
 
+NO_ROBOT = Pose(np.zeros(3), np.eye(3))
+"""Base of cameras that are fixed in the room: the fixed frame itself. No odometry tells it, so it
+is known by this object, not by its value, which that of a robot at its start may have, too."""
+
 
 def rotation_of(q: Floats) -> Floats:
     """Return the rotation matrix of a unit quaternion x, y, z, w."""

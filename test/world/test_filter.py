@@ -42,7 +42,7 @@ def test_the_covariance_says_how_far_off_the_object_is(method, motion, drives):
     """50 runs; the interval is of one moment, the mean is that of 6 s, in which errors last.
 
     What rests, but may roll for all that is known, is better known than is said; and what a robot
-    that drives has found out of its camera is taken to change within minutes, which here it does
+    that drives has found out of its camera is taken to change within an hour, which here it does
     not.
     """
     outcome = run(method, motion, drives, runs=50, seed=7)
