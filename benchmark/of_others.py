@@ -56,8 +56,8 @@ def observed(sequence: Sequence, noise: str, seed: int) -> Sequence:
     frames = np.concatenate([truth[:, 0], rng.choice(sequence.truth[:, 0], count)])
     center = np.concatenate([center, rng.uniform((0, 0), sequence.size, (count, 2))])
     order = rng.permutation(len(frames))
-    found = np.zeros((len(frames), 6))
-    found[:, 0], found[:, 2:4] = frames[order], center[order]
+    found = np.zeros((len(frames), 7))
+    found[:, 0], found[:, 2:4], found[:, 6] = frames[order], center[order], 1.0
     return sequence._replace(detections=found)
 
 
@@ -100,25 +100,26 @@ def theirs(sequence: Sequence, make: Callable) -> Rows:
     """What a peer of peers.py publishes, which takes centers."""
     peer, found = make(step(sequence)), []
     for k, box in sequence.frames():
-        for i, u, v in peer.update(box[:, :2] + box[:, 2:] / 2):
+        for i, u, v in peer.update(box[:, :2] + box[:, 2:4] / 2):
             found.append((k, i, u, v, 0, 0, 1))
     return np.array(found, float).reshape(-1, 7)
 
 
-def boxed(sequence: Sequence, name: str) -> Rows:
+def boxed(sequence: Sequence, name: str, *, scored: bool = False) -> Rows:
     """What one of BOXED publishes; points become boxes as in peers.py."""
     found = sequence.detections
-    if not found[:, 4:].any():
+    if not found[:, 4:6].any():
         corners = peers.boxes_of(found[:, 2:4], step(sequence))
         box = np.hstack([corners[:, :2], corners[:, 2:] - corners[:, :2]])
-        sequence = sequence._replace(detections=np.hstack([found[:, :2], box]))
-    return of_boxes(sequence, name)
+        sequence = sequence._replace(detections=np.hstack([found[:, :2], box, found[:, 6:]]))
+    return of_boxes(sequence, name, scored=scored)
 
 
 def rivals() -> dict[str, Callable[[Sequence], Rows]]:
     """By name."""
     made = {make.name: partial(theirs, make=make) for make in peers.PEERS}
-    return made | {name: partial(boxed, name=name) for name in BOXED}
+    made |= {name: partial(boxed, name=name) for name in BOXED}
+    return made | {f'{name}, scores': partial(boxed, name=name, scored=True) for name in BOXED}
 
 
 def judged(sequence: Sequence, rows: Rows) -> np.ndarray:

@@ -33,7 +33,10 @@ Rows = np.ndarray
 
 
 class Sequence(NamedTuple):
-    """Detections and truth, (N, 6): frame, id, left, top, width, height [px]; [1/s]; [px]."""
+    """Detections, (N, 7), and truth, (N, 6); [1/s]; [px].
+
+    Both are frame, id, left, top, width, height [px], and detections the score as well, 0 to 1.
+    """
 
     detections: np.ndarray
     truth: np.ndarray
@@ -52,31 +55,40 @@ class Sequence(NamedTuple):
         if truth.shape[1] == 9:  # of 2016 and later: the class follows, of which 1 is a pedestrian
             people &= truth[:, 7] == 1
         path = folder / 'det/det.txt'  # others recorded the truth alone (of_others.py)
-        found = np.loadtxt(path, delimiter=',') if path.exists() else np.zeros((0, 6))
-        return cls(found[:, :6], truth[people, :6], about.getfloat('frameRate', 25.0), size)
+        found = np.loadtxt(path, delimiter=',') if path.exists() else np.zeros((0, 7))
+        box, score = found[:, :6], squashed(found[:, 6]) if found.shape[1] > 6 else 1.0
+        scored = np.column_stack([box, np.broadcast_to(score, len(box))])
+        return cls(scored, truth[people, :6], about.getfloat('frameRate', 25.0), size)
 
     def frames(self) -> Iterator[tuple[int, np.ndarray]]:
-        """Number and boxes, (N, 4), of each frame."""
+        """Number, and boxes and scores, (N, 5), of each frame."""
         for k in range(1, int(max(self.detections[:, 0].max(), self.truth[:, 0].max())) + 1):
             yield k, self.detections[self.detections[:, 0] == k, 2:]
 
 
-def message(sequence: Sequence, k: int, box: np.ndarray) -> Detections:
-    """Of the boxes of a frame, (N, 4); of points where they have no size."""
-    rows = np.zeros(len(box), DETECTION)
+def squashed(score: np.ndarray) -> np.ndarray:
+    """Scores, (N,), as probabilities; some detectors give the log odds, in a unit of their own."""
+    if score.min(initial=0.0) >= 0 and score.max(initial=0.0) <= 1:
+        return score
+    return 1 / (1 + np.exp(-score / score.std()))
+
+
+def message(sequence: Sequence, k: int, found: np.ndarray) -> Detections:
+    """Of the boxes and scores of a frame, (N, 5); of points where they have no size."""
+    rows, box = np.zeros(len(found), DETECTION), found[:, :4]
     rows['u'], rows['v'] = (box[:, :2] + box[:, 2:] / 2).T
     if box[:, 2:].any():
         rows['box_u'], rows['box_v'], rows['box_w'], rows['box_h'] = box.T
         rows['area'] = box[:, 2] * box[:, 3]
-    rows['score'] = 1.0
+    rows['score'] = found[:, 4]
     return Detections(rows, round(k / sequence.rate * NANOSECONDS))
 
 
 def ours(sequence: Sequence, **options: object) -> Rows:
     """What the tracker publishes."""
     tracker, found = Tracker(TrackerConfig(image_size=sequence.size, **options)), []
-    for k, box in sequence.frames():
-        tracks = tracker.update(message(sequence, k, box)).rows
+    for k, boxes in sequence.frames():
+        tracks = tracker.update(message(sequence, k, boxes)).rows
         for row in tracks[tracks['state'] != TENTATIVE]:
             w, h = row['box_w'], row['box_h']
             corner = row['u'] - w / 2, row['v'] - h / 2
@@ -84,15 +96,16 @@ def ours(sequence: Sequence, **options: object) -> Rows:
     return np.array(found, float)
 
 
-def theirs(sequence: Sequence, name: str) -> Rows:
-    """What a peer publishes that takes boxes."""
+def theirs(sequence: Sequence, name: str, *, scored: bool = False) -> Rows:
+    """What a peer publishes that takes boxes; without their scores, all have 0.9."""
     import supervision
     import trackers
 
     tracker, found = getattr(trackers, name)(frame_rate=sequence.rate), []
     for k, box in sequence.frames():
-        corners = np.concatenate([box[:, :2], box[:, :2] + box[:, 2:]], axis=1)
-        sure, kind = np.full(len(box), 0.9, np.float32), np.zeros(len(box), int)
+        corners = np.concatenate([box[:, :2], box[:, :2] + box[:, 2:4]], axis=1)
+        sure = box[:, 4].astype(np.float32) if scored else np.full(len(box), 0.9, np.float32)
+        kind = np.zeros(len(box), int)
         out = tracker.update(supervision.Detections(corners.astype(np.float32), None, sure, kind))
         for i, (left, top, right, bottom) in zip(out.tracker_id, out.xyxy, strict=True):
             if i is not None and i >= 0:
