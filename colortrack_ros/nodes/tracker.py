@@ -87,6 +87,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
             self,
             tracks=lambda: self._output.alive,
             repeated_detections=lambda: self._tracker.screening.repeated,
+            repeated_pictures=lambda: self._tracker.repeats,
             skipped=lambda: self.stage.skipped,
         )
         self._output = TracksOutput(self, self.setup.output)

@@ -10,6 +10,7 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.records import record_size
 from colortrack_ros.tracking.rectangles import points_inside
+from colortrack_ros.tracking.sizes import total
 from colortrack_ros.tracking.splinters import note_hosts
 
 Indices = NDArray[np.intp]
@@ -17,6 +18,9 @@ Indices = NDArray[np.intp]
 NEW = 0.5
 """Prior probability that an unassociated detection is an object: even odds, since nothing is known.
 The detections of the next frames decide."""
+
+MOST_NEW = 10
+"""Unassociated blobs whose sizes are learned from in a frame, to bound its time. Assumed."""
 
 FOUND_AGAIN = 0.05
 """The same for a detection inside an object that was itself detected in the frame: usually the
@@ -27,13 +31,16 @@ detector has found that object twice; if not, the next detections will tell. Ass
 def initiate(
     tracks: TrackTable[Bank], prediction: Prediction, blobs: Measurements, new: Indices
 ) -> None:
-    """Start a track on each of these blobs.
+    """Start a track on each of these blobs; learn from a few how well sizes tell objects apart.
 
     :param prediction: of the frame; it gives the priors of velocity and acceleration.
     :param new: (K,) indices of blobs.
     """
     if not len(new):
         return
+    if prediction.sized and len(prediction.records):
+        size = total(prediction.records['extent'])
+        prediction.sizes.learn_alike(size, blobs.size[new[:MOST_NEW]])
     bank, z, speed, noise = tracks.filters, blobs.z[new], prediction.speed, prediction.noise
     spread = np.array([0.0, 0.0, *speed, noise, noise])
     filters = bank.at_rest(z, blobs.R[new], spread[: bank.model.size])

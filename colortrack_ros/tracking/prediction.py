@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import predict_existence
@@ -199,6 +201,17 @@ def _expect(
         sizes=learned.sizes,
         finds_whole=learned.finds_whole,
     )
+
+
+def coast(
+    tracks: TrackTable[Bank], dt: float, learned: Adaptation, config: TrackerConfig
+) -> TrackTable[Bank]:
+    """Return a copy of all tracks, predicted by dt [s]; those that were measured coast."""
+    copy = tracks.take(np.arange(len(tracks)))
+    variance = process_variance(copy.records, learned, config)
+    copy.filters.predict(dt, variance, known_acceleration(copy.records, config))
+    copy.records['state'][copy.records['state'] == CONFIRMED] = COASTING
+    return copy
 
 
 def known_acceleration(records: Records, config: TrackerConfig) -> Floats | None:

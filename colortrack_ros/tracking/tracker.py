@@ -39,13 +39,15 @@ from colortrack_ros.tracking.measurements import Screening
 from colortrack_ros.tracking.memory import Memory
 from colortrack_ros.tracking.merge_split import merge_split
 from colortrack_ros.tracking.population import Population
+from colortrack_ros.tracking.prediction import assumed_speed
+from colortrack_ros.tracking.prediction import coast
 from colortrack_ros.tracking.prediction import predict
 from colortrack_ros.tracking.prediction import predict_with_camera
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.prediction import Step
 from colortrack_ros.tracking.records import FIELDS
 from colortrack_ros.tracking.records import published
-from colortrack_ros.tracking.sizes import total
+from colortrack_ros.tracking.repeats import Repeats
 from colortrack_ros.tracking.stitching import find_stitches
 from colortrack_ros.tracking.stitching import stitch
 from colortrack_ros.tracking.strays import take_strays
@@ -59,9 +61,6 @@ FIRST_PERIOD = 1 / 30
 AFRESH = ('motion_model', 'acceleration', 'trust', 'population')
 """Parameters that determine the state of tracks: when one of them changes, the tracker restarts."""
 
-MOST_NEW = 10
-"""Unassociated blobs whose sizes are learned from in a frame, to bound its time. Assumed."""
-
 USUALLY = 0.8
 """Share of the tracks of which blobs say that they go on as predicted, above which nobody looks for
 the camera's motion: 95 % are detected, and few turn. Assumed."""
@@ -73,11 +72,12 @@ class Tracker:
     """Many objects, one Kalman filter each (Pegoretti 2021, 3.1.2, its faults mended).
 
     :param config: see TrackerConfig.
+    :ivar repeats: number of repeated pictures.
     """
 
     def __init__(self, config: TrackerConfig | None = None) -> None:
         self.config = config or TrackerConfig()
-        self.screening = Screening()
+        self.screening, self.repeats = Screening(), 0
         self._clock = Clock()
         self._start(1)
 
@@ -91,6 +91,7 @@ class Tracker:
         self._adaptation = Adaptation(config.max_time_since_update)
         self._doubts: DoubtedTurns | None = None
         self._period = FIRST_PERIOD
+        self._repeats = Repeats()
 
     def reset(self, why: str = '') -> None:
         """Drop all tracks. IDs continue: none is used twice.
@@ -121,6 +122,8 @@ class Tracker:
         :param detections: of the next frame, which may be empty.
         :return: the tracks at its stamp, with its header.
         """
+        if self._repeats.see(detections, self._clock, self.config.max_dt):
+            return self._between(detections)
         step = self._advance(detections)
         config, tracks, learned = self.config, self._tracks, self._adaptation
         blobs = self.screening.measure(detections, learned, config, again=step.again)
@@ -140,21 +143,36 @@ class Tracker:
         if shared is not None:
             follow_shared(tracks, shared, prediction, blobs)
         tell_apart(tracks, associated.pairs, prediction, config)
-        new = start_fast(tracks, prediction, blobs, associated.free.nonzero()[0], learned)
-        self._learn_sizes(prediction, blobs, new[:MOST_NEW])
-        initiate(tracks, prediction, blobs, new)
+        free = associated.free.nonzero()[0]
+        if len(free):
+            new = start_fast(tracks, prediction, blobs, free, learned)
+            initiate(tracks, prediction, blobs, new)
         self._manage(again=step.again)
-        return self._published(detections, prediction)
+        return self._published(tracks, detections, prediction.speed, prediction.finds_whole)
 
-    def _published(self, detections: Detections, prediction: Prediction) -> Tracks:
+    def _between(self, detections: Detections) -> Tracks:
+        """The tracks at the stamp of a repeated picture; they and all that is learned stay."""
+        learned, config = self._adaptation, self.config
+        self.repeats += 1
+        dt = (detections.stamp - self._clock.now) / NANOSECONDS
+        tracks = coast(self._tracks, dt, learned, config)
+        speed = assumed_speed(learned, config)
+        return self._published(tracks, detections, speed, learned.finds_whole)
+
+    def _published(
+        self,
+        tracks: TrackTable[Bank],
+        detections: Detections,
+        speed: NDArray[np.float64],
+        finds_whole: bool,
+    ) -> Tracks:
         """The tracks, with the header of the detections."""
-        tracks, learned = self._tracks, self._adaptation
+        learned, config, population = self._adaptation, self.config, self._population
         existence = learned.disappearances.existence(
-            tracks.records, learned.area, finds_whole=prediction.finds_whole
+            tracks.records, learned.area, finds_whole=finds_whole
         )
-        speed = prediction.speed * self.config.maneuvers
-        now, population = self._clock.now, self._population
-        rows = published(tracks, now, self.config, population, speed, existence)
+        speed = speed * config.maneuvers
+        rows = published(tracks, detections.stamp, config, population, speed, existence)
         learned.camera.publish(rows, tracks)
         return Tracks(rows, detections.stamp, detections.frame_id, self._clock.tell_restart())
 
@@ -213,14 +231,6 @@ class Tracker:
         free = np.ones(count, bool)
         free[pairs.blob if hard else pairs.blob[probability > 0.5]] = False
         return Association(pairs, probability, free, hard)
-
-    def _learn_sizes(
-        self, prediction: Prediction, blobs: Measurements, new: NDArray[np.intp]
-    ) -> None:
-        """Learn from a few unassociated blobs how well sizes tell objects apart."""
-        if len(new) and prediction.sized and len(prediction.records):
-            size = total(prediction.records['extent'])
-            self._adaptation.sizes.learn_alike(size, blobs.size[new])
 
     def _manage(self, *, again: bool) -> None:
         """Confirmation, deletion and stitching."""

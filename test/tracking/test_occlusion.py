@@ -54,7 +54,7 @@ def test_one_that_has_looked_larger_or_smaller_goes_on_behind_a_cover(seeming, d
     for k in range(80):
         u = 480 + direction * 12 * (k - 40)
         looks = radius * (seeming if seeming < 1 or k < 30 else 1)
-        looks = looks if 16 <= k else radius
+        looks = looks if k >= 16 else radius
         rows = tracker.update(discs(np.array([[u, 120.0]]), looks, shape, bar, k * FRAME)).rows
         ids |= set(rows['track_id'][rows['state'] > 0].tolist())
         if abs(u - 480) < 100:

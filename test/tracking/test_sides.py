@@ -50,7 +50,7 @@ def measured(box, expected, variance, *, whole=False, outside=(0, 0)):
     variance=st.floats(0.1, 400),
 )
 def test_three_centers_are_averaged_where_that_is_better(low, width, expected, variance):
-    """Each center counts as far as the prediction, or a maneuver, makes it probable, and precise."""
+    """Each counts as far as the prediction, or a maneuver, makes it probable, and precise."""
     z, R = measured([[low, 88], [low + width, 112]], [expected, 100], [variance, 1.0])
     centers = np.array([low + HALF[0], low + width / 2, low + width - HALF[0]])
     S = np.full(3, EDGE_VARIANCE + (TOLERANCE_SHARE * 2 * HALF[0]) ** 2)

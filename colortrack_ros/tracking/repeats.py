@@ -1,0 +1,73 @@
+"""Repeats: pictures that a film shows twice, and a camera in the dark more often.
+
+Films that were converted to a higher rate, and webcams with long exposures, show some pictures
+again, at a later stamp, although the objects have moved on. Taken for measurements, they stop every
+object, and in the next picture it jumps.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.estimation.clock import Clock
+
+STILL = 0.25
+"""Largest motion of any object in a picture that is repeated [px]: once more compressed, it is not
+the same to the bit. Centroids of balls moved by 0.22 px at most in four formats."""
+
+LEAST_JUMP = 2.0
+"""Motion in the next picture that shows that the one before was repeated [px]: what stands, or
+creeps, gives the same detections, too. Eight times as much."""
+
+MOST_REPEATS = 3
+"""Repetitions on end: 15 pictures a second in a film of 60. What is repeated longer stands."""
+
+TELLING_SECONDS = 1.0
+"""Time in which there were two before, so that another is believed: one alone may be an object that
+stopped, or turned round. A film of 25 pictures a second, shown at 30, has five."""
+
+MOST_COMPARED = 50
+"""Detections that are compared, to bound the time. Assumed."""
+
+
+class Repeats:
+    """Learns whether detections that are repeated are those of repeated pictures."""
+
+    def __init__(self) -> None:
+        self._last = np.zeros(0, DETECTION)
+        self._sum, self._run = 0.0, 0
+        self._told = -math.inf, -math.inf
+
+    def see(self, detections: Detections, clock: Clock, max_dt: float) -> bool:
+        """Return whether a picture repeats one before, so that its detections tell nothing.
+
+        :param clock: of the last picture that told something.
+        :param max_dt: longest time to go without [s].
+        """
+        rows, last, self._last = detections.rows, self._last, detections.rows
+        before, self._sum = self._sum, rows['u'].sum()
+        if not self._run and abs(self._sum - before) > STILL * len(rows):
+            return False  # as nearly always
+        moved = _moved(rows, last) if 0 < len(rows) == len(last) else math.inf
+        passed = (detections.stamp - clock.now) / NANOSECONDS
+        if not moved <= STILL:  # nor is it a number, if theirs are not
+            if 0 < self._run <= MOST_REPEATS and LEAST_JUMP <= moved < math.inf:
+                self._told = self._told[1], detections.stamp
+            self._run = 0
+            return False
+        if not 0 < passed <= max_dt:
+            return False
+        self._run += 1
+        if self._run > MOST_REPEATS:
+            self._told = -math.inf, -math.inf
+        return detections.stamp - self._told[0] <= TELLING_SECONDS * NANOSECONDS
+
+
+def _moved(rows: NDArray[np.void], last: NDArray[np.void]) -> float:
+    """Return the largest distance from some rows to the nearest ones before [px]."""
+    du, dv = (rows[name][:MOST_COMPARED, None] - last[name] for name in ('u', 'v'))
+    return float(np.hypot(du, dv).min(axis=1).max())
