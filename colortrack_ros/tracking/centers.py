@@ -199,7 +199,7 @@ def _sides(
     turn = prediction.speed * prediction.unmeasured[track][:, None]
     e = center - expected
     wide = variance + S
-    log = _log_normal(e, wide) + np.log(1 - chance)
+    log = _log_normal(e, wide) + np.log(np.maximum(1 - chance, TINY))
     turned = _log_normal(e, wide + turn * turn / 3) + np.log(np.maximum(chance, TINY))
     np.logaddexp(log, turned, out=log)
     log[1] += LOG_OTHER_SIZE

