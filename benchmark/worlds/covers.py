@@ -7,6 +7,7 @@ import numpy as np
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.ellipses import ELLIPSE_95
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from worlds.world import Figure
@@ -27,9 +28,6 @@ HIGHER, DARKER = 1.15, 0.88
 
 GRID = (np.arange(160) + 0.5) / 80 - 1
 """Where a disc is looked at, in radii."""
-
-INSIDE = 5.99
-"""Squared distance that 95 % are below, of two degrees of freedom."""
 
 
 def blobs(center, radius, cover, noise, rng):
@@ -100,7 +98,7 @@ def behind_covers(seed, _, kind):
                     errors.append(np.hypot(*away[n]) / radius)
         ids.append(len(met) <= 1)
     for seen, name in ((True, 'cut'), (False, 'hidden')):
-        held = 100 * np.mean(np.array(squares[seen]) < INSIDE)
+        held = 100 * np.mean(np.array(squares[seen]) < ELLIPSE_95)
         yield Figure(f'{name}: in 95 %', held, low=88.0)
     yield Figure('cut: error, % of the radius', 100 * np.sqrt(np.mean(np.square(errors))))
     yield Figure('one ID %', 100 * np.mean(ids), low=95.0)

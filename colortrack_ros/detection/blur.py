@@ -160,9 +160,8 @@ def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[
     f = _shares(pixels_at(frame, position))
     # Two ends of each of PROFILES rows, and of as many columns.
     weight = gap.take(BOTH_WAYS, axis=1)[:, None, :, None]
-    blur = np.matmul((f * (1 - f)).reshape(-1, 2, 2 * PROFILES, 2 * PROFILE_SAMPLES), weight)[
-        ..., 0
-    ]
+    mixed = (f * (1 - f)).reshape(-1, 2, 2 * PROFILES, 2 * PROFILE_SAMPLES)
+    blur = np.matmul(mixed, weight)[..., 0]
     blur *= 6 / (1 - 2 * UNSURE)
     blur.sort(axis=2)
     return np.asarray((blur[..., PROFILES - 1] + blur[..., PROFILES]) / 2)
