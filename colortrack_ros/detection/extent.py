@@ -6,6 +6,7 @@ growth.py).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,12 @@ from colortrack_ros.detection.cells import CELLS
 from colortrack_ros.detection.cells import cells_of
 from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.growth import growth_of
+from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.growth import NEAR
 from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.growth import other_hue
 from colortrack_ros.detection.growth import outline_end
+from colortrack_ros.detection.growth import SIZE_STEP
 from colortrack_ros.detection.growth import SIZES
 from colortrack_ros.detection.growth import SLOPE_STEPS
 from colortrack_ros.detection.lab import rgb_from_lab
@@ -100,8 +103,9 @@ def count_colors(picture: NDArray[np.uint8], encoding: str) -> NDArray[np.float6
 
 def pixels_near(counts: NDArray[np.float64], lab: Triple) -> float:
     """Number of pixels near a color."""
-    distance = (cell_bounds()[0].T - lab) / SHAPE
-    return float(counts[(distance**2).sum(axis=1) < NEAR**2].sum())
+    (filled,) = counts.nonzero()
+    distance = (cell_bounds()[0].T[filled] - lab) / SHAPE
+    return float(counts[filled[(distance**2).sum(axis=1) < NEAR**2]].sum())
 
 
 def nearest_color(counts: NDArray[np.float64], lab: Triple) -> tuple[int, int, int]:
@@ -112,14 +116,19 @@ def nearest_color(counts: NDArray[np.float64], lab: Triple) -> tuple[int, int, i
     return red, green, blue
 
 
-def middle_of(counts: NDArray[np.float64], extent: Extent) -> Triple | None:
-    """The mean of the pixels inside an extent; None if there are too few."""
-    color = cell_bounds()[0].T
-    inside = (((color - extent.lab) / extent.axes) ** 2).sum(axis=1) < 1
-    if counts[inside].sum() < FEWEST_PIXELS:
-        return None
-    L, a, b = np.average(color[inside], axis=0, weights=counts[inside]).tolist()
-    return L, a, b
+def measure(counts: NDArray[np.float64], extent: Extent) -> Extent:
+    """An extent with the mean, the growth, and the number of the pixels inside it in a picture."""
+    (filled,) = counts.nonzero()
+    number, color = counts[filled], cell_bounds()[0].T[filled]
+    squared = (((color - extent.lab) / extent.axes) ** 2).sum(axis=1)
+    reach = 2 * SLOPE_STEPS * SIZE_STEP  # from the smaller to the larger size, in ln t
+    inner, inside, outer = (squared < size for size in np.exp([-reach, 0, reach]))
+    smaller, pixels, larger = (float(number[each].sum()) for each in (inner, inside, outer))
+    if not pixels:
+        return replace(extent, growth=0.0, pixels=0.0)
+    L, a, b = (number[inside] @ color[inside] / pixels).tolist()
+    growth = (larger - smaller) / pixels / reach
+    return replace(extent, lab=(L, a, b), growth=growth, pixels=pixels)
 
 
 def find_extent(
@@ -185,7 +194,11 @@ def _deepest_valley(
             most[other <= SIZES] = 0.0
         growth, count = _growth_within(number, distance, most)
         end = other_hue(growth, number, color, distance, center)
-        both = _valley(growth[:end], count, center, shape)
+        growth = growth[:end]
+        within = SIZES[SLOPE_STEPS : SLOPE_STEPS + end] < NEAR
+        if (growth[~within] < MOST_GROWTH).any():  # as in other_hue, a gap within the color itself
+            growth[within] = np.inf
+        both = _valley(growth, count, center, shape)
         if both is None or (best is not None and both[0].growth > best.growth - DEEPER):
             break
         best, whole = both

@@ -1,6 +1,7 @@
 """Tolerance estimation: finds how far a color extends in the pictures, and follows the light."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.extent import LARGEST_SHARE
-from colortrack_ros.detection.extent import middle_of
+from colortrack_ros.detection.extent import measure
 from colortrack_ros.detection.extent import nearest_color
 from colortrack_ros.detection.extent import pixels_near
 from colortrack_ros.detection.extent import sample_colors
@@ -20,6 +21,9 @@ from colortrack_ros.detection.extent import SHAPE
 from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.growth import NEAR
+from colortrack_ros.detection.growth import nearest_sample
+from colortrack_ros.detection.light_change import in_light
+from colortrack_ros.detection.light_change import LightChange
 from colortrack_ros.detection.reference import apart_from
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
@@ -51,6 +55,15 @@ FEWEST_LEFT = 1 / 4
 When an object has left, slightly similar pixels must not pull the color away. Assumed: light
 changes slower than by a factor of four within POOL_SECONDS."""
 
+LEAST_PRESENT = 1 / 2
+"""Share of its pooled pixels that a color must have in a picture to be updated, and that it keeps
+unless a deeper gap is found. Otherwise an object that leaves, or a hand that covers it, changes its
+color to that of what is left."""
+
+MOST_LARGER = 1.25
+"""Growth of the half axes from which on shades are searched for again: their ellipsoids grow as
+much, and may include what is not the object's."""
+
 MANY_SPECKS = 20
 """Number of blobs in one picture, each too small for an object, above which the user is warned.
 Noise on outlines causes a few. Assumed."""
@@ -61,6 +74,19 @@ to put the object in front of the camera."""
 
 NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
 """Color and tolerance that stand in for a color missing from the picture: outside sRGB."""
+
+
+class ShadeSearch(NamedTuple):
+    """When further shades of a color were searched for, beyond which extent, and what was found."""
+
+    stamp: int
+    whole: Extent
+    shades: tuple[Triple, ...]
+
+    def is_outdated(self, stamp: int, pause: float, whole: Extent) -> bool:
+        """Whether it is longer ago than a pause [ns], or the extent has grown."""
+        larger = np.array(whole.axes) > MOST_LARGER * np.array(self.whole.axes)
+        return not 0 <= stamp - self.stamp < pause or bool(larger.any())
 
 
 class ColorFinder:
@@ -76,13 +102,14 @@ class ColorFinder:
         self._since: dict[int, int] = {}
         self._reach: dict[int, float] = {}
         self._shades: dict[int, tuple[Triple, ...]] = {}
-        self._shaded: dict[int, int] = {}
-        self._pool: NDArray[np.float64] | None = None
+        self._searches: dict[int, ShadeSearch] = {}
+        self._pool = np.zeros(0)
         self._looked = 0
         self._first: int | None = None
         self._fills: set[int] = set()
         self._nearest: dict[int, tuple[int, int, int]] = {}
         self._specks = 0
+        self._light = LightChange()
         self._usual = UsualAreas(len(colors), self._sought)
 
     def look(self, frame: Frame) -> bool:
@@ -97,35 +124,58 @@ class ColorFinder:
             return False
         frame = plain(frame)
         cells, now = sample_colors(frame.image, frame.encoding)
-        if self._pool is None or elapsed < 0:
-            self._pool = now
-        share = -np.expm1(-max(elapsed, 0) / POOL_SECONDS)
-        self._pool += (now - self._pool) * share
+        share = self._pool_colors(now, max(elapsed, 0), self._light.change(frame.image))
         self._looked = stamp
         self._first = stamp if self._first is None else self._first
         before = dict(self._found), dict(self._shades)
+        present = list[int]()
         for k in self._sought:
             if k in self._found:
-                self._renew(k, self._pool, stamp)
+                pooled = measure(self._pool, self._found[k])
+                if measure(now, self._found[k]).pixels >= LEAST_PRESENT * pooled.pixels:
+                    present.append(k)
+                    self._renew(k, stamp, pooled)
             elif (extent := self._find(k, now)) is not None:
                 self._found[k], self._since[k] = extent, stamp
+                present.append(k)
             elif pixels_near(now, self._colors[k].lab) >= FEWEST_PIXELS:
                 self._fills.add(k)
-        self._follow_shades(cells, now, share, stamp)
+        self._follow_shades(present, cells, now, share, stamp)
         return before != (self._found, self._shades)
 
+    def _pool_colors(self, now: NDArray[np.float64], elapsed: float, light: float) -> float:
+        """Add a picture's colors to the pool, and follow the light.
+
+        :param light: the factor by which it has scaled all colors.
+        :returns: the weight of the picture.
+        """
+        if light != 1 or not self._pool.size:
+            self._pool = now.copy()
+            self._found = {k: in_light(extent, light) for k, extent in self._found.items()}
+            self._shades.clear()
+            self._searches.clear()
+        share = float(-np.expm1(-elapsed / POOL_SECONDS))
+        self._pool += (now - self._pool) * share
+        return share
+
     def _follow_shades(
-        self, cells: NDArray[np.uint16], counts: NDArray[np.float64], share: float, stamp: int
+        self,
+        present: list[int],
+        cells: NDArray[np.uint16],
+        counts: NDArray[np.float64],
+        share: float,
+        stamp: int,
     ) -> None:
         """Extend colors to the shades of their objects, a bit more with each update.
 
         A sudden extension would include pixels that were next to the object by chance in one
-        picture. The search for further shades runs less often, since it takes longer than the rest
-        of an update.
+        picture, so more shades, or fewer, count when two searches in a row find them. These run
+        less often, since they take longer than the rest of an update.
         """
-        for k, extent in self._found.items():
+        for k in present:
             if self._colors[k].is_sampled or self._colors[k].inverted:
                 continue
+            extent = self._found[k]
             reach = reach_of(cells, counts, extent, apart_from(self._colors, k))
             if reach is None:
                 continue
@@ -133,10 +183,13 @@ class ColorFinder:
             reach = self._reach[k] = min(reach, float(known + share * (reach - known)))
             is_young = stamp - self._since[k] < POOL_SECONDS * NANOSECONDS
             pause = (LOOK_SECONDS if is_young else SHADES_SECONDS) * NANOSECONDS
-            if not 0 <= stamp - self._shaded.get(k, stamp + 1) < pause:
-                whole = with_shades(extent, reach)
-                self._shades[k] = shades_beyond(cells, counts, whole, apart_from(self._colors, k))
-                self._shaded[k] = stamp
+            whole = with_shades(extent, reach)
+            last = self._searches.get(k)
+            if last is None or last.is_outdated(stamp, pause, whole):
+                shades = shades_beyond(cells, counts, whole, apart_from(self._colors, k))
+                recent = self._shades.get(k, shades), last.shades if last else shades, shades
+                self._shades[k] = sorted(recent, key=len)[1]
+                self._searches[k] = ShadeSearch(stamp, whole, shades)
 
     def _find(self, k: int, counts: NDArray[np.float64], allowed: float = 0.0) -> Extent | None:
         color = self._colors[k]
@@ -151,22 +204,30 @@ class ColorFinder:
         rest = counts.sum() - found.pixels
         return found if found.growth * found.pixels < MOST_GROWTH * rest else None
 
-    def _renew(self, k: int, pool: NDArray[np.float64], stamp: int) -> None:
-        """Replace a color's extent with its current one, unless that belongs to another object."""
-        known = self._found[k]
+    def _renew(self, k: int, stamp: int, pooled: Extent) -> None:
+        """Replace a color's extent with its current one, unless that belongs to another object.
+
+        :param pooled: of :func:`measure`, for the known extent in the pool.
+        """
+        known, color, pool = self._found[k], self._colors[k], self._pool
         is_new = 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
-        extent = self._find(k, pool, 0 if is_new else known.pixels / FEWEST_LEFT)
-        if (
-            extent is None
-            and not self._colors[k].is_sampled
-            and (middle := middle_of(pool, known)) is not None
-        ):
-            extent = find_extent(pool, middle, largest_share=_most_of(self._colors[k]))
-        if extent is None:
-            return
-        way = (np.array(extent.lab) - known.lab) / SHAPE
-        is_same = np.linalg.norm(way) < NEAR and extent.growth < MOST_GROWTH
-        if is_new or (is_same and extent.pixels > FEWEST_LEFT * known.pixels):
+
+        def is_same(extent: Extent) -> bool:
+            way = nearest_sample(np.array([extent.lab]), (known.lab, pooled.lab), SHAPE)
+            is_near = way < NEAR and extent.growth < MOST_GROWTH
+            share = extent.pixels / max(pooled.pixels, 1)
+            is_whole = share > LEAST_PRESENT or extent.growth < pooled.growth
+            return bool(is_near and is_whole and extent.pixels > FEWEST_LEFT * known.pixels)
+
+        allowed = 0 if is_new else known.pixels / FEWEST_LEFT
+        if not (is_new or color.is_sampled or color.inverted):
+            apart = apart_from(self._colors, k)
+            extent = find_extent(pool, pooled.lab, (), (), _most_of(color), 0, allowed, apart)
+            if extent is not None and is_same(extent):
+                self._found[k] = extent
+                return
+        extent = self._find(k, pool, allowed)
+        if extent is not None and (is_new or is_same(extent)):
             self._found[k] = extent
 
     def resolve(self, colors: tuple[ReferenceColor, ...]) -> tuple[ReferenceColor, ...]:
@@ -202,7 +263,7 @@ class ColorFinder:
                     f'{name} fills more than {_most_of(self._colors[k]):.0%} of the picture: set '
                     f'{name}.tolerance, or {name}.others to colors that are not it'
                 )
-            if waited and self._pool is not None:
+            if waited:
                 if k not in self._nearest:  # once: trouble is read for every picture
                     self._nearest[k] = nearest_color(self._pool, self._colors[k].lab)
                 return (

@@ -1,0 +1,65 @@
+"""Changes of the light on a whole picture, as those of a lamp or of a camera's exposure."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.growth import NO_LIGHT
+from colortrack_ros.detection.lab import LINEAR
+
+COMPARED_PIXELS = 4096
+"""Number of pixels that are compared. Assumed: half of them are known to 1 % by their binomial
+spread."""
+
+DARKEST, LIGHTEST = 10, 245
+"""Values between which a channel shows how much light there is: noise or the limits of the camera
+decide on others. Assumed."""
+
+MAJORITY = 0.8
+"""Share of the channels that get lighter, or darker, when the light changes. Moving things and
+cameras change them both ways: 0.5 to 0.76 in 45 public films, and 0.8 to 1.0 where the exposure
+changes (benchmark/notes/detector.md, Light that changes)."""
+
+LEAST_LIGHT_CHANGE = 0.03
+"""Change of L + 16 that is told, relative; colors follow smaller ones as they are found again.
+Assumed: at L = 50 it is the just noticeable difference of 2 (Mahy 1994)."""
+
+
+class LightChange:
+    """Compares each picture with the one before it."""
+
+    def __init__(self) -> None:
+        self._last = np.zeros(0, np.uint8)
+
+    def change(self, picture: NDArray[np.uint8]) -> float:
+        """The factor by which L + 16, a, and b of all things have changed; 1 if by little.
+
+        They are proportional to the cube root of the light (CIE 15:2004), of which the median of
+        all channels' changes is taken.
+
+        :param picture: (H, W, C) or (H, W).
+        """
+        step = max(1, int(np.sqrt(picture.shape[0] * picture.shape[1] / COMPARED_PIXELS)))
+        now = np.atleast_3d(picture[::step, ::step])[..., :3].copy()
+        last, self._last = self._last, now
+        if last.shape != now.shape:
+            return 1.0
+        shown = (np.minimum(last, now) >= DARKEST) & (np.maximum(last, now) <= LIGHTEST)
+        ratio = LINEAR[now[shown]] / LINEAR[last[shown]]
+        alike = max(np.count_nonzero(ratio > 1), np.count_nonzero(ratio < 1))
+        if not ratio.size or alike < MAJORITY * ratio.size:
+            return 1.0
+        scale = float(np.cbrt(np.median(ratio)))
+        return scale if abs(scale - 1) > LEAST_LIGHT_CHANGE else 1.0
+
+
+def in_light(extent: Extent, scale: float) -> Extent:
+    """The extent of a color in another light.
+
+    :param scale: of L + 16, a, and b.
+    """
+    L, a, b = (NO_LIGHT + scale * (np.array(extent.lab) - NO_LIGHT)).tolist()
+    dL, da, db = (scale * axis for axis in extent.axes)
+    return replace(extent, lab=(L, a, b), axes=(dL, da, db))

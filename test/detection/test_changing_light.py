@@ -1,0 +1,120 @@
+"""A color without a tolerance is kept as the light changes, and as its things come and go."""
+
+import cv2
+import numpy as np
+import pytest
+from support.lit_balls import draw_lit_ball
+from support.lit_balls import hues
+from support.lit_balls import wheel
+
+from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.light_change import LightChange
+
+WALL, ORANGE, CAP = (190, 190, 180), (250, 150, 20), (200, 160, 50)
+NOISE = 1.5
+
+
+def sought(*colors):
+    named = [ReferenceColor.from_rgb(f'c{k}', rgb) for k, rgb in enumerate(colors)]
+    return Detector(DetectorConfig(colors=tuple(named)))
+
+
+def noisy(image, light=1.0, seed=0):
+    noise = np.random.default_rng(seed).normal(0, NOISE, image.shape)
+    return np.clip(image * light + noise, 0, 255).astype(np.uint8)
+
+
+def step(low, high):
+    return lambda t: low if t < 4 else high
+
+
+LIGHTS = {
+    'darker at once': step(1.0, 0.6),
+    'lighter at once': step(0.6, 1.0),
+    'warmer in 4 s': lambda t: 1 + np.outer(min(t / 4, 1), [-0.3, -0.05, 0.1]),
+}
+
+
+@pytest.mark.parametrize('light', LIGHTS.values(), ids=LIGHTS)
+def test_colors_are_kept_when_the_light_changes(light):
+    image, places = wheel(hues(9), 0.7)
+    first = noisy(image, light(0))
+    detector = sought(*(tuple(first[v, u][::-1].tolist()) for u, v in places))
+    for k in range(24):
+        frame = Frame(noisy(image, light(k / 4), seed=k), stamp=k * NANOSECONDS // 4)
+        rows = detector.detect(frame).rows
+    found = {(round(row['u'], -1), round(row['v'], -1)) for row in rows}
+    assert len(rows) == len(found) == len(places)
+
+
+def test_a_color_is_known_again_in_the_light_that_came_while_its_thing_was_away():
+    empty = np.full((240, 320, 3), WALL[::-1], float)
+    shown = empty.copy()
+    draw_lit_ball(shown, 150, 120, 30, ORANGE)
+    detector, area = sought(ORANGE), {}
+    for k in range(36):
+        image, light = (empty if 8 <= k < 24 else shown), (1.0 if k < 16 else 0.4)
+        frame = Frame(noisy(image, light, seed=k), stamp=k * NANOSECONDS // 4)
+        area[k] = detector.detect(frame).rows['area'].max(initial=0)
+    assert area[24] > 0.5 * area[7], 'at once'
+    assert area[35] == pytest.approx(area[7], rel=0.1)
+
+
+def glossy_scene(left):
+    """A ball with a highlight, unless it is away, and a cap of about its hue."""
+    image = np.full((240, 320, 3), WALL[::-1], float)
+    if left is not None:
+        draw_lit_ball(image, left, 120, 40, ORANGE, 0.6)
+        y, x = np.mgrid[:240, :320]
+        gloss = np.exp(-((x - left) ** 2 + (y - 105) ** 2) / 2 / 14**2)[..., None]
+        image += gloss * (np.array([110, 255, 255]) - image) * 0.8 * (image[..., :1] < 150)
+    cv2.circle(image, (60, 200), 10, CAP[::-1], cv2.FILLED)
+    return cv2.GaussianBlur(image, (0, 0), 0.8)
+
+
+def test_a_thing_that_leaves_takes_no_part_of_its_color_with_it():
+    detector = sought(tuple(glossy_scene(200)[120, 200][::-1].astype(int).tolist()))
+    ways = [200] * 6 + list(range(200, 360, 10)) + [None] * 48 + list(range(350, 190, -10))
+    area = []
+    for k, left in enumerate(ways * 2):
+        frame = Frame(noisy(glossy_scene(left), seed=k), stamp=k * NANOSECONDS // 8)
+        rows = detector.detect(frame).rows
+        if left is not None and left < 275:
+            area.append(rows['area'].max(initial=0))
+    assert min(area) > 0.9 * np.pi * 40**2
+
+
+def textured(seed=0):
+    texture = np.random.default_rng(seed).uniform(30, 220, (30, 100, 3))
+    return cv2.resize(texture, (1000, 300), interpolation=cv2.INTER_CUBIC)
+
+
+def test_a_camera_that_turns_is_no_change_of_light():
+    wide, change = textured(), LightChange()
+    for left in range(0, 600, 90):
+        assert change.change(noisy(wide[:, left : left + 400], seed=left)) == 1
+
+
+@pytest.mark.parametrize('channels', [None, 1, 3, 4])
+@pytest.mark.parametrize('light', [0.5, 0.9, 1.1])
+def test_the_light_is_told_from_the_median_of_all_values(channels, light):
+    image = np.random.default_rng(1).uniform(60, 200, (60, 80, 4))
+    image = image[..., 0] if channels is None else image[..., :channels]
+    change = LightChange()
+    assert change.change(image.astype(np.uint8)) == 1
+    image[:20] = 128  # a thing that is new
+    darker = np.clip(image * light, 0, 255).astype(np.uint8)
+    linear = ((light * 130 + 14) / (130 + 14)) ** 2.4  # about the transfer curve of sRGB
+    assert change.change(darker) == pytest.approx(np.cbrt(linear), rel=0.02)
+    assert change.change(darker) == 1
+
+
+def test_what_has_no_light_or_too_much_or_another_size_tells_nothing():
+    change = LightChange()
+    for image in (np.zeros((9, 9, 3)), np.full((9, 9, 3), 255), np.full((9, 9, 3), 40)):
+        assert change.change(image.astype(np.uint8)) == 1
+    assert change.change(np.full((8, 9, 3), 90, np.uint8)) == 1
