@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from colortrack_ros.contours.areas import Areas
+from colortrack_ros.contours.areas import PART
 from colortrack_ros.contours.boxes import extents
 from colortrack_ros.contours.boxes import Floats
 from colortrack_ros.contours.boxes import intersections
@@ -126,23 +127,28 @@ def is_double(own: Floats, regions: OwnAreas, records: Records) -> Bools:
     """Return which targets are parts of another one, (N,).
 
     Either they started inside it, and their common area is as large as the other one alone: the
-    rest of something that came out from behind a bar. Or they were never seen separately, and are
-    above or below a larger one in its area, like legs: parts of a thing that started in pieces.
+    rest of something that came out from behind a bar. Or they are above or below a larger one in
+    its area, like legs, and were never seen separately: parts of a thing that started in pieces. So
+    are those less than PART of its size, like a foot, also if they were seen separately; not if
+    they were told, or are as large as the area: then the larger one is beside its place.
 
     :param own: (N, 4) boxes of the predicted targets [px].
     :param records: (N,) with CONTOUR_FIELDS.
     """
     inner, single = records['inner'], records['single']
-    fits = _fits(own, regions) & regions.shared & ~inner
-    rest = regions.shared & inner & np.isin(regions.first, regions.first[fits])
-    return np.asarray(rest | ~single & _are_stacked(own, regions).any(axis=1))
+    fits = _fits(own, regions) & regions.shared
+    rest = regions.shared & inner & np.isin(regions.first, regions.first[fits & ~inner])
+    piece = _are_stacked(own, regions, PART).any(axis=1) & ~fits & ~records['told']
+    return np.asarray(rest | piece | ~single & _are_stacked(own, regions, 1.0).any(axis=1))
 
 
-def _are_stacked(own: Floats, regions: OwnAreas) -> Bools:
-    """Return which targets are above or below which larger one in the same area, (N, N)."""
+def _are_stacked(own: Floats, regions: OwnAreas, share: float) -> Bools:
+    """Return which targets are above or below which other one in the same area, (N, N), and less
+    than this share of its size.
+    """
     together = regions.shared[:, None] & (regions.first[:, None] == regions.first)
     size = extents(own)
-    smaller = size[:, None] < size
+    smaller = size[:, None] < share * size
     return np.asarray((_in_common(own[:, ::2]) > SIDE_BY_SIDE) & together & smaller)
 
 

@@ -122,9 +122,9 @@ def test_of_two_side_by_side_none_is_hidden():
     assert hidden([(10, 10, 40, 100), (80, 10, 99, 90)], (10, 10, 40, 100)) == [False, False]
 
 
-def double(own, single, *boxes):
+def double(own, single, *boxes, told=False):
     records, own = np.zeros(len(own), CONTOUR_FIELDS), np.array(own, float)
-    records['single'] = single
+    records['single'], records['told'] = single, told
     return is_double(own, match(own, areas(*boxes))[0], records).tolist()
 
 
@@ -132,6 +132,21 @@ def test_parts_above_each_other_that_were_never_seen_alone_are_one_thing():
     head, body = (24, 10, 44, 40), (10, 38, 36, 100)
     assert double([head, body], [False, False], (10, 10, 46, 100)) == [True, False]
     assert double([head, body], [True, False], (10, 10, 46, 100)) == [False, False]
+
+
+def test_a_piece_of_another_one_is_no_thing_of_its_own_though_it_was_seen_alone():
+    foot, body = (10, 88, 20, 100), (10, 10, 36, 86)
+    assert double([foot, body], [True, True], (10, 10, 36, 100)) == [True, False]
+    assert double([foot, body], [True, True], (10, 10, 36, 100), told=True) == [False, False]
+    assert double([foot, body], [True, True], foot, body) == [False, False]  # not in one area
+    beside, far = (42, 80, 50, 100), (10, 10, 25, 45)
+    assert double([beside, body], [True, True], (10, 10, 50, 100)) == [False, False]
+    assert double([far, body], [True, True], (10, 10, 36, 100)) == [False, False]
+
+
+def test_what_is_as_large_as_the_area_is_no_piece_of_what_strays_into_it():
+    foot, astray = (10, 80, 20, 100), (0, 60, 60, 140)
+    assert double([foot, astray], [True, True], (10, 80, 20, 100)) == [False, False]
 
 
 def test_two_side_by_side_that_were_never_seen_alone_are_two_things():
