@@ -32,9 +32,9 @@ OUT = Path(__file__).parents[1] / 'out' / 'benchmark_contours.json'
 SIZES = {'320x240': 'width=320&height=240', '640x480': 'width=640&height=480'}
 FRAMES = 300
 ROOMS = (
-    'agreement', 'areas', 'background', 'boxes', 'displaced', 'filters', 'foreground', 'gating',
-    'initiation', 'lines', 'placing', 'publishing', 'records', 'regions', 'scene_change', 'spline',
-    'told', 'tracker',
+    'agreement', 'areas', 'background', 'boxes', 'changes', 'displaced', 'filters', 'foreground',
+    'gating', 'initiation', 'lines', 'placing', 'publishing', 'records', 'regions', 'scene_change',
+    'spline', 'told', 'tracker',
 )  # fmt: skip
 EMPTY, INSIDE = 24, {'silhouette': 65, 'approach': 85}
 """Frames of the background alone, and the first one in which all have come in."""

@@ -35,7 +35,7 @@ def is_displaced(areas: Areas, picture: Picture, background: Picture, threshold:
     """
     if not len(areas):
         return np.zeros(0, bool)
-    pixels = [_pixels_of(areas, k) for k in range(len(areas))]
+    pixels = [pixels_of(areas, k) for k in range(len(areas))]
     owner = np.repeat(np.arange(len(areas)), [len(p) for p in pixels])
     v, u = np.concatenate(pixels).T
     steps = np.arange(-MOVE_REACH, MOVE_REACH + 1)
@@ -49,7 +49,7 @@ def is_displaced(areas: Areas, picture: Picture, background: Picture, threshold:
     return np.asarray(alike > DISPLACED_SHARE * count)
 
 
-def _pixels_of(areas: Areas, k: int) -> Indices:
+def pixels_of(areas: Areas, k: int) -> Indices:
     """Return rows and columns, (P, 2), of at most AREA_PIXELS pixels of an area."""
     mask = areas.mask[k]
     own = np.flatnonzero(mask)

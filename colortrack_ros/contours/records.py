@@ -2,13 +2,16 @@
 
 import numpy as np
 
+from colortrack_ros.contours.changes import has_changed
 from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.contours.displaced import AREA_PIXELS
 from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.filters import Floats
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.detection.background_model import Picture
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 
@@ -16,7 +19,8 @@ CONTOUR_FIELDS = [
     ('edge_share', 'f4'), ('placed_area', 'f8'), ('misfit', 'f8'), ('by_area', '?'),
     ('inner', '?'), ('agreed', 'i8'), ('placed', 'i8'), ('moved', '?'), ('from', 'i8'),
     ('from_u', 'f8'), ('from_v', 'f8'), ('told', '?'), ('seen_w', 'f8'), ('seen_h', 'f8'),
-    ('single', '?'), ('alone', 'f8'), ('proven', '?'),
+    ('single', '?'), ('alone', 'f8'), ('proven', '?'), ('first_at', 'i4', (AREA_PIXELS, 2)),
+    ('first_level', 'f4', (AREA_PIXELS,)),
 ]  # fmt: skip
 """Fields of a target, in addition to those of every track.
 
@@ -33,6 +37,7 @@ told: whether it was started by a box; it may stand still.
 seen_w, seen_h: size of its foreground until recently, 0 without one [px].
 single, alone: whether it was a separate area for ALONE_SECONDS, and for how long it was [s].
 proven: whether it has moved, and has existed long enough for its size.
+first_at, first_level: places, row and column, and levels of AREA_PIXELS pixels when it began.
 """
 
 RENEWAL_SCALE = 1.6
@@ -80,7 +85,7 @@ def hold_unproven(
     area: Floats,
     speed: Floats,
     config: ContourConfig,
-    size: tuple[int, int],
+    picture: Picture,
     stamp: int,
 ) -> Bools:
     """Keep targets tentative that have not moved yet, or have not existed long enough for their
@@ -92,16 +97,17 @@ def hold_unproven(
     :param nodes: (N, n, 2) [px].
     :param area: (N,) [px^2].
     :param speed: (N,) according to the filters [px/s].
-    :param size: height and width of the picture [px].
+    :param picture: (H, W, channels).
     :param stamp: now [ns].
     :return: which targets are unproven, (N,).
     """
     place = nodes.mean(axis=1)
     way = np.hypot(place[:, 0] - records['from_u'], place[:, 1] - records['from_v'])
     least = config.min_motion * np.hypot(*np.ptp(nodes, axis=1).T) / np.sqrt(2)
-    records['moved'] |= (way >= least) & (speed * MOTION_SECONDS >= least)
+    moves = (way >= least) & (speed * MOTION_SECONDS >= least)
+    records['moved'] |= moves & ((config.min_motion == 0) | has_changed(records, picture))
     seconds = PROOF_SECONDS * np.sqrt(config.min_area / np.maximum(area, 1.0))
-    seconds = np.minimum(seconds, CROSSING_SHARE * max(size) / np.maximum(speed, 1e-9))
+    seconds = np.minimum(seconds, CROSSING_SHARE * max(picture.shape[:2]) / np.maximum(speed, 1e-9))
     hits = np.maximum(records['hits'], 2)
     seen = (stamp - records['born']) / NANOSECONDS * hits / (hits - 1)
     lasts = (seen >= seconds) | records['told']

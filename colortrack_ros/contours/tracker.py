@@ -10,6 +10,7 @@ from colortrack_ros.contours.agreement import history
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.boxes import is_at_border
+from colortrack_ros.contours.changes import remember
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.filters import Contours
@@ -39,6 +40,8 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
+from colortrack_ros.detection.background_model import Picture
+from colortrack_ros.detection.pixels import channels_of
 from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 from colortrack_ros.estimation.clock import Clock
@@ -144,7 +147,7 @@ class ContourTracker:
             self._correct(frame, frames, regions if follows else None)
             self._place_anew(frame, areas, regions)
             self._delete(frame)
-            self._initiate(areas.take(nobodys & (follows | ~areas.cut.any(axis=1))), predicted)
+            self._initiate(areas.take(nobodys), predicted, channels_of(frame))
             outlines = self._spline.outline(self._tracks.filters.nodes[self._is_known()])
             self._foreground.learn_clutter(boxes(outlines), dt)
         begin_told(self._tracks, self.waiting, frame, self._spline, self.config, self._clock.now)
@@ -259,7 +262,8 @@ class ContourTracker:
         speed = self.config.rate * np.hypot(*tracks.filters.motion[:, :2].T)
         area = self._spline.area(nodes)
         size = frame.image.shape[:2]
-        tentative |= hold_unproven(tracks.records, nodes, area, speed, self.config, size, now)
+        picture = channels_of(frame)
+        tentative |= hold_unproven(tracks.records, nodes, area, speed, self.config, picture, now)
         lost = tracks.is_overdue(now, self.config.max_time_since_update)
         lost |= tentative & tracks.is_overdue(now, 0.0)
         keep = is_inside(nodes.mean(axis=1), *size) & ~lost & (area >= LEAST_AREA)
@@ -268,10 +272,12 @@ class ContourTracker:
         if not keep.all():
             tracks.keep(keep)
 
-    def _initiate(self, nobodys: Areas, predicted: Floats) -> None:
+    def _initiate(self, nobodys: Areas, predicted: Floats, picture: Picture) -> None:
         """Start targets on areas that are unassigned in two frames; predicted: others' boxes."""
+        follows = self.config.follow_foreground
+        nobodys = nobodys.take(np.asarray(follows | ~nobodys.cut.any(axis=1)))
         new = self._initiation.candidates(nobodys, self._clock.now)
-        if self.config.follow_foreground:
+        if follows:
             new = new.take(resume(self._tracks, self._spline, new.areas, self._clock.now))
         new = new.take(np.arange(len(new)) < self.config.max_targets - len(self._tracks))
         if not len(new):
@@ -280,5 +286,6 @@ class ContourTracker:
         nodes = [equally_spaced(each, self._spline) for each in outlines]
         contours = Contours.new(np.array(nodes), new.velocity / self.config.rate, self.config)
         records = begin(self._tracks, contours, self._spline, self._clock.now)
+        remember(records, new.areas, picture)
         records['by_area'] = self.config.outline == 'area'
         records['inner'] = is_within(new.areas.box, predicted)
