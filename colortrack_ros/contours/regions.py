@@ -30,6 +30,10 @@ SIDE_BY_SIDE = 0.25
 """Things side by side share at most this part of the narrower one's columns: arms, and striding
 legs. Assumed; half and twice the value change nothing on S3.MF1 (as above)."""
 
+APART_SECONDS = 1.0
+"""What would get away from another one by its own size within this time does not move with it [s]:
+people before whom a bus passes. Assumed."""
+
 SLACK, SLACK_SHARE = 3.0, 0.1
 """Sides of a contour and of its foreground agree within this many px plus this share of the size.
 It matters: IDF1 is 0.76 and 0.61 with half and twice the first, 0.74 and 0.62 with half and twice
@@ -123,22 +127,26 @@ def is_within(box: Floats, others: Floats) -> Bools:
     return np.asarray(common.max(axis=0, initial=0.0) > MOST_OF)
 
 
-def is_double(own: Floats, regions: OwnAreas, records: Records) -> Bools:
+def is_double(own: Floats, regions: OwnAreas, records: Records, velocity: Floats) -> Bools:
     """Return which targets are parts of another one, (N,).
 
     Either they started inside it, and their common area is as large as the other one alone: the
     rest of something that came out from behind a bar. Or they are above or below a larger one in
     its area, like legs, and were never seen separately: parts of a thing that started in pieces. So
-    are those less than PART of its size, like a foot, also if they were seen separately; not if
-    they were told, or are as large as the area: then the larger one is beside its place.
+    are those less than PART of its size that move with it, like a foot, also if they were seen
+    separately; not if they were told, or are as large as the area: then the larger one is beside
+    its place.
 
     :param own: (N, 4) boxes of the predicted targets [px].
     :param records: (N,) with CONTOUR_FIELDS.
+    :param velocity: (N, 2) [px/s].
     """
     inner, single = records['inner'], records['single']
     fits = _fits(own, regions) & regions.shared
     rest = regions.shared & inner & np.isin(regions.first, regions.first[fits & ~inner])
-    piece = _are_stacked(own, regions, PART).any(axis=1) & ~fits & ~records['told']
+    apart = np.hypot(*(velocity[:, None] - velocity).T).T * APART_SECONDS
+    piece = _are_stacked(own, regions, PART) & (apart <= np.sqrt(extents(own))[:, None])
+    piece = piece.any(axis=1) & ~fits & ~records['told']
     return np.asarray(rest | piece | ~single & _are_stacked(own, regions, 1.0).any(axis=1))
 
 

@@ -139,7 +139,7 @@ class ContourTracker:
             self._delete(frame)
         else:
             regions, nobodys = match(predicted, areas)
-            single = ~is_double(predicted, regions, self._tracks.records)
+            single = ~is_double(predicted, regions, self._tracks.records, self._velocity())
             if not single.all():
                 self._tracks.keep(single)
                 regions, nobodys = match(predicted[single], areas)
@@ -161,6 +161,9 @@ class ContourTracker:
             return self._is_known()  # new ones may be moving background
         self.scene_changes, self._clock.restarted = self.scene_changes + 1, OTHER_SCENE
         return np.asarray(self._tracks.records['told'])
+
+    def _velocity(self) -> Floats:
+        return np.asarray(self.config.rate * self._tracks.filters.motion[:, :2])
 
     def _is_known(self) -> Bools:
         return np.asarray(self._tracks.records['state'] != TENTATIVE)

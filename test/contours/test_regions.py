@@ -122,10 +122,12 @@ def test_of_two_side_by_side_none_is_hidden():
     assert hidden([(10, 10, 40, 100), (80, 10, 99, 90)], (10, 10, 40, 100)) == [False, False]
 
 
-def double(own, single, *boxes, told=False):
+def double(own, single, *boxes, told=False, speed=0.0):
     records, own = np.zeros(len(own), CONTOUR_FIELDS), np.array(own, float)
     records['single'], records['told'] = single, told
-    return is_double(own, match(own, areas(*boxes))[0], records).tolist()
+    velocity = np.zeros((len(own), 2))
+    velocity[-1, 0] = speed
+    return is_double(own, match(own, areas(*boxes))[0], records, velocity).tolist()
 
 
 def test_parts_above_each_other_that_were_never_seen_alone_are_one_thing():
@@ -142,6 +144,12 @@ def test_a_piece_of_another_one_is_no_thing_of_its_own_though_it_was_seen_alone(
     beside, far = (42, 80, 50, 100), (10, 10, 25, 45)
     assert double([beside, body], [True, True], (10, 10, 50, 100)) == [False, False]
     assert double([far, body], [True, True], (10, 10, 36, 100)) == [False, False]
+
+
+def test_what_the_larger_one_passes_by_is_no_piece_of_it():
+    person, bus = (60, 60, 70, 100), (10, 10, 120, 90)
+    for speed, ends in ((0.0, True), (200.0, False)):
+        assert double([person, bus], [True] * 2, (10, 10, 120, 100), speed=speed) == [ends, False]
 
 
 def test_what_is_as_large_as_the_area_is_no_piece_of_what_strays_into_it():
