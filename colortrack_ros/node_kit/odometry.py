@@ -16,6 +16,7 @@ from colortrack_ros.parameters import parameter
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import PoseBuffer
 from colortrack_ros.world.poses import TransformError
+from colortrack_ros.world.twists import Twists
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class OdometryBuffer:
 
     def __init__(self, config: OdometryConfig, refuse: Callable[[str], object]) -> None:
         self.poses = PoseBuffer(config.fixed_frame, config.base_frame)
-        self._refuse = refuse
+        self._refuse, self._twists = refuse, Twists()
 
     def take(self, cdr: bytes) -> None:
         """Add a serialized nav_msgs/Odometry."""
@@ -60,6 +61,9 @@ class OdometryBuffer:
             self.poses.clear()
             self.poses.add(stamp, place)
             self._refuse('odometry: its time has gone back by more than 10 s: poses start anew')
+        v, w = message.twist.twist.linear, message.twist.twist.angular
+        if line := self._twists.see(stamp, place, (v.x, v.y), w.z):
+            self._refuse(f'odometry contradicts itself: {line}')
 
 
 def receive_odometry(

@@ -17,16 +17,19 @@ from support.locating_robot import Robot
 from colortrack_ros.messages import locations_of_cloud
 
 
-def drive(robot, frames, answered=True, **changed):
+def drive(robot, frames, answered=True, twist=0.0, **changed):
     """Let the robot see the ball for some frames: an odometry message and a picture each.
 
+    :param twist: forward speed by the odometry [m/s].
     :param changed: x of odometry and of the picture, stamp, camera matrix, by functions of k.
     """
     told = {'x': lambda k: 0.02 * k, 'stamp': lambda k: START + k * FRAME, 'k': lambda _: None}
     told.update(changed)
     for k in frames:
         stamp, matrix = told['stamp'](k), told['k'](k)
-        robot.odometry.publish(odometry(stamp, told['x'](k)))
+        message = odometry(stamp, told['x'](k))
+        message.twist.twist.linear.x = twist
+        robot.odometry.publish(message)
         robot.info.publish(info(stamp, matrix) if matrix else info(stamp))
         seen, tracked = picture(stamp, 0.02 * k)
         count = len(robot.locations)
@@ -47,6 +50,14 @@ def test_odometry_that_jumps_is_told_and_objects_are_where_they_are_in_it(ros):
     robot.node.wait_for('the robot has jumped by 1.52 m and 0 degrees in 0.040 s')
     (row,) = last(robot)
     assert (row['x'], row['y']) == pytest.approx((BALL[0] + 1.5, BALL[1]), abs=0.02)
+
+
+def test_a_driver_that_repeats_its_last_message_with_new_stamps_is_told(ros):
+    """Its twist still drives while its pose stands."""
+    robot = Robot(ros, patient=True)
+    drive(robot, range(10), twist=0.5)
+    drive(robot, range(10, 45), x=lambda k: 0.02 * 9, twist=0.5)
+    robot.node.wait_for('odometry contradicts itself: its pose stands while its twist drives')
 
 
 def test_odometry_that_stops_is_told_and_nothing_is_published_from_then_on(ros):
