@@ -52,12 +52,35 @@ ROLLERS = tuple(
     Thing(thing.name, ThingConfig(rgb=thing.config.rgb, diameter=0.24, path=path, speed=speed))
     for thing, (path, speed) in zip(BALLS[1:], WAYS, strict=True)
 )
+ALIKE = tuple(
+    Thing(thing.name, ThingConfig(rgb=thing.config.rgb, diameter=0.24, path=path, speed=0.25))
+    for thing, path in zip(
+        BALLS[1:],
+        ((2.5, -1.0, 5.5, 1.4), (3.0, -0.2, 6.0, 2.2), (3.4, -1.6, 6.4, 0.8)),
+        strict=True,
+    )
+)
+
+
+AHEAD = tuple(
+    Thing(thing.name, ThingConfig(rgb=thing.config.rgb, diameter=0.24, path=path))
+    for thing, path in zip(BALLS[1:], ((4.0, -0.7), (4.6, 0.8), (5.2, -0.1)), strict=True)
+)
+
+
+def straight(seconds):
+    """Straight on at 0.3 m/s, after standing for 2 s."""
+    return 0.3 * (seconds > 2), 0.0
+
+
 ROOMS = {
     'follows': ({}, IN_THE_ROOM, None),
     'swings': ({}, IN_THE_ROOM, swing),
     'rests': ({}, IN_THE_ROOM, lambda _: (0.0, 0.0)),
     'three stand': ({'room': 'empty', 'objects': STANDING}, ROLLING, swing),
     'two roll': ({'room': 'empty', 'objects': ROLLERS}, ROLLING, swing),
+    'straight': ({'room': 'empty', 'objects': AHEAD}, ROLLING, straight),
+    'roll alike': ({'room': 'empty', 'objects': ALIKE}, ROLLING, straight),
 }
 """What is there besides the room, what the locator is told of it, and how the robot drives; None:
 after the ball."""
@@ -159,9 +182,43 @@ def earlier(poses, k):
     return poses[min(k + 6, len(poses) - 1)]
 
 
-def turned_back(poses, k):
-    yaw = np.arctan2(poses[k].R[1, 0], poses[k].R[0, 0])
-    return Pose.of_rpy(poses[k].t * [1, -1, 1], (0, 0, -yaw))
+def flat(x=1, y=1, yaw=1, off=0, exchanged=False):
+    """Poses with these factors, a frame that is turned by so many degrees, x and y exchanged."""
+
+    def told(poses, k):
+        angle = np.arctan2(poses[k].R[1, 0], poses[k].R[0, 0])
+        t = poses[k].t[[1, 0, 2]] if exchanged else poses[k].t
+        return Pose.of_rpy(t * [x, y, 1], (0, 0, yaw * angle + np.radians(off)))
+
+    return told
+
+
+def wheels(way=1.0, turn=1.0):
+    """Wheels of another radius, or another track: ways and turns are multiplied."""
+
+    def told(poses, k):
+        yaw = np.unwrap([np.arctan2(p.R[1, 0], p.R[0, 0]) for p in poses[: k + 1]])
+        x, y = np.array([p.t[:2] for p in poses[: k + 1]]).T
+        steps, more = np.diff(x + 1j * y), (turn - 1) * (yaw[1:] + yaw[:-1]) / 2
+        at = poses[0].t[0] + 1j * poses[0].t[1] + (way * steps * np.exp(1j * more)).sum()
+        return Pose.of_rpy((at.real, at.imag, 0), (0, 0, turn * yaw[-1]))
+
+    return told
+
+
+def dies(poses, k):
+    """Repeated from the middle on."""
+    return poses[min(k, len(poses) // 2)]
+
+
+def slips(way, turn):
+    """Drives and turns by so much more a second [m, rad], from the fourth to the eighth."""
+
+    def told(poses, k):
+        seconds = np.clip(k / RATE - 3, 0, 4)
+        return poses[k] @ Pose.of_rpy((way * seconds, 0, 0), (0, 0, turn * seconds))
+
+    return told
 
 
 MISTAKES = {
@@ -193,9 +250,21 @@ MISTAKES = {
     'odometry in mm': Wrong(base=lambda poses, k: Pose(1e3 * poses[k].t, poses[k].R)),
     'odometry 0.2 s old': Wrong(base=later),
     'odometry 0.2 s ahead': Wrong(base=earlier),
-    'odometry turns the other way': Wrong(base=turned_back),
+    'odometry turns the other way': Wrong(base=flat(y=-1, yaw=-1)),
+    'sign of its yaw': Wrong(base=flat(yaw=-1)),
+    'sign of its y': Wrong(base=flat(y=-1)),
+    'sign of its x and y': Wrong(base=flat(x=-1, y=-1)),
+    'its x and y exchanged': Wrong(base=flat(exchanged=True)),
+    'its base frame turned by 90': Wrong(base=flat(off=90)),
     'odometry stands': Wrong(base=lambda poses, k: poses[0]),
+    'odometry dies after 6 s': Wrong(base=dies),
+    'wheels slip, 0.4 m/s': Wrong(base=slips(0.4, 0)),
+    'wheels slip, 30 degrees/s': Wrong(base=slips(0, 0.5)),
     'odometry drives half': Wrong(base=lambda poses, k: Pose(0.5 * poses[k].t, poses[k].R)),
+    'odometry drives 0.8': Wrong(base=wheels(way=0.8)),
+    'odometry drives 1.25': Wrong(base=wheels(way=1.25)),
+    'odometry turns 0.8': Wrong(base=wheels(turn=0.8)),
+    'odometry turns 1.25': Wrong(base=wheels(turn=1.25)),
 }
 
 

@@ -70,14 +70,15 @@ class Doubts:
         tracks: NDArray[np.uint32],
         measured: Measured,
         kinds: Kinds,
+        objects: Objects,
         camera: int,
     ) -> None:
         """Add a picture to the search for mistakes.
 
-        :param tracks: (K,) IDs; measured, kinds: of each.
+        :param tracks: (K,) IDs; measured, kinds: of each; objects: after it.
         """
         ground, self._stamp = self._config.ground_height, stamp
-        self._mistakes[camera].see(stamp, view, tracks, measured, kinds, ground)
+        self._mistakes[camera].see(stamp, view, tracks, measured, kinds, ground, objects, camera)
 
     def lines(
         self,
@@ -112,8 +113,8 @@ class Doubts:
         unused &= (bound & (method == 'ground')) | (method == 'depth')
         self._fit(camera, inconsistency(objects.belief, camera, sizes.take(unused)))
         made = self._made()
-        stuck = self._mistakes[camera].stuck.line
-        return [made] if made else [line for line in (height, size, stuck) if line]
+        odometry = self._mistakes[camera].odometry
+        return [made] if made else [line for line in (height, size, odometry) if line]
 
     def _fit(self, camera: int, line: str) -> None:
         """Note an inconsistency, or that there is none, once several checks agree."""

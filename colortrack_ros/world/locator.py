@@ -114,7 +114,7 @@ class Locator:
         self._correct(rows['track_id'], measured, view, camera)
         self._start(rows, measured, view, camera)
         found = rows['track_id']
-        self._doubts.see(tracks.stamp, view, found, measured, kinds, camera)
+        self._doubts.see(tracks.stamp, view, found, measured, kinds, self._objects, camera)
         for line in self._doubts.lines(self._objects, found, seen, view, camera):
             self._tell(line)
         return self.locations(tracks.stamp)

@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.measurement import Measured
+from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.search import AT_REST
 from colortrack_ros.world.search import LEAST
 from colortrack_ros.world.search import Needed
 from colortrack_ros.world.search import Pictures
 from colortrack_ros.world.search import Search
+from colortrack_ros.world.setting_off import SettingOff
 from colortrack_ros.world.standing import Sights
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.stuck import StuckOdometry
@@ -84,7 +86,12 @@ class Mistakes:
         self._search: Search | None = None
         self._line, self._mistake = '', AS_GIVEN
         self._suspected_at: int | None = None
-        self.made, self.stuck = '', StuckOdometry()
+        self.made, self._stuck, self._setting_off = '', StuckOdometry(), SettingOff()
+
+    @property
+    def odometry(self) -> str:
+        """What contradicts odometry and may have another cause; empty if nothing does."""
+        return self._stuck.line or self._setting_off.line
 
     def see(
         self,
@@ -94,11 +101,14 @@ class Mistakes:
         measured: Measured,
         kinds: Kinds,
         ground: float,
+        objects: Objects | None = None,
+        camera: int = 0,
     ) -> None:
         """Add a picture, and update which mistake has been made.
 
         :param tracks: (K,) IDs; measured, kinds: of each.
         :param ground: its height in the fixed frame [m].
+        :param objects: after this picture; camera: index of the camera that took it.
         """
         if stamp < max(self._views, default=0):
             self._sights, self._looked, self._views, self._searches_from = None, None, {}, 0
@@ -112,7 +122,9 @@ class Mistakes:
             return
         self._looked = stamp
         new = Sights.of(stamp, tracks, measured, kinds, view.camera)
-        self.stuck.see(stamp, view, new)
+        self._stuck.see(stamp, view, new)
+        if objects is not None:
+            self._setting_off.see(stamp, view, new, objects, camera)
         sights = _telling(self._take(stamp, new))
         if len(sights) and not self._search:
             self._judge(Pictures(dict(self._views), sights, ground, self._sigma))
@@ -167,6 +179,8 @@ class Mistakes:
             fits = needed.known and len(given) > 1 and given.min() > self._least
         else:
             fits = needed.met(given, off)
+            if fits and not (needed.known or self._setting_off.line):
+                fits = not pictures.rolls_alike(off)
         stamp = pictures.newest
         if not fits:
             self._suspected_at = None

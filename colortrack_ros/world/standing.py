@@ -113,6 +113,27 @@ def rays_of(measured: Measured, kinds: Kinds, camera: CameraModel) -> tuple[Floa
     return rays, np.where(measured.used[:, DEPTH], measured.z[:, DEPTH] / rays[:, 2], far)
 
 
+@dataclass
+class _Solved:
+    """Normal equations of K objects under each of C hypotheses, at their assumed positions.
+
+    :ivar A: (C, M, 4, 9), y: (C, M, 4), of each sight; N: (C, K, 9, 9) with the priors.
+    :ivar first: (K,) first sight of each; count: (C, K) of its sights.
+    :ivar there: (C, K) whether objects can be where they are seen.
+    """
+
+    A: Floats
+    y: Floats
+    N: Floats
+    first: NDArray[np.intp]
+    count: Floats
+    there: Bools
+
+    def summed(self, each: Floats) -> Floats:
+        """Return sums over the sights of each object, (C, K, ...), of (C, M, ...)."""
+        return np.asarray(np.add.reduceat(each, self.first, axis=1))
+
+
 def misfits(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> Floats:
     """Return the mean squared errors of the angles to standing objects, (C, K).
 
@@ -123,6 +144,35 @@ def misfits(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> Float
     :param ground: its height in the fixed frame [m].
     :param sigma: (6,) standard deviations of the camera pose on the robot.
     """
+    solved = _solved(looks, sights, ground, sigma)
+    A, y = solved.A, solved.y
+    told = solved.summed(A.swapaxes(-1, -2) @ y[..., None])
+    left = solved.summed(np.square(y).sum(axis=-1))
+    left -= (told * np.linalg.solve(solved.N, told)).sum(axis=(-1, -2))
+    return np.asarray(np.where(solved.there, left / (2 * solved.count), np.inf))
+
+
+def drift(looks: Looks, sights: Sights, ground: float, sigma: Floats, seconds: Floats) -> Floats:
+    """Return the one horizontal velocity, (C, 2) [m/s], with which all objects fit best.
+
+    One Gauss-Newton step from standing; for the parameters see :func:`misfits`.
+
+    :param seconds: (M,) time of each sight [s].
+    """
+    solved = _solved(looks, sights, ground, sigma)
+    A, y = solved.A, solved.y
+    B = A[..., :2] * seconds[:, None, None]
+    At = A.swapaxes(-1, -2)
+    across = solved.summed(At @ B)
+    by_place = np.linalg.solve(solved.N, across).swapaxes(-1, -2)
+    Bt = B.swapaxes(-1, -2)
+    S = solved.summed(Bt @ B) - by_place @ across
+    r = solved.summed(Bt @ y[..., None]) - by_place @ solved.summed(At @ y[..., None])
+    S, r = S.sum(axis=1) + np.eye(2) / NOT_KNOWN**2, r.sum(axis=1)
+    return np.asarray(np.linalg.solve(S, r)[..., 0])
+
+
+def _solved(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> _Solved:
     first = np.flatnonzero(np.append(True, sights.track[1:] != sights.track[:-1]))
     of = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(sights.track))))
     height, by_plane = ground + sights.kinds.height, np.isnan(looks.far)
@@ -136,19 +186,15 @@ def misfits(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> Float
     places /= count
     places[..., 2] = np.where(by_plane[:, first], height[first], places[..., 2])
     A, y, front = _equations(looks, places[:, of] - looks.eyes, far, sights.sigma)
-    At = A.swapaxes(-1, -2)
-    N = np.add.reduceat(At @ A, first, axis=1)
+    N = np.add.reduceat(A.swapaxes(-1, -2) @ A, first, axis=1)
     N[..., np.arange(9), np.arange(9)] += (
         np.concatenate([np.full(3, NOT_KNOWN), np.maximum(sigma, LEAST_EXPECTED)]) ** -2.0
     )
     variance = np.square(sights.kinds.sigma[first, 0]) + PLANE_SIGMA**2
     N[..., 2, 2] += by_plane[:, first] / variance
-    told = np.add.reduceat(At @ y[..., None], first, axis=1)
-    left = np.add.reduceat(np.square(y).sum(axis=-1), first, axis=1)
-    left -= (told * np.linalg.solve(N, told)).sum(axis=(-1, -2))
     there &= front | ~looks.known
     there = np.logical_and.reduceat(there, first, axis=1)
-    return np.asarray(np.where(there, left / (2 * count[..., 0]), np.inf))
+    return _Solved(A, y, N, first, count[..., 0], there)
 
 
 def _equations(

@@ -62,6 +62,11 @@ def pitched(degrees: float) -> Mistake:
     return Mistake(lambda mount: mount @ own)
 
 
+def _turned_frame(degrees: float) -> Mistake:
+    turn = Pose.of_rpy(np.zeros(3), (0, 0, np.radians(degrees)))
+    return Mistake(base=lambda base: base @ turn)
+
+
 def _mirrored(pose: Pose, mirror: Floats) -> Pose:
     """Return a pose with its rotation mirrored, (3, 3) diagonal."""
     return Pose(pose.t, mirror @ pose.R @ mirror)
@@ -96,6 +101,18 @@ MISTAKES: dict[str, Mistake] = {
     'odometry turns right where the robot turns left': Mistake(
         base=lambda base: _mirrored(Pose(base.t * [1, -1, 1], base.R), SIDEWAYS)
     ),
+    'the yaw of odometry has the wrong sign, and not its y: positive turns left': Mistake(
+        base=lambda base: _mirrored(base, SIDEWAYS)
+    ),
+    'the y of odometry has the wrong sign, and not its yaw: positive is left': Mistake(
+        base=lambda base: Pose(base.t * [1, -1, 1], base.R)
+    ),
+    'x and y of odometry are exchanged, and its yaw is not': Mistake(
+        base=lambda base: Pose(base.t[..., [1, 0, 2]], base.R)
+    ),
+    'the yaw of odometry is off by pi/2: x of base_frame is forward': _turned_frame(-90),
+    'the yaw of odometry is off by -pi/2: x of base_frame is forward': _turned_frame(90),
+    'the yaw of odometry is off by pi: x of base_frame is forward': _turned_frame(180),
 }
 """Messages, each with the correction."""
 
@@ -189,6 +206,32 @@ def _farther(percent: float) -> Mistake:
     return Mistake(base=lambda base: Pose(base.t * _without(percent), base.R))
 
 
+def _turned(percent: float) -> Mistake:
+    return Mistake(base=lambda base: _turning(base, _without(percent)))
+
+
+def _turning(base: Pose, share: float) -> Pose:
+    """Return the way of V poses if the robot turned by another share, and drove as far.
+
+    On the ground: steps point along the heading in the middle of each.
+    """
+    yaw = np.unwrap(np.arctan2(base.R[:, 1, 0], base.R[:, 0, 0]))
+    more = (share - 1) * (yaw - yaw[0])
+    middle = (more[1:] + more[:-1]) / 2
+    steps = np.einsum('vij,vj->vi', _yaws(middle), np.diff(base.t, axis=0))
+    t = base.t[0] + np.append(np.zeros((1, 3)), np.cumsum(steps, axis=0), axis=0)
+    return Pose(t, _yaws(more) @ base.R)
+
+
+def _yaws(angles: Floats) -> Floats:
+    """Return rotations about z, (V, 3, 3)."""
+    R = np.zeros((len(angles), 3, 3))
+    R[:, 0, 0] = R[:, 1, 1] = np.cos(angles)
+    R[:, 1, 0] = np.sin(angles)
+    R[:, 0, 1], R[:, 2, 2] = -R[:, 1, 0], 1.0
+    return R
+
+
 WRONG_AMOUNTS = (
     WrongAmount(
         'the yaw of camera_pose', 'degrees', _yawed,
@@ -216,6 +259,12 @@ WRONG_AMOUNTS = (
         'the time of odometry (positive: it is old)', 's', lambda s: Mistake(later=-s),
         _both_ways(0.05, 0.1, 0.15, 0.2, 0.3, LATEST),
     ),
-    WrongAmount('the way that odometry tells', '%', _farther, (-90, -75, -50, -30, 50, 100)),
+    WrongAmount(
+        'the way that odometry tells', '%', _farther,
+        (-90, -75, -50, -30, -20, -12, 15, 25, 50, 100),
+    ),
+    WrongAmount(
+        'the turns that odometry tells', '%', _turned, (-50, -30, -20, -12, 15, 25, 50, 100)
+    ),
 )  # fmt: skip
 """Smaller errors are hard to tell from expected ones. Chosen."""
