@@ -78,7 +78,7 @@ class SettingOff:
         self._agreeing, self._agreed, self.line = 0, 0, ''
 
     def see(self, stamp: int, view: View, sights: Sights, objects: Objects, camera: int) -> None:
-        """Compare a look with one a second ago.
+        """Compare a look with one SPAN ago.
 
         :param objects: after this picture; camera: index of the camera that took it.
         """
@@ -87,6 +87,7 @@ class SettingOff:
         if self._looks and stamp <= self._looks[-1].stamp:
             self._looks.clear()
         new = _look(stamp, view, sights, objects, camera)
+        # told until something stands: that nothing is in sight contradicts nothing
         if len(new.tracks) and new.stands.all():
             self.line = ''
         self._looks.append(new)
