@@ -24,6 +24,17 @@ IN_MIDDLE_HALF = 0.25 + 0.5 * (np.arange(PROFILES) + 0.5) / PROFILES
 BOTH_WAYS = np.append(np.arange(PROFILE_SAMPLES)[::-1], np.arange(PROFILE_SAMPLES))
 """Samples of a profile by their distance from the outline, from the inside out."""
 
+OFF_MIDDLE = 0.26
+"""Tangent of the angle between the axis and the normal of a disc at the ends of its profiles, which
+are a quarter of a radius off its middle."""
+
+LEANING = np.array([[0, 1], [1, 0], [1, 0], [0, 1]]) / PROFILES
+"""(2 PROFILES, 2) weights of ends whose normals lean to the same side: lower right and upper left
+ones, and the others."""
+
+LEAST_BLUR = 1.0
+"""Least width of an outline [px]: a pixel is the mean over its width."""
+
 REACH_SHARE = 1 / 4
 """Length of a profile on each side [half axes], at least PROFILE_SAMPLES px. Blur up to twice as
 wide is visible; an object blurred over more than half of itself has no inside to compare with."""
@@ -133,21 +144,26 @@ class Profiles(Columns):
     def across(self, out: NDArray[np.intp]) -> NDArray[np.intp]:
         """(N, 2, PROFILES, 2, S) pixels, none past the middle.
 
+        Where the picture ends before the last of them, they are those at the other end.
+
         :param out: (N, 1 or 2, S) distance outward from the ends, 0 for the last pixel inside.
         """
         pixel = self.end + self.way * out[:, :, None, None]
-        return np.minimum(np.maximum(pixel, self.least, out=pixel), self.most, out=pixel)
+        last = pixel[..., -1:]
+        is_beyond = (last < self.least) | (last > self.most)
+        pixel = np.minimum(np.maximum(pixel, self.least, out=pixel), self.most, out=pixel)
+        return np.where(is_beyond, pixel[:, :, :, ::-1], pixel) if is_beyond.any() else pixel
 
 
 def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[np.float64]:
-    """Width of the transition from a blob to its surroundings, along u and along v.
+    """Square of the width of the transition from a blob to its surroundings, in any direction.
 
     Along a profile across the outline, the share f of the inside color decreases to 0. For a ramp
     of width w, as caused by motion during the exposure, the integral of f (1 - f) is w / 6,
     wherever the outline lies on the ramp. What UNSURE takes from a ramp is given back. Rows and
-    columns are from the middle half, where they cross the outline at a right angle.
+    columns are from the middle half, where they cross the outline at nearly a right angle.
 
-    :returns: (N, 2) [px].
+    :returns: (N, 2, 2) matrix B [px^2]: where the normal of the outline is n, its square is n B n.
     """
     minor, _ = blobs.axes
     reach = np.maximum(REACH_SHARE * 2 * np.sqrt(minor), PROFILE_SAMPLES)
@@ -163,8 +179,28 @@ def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[
     mixed = (f * (1 - f)).reshape(-1, 2, 2 * PROFILES, 2 * PROFILE_SAMPLES)
     blur = np.matmul(mixed, weight)[..., 0]
     blur *= 6 / (1 - 2 * UNSURE)
-    blur.sort(axis=2)
-    return np.asarray((blur[..., PROFILES - 1] + blur[..., PROFILES]) / 2)
+    return _squares(blur)
+
+
+def _squares(blur: NDArray[np.float32]) -> NDArray[np.float64]:
+    """The matrix of :func:`outline_blur` from the widths at the ends of each profile.
+
+    Motion (a, b) during the exposure blurs an outline whose normal is n by |a n_u + b n_v|. Rows
+    meet a disc off its middle, at normals that lean by OFF_MIDDLE to one side or to the other, so
+    the blur along u is |a + OFF_MIDDLE b| at two diagonally opposite ends, and |a - OFF_MIDDLE b|
+    at the others. The difference of their squares is 4 OFF_MIDDLE a b.
+
+    :param blur: (N, 2, 2 PROFILES) [px].
+    """
+    squares = np.empty((len(blur), 2, 2))
+    diagonal = np.matmul(blur, LEANING)
+    uneven = (diagonal[..., 0] ** 2 - diagonal[..., 1] ** 2).sum(axis=1) / (8 * OFF_MIDDLE)
+    ordered = np.sort(blur, axis=2)
+    middle = np.maximum((ordered[..., PROFILES - 1] + ordered[..., PROFILES]) / 2, LEAST_BLUR)
+    squares[:, 0, 0], squares[:, 1, 1] = (middle**2).T
+    most = np.sqrt(np.prod(middle**2 - LEAST_BLUR**2, axis=1))
+    squares[:, 0, 1] = squares[:, 1, 0] = uneven.clip(-most, most)
+    return squares
 
 
 def outline_sides(profiles: Profiles, blur: NDArray[np.float64]) -> NDArray[np.intp]:

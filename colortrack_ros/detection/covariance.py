@@ -5,18 +5,21 @@ from numpy.typing import NDArray
 
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blur import Ends
+from colortrack_ros.detection.blur import ERODED
+from colortrack_ros.detection.blur import LEAST_BLUR
 from colortrack_ros.detection.label_image import LabelImage
 
-# Fitted means: to the rendered scenes at 1280x720, and to balls of 7 to 45 px in 250 random worlds
-# (color, wall, light, exposure, noise, focus and speed), which gave the same constants apart within
-# a third, that of the error within a half. `python benchmark/detection_covariance.py --fit` does so
-# on the scenes: it brings the normalized squared error, NSE, of each close to 1, the value for a
-# correct covariance.
+# Fitted means: to the rendered scenes at five sizes, and to balls of 6 to 42 px in random worlds
+# (color, wall, light, exposure, noise, focus, speed), for the greatest likelihood of the errors and
+# a normalized squared error, NSE, close to 1 in each. NSE alone does not tell a covariance that is
+# too short along the light and too wide across it. `python benchmark/detection_covariance.py --fit`
+# does so on the scenes.
 
-OUTLINE_VARIANCE = 0.019
-"""Variance of the membership of an outline pixel, which is in or out by chance. A fair coin would
-have 1/4; the rounding of an outline without noise, 1/14 (the ends of rows are off by a variance of
-1/12), which noise makes less. Fitted to the scenes at 320x240 to 3840x2160."""
+OUTLINE_VARIANCE = 0.052
+"""Variance of the membership of an outline pixel, which is in or out by the position of the outline
+between pixels. For discs of radius 4 to 14 px at random places, in steps of 0.25 px, after an
+erosion by 3x3: 0.02 to 0.09 by the radius, 0.055 on average; 0.074 without erosion. Fitted to
+scenes and worlds: 0.051 to 0.054."""
 
 PIXELATION = 1 / 12
 """Variance of a position within its pixel [px^2]: that of a uniform distribution of width 1."""
@@ -26,18 +29,15 @@ SHIFT_OF_ENDS = 8 / (3 * np.pi)
 shifts by cos(t) |cos(t)| times that: the integral of |cos(t)|^3 over a turn, over pi. Blur along
 the way of an exposure is |cos(t)| as wide, and what light from a side does to it is as cos(t)."""
 
-LEAST_BLUR = 1.0
-"""Least width of an outline [px]: a pixel is the mean over its width."""
+SEEN_AT_LIMB, SEEN_DEEPER, MOST_SEEN = 0.5, 3.7, 1.04
+"""Shift of a centroid over the one that is seen: where blobs end at the limb, how it grows with the
+depth of their ends [radii] times the share of the object there, and its limit. The light and the
+dark side of a matte ball differ at its very limb by half of what they do a tenth of a radius in,
+where colors are compared: where it bends away, the dark side gets no light either way. Fitted."""
 
-SEEN_VARIANCE, ERROR_VARIANCE, SHADED_VARIANCE = 0.23, 2.0, 0.0165
-"""Factors of squared shifts: of what is seen at the ends of a few rows and columns, of its standard
-error, and of a shift by one standard deviation of D / tolerance within the blob. Fitted to scenes
-and random worlds (benchmark/notes/detector.md)."""
-
-DEEP_SHARE = 0.55
-"""Share of an object at its blob's ends above which the blob ends deep inside the blur. In scenes,
-centroids are off by 0.4 to 0.8 of what is seen below it, and by 0.7 to 1.4 at two thirds. Fitted to
-the scenes, balls before cameras of no scene, and random worlds."""
+ERROR_VARIANCE, SHADED_VARIANCE = 0.65, 0.0155
+"""Factors of squared shifts: of the standard error of what is seen, and of a shift by one standard
+deviation of D / tolerance within the blob. Fitted."""
 
 LEAST_DEVIATION = 0.02
 """Least standard deviation of D / tolerance: that of methods without a color is 0."""
@@ -77,7 +77,6 @@ def centroid_covariance(
     """Measurement covariance of each centroid: the sum over independent errors.
 
     - outline pixels that are in or out by chance: :func:`chance`;
-    - the pixel grid: PIXELATION / N;
     - shading, the surroundings, and the limit of the color: :func:`shading`;
     - :func:`border_shift` across the border, or :func:`cut_shift` in any direction;
     - pixels dropped beside the blob, along a share s of the outline: s^4 (e / 2)^2 / 12, since a
@@ -85,17 +84,17 @@ def centroid_covariance(
 
     :param size: height and width of the picture [px].
     :param spread: (N,) standard deviation of D / tolerance within each blob.
-    :param blur: (N, 2) width of the outline along u and v [px], see outline_blur().
+    :param blur: (N, 2, 2) square of the width of the outline [px^2], see outline_blur().
     :param ends: by how much farther out blobs end on one side of each axis.
     :param part: (N,) share of the outline beyond which color was dropped, 0..1: open_part().
     :param skewness: (N,) excess three-fold skewness, see UsualSkewness.
     :returns: (N, 2, 2) [px^2], positive definite.
     """
-    covariance = chance(blobs) + shading(spread, blur, ends)
+    covariance = chance(blobs) + shading(blobs, spread, blur, ends)
     beyond = border_shift(blobs, *size[::-1])
     cut = np.where(beyond.any(axis=1), 0, cut_shift(blobs, skewness))
     dropped = part**4 * blobs.box[:, 2:].max(axis=1) ** 2 / 48
-    even = PIXELATION / blobs.area + cut**2 / 2 + dropped
+    even = cut**2 / 2 + dropped
     for axis in range(2):
         covariance[:, axis, axis] += even + beyond[:, axis] ** 2
     return covariance
@@ -104,42 +103,66 @@ def centroid_covariance(
 def chance(blobs: BlobTable) -> NDArray[np.float64]:
     """Covariance from outline pixels in or out by chance: 2 S B OUTLINE_VARIANCE / N^2.
 
-    N is the area, S are the central second moments, and B is the outline of the ellipse-like shape
-    in the box, whose second moments about its center are twice those of the area.
+    N is the area, S are the central second moments, those of each pixel included, and B is the
+    outline of the ellipse-like shape in the box, whose second moments about its center are twice
+    those of the area. What is inside the outline has no error.
 
     :returns: (N, 2, 2) [px^2].
     """
-    outline = np.pi / 2 * blobs.box[:, 2:].sum(axis=1)
-    share = 2 * OUTLINE_VARIANCE * outline / blobs.area**2
-    return np.asarray(share[:, None, None] * blobs.spread)
+    share = 2 * OUTLINE_VARIANCE * outline_length(blobs) / blobs.area**2
+    return np.asarray(share[:, None, None] * (blobs.spread + PIXELATION * np.eye(2)))
+
+
+def outline_length(blobs: BlobTable) -> NDArray[np.float64]:
+    """(N,) length of the outline of the ellipse-like shape in the box of each blob [px]."""
+    return np.asarray(np.pi / 2 * blobs.box[:, 2:].sum(axis=1))
 
 
 def shading(
-    spread: NDArray[np.float64], blur: NDArray[np.float64], ends: Ends
+    blobs: BlobTable, spread: NDArray[np.float64], blur: NDArray[np.float64], ends: Ends
 ) -> NDArray[np.float64]:
     """Covariance of each centroid due to blur and shading.
 
     Blur mixes the object with its surroundings. The closer the object itself is to the reference
     color, the farther out a mixture is within tolerance, and the light and the dark side of an
     object differ in this, or what is behind them. The shift of a centroid is therefore a share of
-    the width of the blur. That share is seen at the ends of a few rows and columns, with an error;
-    it grows with the spread of D / tolerance, and where blobs end deep inside the blur. What is
-    seen along u and along v has one cause, the way to the light, so these errors go together. With
-    light from the side, a blur of width |w cos(t)| at angle t shifts a disc half as far: the
-    integral of |cos(t)| sin(t)^2 is half that of |cos(t)|^3.
+    the width of the blur. That share is seen at the ends of a few rows and columns, with an error,
+    and the deeper inside the object its blob ends, the more of it counts; the rest grows with the
+    spread of D / tolerance. What is seen along u and along v has one cause, the way to the light,
+    so these errors go together.
 
     :returns: (N, 2, 2) [px^2].
     """
-    along = np.maximum(blur, LEAST_BLUR)
-    width = SHIFT_OF_ENDS * np.hypot(along, along[:, ::-1] / 2)
-    deeper = np.maximum(ends.inside / DEEP_SHARE, 1)
-    seen = width * ends.shift * deeper[:, None]
-    covariance = SEEN_VARIANCE * seen[:, :, None] * seen[:, None, :]
+    squared = shift_squared(blur)
+    widest = np.sqrt(np.trace(blur, axis1=1, axis2=2) - LEAST_BLUR**2)
+    depth = ends.inside * widest / (2 * np.sqrt(blobs.axes[1]) + ERODED)
+    counts = np.minimum(SEEN_AT_LIMB + SEEN_DEEPER * depth * ends.inside, MOST_SEEN)
+    seen = np.matmul(square_root(squared), (counts[:, None] * ends.shift)[..., None])
     unseen = ERROR_VARIANCE * ends.error**2
     unseen += SHADED_VARIANCE * np.maximum(spread, LEAST_DEVIATION) ** 2
-    for axis in range(2):
-        covariance[:, axis, axis] += width[:, axis] ** 2 * unseen
-    return covariance
+    return np.asarray(seen * seen.transpose(0, 2, 1) + squared * unseen[:, None, None])
+
+
+def shift_squared(blur: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Square of the map from the seen share of the blur, along u and v, to a disc's shift.
+
+    If an outline with normal n shifts by its width times n g, a disc shifts by the integral of that
+    along n, over pi. If the width is w |n m|, m a unit vector, this is 8 w / (3 pi) g along m, and
+    half of that across it: of |cos(t)| sin(t)^2, the integral is half of that of |cos(t)|^3.
+
+    :param blur: (N, 2, 2) of :func:`outline_blur`, w^2 m m' for blur along m alone.
+    :returns: (N, 2, 2) [px^2].
+    """
+    trace = np.trace(blur, axis1=1, axis2=2)[:, None, None]
+    return np.asarray(SHIFT_OF_ENDS**2 * (0.75 * blur + 0.25 * trace * np.eye(2)))
+
+
+def square_root(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 2, 2) symmetric square roots of positive definite matrices (Cayley and Hamilton)."""
+    root = np.sqrt(np.linalg.det(matrix))
+    trace = np.trace(matrix, axis1=1, axis2=2)
+    whole = matrix + root[:, None, None] * np.eye(2)
+    return np.asarray(whole / np.sqrt(trace + 2 * root)[:, None, None])
 
 
 def cut_shift(blobs: BlobTable, skewness: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -191,10 +191,11 @@ class Detector:
         skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
         profiles = Profiles.of(blobs, height, width)
         blur = outline_blur(frame, blobs, profiles)
-        sides = outline_sides(profiles, blur)
+        along = np.sqrt(blur.diagonal(axis1=1, axis2=2))
+        sides = outline_sides(profiles, along)
         label = blobs.label.repeat(sides[0].size // 2)
         share = self._method.end_share(frame, np.divmod(sides.reshape(-1), width), label)
-        ends = Ends.of(share.reshape(sides.shape[:-1]), blobs, blur)
+        ends = Ends.of(share.reshape(sides.shape[:-1]), blobs, along)
         return centroid_covariance(blobs, (height, width), spread, blur, ends, part, skewness)
 
     def _closeness(

@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.covariance import outline_length
+from colortrack_ros.detection.covariance import OUTLINE_VARIANCE
 from colortrack_ros.detection.shape import PIXEL_MOMENT
 
 Column = NDArray[np.float64]
@@ -23,6 +25,10 @@ USUAL_SHARE = 1 / 4
 """Share of a usual skewness that still counts: the labeled centers of real objects that are held
 and turned (a box, cups, a ball in a hand) are 0.05 to 0.2 half axes from the centroid of their
 color."""
+
+CHANCES = 2
+"""Number of root mean squares of what chance does up to which a skewness is taken for chance: 98 %
+of complex normal numbers are within."""
 
 
 class UsualSkewness:
@@ -46,7 +52,7 @@ class UsualSkewness:
         :param stamp: of the frame [ns].
         :returns: (N,) the part of each skewness beyond the usual, and a share of the rest.
         """
-        skewness, label = three_fold_skewness(blobs), blobs.label
+        skewness, label = beyond_chance(three_fold_skewness(blobs), blobs), blobs.label
         step = LEARN_RATE * min(max(stamp - self._stamp, 0) / NANOSECONDS, 1)
         self._stamp = stamp
         count = np.bincount(label[whole], minlength=len(self._usual))
@@ -61,6 +67,17 @@ class UsualSkewness:
         limit = (self._usual + SPREADS * self._deviation)[label]
         beyond = np.maximum(skewness - np.where(np.isnan(limit), 0, limit), 0)
         return beyond + USUAL_SHARE * (skewness - beyond)
+
+
+def beyond_chance(skewness: Column, blobs: BlobTable) -> Column:
+    """What is left of the skewness of blobs without that of outline pixels in or out by chance.
+
+    On the outline of a disc, |z|^3 of :func:`three_fold_skewness` is 8.
+
+    :returns: (N,).
+    """
+    chance = 8 * np.sqrt(OUTLINE_VARIANCE * outline_length(blobs)) / blobs.area
+    return np.asarray(np.sqrt(np.maximum(skewness**2 - (CHANCES * chance) ** 2, 0)))
 
 
 def three_fold_skewness(blobs: BlobTable) -> Column:

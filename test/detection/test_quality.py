@@ -112,7 +112,8 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
         runs = LabelImage.empty(*image.shape[:2])
         runs.pixels[...] = image[..., 2] > 140
         blobs = find_blobs(runs, 20)
-        ((u, v),) = outline_blur(Frame(image), blobs, Profiles.of(blobs, *image.shape[:2]))
+        (blur,) = outline_blur(Frame(image), blobs, Profiles.of(blobs, *image.shape[:2]))
+        u, v = np.sqrt(blur.diagonal())
         seen.append((u, v) if angle == 0 else (v, u))
     assert seen[0][0] == pytest.approx(smear, abs=2.5)
     assert seen[1][0] == pytest.approx(smear, abs=2.5)
@@ -123,6 +124,46 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
     even = cv2.blur(even, (round(smear) + 1, 1))
     (row,) = Detector(DetectorConfig()).detect(Frame(even)).rows
     assert row['cov_uu'] > 2 * row['cov_vv']
+
+
+@pytest.mark.parametrize('smear', [6.0, 9.0, 12.0])
+def test_blur_along_the_light_counts_more_than_as_much_blur_across_it(smear):
+    # The light comes from the upper left. Both ways, u and v are blurred alike.
+    along, across = (
+        Detector(DetectorConfig()).detect(Frame(blurred(smear, angle))).rows[0]
+        for angle in (np.pi / 4, -np.pi / 4)
+    )
+    squared = []
+    for row in (along, across):
+        error = row['u'] - 120.3 + row['v'] - 80.2
+        variance = row['cov_uu'] + row['cov_vv'] + 2 * row['cov_uv']
+        squared.append(error**2 / variance)
+    assert squared[0] < 2 * squared[1]
+    assert along['cov_uv'] > 2 * across['cov_uv']
+
+
+@pytest.mark.parametrize('radius', [3.0, 5.0, 9.0, 16.0, 30.0, 45.0])
+def test_the_rounding_of_an_outline_to_pixels_is_known_at_every_size(radius):
+    random, squared = np.random.default_rng(round(radius)), []
+    v, u = np.indices((120, 120))
+    for _ in range(100):
+        center, r = 60 + random.random(2), radius + random.uniform(-0.5, 0.5)
+        image = np.full((120, 120, 3), (110, 105, 100), np.uint8)
+        image[np.hypot(u - center[0], v - center[1]) < r] = (34, 58, 205)
+        (row,) = Detector(DetectorConfig(min_area=1)).detect(Frame(image)).rows
+        error = np.array([row['u'], row['v']]) - center
+        squared.append(error**2 / [row['cov_uu'], row['cov_vv']])
+    assert 0.8 < np.mean(squared) < 1.25
+
+
+@pytest.mark.parametrize('gap', [0.5, 1.5])
+def test_a_ball_beside_the_border_is_not_thought_to_end_there(gap):
+    variances = []
+    for u in (22.0 + gap, 120.0):
+        image = red_ball(np.array([u, 80.2]), np.array([3.0, 0.0]), 22.0)
+        (row,) = Detector(DetectorConfig()).detect(Frame(image)).rows
+        variances.append(row['cov_uu'])
+    assert variances[0] < 2.5 * variances[1]
 
 
 def squared_errors(radius, smear, tolerance):
