@@ -3,8 +3,8 @@
 python benchmark/detection_covariance.py [SIZE...] prints it for each scene at each size, such as
 640x360, of balls that are wholly visible, partly covered (by 3 % to 70 %) and partly out of the
 picture. Balls that touch another of their color are left out: two in one blob have no centroid.
-python benchmark/detection_covariance.py --fit prints the constants of detection/covariance.py that
-bring the NSE of all scenes nearest to 1.
+python benchmark/detection_covariance.py --fit prints the constants of detection/covariance.py for
+which the errors are likeliest and the NSE of all scenes nearest to 1.
 """
 
 import argparse
@@ -38,10 +38,13 @@ RUNS = [
 
 VISIBLE, COVERED, LEAVING = 'visible', 'covered', 'leaving'
 FITTED = (
-    'OUTLINE_VARIANCE', 'SEEN_VARIANCE', 'ERROR_VARIANCE', 'SHADED_VARIANCE', 'CUT_SHIFT',
+    'OUTLINE_VARIANCE', 'SEEN_AT_LIMB', 'SEEN_DEEPER', 'MOST_SEEN', 'ERROR_VARIANCE',
+    'SHADED_VARIANCE', 'CUT_SHIFT',
 )  # fmt: skip
 FIT_BALLS = 40
 """Balls of each group that constants are fitted to, about."""
+CLOSE_TO_ONE = 0.3
+"""Weight of log(NSE)^2 beside the mean negative log-likelihood of a group."""
 STEP = 3
 """Frames from one that is judged to the next."""
 
@@ -110,11 +113,21 @@ def state(ball, scene):
 
 def nse(found, recorder):
     """Mean normalized squared error over two, with the constants of now."""
-    return np.mean([e @ np.linalg.solve(recorder.again(made), e) / 2 for e, made in found])
+    return squared(found, recorder)[0]
+
+
+def squared(found, recorder):
+    """NSE, and the mean negative log-likelihood of the errors, up to a constant."""
+    both = []
+    for e, made in found:
+        covariance_now = recorder.again(made)
+        half = e @ np.linalg.solve(covariance_now, e) / 2
+        both.append((half, half + np.log(np.linalg.det(covariance_now)) / 2))
+    return np.mean(both, axis=0)
 
 
 def fit(groups, recorder):
-    """Print the constants for which the sum of log(NSE)^2 over the groups is least."""
+    """Print the constants for which errors are likeliest, with NSE close to 1 in each group."""
     start = np.concatenate([np.atleast_1d(getattr(covariance, name)) for name in FITTED])
 
     def loss(values):
@@ -123,7 +136,8 @@ def fit(groups, recorder):
         for name, value in zip(FITTED, values, strict=False):
             setattr(covariance, name, value)
         covariance.CUT_SHIFT = tuple(values[-2:])
-        return sum(np.log(nse(found, recorder)) ** 2 for found in groups)
+        each = np.array([squared(found, recorder) for found in groups])
+        return (each[:, 1] + CLOSE_TO_ONE * np.log(each[:, 0]) ** 2).mean()
 
     best = minimize(loss, start, method='Nelder-Mead', options={'maxiter': 120, 'xatol': 1e-3})
     loss(best.x)

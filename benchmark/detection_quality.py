@@ -68,7 +68,9 @@ TOUCHING = ('swarm?duration=2', 50.0, {'split': True})
 CONSTANTS = {
     'covariance': {
         'OUTLINE_VARIANCE': BALL,
-        'SEEN_VARIANCE': JUGGLED,
+        'SEEN_AT_LIMB': BALL,
+        'SEEN_DEEPER': JUGGLED,
+        'MOST_SEEN': JUGGLED,
         'ERROR_VARIANCE': SMEARED,
         'SHADED_VARIANCE': BALL,
         'CUT_SHIFT': JUGGLED,
@@ -76,12 +78,18 @@ CONSTANTS = {
     },
     'blur': {
         'PROFILES': JUGGLED,
+        'OFF_MIDDLE': JUGGLED,
         'CLOSE': BALL,
         'REACH_SHARE': JUGGLED,
         'UNSURE': BALL,
         'MOST_FARTHER': SMEARED,
     },
-    'skewness': {'LEARN_RATE': JUGGLED, 'SPREADS': JUGGLED, 'USUAL_SHARE': JUGGLED},
+    'skewness': {
+        'CHANCES': JUGGLED,
+        'LEARN_RATE': JUGGLED,
+        'SPREADS': JUGGLED,
+        'USUAL_SHARE': JUGGLED,
+    },
     'background_model': {
         'FOLLOW_RATES': ROOM,
         'HELD_SLOWDOWN': ROOM,
