@@ -134,7 +134,7 @@ def shading(
     :returns: (N, 2, 2) [px^2].
     """
     squared = shift_squared(blur)
-    widest = np.sqrt(np.trace(blur, axis1=1, axis2=2) - LEAST_BLUR**2)
+    widest = np.sqrt(blur[:, 0, 0] + blur[:, 1, 1] - LEAST_BLUR**2)
     depth = ends.inside * widest / (2 * np.sqrt(blobs.axes[1]) + ERODED)
     counts = np.minimum(SEEN_AT_LIMB + SEEN_DEEPER * depth * ends.inside, MOST_SEEN)
     seen = np.matmul(square_root(squared), (counts[:, None] * ends.shift)[..., None])
@@ -153,16 +153,18 @@ def shift_squared(blur: NDArray[np.float64]) -> NDArray[np.float64]:
     :param blur: (N, 2, 2) of :func:`outline_blur`, w^2 m m' for blur along m alone.
     :returns: (N, 2, 2) [px^2].
     """
-    trace = np.trace(blur, axis1=1, axis2=2)[:, None, None]
-    return np.asarray(SHIFT_OF_ENDS**2 * (0.75 * blur + 0.25 * trace * np.eye(2)))
+    squared = 0.75 * blur
+    squared[:, [0, 1], [0, 1]] += 0.25 * (blur[:, 0, 0] + blur[:, 1, 1])[:, None]
+    return np.asarray(SHIFT_OF_ENDS**2 * squared)
 
 
 def square_root(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """(N, 2, 2) symmetric square roots of positive definite matrices (Cayley and Hamilton)."""
-    root = np.sqrt(np.linalg.det(matrix))
-    trace = np.trace(matrix, axis1=1, axis2=2)
-    whole = matrix + root[:, None, None] * np.eye(2)
-    return np.asarray(whole / np.sqrt(trace + 2 * root)[:, None, None])
+    (a, b), (_, c) = matrix.transpose(1, 2, 0)
+    root = np.sqrt(a * c - b * b)
+    whole = matrix.copy()
+    whole[:, [0, 1], [0, 1]] += root[:, None]
+    return np.asarray(whole / np.sqrt(a + c + 2 * root)[:, None, None])
 
 
 def cut_shift(blobs: BlobTable, skewness: NDArray[np.float64]) -> NDArray[np.float64]:
