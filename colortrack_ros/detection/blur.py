@@ -28,9 +28,10 @@ OFF_MIDDLE = 0.26
 """Tangent of the angle between the axis and the normal of a disc at the ends of its profiles, which
 are a quarter of a radius off its middle."""
 
-LEANING = np.array([[0, 1], [1, 0], [1, 0], [0, 1]]) / PROFILES
-"""(2 PROFILES, 2) weights of ends whose normals lean to the same side: lower right and upper left
-ones, and the others."""
+LEANING = np.array([[1, -1], [1, 1], [1, 1], [1, -1]]) / PROFILES
+"""(2 PROFILES, 2) weights of the ends of a profile: for the sum and for the difference of the mean
+of those whose normals lean to one side and of the others, which are the lower right and the upper
+left ones."""
 
 LEAST_BLUR = 1.0
 """Least width of an outline [px]: a pixel is the mean over its width."""
@@ -149,10 +150,10 @@ class Profiles(Columns):
         :param out: (N, 1 or 2, S) distance outward from the ends, 0 for the last pixel inside.
         """
         pixel = self.end + self.way * out[:, :, None, None]
-        last = pixel[..., -1:]
-        is_beyond = (last < self.least) | (last > self.most)
-        pixel = np.minimum(np.maximum(pixel, self.least, out=pixel), self.most, out=pixel)
-        return np.where(is_beyond, pixel[:, :, :, ::-1], pixel) if is_beyond.any() else pixel
+        limited = np.maximum(pixel, self.least)
+        np.minimum(limited, self.most, out=limited)
+        is_beyond = limited[..., -1:] != pixel[..., -1:]
+        return np.where(is_beyond, limited[:, :, :, ::-1], limited) if is_beyond.any() else limited
 
 
 def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[np.float64]:
@@ -190,17 +191,17 @@ def _squares(blur: NDArray[np.float32]) -> NDArray[np.float64]:
     the blur along u is |a + OFF_MIDDLE b| at two diagonally opposite ends, and |a - OFF_MIDDLE b|
     at the others. The difference of their squares is 4 OFF_MIDDLE a b.
 
-    :param blur: (N, 2, 2 PROFILES) [px].
+    :param blur: (N, 2, 2 PROFILES) [px]; sorted in place.
     """
-    squares = np.empty((len(blur), 2, 2))
-    diagonal = np.matmul(blur, LEANING)
-    uneven = (diagonal[..., 0] ** 2 - diagonal[..., 1] ** 2).sum(axis=1) / (8 * OFF_MIDDLE)
-    ordered = np.sort(blur, axis=2)
-    middle = np.maximum((ordered[..., PROFILES - 1] + ordered[..., PROFILES]) / 2, LEAST_BLUR)
-    squares[:, 0, 0], squares[:, 1, 1] = (middle**2).T
-    most = np.sqrt(np.prod(middle**2 - LEAST_BLUR**2, axis=1))
-    squares[:, 0, 1] = squares[:, 1, 0] = uneven.clip(-most, most)
-    return squares
+    both = np.matmul(blur, LEANING)
+    uneven = (both[..., 0] * both[..., 1]).sum(axis=1) / (8 * OFF_MIDDLE)
+    blur.sort(axis=2)
+    middle = np.maximum((blur[..., PROFILES - 1] + blur[..., PROFILES]) / 2, LEAST_BLUR) ** 2
+    most = np.sqrt((middle[:, 0] - LEAST_BLUR**2) * (middle[:, 1] - LEAST_BLUR**2))
+    squares = np.empty((len(blur), 4))
+    squares[:, ::3] = middle
+    squares[:, 1:3] = np.minimum(np.maximum(uneven, -most), most)[:, None]
+    return squares.reshape(-1, 2, 2)
 
 
 def outline_sides(profiles: Profiles, blur: NDArray[np.float64]) -> NDArray[np.intp]:

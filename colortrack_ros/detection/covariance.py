@@ -29,6 +29,12 @@ SHIFT_OF_ENDS = 8 / (3 * np.pi)
 shifts by cos(t) |cos(t)| times that: the integral of |cos(t)|^3 over a turn, over pi. Blur along
 the way of an exposure is |cos(t)| as wide, and what light from a side does to it is as cos(t)."""
 
+ROUND = np.eye(2)
+"""A covariance that is the same in all directions."""
+
+TO_SHIFT = SHIFT_OF_ENDS**2 * (0.75 * np.eye(4) + 0.25 * np.outer(ROUND, ROUND))
+"""(4, 4) linear map of matrices in :func:`shift_squared`: 3/4 of B and 1/4 of its trace."""
+
 SEEN_AT_LIMB, SEEN_DEEPER, MOST_SEEN = 0.5, 3.7, 1.04
 """Shift of a centroid over the one that is seen: where blobs end at the limb, how it grows with the
 depth of their ends [radii] times the share of the object there, and its limit. The light and the
@@ -110,7 +116,7 @@ def chance(blobs: BlobTable) -> NDArray[np.float64]:
     :returns: (N, 2, 2) [px^2].
     """
     share = 2 * OUTLINE_VARIANCE * outline_length(blobs) / blobs.area**2
-    return np.asarray(share[:, None, None] * (blobs.spread + PIXELATION * np.eye(2)))
+    return np.asarray(share[:, None, None] * (blobs.spread + PIXELATION * ROUND))
 
 
 def outline_length(blobs: BlobTable) -> NDArray[np.float64]:
@@ -153,17 +159,14 @@ def shift_squared(blur: NDArray[np.float64]) -> NDArray[np.float64]:
     :param blur: (N, 2, 2) of :func:`outline_blur`, w^2 m m' for blur along m alone.
     :returns: (N, 2, 2) [px^2].
     """
-    squared = 0.75 * blur
-    squared[:, [0, 1], [0, 1]] += 0.25 * (blur[:, 0, 0] + blur[:, 1, 1])[:, None]
-    return np.asarray(SHIFT_OF_ENDS**2 * squared)
+    return np.asarray(np.matmul(blur.reshape(-1, 4), TO_SHIFT).reshape(-1, 2, 2))
 
 
 def square_root(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """(N, 2, 2) symmetric square roots of positive definite matrices (Cayley and Hamilton)."""
-    (a, b), (_, c) = matrix.transpose(1, 2, 0)
+    a, b, _, c = matrix.reshape(-1, 4).T
     root = np.sqrt(a * c - b * b)
-    whole = matrix.copy()
-    whole[:, [0, 1], [0, 1]] += root[:, None]
+    whole = matrix + root[:, None, None] * ROUND
     return np.asarray(whole / np.sqrt(a + c + 2 * root)[:, None, None])
 
 

@@ -76,8 +76,8 @@ def beyond_chance(skewness: Column, blobs: BlobTable) -> Column:
 
     :returns: (N,).
     """
-    chance = 8 * np.sqrt(OUTLINE_VARIANCE * outline_length(blobs)) / blobs.area
-    return np.asarray(np.sqrt(np.maximum(skewness**2 - (CHANCES * chance) ** 2, 0)))
+    chance = (8 * CHANCES) ** 2 * OUTLINE_VARIANCE * outline_length(blobs) / blobs.area**2
+    return np.asarray(np.sqrt(np.maximum(skewness**2 - chance, 0)))
 
 
 def three_fold_skewness(blobs: BlobTable) -> Column:
