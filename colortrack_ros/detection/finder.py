@@ -119,23 +119,21 @@ class ColorFinder:
         """
         stamp = frame.stamp
         elapsed = (stamp - self._looked) / NANOSECONDS
-        complete = len(self._found) == len(self._sought)
-        if not self._sought or (complete and 0 <= elapsed < LOOK_SECONDS):
+        due = not (self._pool.size and 0 <= elapsed < LOOK_SECONDS)
+        missing = [k for k in self._sought if k not in self._found]
+        if not self._sought or not (due or missing):
             return False
         frame = plain(frame)
         cells, now = sample_colors(frame.image, frame.encoding)
-        share = self._pool_colors(now, max(elapsed, 0), self._light.change(frame.image))
-        self._looked = stamp
-        self._first = stamp if self._first is None else self._first
         before = dict(self._found), dict(self._shades)
-        present = list[int]()
-        for k in self._sought:
-            if k in self._found:
-                pooled = measure(self._pool, self._found[k])
-                if measure(now, self._found[k]).pixels >= LEAST_PRESENT * pooled.pixels:
-                    present.append(k)
-                    self._renew(k, stamp, pooled)
-            elif (extent := self._find(k, now)) is not None:
+        present, share = list[int](), 0.0
+        if due:
+            share = self._pool_colors(now, elapsed, self._light.change(frame.image))
+            self._looked = stamp
+            self._first = stamp if self._first is None else self._first
+            present = [k for k in self._found if self._renew(k, now, stamp)]
+        for k in missing:
+            if (extent := self._find(k, now)) is not None:
                 self._found[k], self._since[k] = extent, stamp
                 present.append(k)
             elif pixels_near(now, self._colors[k].lab) >= FEWEST_PIXELS:
@@ -146,15 +144,16 @@ class ColorFinder:
     def _pool_colors(self, now: NDArray[np.float64], elapsed: float, light: float) -> float:
         """Add a picture's colors to the pool, and follow the light.
 
-        :param light: the factor by which it has scaled all colors.
+        :param elapsed: since the last update [s]; light: the factor by which it has scaled all
+            colors.
         :returns: the weight of the picture.
         """
-        if light != 1 or not self._pool.size:
+        if elapsed < 0 or light != 1 or not self._pool.size:
             self._pool = now.copy()
             self._found = {k: in_light(extent, light) for k, extent in self._found.items()}
             self._shades.clear()
             self._searches.clear()
-        share = float(-np.expm1(-elapsed / POOL_SECONDS))
+        share = float(-np.expm1(-max(elapsed, 0) / POOL_SECONDS))
         self._pool += (now - self._pool) * share
         return share
 
@@ -204,12 +203,15 @@ class ColorFinder:
         rest = counts.sum() - found.pixels
         return found if found.growth * found.pixels < MOST_GROWTH * rest else None
 
-    def _renew(self, k: int, stamp: int, pooled: Extent) -> None:
+    def _renew(self, k: int, now: NDArray[np.float64], stamp: int) -> bool:
         """Replace a color's extent with its current one, unless that belongs to another object.
 
-        :param pooled: of :func:`measure`, for the known extent in the pool.
+        :returns: whether enough of the color is in the picture.
         """
         known, color, pool = self._found[k], self._colors[k], self._pool
+        pooled = measure(pool, known)
+        if measure(now, known).pixels < LEAST_PRESENT * pooled.pixels:
+            return False
         is_new = 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
 
         def is_same(extent: Extent) -> bool:
@@ -225,10 +227,11 @@ class ColorFinder:
             extent = find_extent(pool, pooled.lab, (), (), _most_of(color), 0, allowed, apart)
             if extent is not None and is_same(extent):
                 self._found[k] = extent
-                return
+                return True
         extent = self._find(k, pool, allowed)
         if extent is not None and (is_new or is_same(extent)):
             self._found[k] = extent
+        return True
 
     def resolve(self, colors: tuple[ReferenceColor, ...]) -> tuple[ReferenceColor, ...]:
         """The colors, with estimates for what was not given."""

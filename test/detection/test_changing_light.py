@@ -11,7 +11,9 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import finder
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.extent import measure
 from colortrack_ros.detection.light_change import LightChange
 
 WALL, ORANGE, CAP = (190, 190, 180), (250, 150, 20), (200, 160, 50)
@@ -86,6 +88,24 @@ def test_a_thing_that_leaves_takes_no_part_of_its_color_with_it():
         if left is not None and left < 275:
             area.append(rows['area'].max(initial=0))
     assert min(area) > 0.9 * np.pi * 40**2
+
+
+def test_colors_are_updated_four_times_a_second_also_while_another_is_not_there(monkeypatch):
+    image, updates = noisy(glossy_scene(200)), []
+    monkeypatch.setattr(finder, 'measure', lambda *args: updates.append(1) or measure(*args))
+    detector = sought(ORANGE, (0, 0, 255))
+    for k in range(31):
+        detector.detect(Frame(image, stamp=k * NANOSECONDS // 30))
+    assert len(updates) == 2 * 3, 'each compares a picture with the pool; the last is due at 32'
+
+
+def test_a_clock_that_goes_back_starts_the_pool_anew():
+    detector = sought(ORANGE)
+    for k in range(8):
+        detector.detect(Frame(noisy(glossy_scene(200)), stamp=(10 + k) * NANOSECONDS))
+    for k in range(3):
+        rows = detector.detect(Frame(noisy(glossy_scene(100)), stamp=k * NANOSECONDS)).rows
+    assert rows['area'].max() == pytest.approx(np.pi * 40**2, rel=0.1)
 
 
 def textured(seed=0):
