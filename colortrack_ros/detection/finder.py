@@ -1,7 +1,6 @@
 """Tolerance estimation: finds how far a color extends in the pictures, and follows the light."""
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +26,8 @@ from colortrack_ros.detection.light_change import LightChange
 from colortrack_ros.detection.reference import apart_from
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
-from colortrack_ros.detection.reference import Triple
-from colortrack_ros.detection.shades import reach_of
-from colortrack_ros.detection.shades import shades_beyond
-from colortrack_ros.detection.shades import with_shades
+from colortrack_ros.detection.shade_follower import ShadeFollower
+from colortrack_ros.detection.shade_follower import SHADES_SECONDS
 from colortrack_ros.detection.usual_areas import UsualAreas
 from colortrack_ros.encodings import plain
 
@@ -46,10 +43,6 @@ POOL_SECONDS = 1.0
 """Time constant of the pooled color counts [s]. For this long, a color that has just appeared may
 change without restriction. It is also the time constant for following the light."""
 
-SHADES_SECONDS = 1.0
-"""Interval between two searches for further shades of a color [s], once its unrestricted period is
-over. A search takes 20 to 60 ms, and the light on an object changes no faster than the pool."""
-
 FEWEST_LEFT = 1 / 4
 """Share of its pixels that a color must keep to follow the light; the inverse limits its growth.
 When an object has left, slightly similar pixels must not pull the color away. Assumed: light
@@ -59,10 +52,6 @@ LEAST_PRESENT = 1 / 2
 """Share of its pooled pixels that a color must have in a picture to be updated, and that it keeps
 unless a deeper gap is found. Otherwise an object that leaves, or a hand that covers it, changes its
 color to that of what is left."""
-
-MOST_LARGER = 1.25
-"""Growth of the half axes from which on shades are searched for again: their ellipsoids grow as
-much, and may include what is not the object's."""
 
 MANY_SPECKS = 20
 """Number of blobs in one picture, each too small for an object, above which the user is warned.
@@ -76,19 +65,6 @@ NOWHERE, NOTHING = (0.0, -128.0, -128.0), 1e-6
 """Color and tolerance that stand in for a color missing from the picture: outside sRGB."""
 
 
-class ShadeSearch(NamedTuple):
-    """When further shades of a color were searched for, beyond which extent, and what was found."""
-
-    stamp: int
-    whole: Extent
-    shades: tuple[Triple, ...]
-
-    def is_outdated(self, stamp: int, pause: float, whole: Extent) -> bool:
-        """Whether it is longer ago than a pause [ns], or the extent has grown."""
-        larger = np.array(whole.axes) > MOST_LARGER * np.array(self.whole.axes)
-        return not 0 <= stamp - self.stamp < pause or bool(larger.any())
-
-
 class ColorFinder:
     """Estimates the tolerance of each color that has none, and the least area of its blobs.
 
@@ -100,9 +76,7 @@ class ColorFinder:
         self._sought = [k for k, color in enumerate(colors) if color.is_sought]
         self._found: dict[int, Extent] = {}
         self._since: dict[int, int] = {}
-        self._reach: dict[int, float] = {}
-        self._shades: dict[int, tuple[Triple, ...]] = {}
-        self._searches: dict[int, ShadeSearch] = {}
+        self._shades = {k: ShadeFollower() for k in self._sought}
         self._pool = np.zeros(0)
         self._looked = 0
         self._first: int | None = None
@@ -125,7 +99,7 @@ class ColorFinder:
             return False
         frame = plain(frame)
         cells, now = sample_colors(frame.image, frame.encoding)
-        before = dict(self._found), dict(self._shades)
+        before = self._state()
         present, share = list[int](), 0.0
         if due:
             share = self._pool_colors(now, elapsed, self._light.change(frame.image))
@@ -138,8 +112,18 @@ class ColorFinder:
                 present.append(k)
             elif pixels_near(now, self._colors[k].lab) >= FEWEST_PIXELS:
                 self._fills.add(k)
-        self._follow_shades(present, cells, now, share, stamp)
-        return before != (self._found, self._shades)
+        for k in present:
+            if not (self._colors[k].is_sampled or self._colors[k].inverted):
+                apart = apart_from(self._colors, k)
+                pause = LOOK_SECONDS if self._is_new(k, stamp) else SHADES_SECONDS
+                self._shades[k].follow(cells, now, self._found[k], apart, share, stamp, pause)
+        return before != self._state()
+
+    def _state(self) -> list[object]:
+        return [(self._found.get(k), self._shades[k].shades) for k in self._sought]
+
+    def _is_new(self, k: int, stamp: int) -> bool:
+        return 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
 
     def _pool_colors(self, now: NDArray[np.float64], elapsed: float, light: float) -> float:
         """Add a picture's colors to the pool, and follow the light.
@@ -151,44 +135,11 @@ class ColorFinder:
         if elapsed < 0 or light != 1 or not self._pool.size:
             self._pool = now.copy()
             self._found = {k: in_light(extent, light) for k, extent in self._found.items()}
-            self._shades.clear()
-            self._searches.clear()
+            for shades in self._shades.values():
+                shades.restart()
         share = float(-np.expm1(-max(elapsed, 0) / POOL_SECONDS))
         self._pool += (now - self._pool) * share
         return share
-
-    def _follow_shades(
-        self,
-        present: list[int],
-        cells: NDArray[np.uint16],
-        counts: NDArray[np.float64],
-        share: float,
-        stamp: int,
-    ) -> None:
-        """Extend colors to the shades of their objects, a bit more with each update.
-
-        A sudden extension would include pixels that were next to the object by chance in one
-        picture, so more shades, or fewer, count when two searches in a row find them. These run
-        less often, since they take longer than the rest of an update.
-        """
-        for k in present:
-            if self._colors[k].is_sampled or self._colors[k].inverted:
-                continue
-            extent = self._found[k]
-            reach = reach_of(cells, counts, extent, apart_from(self._colors, k))
-            if reach is None:
-                continue
-            known = self._reach.get(k, reach)
-            reach = self._reach[k] = min(reach, float(known + share * (reach - known)))
-            is_young = stamp - self._since[k] < POOL_SECONDS * NANOSECONDS
-            pause = (LOOK_SECONDS if is_young else SHADES_SECONDS) * NANOSECONDS
-            whole = with_shades(extent, reach)
-            last = self._searches.get(k)
-            if last is None or last.is_outdated(stamp, pause, whole):
-                shades = shades_beyond(cells, counts, whole, apart_from(self._colors, k))
-                recent = self._shades.get(k, shades), last.shades if last else shades, shades
-                self._shades[k] = sorted(recent, key=len)[1]
-                self._searches[k] = ShadeSearch(stamp, whole, shades)
 
     def _find(self, k: int, counts: NDArray[np.float64], allowed: float = 0.0) -> Extent | None:
         color = self._colors[k]
@@ -212,7 +163,7 @@ class ColorFinder:
         pooled = measure(pool, known)
         if measure(now, known).pixels < LEAST_PRESENT * pooled.pixels:
             return False
-        is_new = 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
+        is_new = self._is_new(k, stamp)
 
         def is_same(extent: Extent) -> bool:
             way = nearest_sample(np.array([extent.lab]), (known.lab, pooled.lab), SHAPE)
@@ -243,14 +194,14 @@ class ColorFinder:
                     colors[k], lab=NOWHERE, tolerance=NOTHING, samples=(), inverted=False
                 )
                 continue
-            extent = with_shades(extent, self._reach.get(k, 1.0))
+            extent, shades = self._shades[k].whole(extent), self._shades[k].shades
             dL, da, db = (min(axis, MAX_TOLERANCE) for axis in extent.axes)
             found[k] = replace(
                 colors[k],
                 lab=extent.lab,
                 tolerance=max(da, db),
                 tolerance_lab=(dL, da, db),
-                samples=self._shades.get(k, colors[k].samples),
+                samples=colors[k].samples if shades is None else shades,
             )
         return tuple(found)
 

@@ -14,8 +14,8 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
-from colortrack_ros.detection import finder
 from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection import shade_follower
 from colortrack_ros.sources import open_source
 
 RED, BROWN, WALL, GREEN = (200, 20, 60), (150, 100, 40), (190, 190, 180), (90, 140, 80)
@@ -265,8 +265,10 @@ def test_a_thing_is_found_whole_by_its_dark_and_by_its_light_side(share):
 def test_shades_beyond_are_seldom_looked_for_also_while_another_color_is_not_there(monkeypatch):
     """A color that is not in sight is looked for in every picture."""
     searches = []
-    search = finder.shades_beyond
-    monkeypatch.setattr(finder, 'shades_beyond', lambda *a: (searches.append(1), search(*a))[1])
+    search = shade_follower.shades_beyond
+    monkeypatch.setattr(
+        shade_follower, 'shades_beyond', lambda *a: (searches.append(1), search(*a))[1]
+    )
     detector = sought(ORANGE, (20, 60, 250))
     for k in range(120):
         image = picture(seed=k, others=False)
