@@ -171,7 +171,8 @@ def _start(nodes: NodeGroup, recorder: Recorder, arguments: argparse.Namespace) 
     nodes.start('overlay')
     nodes.spin_until(recorder.is_complete)
     source = f'source:={arguments.source}'
-    nodes.start('camera', source, 'wait_for_subscribers:=2', 'exit_at_end:=true')
+    once = 'exit_at_end:=true', 'loop:=false'  # objects would jump back to where they began
+    nodes.start('camera', source, 'wait_for_subscribers:=2', *once)
 
 
 def _watch(recorder: Recorder, nodes: NodeGroup, seconds: float) -> int:

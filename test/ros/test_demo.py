@@ -10,6 +10,8 @@ import subprocess
 import sys
 import termios
 
+import cv2
+import numpy as np
 import pytest
 from support.ros_domain import free_domain
 from support.waiting import PATIENCE
@@ -116,3 +118,17 @@ def test_a_color_that_is_not_there_is_told_with_the_nearest_that_is(demo, tmp_pa
     wait_until(lambda: text in (tmp_path / 'errors').read_text())
     process.send_signal(signal.SIGTERM)
     process.wait(PATIENCE)
+
+
+def test_a_film_is_shown_once(demo, tmp_path):
+    film = str(tmp_path / 'film.mp4')
+    writer = cv2.VideoWriter(film, cv2.VideoWriter.fourcc(*'mp4v'), 30, (160, 120))
+    for k in range(45):
+        image = np.full((120, 160, 3), 90, np.uint8)
+        writer.write(cv2.circle(image, (30 + 2 * k, 60), 12, (30, 20, 220), cv2.FILLED))
+    writer.release()
+    given = '--source', film, '--color', '220,20,30', '--seconds', '15'
+    process = demo('', *given, stdout=subprocess.PIPE, text=True)
+    told, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0
+    assert '45 frames tracked, 1 objects' in told
