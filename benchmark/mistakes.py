@@ -22,6 +22,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 from scipy.special import chdtri
+from wrong_odometry import dies
+from wrong_odometry import flat
+from wrong_odometry import wheels
 
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Frame
@@ -47,25 +50,24 @@ from colortrack_ros.world.view import View
 
 SECONDS, RATE = 12.0, 30
 OUTSIDE = chdtri(3, 0.001)
-WAYS = (((2.5, -0.4, 4.5, -1.4), 0.3), ((3.0, 1.5, 4.5, 2.5, 2.0, 2.5), 0.5), ((1.5, 2.5), 0.0))
-ROLLERS = tuple(
-    Thing(thing.name, ThingConfig(rgb=thing.config.rgb, diameter=0.24, path=path, speed=speed))
-    for thing, (path, speed) in zip(BALLS[1:], WAYS, strict=True)
-)
-ALIKE = tuple(
-    Thing(thing.name, ThingConfig(rgb=thing.config.rgb, diameter=0.24, path=path, speed=0.25))
-    for thing, path in zip(
-        BALLS[1:],
-        ((2.5, -1.0, 5.5, 1.4), (3.0, -0.2, 6.0, 2.2), (3.4, -1.6, 6.4, 0.8)),
-        strict=True,
+
+
+def balls(*ways):
+    """Three balls, each with a path and its speed along it [m/s]."""
+    return tuple(
+        Thing(thing.name, ThingConfig(rgb=thing.config.rgb, diameter=0.24, path=path, speed=speed))
+        for thing, (path, speed) in zip(BALLS[1:], ways, strict=True)
     )
-)
 
 
-AHEAD = tuple(
-    Thing(thing.name, ThingConfig(rgb=thing.config.rgb, diameter=0.24, path=path))
-    for thing, path in zip(BALLS[1:], ((4.0, -0.7), (4.6, 0.8), (5.2, -0.1)), strict=True)
+ROLLERS = balls(
+    ((2.5, -0.4, 4.5, -1.4), 0.3), ((3.0, 1.5, 4.5, 2.5, 2.0, 2.5), 0.5), ((1.5, 2.5), 0.0)
 )
+ALIKE = balls(*(
+    (path, 0.25)
+    for path in ((2.5, -1.0, 5.5, 1.4), (3.0, -0.2, 6.0, 2.2), (3.4, -1.6, 6.4, 0.8))
+))  # fmt: skip
+AHEAD = balls(((4.0, -0.7), 0.4), ((4.6, 0.8), 0.4), ((5.2, -0.1), 0.4))
 
 
 def straight(seconds):
@@ -174,41 +176,9 @@ class Wrong:
     rows: object = lambda rows: rows
 
 
-def later(poses, k, seconds=0.2):
-    return poses[max(k - round(seconds * RATE), 0)]
-
-
-def earlier(poses, k):
-    return poses[min(k + 6, len(poses) - 1)]
-
-
-def flat(x=1, y=1, yaw=1, off=0, exchanged=False):
-    """Poses with these factors, a frame that is turned by so many degrees, x and y exchanged."""
-
-    def told(poses, k):
-        angle = np.arctan2(poses[k].R[1, 0], poses[k].R[0, 0])
-        t = poses[k].t[[1, 0, 2]] if exchanged else poses[k].t
-        return Pose.of_rpy(t * [x, y, 1], (0, 0, yaw * angle + np.radians(off)))
-
-    return told
-
-
-def wheels(way=1.0, turn=1.0):
-    """Wheels of another radius, or another track: ways and turns are multiplied."""
-
-    def told(poses, k):
-        yaw = np.unwrap([np.arctan2(p.R[1, 0], p.R[0, 0]) for p in poses[: k + 1]])
-        x, y = np.array([p.t[:2] for p in poses[: k + 1]]).T
-        steps, more = np.diff(x + 1j * y), (turn - 1) * (yaw[1:] + yaw[:-1]) / 2
-        at = poses[0].t[0] + 1j * poses[0].t[1] + (way * steps * np.exp(1j * more)).sum()
-        return Pose.of_rpy((at.real, at.imag, 0), (0, 0, turn * yaw[-1]))
-
-    return told
-
-
-def dies(poses, k):
-    """Repeated from the middle on."""
-    return poses[min(k, len(poses) // 2)]
+def shifted(seconds):
+    """The pose of another time."""
+    return lambda poses, k: poses[min(max(k + round(seconds * RATE), 0), len(poses) - 1)]
 
 
 def slips(way, turn):
@@ -248,8 +218,8 @@ MISTAKES = {
     'distortion left out': Wrong(camera=lens(distorted=False)),
     'picture half as large': Wrong(rows=smaller),
     'odometry in mm': Wrong(base=lambda poses, k: Pose(1e3 * poses[k].t, poses[k].R)),
-    'odometry 0.2 s old': Wrong(base=later),
-    'odometry 0.2 s ahead': Wrong(base=earlier),
+    'odometry 0.2 s old': Wrong(base=shifted(-0.2)),
+    'odometry 0.2 s ahead': Wrong(base=shifted(0.2)),
     'odometry turns the other way': Wrong(base=flat(y=-1, yaw=-1)),
     'sign of its yaw': Wrong(base=flat(yaw=-1)),
     'sign of its y': Wrong(base=flat(y=-1)),

@@ -21,6 +21,8 @@ from world_scene import config_of
 from world_scene import HERE
 from world_scene import measure
 from world_scene import truths
+from wrong_odometry import dies
+from wrong_odometry import flat
 
 from colortrack_ros.world import Locator
 from colortrack_ros.world.poses import Pose
@@ -64,10 +66,9 @@ def driven(speed, turn):
         x, y = x + v * SCENE.dt * np.cos(yaw), y + v * SCENE.dt * np.sin(yaw)
 
 
-def dies(poses):
-    """Odometry that repeats its pose from the middle on."""
-    half = len(poses) // 2
-    return poses[:half] + [poses[half]] * (len(poses) - half)
+def each(told):
+    """Odometry of a mistake of wrong_odometry.py at all pictures."""
+    return lambda poses, v, w: [told(poses, k) for k in range(len(poses))]
 
 
 def scaled(way, turn):
@@ -85,31 +86,21 @@ def slips(way, turn):
     return told
 
 
-def each(change):
-    """Odometry whose poses are changed one by one: by x, y, yaw."""
-
-    def told(poses, v, w):
-        flat = ((*p.t[:2], np.arctan2(p.R[1, 0], p.R[0, 0])) for p in poses)
-        return [Pose.of_rpy((x, y, 0), (0, 0, yaw)) for x, y, yaw in (change(*p) for p in flat)]
-
-    return told
-
-
 FAULTS = {
     'right': lambda poses, v, w: poses,
     'stands': lambda poses, v, w: [poses[0]] * len(poses),
-    'dies': lambda poses, v, w: dies(poses),
+    'dies': each(dies),
     'slips ahead': slips(0.4, 0.0),
     'slips and turns': slips(0.0, 0.5),
     'way 0.8': scaled(0.8, 1), 'way 0.9': scaled(0.9, 1), 'way 1.25': scaled(1.25, 1),
     'turn 0.8': scaled(1, 0.8), 'turn 1.25': scaled(1, 1.25),
     'wheels 0.8': scaled(0.8, 0.8), 'wheels 1.25': scaled(1.25, 1.25),
-    'x and y swapped': each(lambda x, y, yaw: (y, x, yaw)),
-    'y inverted': each(lambda x, y, yaw: (x, -y, yaw)),
-    'yaw inverted': each(lambda x, y, yaw: (x, y, -yaw)),
-    'other way': each(lambda x, y, yaw: (x, -y, -yaw)),
-    'backward': each(lambda x, y, yaw: (-x, -y, yaw)),
-    'y is ahead': each(lambda x, y, yaw: (x, y, yaw + np.pi / 2)),
+    'x and y swapped': each(flat(exchanged=True)),
+    'y inverted': each(flat(y=-1)),
+    'yaw inverted': each(flat(yaw=-1)),
+    'other way': each(flat(y=-1, yaw=-1)),
+    'backward': each(flat(x=-1, y=-1)),
+    'y is ahead': each(flat(off=90)),
 }  # fmt: skip
 
 

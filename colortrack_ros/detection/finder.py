@@ -26,6 +26,7 @@ from colortrack_ros.detection.light_change import LightChange
 from colortrack_ros.detection.reference import apart_from
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
+from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shade_follower import ShadeFollower
 from colortrack_ros.detection.shade_follower import SHADES_SECONDS
 from colortrack_ros.detection.usual_areas import UsualAreas
@@ -107,7 +108,7 @@ class ColorFinder:
             self._first = stamp if self._first is None else self._first
             present = [k for k in self._found if self._renew(k, now, stamp)]
         for k in missing:
-            if (extent := self._find(k, now)) is not None:
+            if (extent := self._find(k, now, self._colors[k].lab)) is not None:
                 self._found[k], self._since[k] = extent, stamp
                 present.append(k)
             elif pixels_near(now, self._colors[k].lab) >= FEWEST_PIXELS:
@@ -141,13 +142,12 @@ class ColorFinder:
         self._pool += (now - self._pool) * share
         return share
 
-    def _find(self, k: int, counts: NDArray[np.float64], allowed: float = 0.0) -> Extent | None:
+    def _find(
+        self, k: int, counts: NDArray[np.float64], lab: Triple, allowed: float = 0.0
+    ) -> Extent | None:
         color = self._colors[k]
-        most = _most_of(color)
-        known = color.lab, color.samples, color.others
-        found = find_extent(
-            counts, *known, most, allowed=allowed, apart=apart_from(self._colors, k)
-        )
+        known, apart = (lab, color.samples, color.others), apart_from(self._colors, k)
+        found = find_extent(counts, *known, _most_of(color), allowed=allowed, apart=apart)
         if found is None or not color.inverted:
             return found
         # The rest shrinks as the background color grows: a lot if the background is unevenly lit.
@@ -173,15 +173,12 @@ class ColorFinder:
             return bool(is_near and is_whole and extent.pixels > FEWEST_LEFT * known.pixels)
 
         allowed = 0 if is_new else known.pixels / FEWEST_LEFT
-        if not (is_new or color.is_sampled or color.inverted):
-            apart = apart_from(self._colors, k)
-            extent = find_extent(pool, pooled.lab, (), (), _most_of(color), 0, allowed, apart)
-            if extent is not None and is_same(extent):
+        is_followed = not (is_new or color.is_sampled or color.inverted)
+        for lab in (pooled.lab, color.lab) if is_followed else (color.lab,):
+            extent = self._find(k, pool, lab, allowed)
+            if extent is not None and (is_new or is_same(extent)):
                 self._found[k] = extent
-                return True
-        extent = self._find(k, pool, allowed)
-        if extent is not None and (is_new or is_same(extent)):
-            self._found[k] = extent
+                break
         return True
 
     def resolve(self, colors: tuple[ReferenceColor, ...]) -> tuple[ReferenceColor, ...]:

@@ -6,23 +6,16 @@ import pytest
 from support.lit_balls import draw_lit_ball
 from support.lit_balls import hues
 from support.lit_balls import wheel
+from support.sought import sought
 
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.detection import Detector
-from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import finder
-from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.extent import measure
 from colortrack_ros.detection.light_change import LightChange
 
 WALL, ORANGE, CAP = (190, 190, 180), (250, 150, 20), (200, 160, 50)
 NOISE = 1.5
-
-
-def sought(*colors):
-    named = [ReferenceColor.from_rgb(f'c{k}', rgb) for k, rgb in enumerate(colors)]
-    return Detector(DetectorConfig(colors=tuple(named)))
 
 
 def noisy(image, light=1.0, seed=0):

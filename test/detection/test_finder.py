@@ -9,6 +9,7 @@ from support.lit_balls import draw_lit_ball
 from support.lit_balls import hues
 from support.lit_balls import wheel
 from support.paths import DATA
+from support.sought import sought
 
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
@@ -21,11 +22,6 @@ from colortrack_ros.sources import open_source
 RED, BROWN, WALL, GREEN = (200, 20, 60), (150, 100, 40), (190, 190, 180), (90, 140, 80)
 ORANGE = (230, 120, 30)
 NOISE = 3.0
-
-
-def sought(*colors):
-    named = [ReferenceColor.from_rgb(f'c{k}', rgb) for k, rgb in enumerate(colors)]
-    return Detector(DetectorConfig(colors=tuple(named)))
 
 
 def picture(*balls, seed=0, light=1.0, others=True):
