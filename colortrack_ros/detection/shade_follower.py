@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shades import reach_of
 from colortrack_ros.detection.shades import shades_beyond
@@ -19,6 +21,16 @@ over. A search takes 20 to 60 ms, and the light on an object changes no faster t
 MOST_LARGER = 1.25
 """Growth of the half axes from which on shades are searched for again: their ellipsoids grow as
 much, and may include what is not the object's."""
+
+
+LEAST_LEFT, MOST_AROUND = 1 / 2, 2.0
+"""Share of their pixels that fewer shades must keep, and growth of the pixels of all shades from
+which on this does not matter. A shadow that touches an object ends the search for its shades in the
+shadow, but takes nothing from the object; half of the wall is no part of it. Assumed."""
+
+ENOUGH_SEARCHES = 3
+"""Searches that must have found as many shades before they are kept like this. Assumed: the first
+ones, of an object that is still coming into the picture, find others."""
 
 
 class _Search(NamedTuple):
@@ -40,11 +52,13 @@ class ShadeFollower:
     def __init__(self) -> None:
         self._reach: float | None = None
         self._last: _Search | None = None
+        self._confirmed, self._pixels = 0, 0.0
         self.shades: tuple[Triple, ...] | None = None
 
     def restart(self) -> None:
         """Search for the shades anew: the light is another one."""
         self._last = self.shades = None
+        self._confirmed = 0
 
     def whole(self, extent: Extent) -> Extent:
         """The extent of the color with its near shades."""
@@ -80,5 +94,25 @@ class ShadeFollower:
         if last is None or last.is_outdated(stamp, pause, whole):
             new = shades_beyond(cells, counts, whole, apart)
             recent = new if self.shades is None else self.shades, last.shades if last else new, new
-            self.shades = sorted(recent, key=len)[1]
+            self._change(sorted(recent, key=len)[1], counts, whole)
+            if len(new) >= len(self.shades or ()):
+                self._confirmed, self._pixels = self._confirmed + 1, _pixels(counts, whole, new)
             self._last = _Search(stamp, whole, new)
+
+    def _change(
+        self, shades: tuple[Triple, ...], counts: NDArray[np.float64], whole: Extent
+    ) -> None:
+        """Replace the shades, unless that loses most of an object that is there as before."""
+        if self.shades and len(shades) < len(self.shades) and self._confirmed >= ENOUGH_SEARCHES:
+            left, there = (_pixels(counts, whole, each) for each in (shades, self.shades))
+            if left < LEAST_LEFT * there and there < MOST_AROUND * self._pixels:
+                return
+        self.shades = shades
+
+
+def _pixels(counts: NDArray[np.float64], whole: Extent, shades: tuple[Triple, ...]) -> float:
+    """Number of pixels of a color and its shades in a picture."""
+    (filled,) = counts.nonzero()
+    color = cell_bounds()[0].T[filled]
+    inside = nearest_sample(color, (whole.lab, *shades), np.array(whole.axes)) < 1
+    return float(counts[filled] @ inside)

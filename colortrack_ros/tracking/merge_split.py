@@ -14,6 +14,7 @@ from colortrack_ros.tracking.overlaps import Overlaps
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
 from colortrack_ros.tracking.sizes import total
+from colortrack_ros.tracking.splinters import mark_pieces
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -92,6 +93,8 @@ def find_guests(
 ) -> tuple[Indices, Indices]:
     """Find known objects without a blob inside a blob that is too wide for its track.
 
+    Splinters of that track's object are none: it has grown, or was seen only in part before.
+
     :param prediction: of N tracks.
     :param blobs: of the frame.
     :param taken: (N,) the blob of each track; -1 for none, -2 for none because it was measured at
@@ -109,7 +112,10 @@ def find_guests(
     center = prediction.center[lost]
     blob, track = points_inside(blobs.box[wide].mean(axis=1), blobs.size[wide] / 2, center)
     blob, track = _once(wide[blob], lost[track], blobs.rows['color'][wide[blob]], records['color'])
-    return track, blob
+    owner = np.zeros(len(blobs), records['track_id'].dtype)
+    owner[taken[host]] = records['track_id'][host]
+    piece = mark_pieces(prediction, lost, track, owner[blob])
+    return track[~piece], blob[~piece]
 
 
 def _join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:

@@ -1,8 +1,8 @@
-"""Splinters: pieces of a broken object tracked as objects, where there are no boxes to tell.
+"""Splinters: pieces of a broken object tracked as objects.
 
-A pole in front of a disc splits it into two detections. Without sizes (see merge_split) the piece
-that no track takes starts one of its own, which merges with the object's when the disc is whole
-again. Its history tells it from an object that met another: that one came from afar.
+A pole in front of a disc splits it into two detections. The piece that no track takes may start one
+of its own, in particular without sizes (see merge_split), which merges with the object's when the
+disc is whole again. Its history tells it from an object that met another: that one came from afar.
 """
 
 import numpy as np
@@ -100,3 +100,21 @@ def leave_out_splinters(records: Records, member: Indices, host: Indices) -> Ind
     left = np.where(splinter, -1, member)
     order = np.argsort(left < 0, axis=1, kind='stable')
     return np.take_along_axis(left, order, axis=1)
+
+
+def mark_pieces(
+    prediction: Prediction, lost: Indices, track: Indices, owner: NDArray[np.uint32]
+) -> NDArray[np.bool_]:
+    """Find the splinters among tracks that would share a blob with sizes, and record them.
+
+    :param lost: tracks without a blob, (L,).
+    :param track: (K,) those of them that would share one.
+    :param owner: (K,) ID of the track that has taken it.
+    :return: (K,) whether it started inside the owner's object, and shortly before.
+    """
+    records, step = prediction.records, prediction.step
+    records['splinter'][lost] &= prediction.unseen[lost] > LAST_FRAME * step.period
+    piece = records['host'][track] == owner
+    piece &= step.now - records['born'][track] < LONGEST_PIECE * NANOSECONDS
+    records['splinter'][track[piece]] = True
+    return np.asarray(piece)

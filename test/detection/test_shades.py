@@ -4,12 +4,14 @@ import cv2
 import numpy as np
 import pytest
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.cells import CELLS
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.growth import HALF_WAY
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.lab import linear_from_srgb
+from colortrack_ros.detection.shade_follower import ShadeFollower
 from colortrack_ros.detection.shades import reach_of
 from colortrack_ros.detection.shades import shades_beyond
 
@@ -105,3 +107,23 @@ def test_nor_where_there_is_more_of_a_shade_than_of_the_color():
         shades_beyond(cells, np.bincount(cells.reshape(-1), minlength=CELLS), DARK, [])
     )
     assert shades.reshape(-1, 3)[:, 0].max(initial=0) < 34
+
+
+def with_patch(radius):
+    """The disc of graded(), and a thing of one of its shades beside it."""
+    cells, _ = graded(((100, 100), 40, RED))
+    v, u = np.mgrid[:240, :320]
+    cells[np.hypot(u - 220, v - 100) < radius] = cells[85, 100]
+    return cells, np.bincount(cells.reshape(-1), minlength=CELLS).astype(float)
+
+
+@pytest.mark.parametrize(
+    ('before', 'radius', 'kept'), [(6, 25, True), (6, 80, False), (1, 25, False)]
+)
+def test_shades_known_for_long_are_kept_if_most_of_the_thing_would_be_lost(before, radius, kept):
+    follower = ShadeFollower()
+    for k in range(12):
+        picture = with_patch(radius if k >= before else 0)
+        follower.follow(*picture, DARK, [], 0.2, k * NANOSECONDS)
+    lightest = np.array(follower.shades).reshape(-1, 3)[:, 0].max(initial=0)
+    assert (lightest > 40) == kept, 'the other thing has 39'

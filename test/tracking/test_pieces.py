@@ -56,3 +56,17 @@ def test_what_does_not_fit_into_the_object_is_no_piece_of_it(aside):
 def test_what_has_another_color_is_no_piece():
     rows = after([(160, 200, 195, 239), (200, 200, 219, 239)], color=[0, 1])
     assert sorted(rows['color'].tolist()) == [0, 1]
+
+
+@pytest.mark.parametrize(('frames', 'left'), [(4, 1), (60, 2)])
+def test_what_was_seen_briefly_inside_an_object_is_not_still_in_it_when_it_has_grown(frames, left):
+    tracker = Tracker()
+    part, piece, whole = (480, 285, 519, 324), (500, 300, 533, 311), (475, 285, 533, 331)
+    for k in range(24):
+        tracker.update(of_boxes([part], k))
+    for k in range(24, 24 + frames):
+        rows = tracker.update(of_boxes([part, piece], k)).rows
+    assert len(rows) == 2
+    for k in range(24 + frames, 40 + frames):
+        rows = tracker.update(of_boxes([whole], k)).rows
+    assert len(rows) == left
