@@ -21,6 +21,7 @@ from colortrack_ros.detection.growth import FEWEST_PIXELS
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.growth import NEAR
 from colortrack_ros.detection.growth import nearest_sample
+from colortrack_ros.detection.light_change import as_shown
 from colortrack_ros.detection.light_change import in_light
 from colortrack_ros.detection.light_change import LightChange
 from colortrack_ros.detection.reference import apart_from
@@ -76,6 +77,7 @@ class ColorFinder:
         self._colors = colors
         self._sought = [k for k, color in enumerate(colors) if color.is_sought]
         self._found: dict[int, Extent] = {}
+        self._lit: dict[int, Extent] = {}  # as the light has changed since, however light
         self._since: dict[int, int] = {}
         self._shades = {k: ShadeFollower() for k in self._sought}
         self._pool = np.zeros(0)
@@ -109,7 +111,8 @@ class ColorFinder:
             present = [k for k in self._found if self._renew(k, now, stamp)]
         for k in missing:
             if (extent := self._find(k, now, self._colors[k].lab)) is not None:
-                self._found[k], self._since[k] = extent, stamp
+                self._found[k] = self._lit[k] = extent
+                self._since[k] = stamp
                 present.append(k)
             elif pixels_near(now, self._colors[k].lab) >= FEWEST_PIXELS:
                 self._fills.add(k)
@@ -135,7 +138,8 @@ class ColorFinder:
         """
         if elapsed < 0 or light != 1 or not self._pool.size:
             self._pool = now.copy()
-            self._found = {k: in_light(extent, light) for k, extent in self._found.items()}
+            self._lit = {k: in_light(extent, light) for k, extent in self._lit.items()}
+            self._found = {k: as_shown(extent) for k, extent in self._lit.items()}
             for shades in self._shades.values():
                 shades.restart()
         share = float(-np.expm1(-max(elapsed, 0) / POOL_SECONDS))
@@ -177,7 +181,7 @@ class ColorFinder:
         for lab in (pooled.lab, color.lab) if is_followed else (color.lab,):
             extent = self._find(k, pool, lab, allowed)
             if extent is not None and (is_new or is_same(extent)):
-                self._found[k] = extent
+                self._found[k] = self._lit[k] = extent
                 break
         return True
 

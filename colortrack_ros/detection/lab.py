@@ -89,14 +89,23 @@ def lab_from_rgb(rgb: NDArray[np.integer]) -> NDArray[np.float64]:
     return _lab_from_ratios(red + green + _OF_BLUE.take(rgb[..., 2], axis=1))
 
 
+def linear_from_lab(lab: ArrayLike) -> NDArray[np.float64]:
+    """The linear sRGB values of CIELAB colors; the inverse of :func:`lab_from_linear`.
+
+    :param lab: (..., 3).
+    :returns: (..., 3) red, green, blue; below 0 or above 1 outside sRGB.
+    """
+    L, a, b = np.moveaxis(np.asarray(lab, np.float64), -1, 0)
+    root = np.stack([(L + 16) / 116 + a / 500, (L + 16) / 116, (L + 16) / 116 - b / 200], axis=-1)
+    xyz = np.where(root**3 > _CUBE_ROOT_FROM, root**3, (root - 4 / 29) / _SLOPE)
+    return np.asarray(xyz @ np.linalg.inv(WHITE_TO_ONE).T)
+
+
 def rgb_from_lab(lab: ArrayLike) -> NDArray[np.intp]:
     """The 8-bit sRGB colors nearest to CIELAB colors; the inverse of :func:`lab_from_rgb`.
 
     :param lab: (..., 3); colors outside sRGB are clipped.
     """
-    L, a, b = np.moveaxis(np.asarray(lab, np.float64), -1, 0)
-    root = np.stack([(L + 16) / 116 + a / 500, (L + 16) / 116, (L + 16) / 116 - b / 200], axis=-1)
-    xyz = np.where(root**3 > _CUBE_ROOT_FROM, root**3, (root - 4 / 29) / _SLOPE)
-    linear = np.clip(xyz @ np.linalg.inv(WHITE_TO_ONE).T, 0, 1)
+    linear = np.clip(linear_from_lab(lab), 0, 1)
     curved = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return np.rint(255 * curved).astype(np.intp)

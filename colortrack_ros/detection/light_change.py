@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.growth import NO_LIGHT
 from colortrack_ros.detection.lab import LINEAR
+from colortrack_ros.detection.lab import linear_from_lab
 
 COMPARED_PIXELS = 4096
 """Number of pixels that are compared. Assumed: half of them are known to 1 % by their binomial
@@ -63,3 +64,9 @@ def in_light(extent: Extent, scale: float) -> Extent:
     L, a, b = (NO_LIGHT + scale * (np.array(extent.lab) - NO_LIGHT)).tolist()
     dL, da, db = (scale * axis for axis in extent.axes)
     return replace(extent, lab=(L, a, b), axes=(dL, da, db))
+
+
+def as_shown(extent: Extent) -> Extent:
+    """The extent of a color as a camera shows it: it gets no lighter than its lightest channel."""
+    lightest = float(linear_from_lab(extent.lab).max())
+    return in_light(extent, float(np.cbrt(1 / lightest))) if lightest > 1 else extent

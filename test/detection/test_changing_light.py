@@ -46,6 +46,17 @@ def test_colors_are_kept_when_the_light_changes(light):
     assert len(rows) == len(found) == len(places)
 
 
+def test_a_color_gets_no_lighter_than_a_camera_can_show_it():
+    detector = sought((5, 20, 250))
+    for k in range(24):
+        image = np.full((240, 320, 3), (48, 24, 8), float)
+        if not 4 <= k < 12:
+            cv2.circle(image, (150, 120), 30, (250, 20, 5), cv2.FILLED)
+        frame = Frame(noisy(image, 1.3 ** np.clip(k - 4, 0, 5), seed=k), stamp=k * NANOSECONDS // 4)
+        area = detector.detect(frame).rows['area'].max(initial=0)
+    assert area == pytest.approx(np.pi * 30**2, rel=0.1)
+
+
 def test_a_color_is_known_again_in_the_light_that_came_while_its_thing_was_away():
     empty = np.full((240, 320, 3), WALL[::-1], float)
     shown = empty.copy()
