@@ -1,5 +1,6 @@
 """Follows the shades of a color's objects from picture to picture (see shades.py)."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +20,7 @@ SHADES_SECONDS = 1.0
 over. A search takes 20 to 60 ms, and the light on an object changes no faster than the pool."""
 
 MOST_LARGER = 1.25
-"""Growth of the half axes from which on shades are searched for again: their ellipsoids grow as
-much, and may include what is not the object's."""
+"""Growth of the half axes from which on shades are searched for again, beyond the larger extent."""
 
 
 LEAST_LEFT, MOST_AROUND = 1 / 2, 2.0
@@ -53,6 +53,7 @@ class ShadeFollower:
         self._reach: float | None = None
         self._last: _Search | None = None
         self._confirmed, self._pixels = 0, 0.0
+        self._tried: Triple = (0.0, 0.0, 0.0)
         self.shades: tuple[Triple, ...] | None = None
 
     def restart(self) -> None:
@@ -61,7 +62,18 @@ class ShadeFollower:
         self._confirmed = 0
 
     def whole(self, extent: Extent) -> Extent:
-        """The extent of the color with its near shades."""
+        """The extent of the color with its near shades.
+
+        It is no larger than when further shades were found: their ellipsoids have the same size,
+        and larger ones may include what is not the object's.
+        """
+        whole = self._near(extent)
+        if not self.shades:
+            return whole
+        dL, da, db = np.minimum(whole.axes, self._tried).tolist()
+        return replace(whole, axes=(dL, da, db))
+
+    def _near(self, extent: Extent) -> Extent:
         return with_shades(extent, 1.0 if self._reach is None else self._reach)
 
     def follow(
@@ -90,13 +102,14 @@ class ShadeFollower:
             return
         known = reach if self._reach is None else self._reach
         self._reach = min(reach, float(known + share * (reach - known)))
-        whole, last = self.whole(extent), self._last
+        whole, last = self._near(extent), self._last
         if last is None or last.is_outdated(stamp, pause, whole):
             new = shades_beyond(cells, counts, whole, apart)
             recent = new if self.shades is None else self.shades, last.shades if last else new, new
             self._change(sorted(recent, key=len)[1], counts, whole)
             if len(new) >= len(self.shades or ()):
                 self._confirmed, self._pixels = self._confirmed + 1, _pixels(counts, whole, new)
+                self._tried = whole.axes
             self._last = _Search(stamp, whole, new)
 
     def _change(

@@ -1,5 +1,7 @@
 """Shades beyond the gap where a color ends belong to it if they lie on its things."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -127,3 +129,16 @@ def test_shades_known_for_long_are_kept_if_most_of_the_thing_would_be_lost(befor
         follower.follow(*picture, DARK, [], 0.2, k * NANOSECONDS)
     lightest = np.array(follower.shades).reshape(-1, 3)[:, 0].max(initial=0)
     assert (lightest > 40) == kept, 'the other thing has 39'
+
+
+def test_what_grows_after_a_search_does_not_make_the_shades_larger():
+    follower, larger = ShadeFollower(), replace(DARK, axes=(14.4, 9.6, 9.6))
+    picture = graded(((100, 100), 40, RED))
+    for k in range(3):
+        follower.follow(*picture, DARK, [], 0.2, k * NANOSECONDS)
+    searched = follower.whole(DARK)
+    assert follower.shades
+    assert follower.whole(larger) == searched
+    for k in range(3, 6):
+        follower.follow(*picture, larger, [], 0.2, k * NANOSECONDS)
+    assert follower.whole(larger).axes > searched.axes, 'a search has tried it'
