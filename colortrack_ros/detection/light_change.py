@@ -2,21 +2,26 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.growth import NO_LIGHT
-from colortrack_ros.detection.lab import LINEAR
 from colortrack_ros.detection.lab import linear_from_lab
+from colortrack_ros.detection.lab import linear_from_srgb
 
 COMPARED_PIXELS = 4096
-"""Number of pixels that are compared. Assumed: half of them are known to 1 % by their binomial
-spread."""
+"""Number of means of pixels that are compared, which have less noise. Assumed: half of them are
+known to 1 % by their binomial spread."""
 
 DARKEST, LIGHTEST = 10, 245
 """Values between which a channel shows how much light there is: noise or the limits of the camera
 decide on others. Assumed."""
+
+LEAST_SHOWN = 0.1
+"""Share of all values that must be between these limits. Assumed: in front of a white or a black
+background nothing but the things themselves is, and these move."""
 
 MAJORITY = 0.8
 """Share of the channels that get lighter, or darker, when the light changes. Moving things and
@@ -24,7 +29,7 @@ cameras change them both ways: 0.5 to 0.76 in 45 public films, and 0.8 to 1.0 wh
 changes (benchmark/notes/detector.md, Light that changes)."""
 
 LEAST_LIGHT_CHANGE = 0.03
-"""Change of L + 16 that is told, relative; colors follow smaller ones as they are found again.
+"""Change of L + 16 that is told, relative; smaller ones are summed up until they are as large.
 Assumed: at L = 50 it is the just noticeable difference of 2 (Mahy 1994)."""
 
 
@@ -32,7 +37,7 @@ class LightChange:
     """Compares each picture with the one before it."""
 
     def __init__(self) -> None:
-        self._last = np.zeros(0, np.uint8)
+        self._last, self._rest = np.zeros(0, np.float32), 1.0
 
     def change(self, picture: NDArray[np.uint8]) -> float:
         """The factor by which L + 16, a, and b of all things have changed; 1 if by little.
@@ -42,18 +47,25 @@ class LightChange:
 
         :param picture: (H, W, C) or (H, W).
         """
-        step = max(1, int(np.sqrt(picture.shape[0] * picture.shape[1] / COMPARED_PIXELS)))
-        now = np.atleast_3d(picture[::step, ::step])[..., :3].copy()
+        height, width = picture.shape[:2]
+        step = max(1, int(np.sqrt(height * width / COMPARED_PIXELS)))
+        size = max(width // step, 1), max(height // step, 1)
+        rows = picture[:: 1 + step // 4].astype(np.float32)
+        mean = cv2.resize(rows, size, interpolation=cv2.INTER_AREA)
+        now = np.atleast_3d(mean)[..., :3].copy()
         last, self._last = self._last, now
         if last.shape != now.shape:
             return 1.0
         shown = (np.minimum(last, now) >= DARKEST) & (np.maximum(last, now) <= LIGHTEST)
-        ratio = LINEAR[now[shown]] / LINEAR[last[shown]]
+        ratio = linear_from_srgb(now[shown]) / linear_from_srgb(last[shown])
         alike = max(np.count_nonzero(ratio > 1), np.count_nonzero(ratio < 1))
-        if not ratio.size or alike < MAJORITY * ratio.size:
+        if ratio.size < LEAST_SHOWN * now.size or alike < MAJORITY * ratio.size:
             return 1.0
-        scale = float(np.cbrt(np.median(ratio)))
-        return scale if abs(scale - 1) > LEAST_LIGHT_CHANGE else 1.0
+        scale, self._rest = self._rest * float(np.cbrt(np.median(ratio))), 1.0
+        if abs(scale - 1) > LEAST_LIGHT_CHANGE:
+            return scale
+        self._rest = scale
+        return 1.0
 
 
 def in_light(extent: Extent, scale: float) -> Extent:

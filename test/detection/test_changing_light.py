@@ -46,6 +46,20 @@ def test_colors_are_kept_when_the_light_changes(light):
     assert len(rows) == len(found) == len(places)
 
 
+@pytest.mark.parametrize('rate', [0.975, 1.03])
+def test_so_is_one_whose_light_changes_slowly(rate):
+    empty = np.random.default_rng(0).uniform(60, 100, (240, 320, 3))
+    shown = empty.copy()
+    draw_lit_ball(shown, 150, 120, 30, (90, 20, 60))
+    detector, area = sought((80, 18, 53)), []
+    for k in range(48):
+        image, light = (empty if 8 <= k < 36 else shown), rate ** np.clip(k - 9, 0, 25)
+        frame = Frame(noisy(image, light, seed=k), stamp=k * NANOSECONDS // 4)
+        area.append(detector.detect(frame).rows['area'].max(initial=0))
+    assert area[36] > 0.5 * area[7]
+    assert area[47] == pytest.approx(area[7], rel=0.1)
+
+
 def test_a_color_gets_no_lighter_than_a_camera_can_show_it():
     detector = sought((5, 20, 250))
     for k in range(24):
@@ -142,3 +156,11 @@ def test_what_has_no_light_or_too_much_or_another_size_tells_nothing():
     for image in (np.zeros((9, 9, 3)), np.full((9, 9, 3), 255), np.full((9, 9, 3), 40)):
         assert change.change(image.astype(np.uint8)) == 1
     assert change.change(np.full((8, 9, 3), 90, np.uint8)) == 1
+
+
+def test_a_thing_before_white_is_no_change_of_light():
+    change = LightChange()
+    for k in range(12):
+        image = np.full((224, 224, 3), 255, np.uint8)
+        cv2.rectangle(image, (17 * k, 20), (17 * k + 33, 53), (0, 0, 255 - 8 * k), cv2.FILLED)
+        assert change.change(image) == 1
