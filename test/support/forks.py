@@ -19,11 +19,15 @@ import socket
 import subprocess
 import sys
 
+from colortrack_ros.detection.cells import cell_bounds
+
 ROOMS = ('contours', 'detection', 'drawing', 'parameters', 'scenes', 'simulation', 'sources',
          'tracking', 'windows', 'world')  # fmt: skip
 """What takes long and is without ROS: rclpy starts threads, which no fork has."""
 
-AS_WELL = ('colortrack_ros.flow', 'colortrack_ros.world.locator', 'ament_index_python.packages',
+AS_WELL = ('colortrack_ros.flow.backlog', 'colortrack_ros.flow.faults', 'colortrack_ros.flow.order',
+           'colortrack_ros.flow.stage', 'colortrack_ros.signals',
+           'colortrack_ros.world.locator', 'ament_index_python.packages',
            'diagnostic_msgs.msg', 'geometry_msgs.msg', 'lifecycle_msgs.msg',
            'lifecycle_msgs.srv', 'nav_msgs.msg', 'rcl_interfaces.msg', 'rcl_interfaces.srv',
            'rosgraph_msgs.msg', 'rpyutils', 'sensor_msgs.msg', 'statistics', 'std_msgs.msg',
@@ -159,11 +163,21 @@ def _run(
     exec(compile(code, '<string>', 'exec'), {'__name__': '__main__'})
 
 
+def _load_type_support() -> None:
+    """Load the C libraries of all messages imported here, and the parser that this imports."""
+    for name in AS_WELL:
+        for kind in vars(sys.modules[name]).values():
+            if hasattr(type(kind), '__import_type_support__'):
+                kind.__import_type_support__()
+
+
 def _main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     before = dict(os.environ)
     for name in (*(f'colortrack_ros.{room}' for room in ROOMS), *AS_WELL):
         importlib.import_module(name)
+    _load_type_support()
+    cell_bounds()  # 40 ms of each detector's start
     assert len(os.listdir('/proc/self/task')) == 1
     inspect.getmodule(inspect.currentframe())  # where each module is: rclpy asks as it first logs
     gc.freeze()  # a child that looks for garbage would copy all of it
