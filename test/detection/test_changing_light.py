@@ -1,5 +1,7 @@
 """A color without a tolerance is kept as the light changes, and as its things come and go."""
 
+from functools import cache
+
 import cv2
 import numpy as np
 import pytest
@@ -84,6 +86,7 @@ def test_a_color_is_known_again_in_the_light_that_came_while_its_thing_was_away(
     assert area[35] == pytest.approx(area[7], rel=0.1)
 
 
+@cache
 def glossy_scene(left):
     """A ball with a highlight, unless it is away, and a cap of about its hue."""
     image = np.full((240, 320, 3), WALL[::-1], float)

@@ -1,6 +1,7 @@
 """What the color method adds for real rooms."""
 
 from dataclasses import replace
+from functools import cache
 
 from hypothesis import assume
 from hypothesis import given
@@ -80,16 +81,21 @@ def test_what_erosion_takes_away_starts_no_blob():
     assert (row['box_u'], row['area']) == (6, 18 * 18)
 
 
+@cache
+def in_falling_light(**parameters):
+    """As compare tells."""
+    scene = open_scene('light')
+    return compare(scene, DetectorConfig(colors=colors_of(scene, 25.0), **parameters), step=5)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     'parameters', [{'white_balance': 'gray_world'}, {'follow_light': 60.0}], ids=str
 )
 def test_balls_are_found_while_the_light_falls_to_a_third_and_turns_yellow(parameters):
-    scene = open_scene('light')
-    without = DetectorConfig(colors=colors_of(scene, 25.0))
-    recall, _, _ = compare(scene, without, step=5)
+    recall, _, _ = in_falling_light()
     assert recall < 0.7
-    recall, false, rmse = compare(scene, replace(without, **parameters), step=5)
+    recall, false, rmse = in_falling_light(**parameters)
     assert recall == 1
     assert false == 0
     assert rmse < 1
@@ -97,9 +103,7 @@ def test_balls_are_found_while_the_light_falls_to_a_third_and_turns_yellow(param
 
 @pytest.mark.slow
 def test_a_color_does_not_follow_farther_than_its_bound():
-    scene = open_scene('light')
-    config = DetectorConfig(colors=colors_of(scene, 25.0), follow_light=5.0)
-    assert compare(scene, config, step=5)[0] < 0.9
+    assert in_falling_light(follow_light=5.0)[0] < 0.9
 
 
 @pytest.mark.parametrize('encoding', ENCODINGS)
