@@ -42,6 +42,18 @@ def _parse(args: Sequence[str]) -> argparse.Namespace:
     return arguments
 
 
+def _folder_of(arguments: argparse.Namespace) -> Path:
+    """Return the folder that files are read from and saved to.
+
+    :raises ValueError: it is not there.
+    """
+    file: Path | None = arguments.params_file
+    folder: Path = arguments.folder or (file.parent if file else Path())
+    if not folder.is_dir():
+        raise ValueError(f'--folder {folder}: expected a folder that is there')
+    return folder
+
+
 async def _serve(arguments: argparse.Namespace) -> int:
     # Not at the top, so that a missing aiohttp is reported in one line.
     from aiohttp import web
@@ -58,10 +70,8 @@ async def _serve(arguments: argparse.Namespace) -> int:
     for number in ending_signals():
         asyncio.get_running_loop().add_signal_handler(number, stop.set)
     file: Path | None = arguments.params_file
-    folder = arguments.folder or (file.parent if file else Path())
     try:
-        if not folder.is_dir():
-            raise ValueError(f'--folder {folder}: expected a folder that is there')
+        folder = _folder_of(arguments)
         running = RunningNodes(arguments.ros)
         footage = open_footage(
             arguments.source, running, rate=arguments.rate, topic=arguments.topic

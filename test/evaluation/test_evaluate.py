@@ -253,9 +253,8 @@ def test_a_false_track_is_told_with_its_first_place_and_shown(tmp_path):
     assert result.counts[[6, 7, 11, 12]].tolist() == [
         [6, 1, 1, 0], [7, 1, 1, 1], [11, 1, 1, 1], [12, 1, 1, 0],
     ]  # fmt: skip
-    page = tmp_path / 'page.html'
+    page, run = tmp_path / 'page.html', write_mot(tmp_path / 'run.txt', tracks)
     truth = write_truth(tmp_path / 'truth.csv', lines([1]))
-    run = write_mot(tmp_path / 'run.txt', tracks)
     out = ['--html', str(page), '--pictures', 'scene:single?width=640&height=480']
     assert main([run, '--truth', truth, '--radius', '10', *out]) == 0
     assert 'alt="frame 7: track 9, 5 frames"' in page.read_text()
@@ -264,8 +263,8 @@ def test_a_false_track_is_told_with_its_first_place_and_shown(tmp_path):
 def test_each_second_is_counted_also_those_without_tracks():
     tracks = np.concatenate([lines([3]), stray(25, 3)])
     tracks['stamp'] = tracks['frame'] * 10**8 + 5 * 10**9
-    tracks = tracks[(tracks['frame'] < 10) | (tracks['frame'] >= 20)]
-    tracks = tracks[tracks['frame'] < 35]
+    frame = tracks['frame']
+    tracks = tracks[(frame < 10) | ((frame >= 20) & (frame < 35))]
     tracks['id'][(tracks['frame'] >= 30)] = 4
     tracks = record(tracks)
     result = compare(record(lines([1])), tracks, radius=10.0)

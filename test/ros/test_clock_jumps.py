@@ -73,6 +73,24 @@ def test_what_has_passed_is_without_the_jumps_of_the_clock(ros):
     assert elapsed() - before < 60.0
 
 
+def flow(ros, names, tracks, said) -> None:
+    """Tracks come, stamped one period after the other, and all nodes say that they work."""
+    tracks.clear()
+    assert ros.spin(lambda: len(tracks) > 30), ros.outputs()
+    steps = np.diff([stamp_of(m.header) for m in tracks[10:]])
+    assert np.median(steps) == pytest.approx(1e9 / 24.0, rel=0.2)
+    said.clear()
+    fine = dict.fromkeys(names, False)
+
+    def all_fine() -> bool:
+        for status in [s for m in said for s in m.status]:
+            name = status.name.partition(':')[0]
+            fine[name] = status.level == DiagnosticStatus.OK
+        return all(fine.values())
+
+    assert ros.spin(all_fine), (said[-3:], ros.outputs())
+
+
 def test_tracks_flow_and_health_is_told_whatever_the_clock_does(ros):
     source = 'scene:single?width=160&height=120'
     ros.start('camera', source=source, loop='true', rate=RATE, **PATIENT)
@@ -83,30 +101,13 @@ def test_tracks_flow_and_health_is_told_whatever_the_clock_does(ros):
     assert ros.spin(lambda: len(tracks) > 10), ros.outputs()
     hands = Hands(ros)
 
-    def flow() -> None:
-        """Tracks come, stamped one period after the other, and all nodes say that they work."""
-        tracks.clear()
-        assert ros.spin(lambda: len(tracks) > 30), ros.outputs()
-        steps = np.diff([stamp_of(m.header) for m in tracks[10:]])
-        assert np.median(steps) == pytest.approx(1e9 / 24.0, rel=0.2)
-        said.clear()
-        fine = dict.fromkeys(names, False)
-
-        def all_fine() -> bool:
-            for status in [s for m in said for s in m.status]:
-                name = status.name.partition(':')[0]
-                fine[name] = status.level == DiagnosticStatus.OK
-            return all(fine.values())
-
-        assert ros.spin(all_fine), (said[-3:], ros.outputs())
-
-    flow()
+    flow(ros, names, tracks, said)
     hands.run(50.0, 0.2)
     set_sim_time(ros, names, True)
     hands.run(50.0, 1.0)  # before anything comes by the new clock
     hands.run(10.0, 1.0)  # it goes back
     set_sim_time(ros, names, False)
-    flow()
+    flow(ros, names, tracks, said)
     set_sim_time(ros, names, True)
     hands.run(1.7e9, 1.0)
     hands.take_away()

@@ -175,13 +175,12 @@ def rows(messages) -> list[bytes]:
 def test_late_frames_give_the_same_tracks_in_pipeline_nodes_and_replay(
     ros, tmp_path, window, count
 ):
-    options = ['-p', f'reorder_window:={window}', *ALL]
-    options += ['-p', 'image_size:=[320, 240]']  # there is no CameraInfo here that tells it
+    # there is no CameraInfo here that tells the size
+    options = ['-p', f'reorder_window:={window}', *ALL, '-p', 'image_size:=[320, 240]']
     images = frames(FIVE, 100 * 10**9)
     bag = write_bag(tmp_path / 'run', {'/camera/image_raw': [images[k] for k in ARRIVING]})
-    new = tmp_path / 'new'
-    assert main([str(bag), '--output', str(new), *options]) == 0
-    replayed = [m.content for m in of_topic(new, '/tracks')]
+    assert main([str(bag), '--output', str(tmp_path / 'new'), *options]) == 0
+    replayed = [m.content for m in of_topic(tmp_path / 'new', '/tracks')]
     assert len(replayed) == count
     assert max(message.width for message in replayed) >= 2
 

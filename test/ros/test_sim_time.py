@@ -86,6 +86,34 @@ def bag(tmp_path):
     return write_bag(tmp_path / 'run', {'/camera/image_raw': images})
 
 
+def assert_two_restarts(bag, topic):
+    """Objects are tracked, and the tracks of each loop end with it."""
+    markers = [m for a in of_topic(bag, f'{topic}/markers') for m in a.content.markers]
+    assert [m.action for m in markers].count(Marker.DELETEALL) == 2
+    tracks = [np.frombuffer(m.content.data, TRACK) for m in of_topic(bag, topic)]
+    assert max(len(rows) for rows in tracks) >= 3, topic
+    assert max(rows['age'].max(initial=0.0) for rows in tracks) < 8.1
+
+
+def nodes_that_wait(ros, options):
+    """The processes, which have said that nobody publishes /clock, and their diagnostics."""
+    processes = {name: ros.start(name, *options) for name in ('detector', *TRACKERS)}
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    what = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play --clock` does'
+    wanted = {(f'/{name}', DiagnosticStatus.WARN, what) for name in processes}
+    assert ros.spin(lambda: wanted <= levels(diagnostics)), diagnostics
+    return processes, diagnostics
+
+
+def player_of(ros, bag, topics):
+    """One whom all hear, once all topics are there."""
+    player = Player(ros, bag)
+    assert ros.spin(lambda: player.subscribers == 3), ros.outputs()
+    assert ros.spin(lambda: all(ros.node.count_publishers(t) for t in topics)), ros.outputs()
+    ros.spin(lambda: False, 1.0)
+    return player
+
+
 @pytest.mark.alone
 @pytest.mark.slow
 def test_pauses_and_speeds_change_nothing_and_a_loop_restarts_once(ros, bag, tmp_path):
@@ -96,16 +124,8 @@ def test_pauses_and_speeds_change_nothing_and_a_loop_restarts_once(ros, bag, tmp
     live: dict[str, list] = {topic: [] for topic in kinds}
     for topic, kind in kinds.items():
         ros.node.create_subscription(kind, topic, live[topic].append, 1000, raw=True)
-    processes = {name: ros.start(name, *options) for name in ('detector', *TRACKERS)}
-    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
-    what = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play --clock` does'
-    wanted = {(f'/{name}', DiagnosticStatus.WARN, what) for name in processes}
-    assert ros.spin(lambda: wanted <= levels(diagnostics)), diagnostics
-    player = Player(ros, bag)
-    assert ros.spin(lambda: player.subscribers == 3), ros.outputs()
-    assert ros.spin(lambda: all(ros.node.count_publishers(t) for t in kinds)), ros.outputs()
-    ros.spin(lambda: False, 1.0)
-
+    processes, diagnostics = nodes_that_wait(ros, options)
+    player = player_of(ros, bag, kinds)
     player.play(20.0)
     player.play(20.0, 0, PAUSE)
     while (before := len(live['/tracks'])) != (player.pause(1.0), len(live['/tracks']))[1]:
@@ -131,10 +151,6 @@ def test_pauses_and_speeds_change_nothing_and_a_loop_restarts_once(ros, bag, tmp
         for end, kind in KINDS.items():
             sent = [canonical(cdr, NAMES[kind]) for cdr in live[topic + end]]
             assert [m.cdr for m in of_topic(new, topic + end)] == sent, topic + end
-        markers = [m for a in of_topic(new, f'{topic}/markers') for m in a.content.markers]
-        assert [m.action for m in markers].count(Marker.DELETEALL) == 2
+        assert_two_restarts(new, topic)
         assert processes[name].output.count('started afresh') == 2
-        tracks = [np.frombuffer(m.content.data, TRACK) for m in of_topic(new, topic)]
-        assert max(len(rows) for rows in tracks) >= 3, name
-        assert max(rows['age'].max(initial=0.0) for rows in tracks) < 8.1
     assert {name: p.stop() for name, p in processes.items()} == dict.fromkeys(processes, 0)

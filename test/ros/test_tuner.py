@@ -25,10 +25,8 @@ def set_to(**values):
 
 def test_changes_go_to_the_running_node_and_what_it_refuses_is_told(ros, tmp_path):
     camera = ros.start('camera', source=SCENE, rate=20.0, loop=True)
-    ros.start(
-        'detector', '-r', '__ns:=/robot1', '-r', 'camera/image_raw:=/camera/image_raw', min_area=31
-    )
     topic = '/camera/image_raw'
+    ros.start('detector', '-r', '__ns:=/robot1', '-r', f'camera/image_raw:={topic}', min_area=31)
     with tuner(topic, '--folder', tmp_path, ROS_DOMAIN_ID=str(ros.domain)) as url:
         wait_until(lambda: '/robot1/detector' in str(only(talk(url, [{'do': 'nodes'}]), 'nodes')))
         see_a_picture(url)

@@ -15,8 +15,6 @@ from support.tuner import tuner
 from support.waiting import PATIENCE
 from support.waiting import wait_until
 
-from colortrack_ros.tuner.main import main
-
 SCENE = 'scene:single?width=160&height=120&duration=2'
 
 
@@ -282,21 +280,3 @@ def test_a_page_that_is_opened_a_hundred_times_leaves_nothing_behind(served):
 
     asyncio.run(asyncio.wait_for(reload(), PATIENCE))
     wait_until(is_served)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ('arguments', 'reason'),
-    [
-        (['nothing.mp4'], 'there is no such file'),
-        (['scene:nothing'], 'nothing'),
-        ([SCENE, '--folder', '/nowhere'], 'expected a folder'),
-        ([SCENE, '--params-file', 'setup.py'], 'expected a name that ends in'),
-    ],
-)
-def test_a_start_that_cannot_be_says_why_in_a_line(arguments, reason, capfd):
-    assert main([*arguments, '--port', '0']) == 1
-    said = capfd.readouterr().err
-    assert reason in said
-    assert said.startswith('tuner: ')
-    assert len(said.splitlines()) == 1
