@@ -19,7 +19,7 @@ GROUND, INK, GRAY = (245, 245, 245), (60, 60, 60), (190, 190, 190)
 ROBOT, TRUE = (150, 90, 30), (120, 120, 120)
 
 ROBOT_SIZE = 0.2
-"""Radius of the robot in the picture [m]."""
+"""Radius of the robot in the picture [m]. Assumed: that of a small robot."""
 
 FRACTION = 4
 """Fractional bits of the coordinates that OpenCV draws."""

@@ -32,7 +32,7 @@ TRACK_COLORS = (
 white)."""
 
 WIDTH, LINE = 900, 22
-"""Width of a timeline, and height of one of its lines [px]."""
+"""Width of a timeline, and height of one of its lines [px]. Assumed, for the look of it."""
 
 AROUND = 120
 """Half the side of the picture of a switch or a false track [px]: the page shows it unscaled, up to

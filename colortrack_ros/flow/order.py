@@ -16,8 +16,8 @@ from colortrack_ros.parameters import parameter
 Item = TypeVar('Item')
 
 IDLE = 0.1
-"""Interval [s] at which waiting messages are checked. It matters only when the input has
-stopped."""
+"""Interval [s] at which waiting messages are checked. Assumed: it matters only when the input has
+stopped, and then a message waits that much longer than it has to."""
 MAX_ITEMS = 1000
 """Maximum number of waiting items: half a minute at 30 Hz, three times the longest
 reorder_window."""

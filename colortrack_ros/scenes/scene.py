@@ -40,7 +40,8 @@ index into the scene's colors.
 """
 
 NOISE_SHIFTS = 1 << 18
-"""Number of positions in the noise table at which a frame may start."""
+"""Number of positions in the noise table at which a frame may start. Assumed: among 300 frames, two
+start at the same one with a chance of 16 %."""
 
 _SIDE = (np.arange(32) + 0.5) / 16 - 1
 _DISC = np.array([(x, y) for y in _SIDE for x in _SIDE if x * x + y * y < 1]).T

@@ -8,7 +8,7 @@ LONGEST_HEADER = 12
 """Maximum size of an element's kind and length [bytes]."""
 
 SEARCHED_AT_ONCE = 1 << 20
-"""Number of bytes to search at once."""
+"""Number of bytes to search at once. Assumed: it only bounds the memory."""
 
 
 def header(head: bytes) -> tuple[int, int | None, int]:

@@ -50,7 +50,8 @@ VIDEO_TRACK = 1
 """Kind of a video track."""
 
 LARGEST_FACTS = 1 << 24
-"""Maximum size of the tracks or tags to read [bytes]."""
+"""Maximum size of the tracks or tags to read [bytes]. Assumed: it only bounds the memory that a
+damaged file takes."""
 
 SPARE_PICTURES = 2
 """Number of pictures by which a track may exceed its last picture, which may last longer."""

@@ -13,10 +13,12 @@ Size = tuple[int, int]
 """Width and height [px]."""
 
 HEAD_BYTES = 1 << 14
-"""Number of bytes at the beginning of a picture among which its size is."""
+"""Number of bytes at the beginning of a picture among which its size is. Assumed: it only bounds
+the time of each picture."""
 
 LARGEST_SIDE = 16384
-"""Largest width and height that are believed [px]."""
+"""Largest width and height that are believed [px]. Assumed: twice the side of the largest square
+picture that is read."""
 
 HIGH_PROFILES = (44, 83, 86, 100, 110, 118, 122, 128, 134, 135, 138, 139, 244)
 """Profiles of H.264 whose headers tell the sampling of the colors."""

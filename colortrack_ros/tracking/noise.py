@@ -78,7 +78,7 @@ LEAN_RANGE = math.log(10.0)
 """Bound of the log ratio of the factors by axis to their mean: noise of 0.5 and 5 px. Assumed."""
 
 CHANCE = 2.0
-"""Standard errors by which the axes may differ by chance."""
+"""Standard errors by which the axes may differ by chance: 95 % of the time they differ by less."""
 
 LEVEL_VARIANCE, RATIO_VARIANCE = 3.06, 4.0
 """Variances, per difference, of the log squared length, and of half the log ratio of the squares by

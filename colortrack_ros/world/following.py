@@ -23,8 +23,8 @@ LONGEST_PERIOD = 0.05
 """Longest time between two commands [s]: the period of Nav2's controller server, at 20 Hz."""
 
 LONGEST_STEP = 0.2
-"""Longest time between two steps [s] over which speeds change; after a longer one, time has
-jumped."""
+"""Longest time between two steps [s] over which speeds change; after a longer one, time has jumped.
+Assumed: four times what lies between two commands."""
 
 
 FOLLOWING = 'following'
