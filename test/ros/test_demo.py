@@ -19,6 +19,15 @@ from support.waiting import wait_until
 
 SOURCE = 'scene:single?width=160&height=120'
 
+ALL = """/**:
+  ros__parameters:
+    max_lag: 60.0
+    queue_depth: 1000
+    image_queue_depth: 1000
+    qos_overrides./camera/image_raw.subscription.reliability: reliable
+"""
+"""Parameters with which nothing is skipped, however busy the machine is."""
+
 
 def children(pid):
     """The processes that one has started."""
@@ -127,7 +136,9 @@ def test_a_film_is_shown_once(demo, tmp_path):
         image = np.full((120, 160, 3), 90, np.uint8)
         writer.write(cv2.circle(image, (30 + 2 * k, 60), 12, (30, 20, 220), cv2.FILLED))
     writer.release()
-    given = '--source', film, '--color', '220,20,30', '--seconds', '15'
+    (tmp_path / 'all.yaml').write_text(ALL)
+    params = str(tmp_path / 'all.yaml')
+    given = '--source', film, '--color', '220,20,30', '--seconds', '15', '--params', params
     process = demo('', *given, stdout=subprocess.PIPE, text=True)
     told, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
