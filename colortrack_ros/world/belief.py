@@ -159,7 +159,8 @@ class Belief(Columns):
 
     def predict(self, kinds: Kinds, ground: float, dt: float, unseen: Bools) -> None:
         """Predict by dt [s]; see motion.predict()."""
-        unseen = unseen[self._cases(len(self))]
+        if len(self.log_weight) > 1:
+            unseen = unseen[self._cases(len(self))]
         predict(self.motion, self.errors, self._in_cases(kinds), ground, dt, unseen)
 
     def drift(self, robot: Floats, moved: float, turned: float, sigma: Floats) -> None:

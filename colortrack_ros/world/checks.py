@@ -69,9 +69,10 @@ def rounding(view: View) -> Floats:
 def outside(detections: Detections, view: View) -> str:
     """Report a detection outside the picture of the calibration."""
     pixels = np.stack([detections.rows['u'], detections.rows['v']], axis=1)
-    out = pixels[~view.camera.contains(pixels)]
-    if not len(out):
+    inside = view.camera.contains(pixels)
+    if inside.all():
         return ''
+    out = pixels[~inside]
     return (
         f'a detection at u {out[0, 0]:.0f}, v {out[0, 1]:.0f} is outside of the '
         f'{view.camera.width}x{view.camera.height} picture of CameraInfo: the calibration is of '

@@ -23,7 +23,6 @@ from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import STANDS
 from colortrack_ros.world.view import View
-from colortrack_ros.world.whitening import log_volume
 from colortrack_ros.world.whitening import whitening
 
 Floats = NDArray[np.float64]
@@ -128,13 +127,13 @@ def conditional(
 ) -> Updated:
     """Update states in inverse depth as if the camera errors were as estimated."""
     rows = np.flatnonzero(measured.used.any(axis=0))
-    P, R = errors.cov[robot], measured.R[:, None, rows][..., rows]
+    P, R = errors.cov[robot], measured.R[:, None, rows[:, None], rows]
     p, whole, known, falls = part.probability, part.whole, errors.mean[robot], kinds.falls
     at: Floats = (p[:, None] @ part.mean)[:, 0]
     far = np.zeros(len(part), bool)
     for _ in range(LINEARIZATIONS):
         line = _linearized(at, known, measured, rows, view, kinds, ground, camera)
-        G, S, W, seen = _innovations(line, at, part, R)
+        G, S, W, volume, seen = _innovations(line, at, part, R)
         K = PH = seen[..., :OF_OBJECT].swapaxes(-1, -2)
         if falls.any():
             K = _considered(PH, part.slope, seen[..., OF_OBJECT:-1], P * falls[:, None, None])
@@ -147,7 +146,7 @@ def conditional(
         at, far = np.where(bent[:, None], ahead, at), far | bent
     if K is not PH or not within:
         _stabilize(states, K, W @ line.H[:, None], W @ R @ W.swapaxes(-1, -2))
-    white, e, volume = seen[..., OF_OBJECT:-1], -seen[..., -1], log_volume(W)
+    white, e = seen[..., OF_OBJECT:-1], -seen[..., -1]
     nis = np.where(line.seen, _weigh(states, P, white, volume, e, falls), np.nan)
     # the joint update linearizes these again at the changed errors
     far &= ~two_ranges(measured)
@@ -158,22 +157,22 @@ def conditional(
 
 def _innovations(
     line: _Line, at: Floats, part: Motions, R: Floats
-) -> tuple[Floats, Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return the innovations of states under both hypotheses.
 
     :param at: (N, 8) point of linearization; R: (N, 1, M, M) covariance of the measurements.
     :return: the derivative of the innovations by the camera errors, (N, 2, M, 8 C), their
-        covariance, (N, 2, M, M), its whitening matrix, of the same shape, and, whitened, (N, 2, M,
-        8 + 8 C + 1), the cross-covariance with the states, that derivative, and the innovations
-        with opposite sign.
+        covariance, (N, 2, M, M), its whitening matrix, of the same shape, with its log determinant,
+        (N, 2), and, whitened, (N, 2, M, 8 + 8 C + 1), the cross-covariance with the states, that
+        derivative, and the innovations with opposite sign.
     """
     H, beside = line.H[:, None], part.whole.copy()
     beside[..., -1] -= at[:, None]
     seen = H @ beside
     seen[..., OF_OBJECT:] += line.rest[:, None]
     S = H @ seen[..., :OF_OBJECT].swapaxes(-1, -2) + R
-    W = whitening(S)
-    return seen[..., OF_OBJECT:-1], S, W, W @ seen
+    W, volume = whitening(S)
+    return seen[..., OF_OBJECT:-1], S, W, volume, W @ seen
 
 
 def _stabilize(states: Motions, K: Floats, H: Floats, R: Floats) -> None:
@@ -187,8 +186,8 @@ def _stabilize(states: Motions, K: Floats, H: Floats, R: Floats) -> None:
 
 def _shares(probability: Floats) -> Floats:
     """Return the weight of each hypothesis in the information about the cameras, (N, 2)."""
-    surely = probability[:, STANDS] ** SURELY
-    return np.stack([surely, 1 - surely], axis=1)
+    surely = probability[:, STANDS, None] ** SURELY
+    return np.concatenate([surely, 1 - surely], axis=1)
 
 
 def _learned(counted: Floats, G: Floats, e: Floats) -> tuple[Floats, Floats]:
@@ -239,9 +238,9 @@ def _weigh(
     :param volume: (N, 2) log determinant of the whitening matrix; e: (N, 2, M) innovations.
     :param falls: (N,) objects whose hypotheses have no least probability: they may be thrown again.
     """
-    W = whitening(np.eye(e.shape[-1]) + G @ P[:, None] @ G.swapaxes(-1, -2))
+    W, explained = whitening(np.eye(e.shape[-1]) + G @ P[:, None] @ G.swapaxes(-1, -2))
     nis = np.square(W @ e[..., None])[..., 0].sum(axis=-1)
-    log = volume + log_volume(W) - nis / 2
+    log = volume + explained - nis / 2
     p = states.probability * np.exp(log - log.max(axis=1, keepdims=True))
     least = LEAST_LIKELY * (states.probability > 0) * ~falls[:, None]
     p = np.maximum(p / p.sum(axis=1, keepdims=True), least)

@@ -60,19 +60,19 @@ def forget(objects: Motions, errors: CameraErrors, dt: float) -> None:
     change = 1 - np.exp(-2 * dt / ERROR_MEMORY)
     if change <= 0:
         return
-    # in units of the first errors, as those that are known have none
-    unit = np.sqrt(np.diag(errors.first))
-    unit[unit == 0] = 1.0
-    before, one = errors.cov / np.outer(unit, unit), np.eye(len(unit))
+    unit, slope = errors.unit, objects.slope
+    scale, count = unit[:, None] * unit, len(unit)
+    before = errors.cov / scale
     errors.cov += change * (errors.first - errors.cov)
     # regression of the errors before on those after, and the covariance that this leaves
-    by = np.linalg.solve((1 - change) * before + change * one, before).swapaxes(-1, -2)
-    left = (before - by @ before) * np.outer(unit, unit)
-    by *= unit[:, None] / unit
-    slope = objects.slope.reshape(len(before), -1, len(unit))
-    spread, kept = (np.matmul(slope, a).reshape(objects.slope.shape) for a in (left, by))
-    objects.cov[...] += spread @ objects.slope.swapaxes(-1, -2)
-    objects.slope[...] = kept
+    after = (1 - change) * before
+    after[:, np.arange(count), np.arange(count)] += change
+    by = np.linalg.solve(after, before).swapaxes(-1, -2)
+    left = (before - by @ before) * scale
+    both = np.concatenate([left, by * (unit[:, None] / unit)], axis=-1)
+    both = (slope.reshape(len(before), -1, count) @ both).reshape(*slope.shape[:-1], 2 * count)
+    objects.cov[...] += both[..., :count] @ slope.swapaxes(-1, -2)
+    slope[...] = both[..., count:]
 
 
 def update(
@@ -146,8 +146,7 @@ def _jointly(
     """
     prior, change = errors.mean, np.zeros_like(errors.mean)
     step = conditional(part, errors, robot, measured, view, kinds, ground, camera)
-    twice = two_ranges(measured)
-    right = np.asarray(step.nis <= limit)
+    right, twice = np.asarray(step.nis <= limit), two_ranges(measured)
     for last in range(LINEARIZATIONS):
         cov, further, told = _corrected(errors.cov, change, step, robot, right)
         change = change + further

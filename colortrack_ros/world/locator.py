@@ -189,19 +189,20 @@ class Locator:
 
     def _known(self, tracks: Tracks) -> NDArray[np.void]:
         """Return the tracks with known colors."""
-        unknown = tracks.rows['color'] >= len(self._kinds)
-        if unknown.any():
-            self._tell(
-                f'track of color {tracks.rows["color"][unknown][0]}: expected one of the '
-                f'{len(self._kinds)} in colors, which are those of the detector in its order'
-            )
-        return np.asarray(tracks.rows[~unknown])
+        known = tracks.rows['color'] < len(self._kinds)
+        if known.all():
+            return tracks.rows
+        self._tell(
+            f'track of color {tracks.rows["color"][~known][0]}: expected one of the '
+            f'{len(self._kinds)} in colors, which are those of the detector in its order'
+        )
+        return np.asarray(tracks.rows[known])
 
     def _follow(self, tracks: NDArray[np.void], camera: int) -> None:
         """Drop objects whose tracks have ended, and update the others from their tracks."""
         objects = self._objects
         self._before, self._heard[camera] = self._heard[camera], self._stamp
-        for silent in np.flatnonzero(self._stamp - self._heard > SILENT * NANOSECONDS):
+        for silent in (self._stamp - self._heard > SILENT * NANOSECONDS).nonzero()[0]:
             objects.unlink(np.arange(len(objects)), int(silent))
         objects.follow(tracks, camera)
 
@@ -213,10 +214,7 @@ class Locator:
         :param found: (K,) IDs of the measured tracks, whether linked to an object or not.
         """
         objects = self._objects
-        own = objects.track_id[:, camera]
-        all_measured = Measured.none(len(own))
-        rows, which = (own[:, None] == found).nonzero()
-        all_measured.put(rows, measured.take(which))
+        all_measured = measured.aligned(found, objects.track_id[:, camera])
         refused = objects.belief.update(
             all_measured, view, objects.kinds, self._config.ground_height, camera
         )

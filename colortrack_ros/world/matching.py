@@ -75,7 +75,7 @@ def measured_of(
     :param depth: (H, W) [m], aligned with the picture; NaN or 0 in its holes.
     """
     count = len(rows)
-    z, R = np.zeros((count, 5)), np.repeat(np.eye(5)[None], count, axis=0)
+    z, R = np.zeros((count, 5)), np.zeros((count, 5, 5))
     used = np.zeros((count, 5), bool)
     high = np.stack([rows['box_u'] + rows['box_w'], rows['box_v'] + rows['box_h']], axis=1)
     inside = (high < [camera.width - 1, camera.height - 1]).all(axis=1)

@@ -57,10 +57,23 @@ class Measured(Columns):
         used = np.zeros((count, 5), bool)
         return cls(np.zeros((count, 5)), np.repeat(np.eye(5)[None], count, axis=0), used)
 
+    def aligned(self, found: NDArray[np.integer], own: NDArray[np.integer]) -> 'Measured':
+        """Return the measurements of objects, empty ones for those that are not measured.
+
+        :param found: (N,) IDs of what is measured; own: (K,) IDs of the objects.
+        """
+        if np.array_equal(own, found):
+            return self
+        aligned = Measured.none(len(own))
+        rows, which = (own[:, None] == found).nonzero()
+        aligned.put(rows, self.take(which))
+        return aligned
+
 
 def two_ranges(measured: Measured) -> Bools:
     """Return which objects, (N,), have a range by the ground and another one."""
-    return np.asarray(measured.used[:, PLANE] & measured.used[:, [BLOB, DEPTH]].any(axis=1))
+    used = measured.used
+    return np.asarray(used[:, PLANE] & (used[:, BLOB] | used[:, DEPTH]))
 
 
 def expected(

@@ -143,7 +143,7 @@ class Mistakes:
 
     def _judge(self, pictures: Pictures) -> None:
         """Start a search if objects move, follow up a suspicion, or clear a disproved mistake."""
-        (given,) = pictures.misfits([AS_GIVEN])
+        given = pictures.given()
         needed = Needed.of(pictures.sights.kinds, len(given), self._least)
         if self.made:
             (other,) = pictures.misfits([self._mistake])
@@ -203,8 +203,10 @@ def _telling(sights: Sights) -> Sights:
 
 def _often(sights: Sights) -> Sights:
     """Return the sights of the most frequently seen objects."""
-    _, of, count = np.unique(sights.track, return_inverse=True, return_counts=True)
+    order = np.argsort(sights.track, kind='stable')
+    track = sights.track[order]
+    first = np.append(True, track[1:] != track[:-1])[: len(track)].nonzero()[0]
+    count = np.diff(np.append(first, len(track)))
     rank = np.argsort(np.argsort(-count, kind='stable'))
-    order = np.argsort(of, kind='stable')
     often = (count >= LEAST_SEEN) & (rank < MOST_OBJECTS)
-    return sights.take(order[often[of[order]]])
+    return sights.take(order[np.repeat(often, count)])

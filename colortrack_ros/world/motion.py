@@ -161,19 +161,14 @@ def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> Non
     """
     whole, cov, p = objects.whole, objects.cov, objects.probability
     change = 1 - np.exp(-dt / np.where(kinds.falls, FLIGHTS, SOJOURN))[:, None]
-    after = (1 - change) * p + change * p[:, ::-1]
-    from_moving = np.concatenate([change, 1 - change], axis=1)
-    after[kinds.falls] = from_moving[kinds.falls]
+    falls, from_moving = kinds.falls[:, None], np.concatenate([change, 1 - change], axis=1)
+    after = np.where(falls, from_moving, (1 - change) * p + change * p[:, ::-1])
     # share of the objects in each hypothesis after mixing that moved before
-    moved = from_moving * p[:, MOVES, None]
-    moved /= np.maximum(after, TINY)
-    moved[kinds.falls] = p[kinds.falls, MOVES, None]
+    moved = np.where(falls, 1.0, from_moving / np.maximum(after, TINY)) * p[:, MOVES, None]
     between = whole[:, MOVES, :, OF_OBJECT:] - whole[:, STANDS, :, OF_OBJECT:]
-    bent, apart = between[..., :-1], between[..., -1]
-    P = np.repeat(errors.cov, len(p) // len(errors.cov), axis=0)
-    spread = bent @ P @ bent.swapaxes(1, 2) + apart[:, :, None] * apart[:, None, :]
+    spread = errors.spread(between[..., :-1], between[..., -1])
     flat = whole.reshape(len(whole), 2, math.prod(whole.shape[2:]))
-    flat[:] = np.stack([1 - moved, moved], axis=-1) @ flat
+    flat[:] = np.concatenate([1 - moved[..., None], moved[..., None]], axis=-1) @ flat
     cov += (moved * (1 - moved))[..., None, None] * spread[:, None]
     begun = (1 - moved[:, MOVES]) * ~kinds.falls
     speeds = np.einsum('nii->ni', cov[:, MOVES, VELOCITY, VELOCITY])  # a view
@@ -224,7 +219,8 @@ def drift(objects: Motions, robot: Floats, moved: float, turned: float, sigma: F
     :param moved, turned: since the last picture [m], [rad].
     :param sigma: (2,) standard deviations per 1 m and per 1 rad.
     """
-    arms = objects.mean[..., POSITION] - robot
-    across = arms[..., [1, 0]] * [-1, 1]
-    added = sigma[1] ** 2 * turned * across[..., :, None] * across[..., None, :]
-    objects.cov[..., :2, :2] += added + sigma[0] ** 2 * moved * np.eye(2)
+    across = objects.mean[..., 1::-1] - robot[1::-1]
+    across[..., 0] *= -1
+    added = (sigma[1] ** 2 * turned * across)[..., None] * across[..., None, :]
+    added += sigma[0] ** 2 * moved * np.eye(2)
+    objects.cov[..., :2, :2] += added

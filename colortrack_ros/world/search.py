@@ -123,6 +123,14 @@ class Pictures:
         """Return the misfits of standing objects under each mistake, (C, K)."""
         return misfits(self._looks(mistakes), self.sights, self.ground, self.sigma)
 
+    def given(self) -> Floats:
+        """Return the misfits of standing objects as given, (K,).
+
+        For these, views between those of the sights are not needed.
+        """
+        views = {stamp: self.views[stamp] for stamp in sorted(set(self.sights.stamp.tolist()))}
+        return np.asarray(replace(self, views=views).misfits([AS_GIVEN])[0])
+
     def rolls_alike(self, off: Floats) -> bool:
         """Return whether what stands under a mistake may, as given, roll by one velocity.
 
@@ -172,7 +180,7 @@ class Pictures:
         """Camera poses on the robot, the picture index of each sight, and the path of the robot."""
         views, stamps = list(self.views.values()), np.array(list(self.views))
         base, mount = (
-            Pose(*(np.stack([getattr(getattr(v, of), name) for v in views]) for name in 'tR'))
+            Pose(*(np.array([getattr(getattr(v, of), name) for v in views]) for name in 'tR'))
             for of in ('base', 'mount')
         )
         return mount, np.searchsorted(stamps, self.sights.stamp), _Way(stamps, base)

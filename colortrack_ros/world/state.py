@@ -13,6 +13,7 @@ small matrices instead of one of size 8 N + 8.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,6 +105,24 @@ class CameraErrors:
         first = np.diag(np.square(sigma))
         return cls(np.zeros((robots, len(sigma))), np.tile(first, (robots, 1, 1)), first)
 
+    @cached_property
+    def unit(self) -> Floats:
+        """Standard deviations before any measurement, (8 C,), 1 for those of 0."""
+        sigma = np.sqrt(np.diag(self.first))
+        return np.where(sigma > 0, sigma, 1.0)
+
+    def spread(self, slope: Floats, apart: Floats) -> Floats:
+        """Return slope cov slope^T + apart apart^T of objects, (N, 8, 8), grouped by robot.
+
+        :param slope: (N, 8, 8 C) derivative of states by the errors; apart: (N, 8).
+        """
+        robots, size = self.mean.shape
+        wide = np.empty((len(slope), OF_OBJECT, size + 1))
+        wide[..., :-1], wide[..., -1] = slope, apart
+        by = wide.copy()
+        by[..., :-1] = (slope.reshape(robots, -1, size) @ self.cov).reshape(slope.shape)
+        return by @ wide.swapaxes(1, 2)
+
 
 @dataclass
 class Motions(Columns):
@@ -153,17 +172,16 @@ class Motions(Columns):
 
     def combined(self, errors: CameraErrors) -> tuple[Floats, Floats]:
         """Return mean, (N, 8), and covariance, (N, 8, 8), including all sources of uncertainty."""
-        p, P = self.probability[..., None, None], errors.cov
-        P = np.repeat(P, len(self) // len(P), axis=0)
+        p = self.probability
         count, _, size, width = self.whole.shape
-        whole = self.probability[:, None] @ self.whole.reshape(count, 2, size * width)
+        whole = p[:, None] @ self.whole.reshape(count, 2, size * width)
         whole = whole.reshape(count, size, width)
-        cov, slope, mean = whole[..., :OF_OBJECT], whole[..., OF_OBJECT:-1], whole[..., -1]
+        cov, mean = whole[..., :OF_OBJECT], whole[..., -1]
         d = self.mean[:, MOVES] - self.mean[:, STANDS]
-        cov = cov + slope @ P @ slope.swapaxes(1, 2)
-        cov += p[:, STANDS] * p[:, MOVES] * d[:, :, None] * d[:, None, :]
+        d *= np.sqrt(p[:, STANDS] * p[:, MOVES])[:, None]
+        cov = cov + errors.spread(whole[..., OF_OBJECT:-1], d)
         creeps = np.einsum('nii->ni', cov[:, VELOCITY, VELOCITY])  # a view
-        creeps += CREEP**2 * p[:, STANDS, 0]
+        creeps += CREEP**2 * p[:, STANDS, None]
         return mean, cov
 
 

@@ -28,8 +28,14 @@ LEAST_LENGTH = 1e-9
 LOWEST = 0.02
 """Least height of the camera above the ground [m] at which ground contact measures the range."""
 
-CROSS_PRODUCTS = np.cross(np.eye(3), np.eye(3)[:, None]).swapaxes(1, 2).reshape(3, 9)
-"""Matrices of the cross product with each axis, one per row."""
+CROSS_PRODUCTS = np.cross(np.eye(3), np.eye(3)[:, None]).swapaxes(1, 2)
+"""Matrices of the cross product with each axis, (3, 3, 3)."""
+
+TWICE_ACROSS = (
+    np.einsum('iac,jcb->ijab', CROSS_PRODUCTS, CROSS_PRODUCTS)
+    + np.einsum('jac,icb->ijab', CROSS_PRODUCTS, CROSS_PRODUCTS)
+) / 2
+"""Products of these, each pair in both orders on average, (3, 3, 3, 3)."""
 
 BEHIND = 0.3
 """Angle from straight behind the camera [rad] within which a covariance in pixels is carried along
@@ -67,11 +73,6 @@ class View:
         fixed-axis angles coincide, and none of them describes its sideways tilt.
         """
         return np.asarray(self.base.R @ self.mount.R)
-
-    @cached_property
-    def _turns(self) -> Floats:
-        """(3, 9) matrices of the cross product with each axis of tilt."""
-        return np.asarray(self.tilts.T @ CROSS_PRODUCTS)
 
     def way_since(self, last: 'View') -> tuple[float, float]:
         """Return how far the robot has moved [m] and turned [rad]."""
@@ -137,15 +138,14 @@ class View:
         d = points - self.optical.t - shift @ self.base.R.T
         if len(tilt) > 1 and (tilt == tilt[0]).all():
             tilt = tilt[:1]
-        # by cross-product matrices, q = R^T (1 - W + W^2 / 2) d, and its derivative by each tilt
-        across = self._turns.reshape(3, 3, 3)
-        W = (tilt @ self._turns).reshape(-1, 3, 3)
-        both = across @ W[:, None]
-        both += W[:, None] @ across
+        # by the matrix W of the cross product with a tilt, in the frame of the camera's body, q =
+        # R^T (1 - W + W^2 / 2) d, and its derivative by each tilt
         parts = np.empty((len(tilt), 4, 3, 3))
-        parts[:, 0] = np.eye(3) - W + W @ W / 2
-        parts[:, 1:] = both / 2 - across
-        parts = self.optical.R.T @ parts
+        second = (tilt @ TWICE_ACROSS.reshape(3, 27)).reshape(-1, 3, 3, 3)
+        np.subtract(second, CROSS_PRODUCTS, out=parts[:, 1:])
+        half = (parts[:, 1:] - CROSS_PRODUCTS) / 2
+        parts[:, 0] = np.eye(3) + (tilt[:, None] @ half.reshape(-1, 3, 9)).reshape(-1, 3, 3)
+        parts = OPTICAL.R.T @ parts @ self.tilts.T
         by = parts.reshape(len(tilt), 12, 3).swapaxes(1, 2)
         each = d.reshape(len(tilt), len(d) // max(len(tilt), 1), 3)
         turned = (each @ by).reshape(-1, 4, 3)

@@ -6,8 +6,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-def whitening(S: Floats) -> Floats:
+def whitening(S: Floats) -> tuple[Floats, Floats]:
     """Return the inverses W of the Cholesky factors of S, (..., M, M), lower triangular.
+
+    The second array, (...), is half the log determinant of 1 / S.
 
     Gaussian elimination of all matrices at once, row by row, beside the identity. With the few rows
     of a measurement, it takes a third of the time of np.linalg.
@@ -16,13 +18,13 @@ def whitening(S: Floats) -> Floats:
     A = np.zeros((count, 2 * count, S.size // count**2))
     A[:, :count] = S.reshape(-1, count, count).transpose(1, 2, 0)
     A[np.arange(count), np.arange(count, 2 * count)] = 1.0
+    volume = np.ones(A.shape[-1])
     for i in range(count):
         row = A[i, i : count + i + 1]
-        row /= np.sqrt(row[0])
-        A[i + 1 :, i + 1 : count + i + 1] -= row[1 : count - i, None] * row[1:]
-    return np.ascontiguousarray(A[:, count:].transpose(2, 0, 1)).reshape(S.shape)
-
-
-def log_volume(W: Floats) -> Floats:
-    """Return half the log determinants, (...), of 1 / S."""
-    return np.asarray(np.log(np.einsum('...ii->...i', W)).sum(axis=-1))
+        over = 1 / np.sqrt(row[0])
+        volume *= over
+        row *= over
+        if i + 1 < count:
+            A[i + 1 :, i + 1 : count + i + 1] -= row[1 : count - i, None] * row[1:]
+    W = np.ascontiguousarray(A[:, count:].transpose(2, 0, 1)).reshape(S.shape)
+    return W, np.log(volume).reshape(S.shape[:-2])
