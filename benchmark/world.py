@@ -1,7 +1,8 @@
 """How near the objects in the world are, and how honest their covariances, over 100 runs each.
 
 python benchmark/world.py [--runs N] [--seed N] [--pitch DEGREES] [--objects N] prints the table,
---elsewhere that of other cameras, places, rates and ranges.
+--elsewhere that of other cameras, places, rates and ranges. --ways SHARE is the standard deviation
+of the scale of odometry, which the locator is told.
 The pitch is the standard deviation of that of the camera, 1 degree. Each run draws its own errors
 of the camera's place, of diameters and so on; three objects stand, rest, roll or bounce, 1.5 to 5 m
 away, and are measured at 30 Hz for 6 s with 0.5 px of noise, by a camera 0.5 m high that looks down
@@ -11,6 +12,7 @@ What rests stands as well, but the locator is told that it may roll. Slow are sp
 
 import argparse
 from dataclasses import dataclass
+from dataclasses import replace
 import time
 
 import numpy as np
@@ -81,20 +83,40 @@ class Outcome:
         return np.mean(self.speed[first:][self.counted[first:] > 0] < 0.05)
 
 
+def judge(belief, truth, known, distance):
+    """NEES, error over distance, and speed of each object."""
+    mean, cov = belief.combined()
+    e = mean - truth[:, :8]
+    weighted = np.linalg.solve(cov[:, known][:, :, known], e[:, known, None])[:, :, 0]
+    nees = (e[:, known] * weighted).sum(axis=1)
+    return nees, np.linalg.norm(e[:, :3], axis=1) / distance, np.linalg.norm(mean[:, 3:6], axis=1)
+
+
 def run(
-    method, motion, drives, runs=100, seed=0, pitch=PITCH, objects=OBJECTS, scene=HERE
+    method, motion, drives, runs=100, seed=0, pitch=PITCH, objects=OBJECTS, scene=HERE, ways=0.0,
+    told=None,
 ):  # fmt: skip
-    """All runs of one kind at once, each with a camera and objects of its own."""
+    """All runs of one kind at once, each with a camera, wheels and objects of its own.
+
+    :param ways: standard deviation of the scale of odometry; told: that which the locator is told.
+    """
     rng, config = np.random.default_rng(seed), config_of(method, motion, pitch)
+    config = replace(config, way_sigma=ways if told is None else told)
+    longer = np.repeat(ways * np.random.default_rng([seed, 1]).normal(size=runs), objects)
     kinds = Kinds.of(config).take(np.zeros(runs * objects, int))
     belief = Belief.of(config, robots=runs)
     truth = truths(scene, motion, runs, objects, kinds, CameraErrors.of(config), rng)
     known, frames, seen = KNOWN[motion], [], np.zeros(len(truth), bool)
+    last = np.zeros(3)
     for k, base in enumerate(bases(scene, drives)):
         if k:
             move(truth, scene.dt, motion, rng)
             belief.forget(scene.dt)
             belief.predict(kinds, 0.0, scene.dt, ~seen)
+            # odometry knows where it is: by its frame, what stands comes nearer
+            truth[:, :3] -= longer[:, None] * (base.t - last)
+            belief.drift(base.t, base.t - last, 0.0, np.zeros(2))
+        last = base.t
         view = View(scene.camera, base, scene.mount)
         measured, seen = measure(view, truth, kinds, method, motion, rng)
         distance = np.linalg.norm(truth[:, :3] - view.optical.t, axis=1)
@@ -105,18 +127,8 @@ def run(
             belief = belief.started(guess, 10 * distance, measured, view, kinds, 0.0)
         else:
             belief.update(measured, view, kinds, 0.0)
-        mean, cov = belief.combined()
-        e = mean - truth[:, :8]
-        weighted = np.linalg.solve(cov[:, known][:, :, known], e[:, known, None])[:, :, 0]
-        frames.append(
-            np.stack([
-                (e[:, known] * weighted).sum(axis=1),
-                np.linalg.norm(e[:, :3], axis=1) / distance,
-                np.linalg.norm(mean[:, 3:6], axis=1),
-                begun & seen & within(scene, distance),
-                begun,
-            ])
-        )  # fmt: skip
+        judged = begun & seen & within(scene, distance)
+        frames.append(np.stack([*judge(belief, truth, known, distance), judged, begun]))
     return Outcome(len(known), runs, objects, *np.array(frames).swapaxes(0, 1), scene.rate)
 
 
@@ -131,7 +143,7 @@ def prior_of(motion, kinds, errors, runs, objects):
     speed = np.zeros(3) if motion == 'rests' else kinds.speed[0]
     own = np.tile(np.concatenate([np.full(3, 100.0), speed, kinds.sigma[0]]), objects)
     cov = np.zeros((runs, n + 8, n + 8))
-    cov[:, :n, :n], cov[:, n:, n:] = np.diag(np.square(own)), errors.first
+    cov[:, :n, :n], cov[:, n:, n:] = np.diag(np.square(own)), errors.first[:8, :8]
     return cov
 
 
@@ -215,7 +227,7 @@ def here(a):
         for motion in MOTIONS:
             for method in RANGE_METHODS:
                 kind = method, motion, drives, a.runs, a.seed, a.pitch, a.objects
-                out, least = run(*kind), '-'
+                out, least = run(*kind, ways=a.ways), '-'
                 if motion in ('stands', 'rests'):
                     variance, counted = bound(*kind)
                     least = percent(*(
@@ -253,6 +265,7 @@ def main():
     parser.add_argument('--seed', type=int, default=0)
     parser.add_argument('--pitch', type=float, default=PITCH)
     parser.add_argument('--objects', type=int, default=OBJECTS)
+    parser.add_argument('--ways', type=float, default=0.0)
     parser.add_argument('--elsewhere', action='store_true')
     a = parser.parse_args()
     if a.elsewhere:

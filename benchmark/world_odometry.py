@@ -1,11 +1,12 @@
 """What a locator tells of odometry that is wrong, and what it publishes until then.
 
-python benchmark/world_odometry.py [--runs N] [--seed N] [WAY...] prints a table for each way of the
-robot: for each fault of the odometry, before balls that stand (declared, or not), that stand beside
-one that rolls, and that roll alike: how many runs are told of and when (median, [s]), in how many
-nothing is published at the end, and of the rows that show what is in sight how many are farther
-from the truth, seen from the robot, than their 99.9 % ellipse: while nothing is told; after that.
-NEES is that of all of these rows, of 3. Right odometry has to be told of in no run.
+python benchmark/world_odometry.py [--runs N] [--seed N] [--wheels SHARE] [WAY...] prints a table
+for each way of the robot, whose locator is told how uncertain the scale of its wheels is: for each
+fault of the odometry, before balls that stand (declared, or not), that stand beside one that rolls,
+and that roll alike: how many runs are told of and when (median, [s]), in how many nothing is
+published at the end, and of the rows that show what is in sight how many are farther from the
+truth, seen from the robot, than their 99.9 % ellipse: while nothing is told; after that. NEES is
+that of all of these rows, of 3. Right odometry has to be told of in no run.
 """
 
 import argparse
@@ -117,10 +118,10 @@ class Outcome:
     rows: np.ndarray
 
 
-def run(balls, way, fault, seed, method='ground'):
-    """A run of a seed."""
+def run(balls, way, fault, seed, method='ground', wheels=0.0):
+    """A run of a seed; the locator is told how uncertain the wheels are (way_sigma)."""
     rng, (motion, count, rolling) = np.random.default_rng(seed), BALLS[balls]
-    config = config_of(method, motion)
+    config = replace(config_of(method, motion), way_sigma=wheels)
     kinds, errors = Kinds.of(config).take(np.zeros(count, int)), CameraErrors.of(config)
     truth = truths(SCENE, motion, 1, count, kinds, errors, rng)
     truth[:rolling, 3:5] = rng.uniform(-0.4, 0.4, 2)
@@ -153,7 +154,7 @@ def table_of(way, balls, a):
     for column in ('odometry', 'told', 'when', 'silent', 'rows', 'untold', 'told', 'NEES', 'line'):
         table.add_column(column, justify='left' if column in ('odometry', 'line') else 'right')
     for fault in a.faults or FAULTS:
-        outs = [run(balls, way, fault, a.seed + k, a.method) for k in range(a.runs)]
+        outs = [run(balls, way, fault, a.seed + k, a.method, a.wheels) for k in range(a.runs)]
         lines = [out.line for out in outs if out.line]
         rows = sum(out.rows for out in outs)
         most = max(lines, key=lines.count) if lines else ''
@@ -171,6 +172,7 @@ def main():
     parser.add_argument('--balls', nargs='*', default=list(BALLS))
     parser.add_argument('--faults', nargs='*')
     parser.add_argument('--method', default='ground')
+    parser.add_argument('--wheels', type=float, default=0.0)
     parser.add_argument('--runs', type=int, default=6)
     parser.add_argument('--seed', type=int, default=0)
     a = parser.parse_args()

@@ -91,7 +91,7 @@ def truths(scene, motion, runs, objects, kinds, errors, rng):
     away, angle = rng.uniform(*scene.reach, count), rng.uniform(-0.35, 0.35, count)
     truth[:, 0], truth[:, 1] = away * np.cos(angle), away * np.sin(angle)
     truth[:, BIASES] = rng.normal(size=(count, 2)) * kinds.sigma
-    off = rng.normal(size=(runs, 8)) * np.sqrt(np.diag(errors.first))
+    off = rng.normal(size=(runs, 8)) * np.sqrt(np.diag(errors.first)[:8])
     truth[:, 8:] = np.repeat(off, objects, axis=0)
     truth[:, 2] = kinds.height + truth[:, HEIGHT]
     if motion == 'bounces':

@@ -164,7 +164,7 @@ def placed(robot, kinds, colors, errors, rng, count):
     if len(robot.factor) > 1:
         truth[:, 2] += truth[:, 7] / 2
     truth[count // 2 :, 3:5] = robot.speed * rng.normal(size=(count - count // 2, 2))
-    truth[:, 8:] = rng.normal(size=8) * np.sqrt(np.diag(errors.first))
+    truth[:, 8:] = rng.normal(size=8) * np.sqrt(np.diag(errors.first)[:8])
     return truth
 
 

@@ -76,7 +76,7 @@ class Belief(Columns):
     def of(cls, config: LocatorConfig, cameras: int = 1, robots: int = 1) -> 'Belief':
         """Create a belief without objects."""
         errors = CameraErrors.of(config, cameras, robots)
-        belief = cls(Motions.none(cameras), errors, np.zeros((1, robots)))
+        belief = cls(Motions.none(len(errors.first)), errors, np.zeros((1, robots)))
         # if sizes measure the range too, a single case is enough
         bound = Kinds.of(config).bound.any() and config.method == 'ground'
         if bound and cameras == 1:
@@ -163,9 +163,9 @@ class Belief(Columns):
             unseen = unseen[self._cases(len(self))]
         predict(self.motion, self.errors, self._in_cases(kinds), ground, dt, unseen)
 
-    def drift(self, robot: Floats, moved: float, turned: float, sigma: Floats) -> None:
-        """Add the drift of odometry; see motion.drift()."""
-        drift(self.motion, robot, moved, turned, sigma)
+    def drift(self, robot: Floats, way: Floats, turned: float, sigma: Floats) -> None:
+        """Add the errors of odometry; see motion.drift()."""
+        drift(self.motion, self.errors, robot, way, turned, sigma)
 
     def misfit(
         self, measured: Measured, view: View, kinds: Kinds, ground: float, camera: int = 0

@@ -156,6 +156,14 @@ class LocatorConfig(Config):
         maximum=10.0,
         audience=EXPERT,
     )
+    way_sigma: float = parameter(
+        0.0,
+        'Standard deviation of the scale error that all ways of odometry share: 0.05 for wheels '
+        'whose radius nobody measured.',
+        minimum=0.0,
+        maximum=1.0,
+        audience=EXPERT,
+    )
     max_range: float = parameter(
         20.0, 'Objects farther away are not located.', unit='m', minimum=0.1, maximum=1e4
     )

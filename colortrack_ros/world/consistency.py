@@ -14,6 +14,7 @@ from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.checks import BlobSizes
 from colortrack_ros.world.state import columns_of
+from colortrack_ros.world.state import OF_CAMERA
 from colortrack_ros.world.state import OF_OBJECT
 
 ONE_IN = 1e6
@@ -23,8 +24,9 @@ NAMES = (
     *(('x', 'm', 1.0), ('y', 'm', 1.0), ('z', 'm', 1.0)),
     *((name, 'degrees', 180 / np.pi) for name in ('roll', 'pitch', 'yaw')),
     *(('edge of blobs', 'px', 1.0), ('scale of depths', '', 1.0)),
+    ('scale of ways by odometry', '%', 100.0),
 )
-"""Names and units of the camera errors, and units per meter or radian."""
+"""Names and units of the errors of a camera and of ways, and units per meter, radian or 1."""
 
 
 def inconsistency(belief: Belief, camera: int, sizes: BlobSizes) -> str:
@@ -33,6 +35,8 @@ def inconsistency(belief: Belief, camera: int, sizes: BlobSizes) -> str:
     :param sizes: of objects that sizes do not locate.
     """
     own = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
+    if belief.errors.scaled:
+        own = np.append(own, -1)
     mean, cov = belief.combined_errors()
     first = np.diagonal(belief.errors.first)[own]
     (may,) = first.nonzero()
@@ -44,10 +48,10 @@ def inconsistency(belief: Belief, camera: int, sizes: BlobSizes) -> str:
         return ''
     most = may[np.argmax(e * e / first[may])]
     name, unit, scale = NAMES[most]
-    amount = mean[0, own[most]]
+    whose, amount = ' of the camera' if most < OF_CAMERA else '', mean[0, own[most]]
     line = (
         'what is seen does not fit together: by it the '
-        f'{name} of the camera is off by {scale * amount:+.2g} {unit}, '
+        f'{name}{whose} is off by {scale * amount:+.2g} {unit}, '
         f'{abs(amount) / np.sqrt(first[most]):.1f} times what is expected'
     )
     if len(off):

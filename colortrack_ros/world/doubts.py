@@ -32,7 +32,8 @@ class Doubts:
     def __init__(self, config: LocatorConfig, cameras: int) -> None:
         self._config = config
         self._mistakes = [
-            Mistakes(config.camera_pose_sigma, config.odometry_sigma) for _ in range(cameras)
+            Mistakes(config.camera_pose_sigma, config.odometry_sigma, config.way_sigma)
+            for _ in range(cameras)
         ]
         self._pictures = self._stamp = 0
         self._newest = 0

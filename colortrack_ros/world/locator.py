@@ -160,6 +160,7 @@ class Locator:
             self.reset()
         elif self._view is not None:
             objects, (moved, angle) = self._objects, view.way_since(self._view)
+            way = view.base.t - self._view.base.t
             if jump := jumped(moved, angle, dt):
                 self._tell(
                     f'{jump}: objects restart; odometry was reset, or fixed_frame jumps as map does'
@@ -169,7 +170,7 @@ class Locator:
             belief = objects.belief
             belief.forget(dt)
             belief.predict(objects.kinds, self._config.ground_height, dt, self._unseen)
-            belief.drift(view.base.t, moved, angle, np.array(self._config.odometry_sigma))
+            belief.drift(view.base.t, way, angle, np.array(self._config.odometry_sigma))
         if line := coarse(view):
             self._tell(line)
         self._stamp, self._view = stamp, view

@@ -72,12 +72,16 @@ class Mistakes:
 
     :param sigma: (6,) standard deviations of the camera pose, whose errors are estimated.
     :param odometry: its standard deviations after 1 m [m] and after 1 rad [rad].
+    :param way: standard deviation of the scale of its ways, whose error is estimated, too.
     """
 
     def __init__(
-        self, sigma: ArrayLike, odometry: ArrayLike = (USUAL_ODOMETRY, USUAL_ODOMETRY)
+        self,
+        sigma: ArrayLike,
+        odometry: ArrayLike = (USUAL_ODOMETRY, USUAL_ODOMETRY),
+        way: float = 0.0,
     ) -> None:
-        self._sigma = np.asarray(sigma, float)
+        self._sigma = np.append(sigma, way)
         self._least = LEAST * max(float(np.max(odometry)) / USUAL_ODOMETRY, 1.0) ** 2
         self._views: dict[int, View] = {}
         self._sights: Sights | None = None

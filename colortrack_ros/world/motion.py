@@ -212,15 +212,25 @@ def _bounce(
     slope[rows], cov[rows] = B, whole - B @ P @ B.swapaxes(1, 2)
 
 
-def drift(objects: Motions, robot: Floats, moved: float, turned: float, sigma: Floats) -> None:
-    """Add the drift of odometry to the covariances of positions in the odometry frame, in place.
+def drift(
+    objects: Motions, errors: CameraErrors, robot: Floats, way: Floats, turned: float, sigma: Floats
+) -> None:
+    """Add the errors of odometry to positions in the odometry frame, in place.
+
+    Its drift adds to the covariances. If ways are longer than it tells, what stands comes nearer by
+    the rest.
 
     :param robot: (3,) its position [m].
-    :param moved, turned: since the last picture [m], [rad].
-    :param sigma: (2,) standard deviations per 1 m and per 1 rad.
+    :param way: (3,) and turned: since the last picture [m], [rad].
+    :param sigma: (2,) standard deviations of the drift per 1 m and per 1 rad.
     """
     across = objects.mean[..., 1::-1] - robot[1::-1]
     across[..., 0] *= -1
     added = (sigma[1] ** 2 * turned * across)[..., None] * across[..., None, :]
-    added += sigma[0] ** 2 * moved * np.eye(2)
+    added += sigma[0] ** 2 * math.hypot(*way) * np.eye(2)
     objects.cov[..., :2, :2] += added
+    if not errors.scaled:
+        return
+    objects.slope[..., POSITION, -1] -= way
+    longer = np.repeat(errors.mean[:, -1], len(objects) // len(errors.mean))
+    objects.mean[..., POSITION] -= longer[:, None, None] * way

@@ -117,7 +117,7 @@ def rays_of(measured: Measured, kinds: Kinds, camera: CameraModel) -> tuple[Floa
 class _Solved:
     """Normal equations of K objects under each of C hypotheses, at their assumed positions.
 
-    :ivar A: (C, M, 4, 9), y: (C, M, 4), of each sight; N: (C, K, 9, 9) with the priors.
+    :ivar A: (C, M, 4, 10), y: (C, M, 4), of each sight; N: (C, K, 10, 10) with the priors.
     :ivar first: (K,) first sight of each; count: (C, K) of its sights.
     :ivar there: (C, K) whether objects can be where they are seen.
     """
@@ -142,7 +142,8 @@ def misfits(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> Float
 
     :param sights: (M,), grouped by their K objects.
     :param ground: its height in the fixed frame [m].
-    :param sigma: (6,) standard deviations of the camera pose on the robot.
+    :param sigma: (7,) standard deviations of the camera pose on the robot, and of the scale of
+        ways.
     """
     solved = _solved(looks, sights, ground, sigma)
     A, y = solved.A, solved.y
@@ -187,7 +188,7 @@ def _solved(looks: Looks, sights: Sights, ground: float, sigma: Floats) -> _Solv
     places[..., 2] = np.where(by_plane[:, first], height[first], places[..., 2])
     A, y, front = _equations(looks, places[:, of] - looks.eyes, far, sights.sigma)
     N = np.add.reduceat(A.swapaxes(-1, -2) @ A, first, axis=1)
-    N[..., np.arange(9), np.arange(9)] += (
+    N[..., np.arange(10), np.arange(10)] += (
         np.concatenate([np.full(3, NOT_KNOWN), np.maximum(sigma, LEAST_EXPECTED)]) ** -2.0
     )
     variance = np.square(sights.kinds.sigma[first, 0]) + PLANE_SIGMA**2
@@ -202,27 +203,30 @@ def _equations(
 ) -> tuple[Floats, Floats, Bools]:
     """Return the normalized equations of each sight: three angles and a distance.
 
-    The unknowns are the position of the object, (3,), and the errors of the camera pose, x to yaw,
-    (6,).
+    The unknowns are the position of the object, (3,), the errors of the camera pose, x to yaw,
+    (6,), and that of the scale of ways.
 
     :param arms: (C, M, 3) from the camera to the assumed position of the object [m].
     :param far: (C, M) measured distance [m].
     :param sigma: (M,) of the angles [rad].
-    :return: Jacobian, (C, M, 4, 9), residual, (C, M, 4), and what is in front of the camera.
+    :return: Jacobian, (C, M, 4, 10), residual, (C, M, 4), and what is in front of the camera.
     """
     w, away = looks.ways, np.linalg.norm(arms, axis=-1)
     to = arms / away[..., None]
     across = (np.eye(3) - to[..., :, None] * to[..., None, :]) / (sigma * away)[..., None, None]
-    A, y = np.zeros((*away.shape, 4, 9)), np.zeros((*away.shape, 4))
+    A, y = np.zeros((*away.shape, 4, 10)), np.zeros((*away.shape, 4))
+    ways = (looks.eyes - looks.eyes[:, :1])[..., None]
     A[..., :3, :3], A[..., :3, 3:6] = across, -across @ looks.bases
     # the columns are w x tilt, the error of the measured ray per tilt
     tilts = looks.bodies.swapaxes(-1, -2)
-    A[..., :3, 6:] = np.cross(w[..., None, :], tilts).swapaxes(-1, -2) / sigma[:, None, None]
+    A[..., :3, 6:9] = np.cross(w[..., None, :], tilts).swapaxes(-1, -2) / sigma[:, None, None]
+    A[..., :3, 9:] = -across @ ways
     along, sized = (w * arms).sum(axis=-1), ~np.isnan(looks.far)
     y[..., :3] = (w - to * (along / away)[..., None]) / sigma[:, None]
     over = sized / (RANGE_SIGMA * far)
     A[..., 3, :3] = w * over[..., None]
     A[..., 3, 3:6] = -(w[..., None, :] @ looks.bases)[..., 0, :] * over[..., None]
+    A[..., 3, 9:] = -(w[..., None, :] @ ways)[..., 0, :] * over[..., None]
     y[..., 3] = (far - along) * over
     A[~looks.known], y[~looks.known] = 0.0, 0.0
     return A, y, along > 0

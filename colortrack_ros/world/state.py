@@ -3,8 +3,9 @@
 An object has 8 numbers: position and velocity in the fixed frame, and the errors of its center's
 height above the ground [m] and of its diameter [m]. Each camera adds 8 more, which all objects
 share: the errors of its pose on the robot (x, y, z [m], roll, pitch, yaw [rad]), of the edge of its
-blobs [px], and of the scale of its depth [1]. These errors are constant, so averaging does not
-remove them; seeing a standing object from several places makes them observable.
+blobs [px], and of the scale of its depth [1]. The last is the error of the scale of ways by
+odometry, unless that is taken to be exact. These errors are constant, so averaging does not remove
+them; seeing a standing object from several places makes them observable.
 
 Given the camera errors, objects are independent of each other. Each object is therefore stored as
 its state at the estimated errors, the slope of that state with respect to the errors, and the
@@ -88,7 +89,9 @@ class Kinds(Columns):
 
 @dataclass
 class CameraErrors:
-    """Estimated errors of the C cameras of each of G robots.
+    """Estimated errors of the C cameras of each of G robots, and of the scale of its ways.
+
+    Where shapes say 8 C, it is 8 C + 1 if the scale is among them.
 
     :ivar mean: (G, 8 C); cov: (G, 8 C, 8 C).
     :ivar first: (8 C, 8 C) covariance before any measurement.
@@ -102,8 +105,15 @@ class CameraErrors:
     def of(cls, config: LocatorConfig, cameras: int = 1, robots: int = 1) -> 'CameraErrors':
         """Return the configured prior, the same for all cameras."""
         sigma = [*config.camera_pose_sigma, config.size_sigma, config.depth_sigma] * cameras
+        if config.way_sigma > 0:
+            sigma.append(config.way_sigma)
         first = np.diag(np.square(sigma))
         return cls(np.zeros((robots, len(sigma))), np.tile(first, (robots, 1, 1)), first)
+
+    @property
+    def scaled(self) -> bool:
+        """Whether the last error is that of the scale of ways."""
+        return len(self.first) % OF_CAMERA == 1
 
     @cached_property
     def unit(self) -> Floats:
@@ -144,9 +154,9 @@ class Motions(Columns):
         return cls(np.concatenate([cov, slope, mean[..., None]], axis=-1), probability)
 
     @classmethod
-    def none(cls, cameras: int) -> 'Motions':
-        """Return a table without objects."""
-        width = OF_OBJECT + OF_CAMERA * cameras + 1
+    def none(cls, errors: int) -> 'Motions':
+        """Return a table without objects, given the number of camera errors."""
+        width = OF_OBJECT + errors + 1
         return cls(np.zeros((0, 2, OF_OBJECT, width)), np.zeros((0, 2)))
 
     @property
