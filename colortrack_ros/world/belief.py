@@ -3,7 +3,8 @@
 The range of an object on the ground is nonlinear in the pitch: its relative error is r/h times the
 pitch error, 17 % at 4 m for one degree and a camera 0.4 m above. Pictures linearized at the same
 wrong object positions share one error. Treated as independent, they make the pitch overconfident.
-It is therefore split into narrower cases, each with the states of all objects, weighted by the
+If the camera is little above the objects, so is its height: 1 cm of 0.1 m is 10 % of the range.
+Both are therefore split into narrower cases, each with the states of all objects, weighted by the
 likelihood of the measurements (Gaussian sum filter: Alspach and Sorenson 1972; over ranges for
 bearings-only targets: Peach 1995). Once the pitch is as certain as within one case, they are
 merged.
@@ -20,6 +21,12 @@ from colortrack_ros.data import Columns
 from colortrack_ros.data import Selection
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
+from colortrack_ros.world.cases import CASE_PITCHES
+from colortrack_ros.world.cases import CASE_WIDTH
+from colortrack_ros.world.cases import divided
+from colortrack_ros.world.cases import is_low
+from colortrack_ros.world.cases import LIFT
+from colortrack_ros.world.cases import PITCH
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.filter import forget
 from colortrack_ros.world.filter import in_front
@@ -36,27 +43,16 @@ from colortrack_ros.world.motion import predict
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
-from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
-from colortrack_ros.world.state import TILT
 from colortrack_ros.world.view import View
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Table = TypeVar('Table', bound=Columns)
 
-PITCH = TILT.start - OF_OBJECT + 1
-"""Index of the pitch among the errors of the first camera."""
-
-CASE_WIDTH = 0.6
-"""Standard deviation of the pitch within a case, over the total one. Cases are 2.3 of it apart,
-close enough that their sum has a single maximum."""
-
-CASE_PITCHES, CASE_WEIGHTS = np.array([-(3**0.5), 0.0, 3**0.5]), np.array([1 / 6, 2 / 3, 1 / 6])
-"""Centers and weights of the cases: Gauss-Hermite, exact for moments up to the fifth."""
-
-LEAST_CASE = 1e-9
-"""Least weight of a case, so that any case can recover."""
+LEAST_CASE = 1e-300
+"""Least weight of a case, for its logarithm. With 1e-9, one with an object above the horizon came
+back after 4 s: once its height was learned from there, nothing contradicted it any more."""
 
 
 class Belief(Columns):
@@ -70,7 +66,7 @@ class Belief(Columns):
     def __init__(self, motion: Motions, errors: CameraErrors, log_weight: Floats) -> None:
         self.motion, self.errors, self.log_weight = motion, errors, log_weight
         self._whole, self._united = errors.first, np.zeros(log_weight.shape[1], bool)
-        self._eye = np.zeros(3)
+        self._eye, self._fresh, self._divided = np.zeros(3), True, list[int]()
 
     @classmethod
     def of(cls, config: LocatorConfig, cameras: int = 1, robots: int = 1) -> 'Belief':
@@ -80,7 +76,7 @@ class Belief(Columns):
         # if sizes measure the range too, a single case is enough
         bound = Kinds.of(config).bound.any() and config.method == 'ground'
         if bound and cameras == 1:
-            belief._divide()
+            belief._divide(PITCH)
         return belief
 
     def __len__(self) -> int:
@@ -144,6 +140,9 @@ class Belief(Columns):
         camera: int = 0,
     ) -> 'Belief':
         """Return a belief with new objects; see filter.started()."""
+        may = self._fresh and not len(self) and len(self.log_weight) == len(CASE_PITCHES)
+        if may and is_low(view, kinds, ground, self._whole):
+            self._divide(LIFT)
         cases = self._cases(len(position))
         motion = started(
             position[cases], reach[cases], self._in_cases(measured), view, self._in_cases(kinds),
@@ -184,7 +183,7 @@ class Belief(Columns):
 
         :return: (N,) which measurements were refused, by most of the weight.
         """
-        self._eye = view.optical.t
+        self._eye, self._fresh = view.optical.t, self._fresh and not measured.used.any()
         refused, likely = update(
             self.motion, self.errors, self._in_cases(measured), view, self._in_cases(kinds),
             ground, camera, weigh=len(self.log_weight) > 1,
@@ -245,25 +244,18 @@ class Belief(Columns):
         robots = self.log_weight.shape[1]
         return np.asarray(np.repeat(np.exp(self.log_weight), len(self) // robots, axis=1))
 
-    def _divide(self) -> None:
-        """Split the initial pitch, before any measurement, into cases."""
-        robots, count = self.log_weight.shape[1], len(CASE_PITCHES)
-        first = self._whole.copy()
-        sigma = np.sqrt(first[PITCH, PITCH])
-        first[PITCH, PITCH] *= CASE_WIDTH**2
-        errors = CameraErrors(
-            np.zeros((count * robots, len(first))), np.tile(first, (count * robots, 1, 1)), first
-        )
-        errors.mean[:, PITCH] = np.repeat(np.sqrt(1 - CASE_WIDTH**2) * sigma * CASE_PITCHES, robots)
-        self.errors = errors
-        self.log_weight = np.repeat(np.log(CASE_WEIGHTS)[:, None], robots, axis=1)
+    def _divide(self, error: int) -> None:
+        """Split an error, before any measurement and any object, into cases."""
+        self.errors, self.log_weight = divided(self.errors, self.log_weight, error)
+        self._divided.append(error)
 
     def _unite(self) -> None:
         """Merge the cases of robots whose pitch is known as well as initially within one case."""
         cases, errors = len(self.log_weight), self.errors
         means = errors.mean.reshape(cases, -1, errors.mean.shape[1])
         mean, cov = self.combined_errors()
-        narrow = cov[:, PITCH, PITCH] <= CASE_WIDTH**2 * self._whole[PITCH, PITCH]
+        parts = self._divided
+        narrow = (cov[:, parts, parts] <= CASE_WIDTH**2 * self._whole[parts, parts]).all(axis=1)
         narrow &= ~self._united
         if not narrow.any():
             return

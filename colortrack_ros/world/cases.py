@@ -1,0 +1,51 @@
+"""Cases of the camera errors in which ranges on the ground are not linear; see belief."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from colortrack_ros.world.state import CameraErrors
+from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.state import OF_OBJECT
+from colortrack_ros.world.state import SHIFT
+from colortrack_ros.world.state import TILT
+from colortrack_ros.world.view import View
+
+Floats = NDArray[np.float64]
+
+PITCH, LIFT = TILT.start - OF_OBJECT + 1, SHIFT.start - OF_OBJECT + 2
+"""Indices of the pitch and of the height among the errors of the first camera."""
+
+LOW = 0.05
+"""Least relative standard deviation of the height above objects for which it is split. Chosen."""
+
+CASE_WIDTH = 0.6
+"""Standard deviation of the pitch within a case, over the total one. Cases are 2.3 of it apart,
+close enough that their sum has a single maximum."""
+
+CASE_PITCHES, CASE_WEIGHTS = np.array([-(3**0.5), 0.0, 3**0.5]), np.array([1 / 6, 2 / 3, 1 / 6])
+"""Centers and weights of the cases: Gauss-Hermite, exact for moments up to the fifth."""
+
+
+def divided(errors: CameraErrors, log_weight: Floats, error: int) -> tuple[CameraErrors, Floats]:
+    """Return errors that nothing has measured yet, and log weights, with an error split into cases.
+
+    :param errors: (C R); log_weight: (C, R) of their cases.
+    :param error: which one.
+    """
+    count, before = len(CASE_PITCHES), len(errors.mean)
+    first = errors.first.copy()
+    sigma = np.sqrt(first[error, error])
+    first[error, error] *= CASE_WIDTH**2
+    mean = np.tile(errors.mean, (count, 1))
+    mean[:, error] += np.repeat(np.sqrt(1 - CASE_WIDTH**2) * sigma * CASE_PITCHES, before)
+    weights = np.concatenate([log_weight + w for w in np.log(CASE_WEIGHTS)])
+    return CameraErrors(mean, np.tile(first, (len(mean), 1, 1)), first), weights
+
+
+def is_low(view: View, kinds: Kinds, ground: float, cov: Floats) -> bool:
+    """Whether the camera is so little above objects that its height bends their ranges.
+
+    :param cov: (8 C, 8 C) of the camera errors.
+    """
+    above = np.abs(view.optical.t[2] - ground - kinds.height[kinds.bound])
+    return bool((above * LOW < np.sqrt(cov[LIFT, LIFT])).any())

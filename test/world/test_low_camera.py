@@ -1,0 +1,47 @@
+"""A camera little above the centers of objects: its height bends ranges as its pitch does."""
+
+import sys
+
+import numpy as np
+from support.paths import ROOT
+
+sys.path.append(str(ROOT / 'benchmark'))
+
+import world
+import world_scene
+
+from colortrack_ros.world.belief import Belief
+from colortrack_ros.world.cases import CASE_PITCHES
+from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.view import View
+
+LOW = world_scene.ELSEWHERE['low, level, near']
+
+
+def test_before_a_robot_that_drives_covariances_hold():
+    out = world.run('ground', 'stands', True, runs=60, seed=4141, scene=LOW)
+    assert out.mean_nees < out.bounds[1]
+
+
+def test_no_case_in_which_an_object_is_above_the_horizon_prevails():
+    """It fits once the object's height was learned from there; what was before still counts."""
+    out = world.run('ground', 'stands', False, runs=40, seed=4141, scene=LOW)
+    assert out.mean_nees < out.bounds[1]
+
+
+def test_cases_of_the_height_are_those_of_low_cameras_only():
+    config = world_scene.config_of('ground', 'stands')
+    kinds, count = Kinds.of(config), len(CASE_PITCHES)
+    for height, cases in ((0.2, count**2), (0.5, count)):
+        mount = Pose.of_rpy((0, 0, height), (0, 0.2, 0))
+        view = View(world_scene.CAMERA, Pose.of_rpy((0, 0, 0), (0, 0, 0)), mount)
+        belief, truth = Belief.of(config), np.zeros((1, 16))
+        truth[:, :3] = [[1.0, 0.0, 0.1]]
+        rng = np.random.default_rng(0)
+        measured, seen = world_scene.measure(view, truth, kinds, 'ground', 'stands', rng)
+        assert seen.all()
+        reach = np.full(1, 10.0)
+        begun = belief.started(truth[:, :3], reach, measured, view, kinds, 0.0)
+        assert len(begun.log_weight) == len(belief.log_weight) == cases
+        assert len(begun) == 1
