@@ -34,7 +34,7 @@ FRAMES = 300
 ROOMS = (
     'agreement', 'areas', 'background', 'boxes', 'changes', 'displaced', 'filters', 'foreground',
     'gating', 'initiation', 'lines', 'placing', 'publishing', 'records', 'regions', 'scene_change',
-    'spline', 'told', 'tracker',
+    'shadows', 'spline', 'told', 'tracker', 'weak',
 )  # fmt: skip
 EMPTY, INSIDE = 24, {'silhouette': 65, 'approach': 85}
 """Frames of the background alone, and the first one in which all have come in."""
@@ -199,11 +199,7 @@ def moving(count, frames=120):
 
 
 def measure_speed():
-    """Median, mean and greatest time of a frame [ms], and the contours that it had.
-
-    Quadrilaterals that stay near where they appeared are in part learned as background, so some
-    have two contours.
-    """
+    """Median, mean and greatest time of a frame [ms], and the contours that it had."""
     result = {}
     for count, points in ((1, 12), (10, 12), (10, 24), (40, 12)):
         config = ContourConfig(points=points, min_motion=0.0)

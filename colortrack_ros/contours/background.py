@@ -73,6 +73,10 @@ class StillBackground(BackgroundModel):
         """Return where the background is unknown, (H, W); None if it is known everywhere."""
         return None if self._stillness is None else self._stillness.longest < self._least
 
+    def settled(self) -> Bools | None:
+        """Return where the background is known for good, (H, W); None if it is everywhere."""
+        return None if self._stillness is None else self._stillness.longest >= self._most
+
     def follow(self, picture: Picture, stamp: int, blobs: BlobTable, learn_seconds: float) -> None:
         """Learn from a frame; see BackgroundModel."""
         if learn_seconds <= 0:
@@ -137,9 +141,9 @@ class Stillness:
         still = self.seconds - self._since
         longer = (still > self.longest) & ~moved
         new = longer & ~self._is_longest & (self.longest < most)
-        doubtful = new & (self.longest >= most / 2)
-        if doubtful.any():
-            new &= ~(_of_things(soft, _softened(background)) & doubtful)
+        if new.any():
+            known = self.longest > 0
+            new &= ~(known & _of_things(soft, _softened(background)))
         self._is_longest |= new
         longer &= self._is_longest
         self.longest[longer] = still[longer]

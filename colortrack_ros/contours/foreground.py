@@ -17,9 +17,11 @@ from colortrack_ros.contours.displaced import is_displaced
 from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.scene_change import SceneChange
 from colortrack_ros.contours.shadows import without_shadows
+from colortrack_ros.contours.weak import with_weak
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection.background_model import Picture
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.methods import BackgroundSubtraction
@@ -42,6 +44,11 @@ CLUTTER_SECONDS, CLUTTER_SHARE = 10.0, 0.3
 flicker. IDF1 of PETS S3.MF1 is 0.84 (benchmark/notes/contours.md), 0.85 and 0.83 with half and
 twice the first, 0.86 and 0.83 with half and twice the second (``benchmark/real_contours.py FOLDER
 --constants foreground.CLUTTER_SHARE``)."""
+
+RIM_SHARE = 0.3
+"""Share of difference_threshold that a weak difference exceeds in the mean of 3x3 px as well, for
+noise about half of weak.WEAK_SHARE. Chosen against the rim of 1 to 2 px that the Gaussian adds
+beside what is strong (benchmark/notes/contours.md)."""
 
 
 class Foreground:
@@ -153,7 +160,10 @@ class Foreground:
         """Return what differs from the background, and learn the background from the frame."""
         if not frame.image.size:
             return np.zeros(frame.image.shape[:2], np.uint8)
-        image = self._subtraction.label(frame)
+        difference = self._subtraction.difference(channels_of(frame))
+        smooth = self._subtraction.smoothed(difference)
+        image = self._subtraction.label_of(smooth)
+        self._add_weak(image, difference, smooth)
         unknown = self._background.unknown()
         if unknown is not None and unknown.shape == image.pixels.shape:
             image.pixels[unknown] = 0
@@ -163,6 +173,20 @@ class Foreground:
         looked, self._looked = self._looked, self._background.has_looked
         self.is_busy = self._looked and not looked
         return image.pixels * np.uint8(255)
+
+    def _add_weak(self, image: LabelImage, difference: Picture, smooth: Picture) -> None:
+        """Add weak differences beside strong ones to a label image, in place.
+
+        What the Gaussian alone makes different, beside something, is left out.
+        """
+        background, threshold = self._background.pictures, self._config.difference_threshold
+        if not background or background[0].shape[:2] != difference.shape:
+            return
+        rim = cv2.blur(difference, (3, 3)) <= RIM_SHARE * threshold
+        smooth = np.where(rim, np.uint8(0), smooth)
+        settled, strong = self._background.settled(), image.pixels
+        strong[...] = with_weak(strong, smooth, background[0], threshold, settled)
+        image.filled = None
 
     def _is_covered(self, frame: Frame, known: Floats) -> bool:
         """Return whether the background is covered: by another scene, or something in front.

@@ -120,3 +120,16 @@ def test_other_work_waits_for_a_frame_while_the_background_is_looked_at(rate, sh
         busy.append(foreground.is_busy)
     assert np.mean(busy[1:]) == pytest.approx(share, abs=0.05)
     assert not any(a and b for a, b in pairwise(busy))
+
+
+def test_what_comes_slowly_soon_after_the_start_is_no_part_of_the_background():
+    background, image = StillBackground(), LabelImage.empty(120, 160)
+    image.pixels[:] = 0
+    for k in range(72):
+        wall = np.full((120, 160, 1), 200, np.uint8)
+        if k > 8:
+            left = 60 + round(15 * np.sin(k / 20))
+            wall[40:80, left : left + 40] = 50
+        background.follow(wall, round(k * 1e9 / 24), find_blobs(image, 1), 1.5)
+    _, lasting = background.pictures
+    assert (lasting > 150).all()

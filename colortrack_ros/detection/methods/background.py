@@ -74,17 +74,23 @@ class BackgroundSubtraction:
 
     def label(self, frame: Frame) -> LabelImage:
         """Label pixels that differ from the background with 1."""
-        picture = channels_of(frame)
-        threshold = self._config.difference_threshold if self._subtractor is None else 127.0
-        difference = self._difference(picture)
+        return self.label_of(self.smoothed(self.difference(channels_of(frame))))
+
+    def smoothed(self, difference: NDArray) -> NDArray:
+        """(H, W) the difference after the Gaussian [levels]."""
         if self._config.blur_sigma > 0:
             difference = cv2.GaussianBlur(difference, (0, 0), self._config.blur_sigma)
-        image = LabelImage.empty(*picture.shape[:2])
+        return difference
+
+    def label_of(self, difference: NDArray) -> LabelImage:
+        """Label pixels whose smooth difference exceeds the threshold with 1."""
+        threshold = self._config.difference_threshold if self._subtractor is None else 127.0
+        image = LabelImage.empty(*difference.shape)
         cv2.threshold(difference, threshold, 1, cv2.THRESH_BINARY, dst=image.pixels)
         clear(image, find_blobs(image, 1, self._config.min_area - 1).runs)
         return image
 
-    def _difference(self, picture: NDArray) -> NDArray:
+    def difference(self, picture: NDArray) -> NDArray:
         """(H, W) distance to the background [levels], 0 before one is learned."""
         if self._subtractor is None:
             if not self._model.knows(picture):
