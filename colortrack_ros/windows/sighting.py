@@ -43,10 +43,12 @@ def sight(
     :return: sightings by index of the track.
     """
     sightings, looks, hits = {}, records['looks'], records['hits']
+    last = np.array(frame.image.shape[1::-1]) - 1
     for i, appearance in enumerate(records['appearance']):
         if valid[i] and looks[i] == 0 and _is_sized(hits[i] + 1):
             continue
-        seen = appearance.look(frame, matches.z[i] if valid[i] else predicted[i])
+        expected = np.clip(predicted[i], 0, last)
+        seen = appearance.look(frame, matches.z[i] if valid[i] else expected)
         if appearance.likeness(seen) < NEARBY:
             if valid[i]:
                 continue

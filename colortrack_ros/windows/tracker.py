@@ -127,11 +127,11 @@ class WindowTracker:
         if self._is_learning:
             learn(frame, self._tracks.records, certain, matches, sightings)
         self._renew_templates(frame, matches, accepted)
-        self._delete(frame)
+        self._delete()
         boxes, offered = self.waiting.take()
         self._initiate(frame, boxes[~offered])
         self._initiate(frame, self._unfollowed(boxes[offered]))
-        return Tracks(self._rows(), frame.stamp, frame.frame_id, self._clock.tell_restart())
+        return Tracks(self._rows(frame), frame.stamp, frame.frame_id, self._clock.tell_restart())
 
     def _match(self, frame: Frame, predicted: Floats) -> Matches:
         records, regions = self._tracks.records, self._tracks.filters.search_regions(self.config)
@@ -246,14 +246,12 @@ class WindowTracker:
                 former.former = template
                 records['template'][i] = former
 
-    def _delete(self, frame: Frame) -> None:
-        """Delete targets whose centers have left the picture, and those unseen for too long."""
-        position = self._tracks.filters.bank.estimate()[0][:, :2]
+    def _delete(self) -> None:
+        """Delete targets unseen for too long."""
         longest = round(self.config.max_time_since_update * NANOSECONDS)
         overdue = self._clock.now - self._tracks.records['followed'] > longest
-        kept = is_inside(position, *frame.image.shape[:2]) & ~overdue
-        if not kept.all():
-            self._tracks.keep(kept)
+        if overdue.any():
+            self._tracks.keep(~overdue)
 
     def _unfollowed(self, boxes: Floats) -> Floats:
         """Boxes whose centers are in no target's box."""
@@ -284,12 +282,16 @@ class WindowTracker:
             if self._is_learning:
                 new['appearance'][i] = Appearance(frame, center[i], box[i])
 
-    def _rows(self) -> NDArray[np.void]:
-        """The tracks as published; all are confirmed from the start."""
+    def _rows(self, frame: Frame) -> NDArray[np.void]:
+        """The tracks as published; all are confirmed from the start.
+
+        Those whose centers have left the picture are left out.
+        """
         now, records = self._clock.now, self._tracks.records
         self._tracks.update_states(now, 1)
         rows = self._tracks.rows(now, *self._tracks.filters.bank.estimate())
         rows['covariance'][:, :2, :2] += records['drift']
         rows['score'] = np.where(records['hits'] > 1, np.clip(records['similarity'], 0, 1), 1.0)
         rows['score'] *= self._tracks.freshness(now, self.config.max_time_since_update)
-        return rows
+        inside = is_inside(np.stack([rows['u'], rows['v']], axis=1), *frame.image.shape[:2])
+        return rows if inside.all() else rows[inside]

@@ -152,7 +152,20 @@ def test_a_target_that_is_gone_coasts_and_is_given_up_in_time():
     assert states[12:] == [[]] * 8
 
 
-def test_a_target_ends_when_its_center_leaves_the_picture_and_ids_go_on():
+def test_a_target_that_leaves_the_picture_is_found_when_it_comes_back():
+    tracker = WindowTracker(targets=[box((60, 50))])
+    left = 60 - 3 * np.r_[:25, 25:5:-1, 5:25]
+    for k, u in enumerate(left.tolist()):
+        picture, center = moving(0, start=(u, 50.0))
+        rows = tracker.update(frame(picture, k)).rows
+        if u < -3:
+            assert not len(rows)
+        elif u > 3:
+            assert (rows['track_id'].tolist(), rows['state'].tolist()) == ([1], [CONFIRMED])
+            assert (rows['u'][0], rows['v'][0]) == pytest.approx(center, abs=2.0)
+
+
+def test_one_that_does_not_is_not_published_and_ids_go_on():
     tracker = WindowTracker(targets=[box((60, 50))])
     alive = []
     for k in range(60):
