@@ -5,7 +5,9 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
 from colortrack_ros.estimation.records import Records
+from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.windows.appearance import Appearance
+from colortrack_ros.windows.appearance import LEARNED
 from colortrack_ros.windows.appearance import NEARBY
 from colortrack_ros.windows.appearance import RARER
 from colortrack_ros.windows.appearance import Sighting
@@ -43,21 +45,14 @@ def sight(
     :return: sightings by index of the track.
     """
     sightings, looks, hits = {}, records['looks'], records['hits']
-    last = np.array(frame.image.shape[1::-1]) - 1
     for i, appearance in enumerate(records['appearance']):
-        if valid[i] and looks[i] == 0 and _is_sized(hits[i] + 1):
+        if not is_inside(predicted[i : i + 1], *frame.image.shape[:2])[0]:
+            valid[i], looks[i] = False, max(looks[i], 1)
+        elif valid[i] and looks[i] == 0 and _is_sized(hits[i] + 1):
             continue
-        expected = np.clip(predicted[i], 0, last)
-        seen = appearance.look(frame, matches.z[i] if valid[i] else expected)
-        if appearance.likeness(seen) < NEARBY:
-            if valid[i]:
-                continue
-            elsewhere = _elsewhere(frame, appearance, records['seen'][i], int(looks[i]))
-            seen = appearance.look(frame, elsewhere)
-            # The more places have been searched, the likelier one resembles the target by chance.
-            if appearance.likeness(seen) < NEARBY + RARER * np.log(looks[i] + 1):
-                continue
-            looks[i] = max(looks[i], 1)  # lost, even if it was just seen
+        seen = _seek(frame, records, i, matches.z[i] if valid[i] else None, predicted[i])
+        if seen is None:
+            continue
         sightings[i] = seen
         if not appearance.is_sure(seen):
             seen = appearance.partly(seen)
@@ -65,6 +60,29 @@ def sight(
         if not valid[i] or error @ np.linalg.solve(seen.R, error) > DISAGREEMENT:
             matches.z[i], matches.R[i], matches.similarity[i], valid[i] = seen.z, seen.R, 0, True
     return sightings
+
+
+def _seek(
+    frame: Frame, records: Records, i: int, found: Floats | None, predicted: Floats
+) -> Sighting | None:
+    """Look for the i-th target; found: where its template is found, if it is.
+
+    If it has left the picture, it has to be clearer: what comes in there may be something else.
+    """
+    appearance, looks = records['appearance'][i], int(records['looks'][i])
+    inside = np.clip(predicted, 0, np.array(frame.image.shape[1::-1]) - 1)
+    near = NEARBY if (inside == predicted).all() else LEARNED
+    seen: Sighting = appearance.look(frame, inside if found is None else found)
+    if appearance.likeness(seen) >= near:
+        return seen
+    if found is not None:
+        return None
+    seen = appearance.look(frame, _elsewhere(frame, appearance, records['seen'][i], looks))
+    # The more places have been searched, the likelier one resembles the target by chance.
+    if appearance.likeness(seen) < near + RARER * np.log(looks + 1):
+        return None
+    records['looks'][i] = max(looks, 1)  # lost, even if it was just seen
+    return seen
 
 
 def are_doubtful(

@@ -127,7 +127,7 @@ class WindowTracker:
         if self._is_learning:
             learn(frame, self._tracks.records, certain, matches, sightings)
         self._renew_templates(frame, matches, accepted)
-        self._delete()
+        self._delete(frame)
         boxes, offered = self.waiting.take()
         self._initiate(frame, boxes[~offered])
         self._initiate(frame, self._unfollowed(boxes[offered]))
@@ -246,12 +246,16 @@ class WindowTracker:
                 former.former = template
                 records['template'][i] = former
 
-    def _delete(self) -> None:
-        """Delete targets unseen for too long."""
+    def _delete(self, frame: Frame) -> None:
+        """Delete targets unseen for too long, and without appearance those outside the picture."""
         longest = round(self.config.max_time_since_update * NANOSECONDS)
-        overdue = self._clock.now - self._tracks.records['followed'] > longest
-        if overdue.any():
-            self._tracks.keep(~overdue)
+        kept = self._clock.now - self._tracks.records['followed'] <= longest
+        if not self._is_learning:
+            kept &= is_inside(
+                self._tracks.filters.bank.estimate()[0][:, :2], *frame.image.shape[:2]
+            )
+        if not kept.all():
+            self._tracks.keep(kept)
 
     def _unfollowed(self, boxes: Floats) -> Floats:
         """Boxes whose centers are in no target's box."""
@@ -283,15 +287,12 @@ class WindowTracker:
                 new['appearance'][i] = Appearance(frame, center[i], box[i])
 
     def _rows(self, frame: Frame) -> NDArray[np.void]:
-        """The tracks as published; all are confirmed from the start.
-
-        Those whose centers have left the picture are left out.
-        """
+        """The tracks in the picture as published; all are confirmed from the start."""
         now, records = self._clock.now, self._tracks.records
         self._tracks.update_states(now, 1)
         rows = self._tracks.rows(now, *self._tracks.filters.bank.estimate())
         rows['covariance'][:, :2, :2] += records['drift']
         rows['score'] = np.where(records['hits'] > 1, np.clip(records['similarity'], 0, 1), 1.0)
         rows['score'] *= self._tracks.freshness(now, self.config.max_time_since_update)
-        inside = is_inside(np.stack([rows['u'], rows['v']], axis=1), *frame.image.shape[:2])
-        return rows if inside.all() else rows[inside]
+        place = np.stack([rows['u'], rows['v']], axis=1)
+        return rows[is_inside(place, *frame.image.shape[:2])]
