@@ -105,7 +105,7 @@ class ColorFinder:
         before = self._state()
         present, share = list[int](), 0.0
         if due:
-            share = self._pool_colors(now, elapsed, self._light.change(frame.image))
+            share = self._pool_colors(now, elapsed, self._light.change(frame))
             self._looked = stamp
             self._first = stamp if self._first is None else self._first
             present = [k for k in self._found if self._renew(k, now, stamp)]
@@ -129,19 +129,25 @@ class ColorFinder:
     def _is_new(self, k: int, stamp: int) -> bool:
         return 0 <= stamp - self._since[k] <= POOL_SECONDS * NANOSECONDS
 
-    def _pool_colors(self, now: NDArray[np.float64], elapsed: float, light: float) -> float:
+    def _pool_colors(
+        self, now: NDArray[np.float64], elapsed: float, light: NDArray[np.float64]
+    ) -> float:
         """Add a picture's colors to the pool, and follow the light.
 
-        :param elapsed: since the last update [s]; light: the factor by which it has scaled all
-            colors.
+        :param elapsed: since the last update [s]; light: (3,) factors by which it has scaled red,
+            green, and blue.
         :returns: the weight of the picture.
         """
-        if elapsed < 0 or light != 1 or not self._pool.size:
+        if elapsed < 0 or not self._pool.size:
+            self._pool = now.copy()
+            for shades in self._shades.values():
+                shades.restart()
+        elif (light != 1).any():
             self._pool = now.copy()
             self._lit = {k: in_light(extent, light) for k, extent in self._lit.items()}
             self._found = {k: as_shown(extent) for k, extent in self._lit.items()}
             for shades in self._shades.values():
-                shades.restart()
+                shades.relight(light)
         share = float(-np.expm1(-max(elapsed, 0) / POOL_SECONDS))
         self._pool += (now - self._pool) * share
         return share

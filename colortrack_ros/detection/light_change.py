@@ -1,15 +1,22 @@
 """Changes of the light on a whole picture, as those of a lamp or of a camera's exposure."""
 
 from dataclasses import replace
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Frame
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.growth import NO_LIGHT
+from colortrack_ros.detection.lab import lab_from_linear
 from colortrack_ros.detection.lab import linear_from_lab
 from colortrack_ros.detection.lab import linear_from_srgb
+from colortrack_ros.detection.pixels import split_rgb
+from colortrack_ros.detection.reference import Triple
+
+Floats = NDArray[np.float64]
 
 COMPARED_PIXELS = 4096
 """Number of means of pixels that are compared, which have less noise. Assumed: half of them are
@@ -32,53 +39,84 @@ LEAST_LIGHT_CHANGE = 0.03
 """Change of L + 16 that is told, relative; smaller ones are summed up until they are as large.
 Assumed: at L = 50 it is the just noticeable difference of 2 (Mahy 1994)."""
 
+SAME_LIGHT = np.ones(3)
+
 
 class LightChange:
     """Compares each picture with the one before it."""
 
     def __init__(self) -> None:
-        self._last, self._rest = np.zeros(0, np.float32), 1.0
+        self._last, self._rest = np.zeros(0, np.float32), SAME_LIGHT
 
-    def change(self, picture: NDArray[np.uint8]) -> float:
-        """The factor by which L + 16, a, and b of all things have changed; 1 if by little.
+    def change(self, frame: Frame) -> Floats:
+        """The factors by which linear red, green, and blue of all things have changed, (3,).
 
-        They are proportional to the cube root of the light (CIE 15:2004), of which the median of
-        all channels' changes is taken.
+        They are 1 if by little. Each is the median of a channel's changes; the light of another
+        color scales channels by different factors (von Kries 1902).
 
-        :param picture: (H, W, C) or (H, W).
+        :param frame: with an encoding of ENCODINGS.
         """
-        height, width = picture.shape[:2]
-        step = max(1, int(np.sqrt(height * width / COMPARED_PIXELS)))
-        size = max(width // step, 1), max(height // step, 1)
-        rows = picture[:: 1 + step // 4].astype(np.float32)
-        mean = cv2.resize(rows, size, interpolation=cv2.INTER_AREA)
-        now = np.atleast_3d(mean)[..., :3].copy()
+        now = _means(frame)
         last, self._last = self._last, now
         if last.shape != now.shape:
-            return 1.0
-        shown = (np.minimum(last, now) >= DARKEST) & (np.maximum(last, now) <= LIGHTEST)
-        ratio = linear_from_srgb(now[shown]) / linear_from_srgb(last[shown])
-        alike = max(np.count_nonzero(ratio > 1), np.count_nonzero(ratio < 1))
-        if ratio.size < LEAST_SHOWN * now.size or alike < MAJORITY * ratio.size:
-            return 1.0
-        scale, self._rest = self._rest * float(np.cbrt(np.median(ratio))), 1.0
-        if abs(scale - 1) > LEAST_LIGHT_CHANGE:
-            return scale
-        self._rest = scale
-        return 1.0
+            return SAME_LIGHT
+        gains = np.array([_gain(*pair) for pair in zip(last.T, now.T, strict=True)])
+        known = ~np.isnan(gains)
+        if not known.any() or (gains == 0).any():
+            return SAME_LIGHT
+        gains = self._rest * np.where(known, gains, np.nanmean(gains))
+        if np.abs(np.cbrt(gains) - 1).max() > LEAST_LIGHT_CHANGE:
+            self._rest = SAME_LIGHT
+            return gains
+        self._rest = gains
+        return SAME_LIGHT
 
 
-def in_light(extent: Extent, scale: float) -> Extent:
+def _means(frame: Frame) -> NDArray[np.float32]:
+    """Red, green, and blue of means of pixels, (n, 3)."""
+    height, width = frame.image.shape[:2]
+    step = max(1, int(np.sqrt(height * width / COMPARED_PIXELS)))
+    size = max(width // step, 1), max(height // step, 1)
+    rows = frame.image[:: 1 + step // 4].astype(np.float32)
+    mean: Any = cv2.resize(rows, size, interpolation=cv2.INTER_AREA)
+    return np.stack([channel.reshape(-1) for channel in split_rgb(mean, frame.encoding)], axis=1)
+
+
+def _gain(last: NDArray[np.float32], now: NDArray[np.float32]) -> float:
+    """Median change of a linear channel, (n,); NaN if unknown, 0 if it is not that of the light."""
+    shown = (np.minimum(last, now) >= DARKEST) & (np.maximum(last, now) <= LIGHTEST)
+    ratio = linear_from_srgb(now[shown]) / linear_from_srgb(last[shown])
+    if ratio.size < LEAST_SHOWN * now.size:
+        return float(np.nan)
+    gain = float(np.median(ratio))
+    if max(np.count_nonzero(ratio > 1), np.count_nonzero(ratio < 1)) >= MAJORITY * ratio.size:
+        return gain
+    return 1.0 if abs(np.cbrt(gain) - 1) <= LEAST_LIGHT_CHANGE else 0.0
+
+
+def in_light(extent: Extent, gains: Floats) -> Extent:
     """The extent of a color in another light.
 
-    :param scale: of L + 16, a, and b.
+    :param gains: (3,) of linear red, green, and blue.
     """
-    L, a, b = (NO_LIGHT + scale * (np.array(extent.lab) - NO_LIGHT)).tolist()
+    lab = lab_in_light(extent.lab, gains)
+    scale = (lab[0] - NO_LIGHT[0]) / (extent.lab[0] - NO_LIGHT[0])
     dL, da, db = (scale * axis for axis in extent.axes)
-    return replace(extent, lab=(L, a, b), axes=(dL, da, db))
+    return replace(extent, lab=lab, axes=(dL, da, db))
+
+
+def lab_in_light(lab: Triple, gains: Floats) -> Triple:
+    """A color in another light; gains: (3,) of linear red, green, and blue."""
+    L, a, b = lab_from_linear(linear_from_lab(lab) * gains).tolist()
+    return L, a, b
 
 
 def as_shown(extent: Extent) -> Extent:
     """The extent of a color as a camera shows it: it gets no lighter than its lightest channel."""
-    lightest = float(linear_from_lab(extent.lab).max())
-    return in_light(extent, float(np.cbrt(1 / lightest))) if lightest > 1 else extent
+    lightest = lightest_channel(extent.lab)
+    return in_light(extent, SAME_LIGHT / lightest) if lightest > 1 else extent
+
+
+def lightest_channel(lab: Triple) -> float:
+    """The largest of linear red, green, and blue; above 1 for colors that no camera shows."""
+    return float(linear_from_lab(lab).max())

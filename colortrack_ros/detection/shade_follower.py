@@ -10,6 +10,8 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.growth import nearest_sample
+from colortrack_ros.detection.light_change import lab_in_light
+from colortrack_ros.detection.light_change import lightest_channel
 from colortrack_ros.detection.reference import Triple
 from colortrack_ros.detection.shades import reach_of
 from colortrack_ros.detection.shades import shades_beyond
@@ -27,6 +29,9 @@ LEAST_LEFT, MOST_AROUND = 1 / 2, 2.0
 """Share of their pixels that fewer shades must keep, and growth of the pixels of all shades from
 which on this does not matter. A shadow that touches an object ends the search for its shades in the
 shadow, but takes nothing from the object; half of the wall is no part of it. Assumed."""
+
+LONG_AGO = -(1 << 62)
+"""Stamp of a search that is to be repeated [ns]."""
 
 ENOUGH_SEARCHES = 3
 """Searches that must have found as many shades before they are kept like this. Assumed: the first
@@ -57,9 +62,19 @@ class ShadeFollower:
         self.shades: tuple[Triple, ...] | None = None
 
     def restart(self) -> None:
-        """Search for the shades anew: the light is another one."""
+        """Search for the shades anew."""
         self._last = self.shades = None
         self._confirmed = 0
+
+    def relight(self, gains: NDArray[np.float64]) -> None:
+        """Move the shades into another light, and search for them again soon.
+
+        :param gains: (3,) of linear red, green, and blue.
+        """
+        if self._last is None or self.shades is None:
+            return
+        self.shades = _lit(self.shades, gains)
+        self._last = self._last._replace(stamp=LONG_AGO, shades=_lit(self._last.shades, gains))
 
     def whole(self, extent: Extent) -> Extent:
         """The extent of the color with its near shades.
@@ -121,6 +136,12 @@ class ShadeFollower:
             if left < LEAST_LEFT * there and there < MOST_AROUND * self._pixels:
                 return
         self.shades = shades
+
+
+def _lit(shades: tuple[Triple, ...], gains: NDArray[np.float64]) -> tuple[Triple, ...]:
+    """Shades in another light, but for those that no camera shows."""
+    moved = [lab_in_light(shade, gains) for shade in shades]
+    return tuple(shade for shade in moved if lightest_channel(shade) <= 1)
 
 
 def _pixels(counts: NDArray[np.float64], whole: Extent, shades: tuple[Triple, ...]) -> float:

@@ -137,28 +137,49 @@ def textured(seed=0):
 def test_a_camera_that_turns_is_no_change_of_light():
     wide, change = textured(), LightChange()
     for left in range(0, 600, 90):
-        assert change.change(noisy(wide[:, left : left + 400], seed=left)) == 1
+        assert (change.change(Frame(noisy(wide[:, left : left + 400], seed=left))) == 1).all()
 
 
-@pytest.mark.parametrize('channels', [None, 1, 3, 4])
+ENCODED = {None: 'mono8', 1: 'mono8', 3: 'bgr8', 4: 'rgba8'}
+
+
+def changes(change, *pictures):
+    """What the last of the pictures, each an array, is told to have changed."""
+    for picture in pictures:
+        channels = picture.shape[2] if picture.ndim > 2 else None
+        gains = change.change(Frame(picture.astype(np.uint8), ENCODED[channels]))
+    return gains.tolist()
+
+
+@pytest.mark.parametrize('channels', ENCODED)
 @pytest.mark.parametrize('light', [0.5, 0.9, 1.1])
 def test_the_light_is_told_from_the_median_of_all_values(channels, light):
     image = np.random.default_rng(1).uniform(60, 200, (60, 80, 4))
     image = image[..., 0] if channels is None else image[..., :channels]
     change = LightChange()
-    assert change.change(image.astype(np.uint8)) == 1
+    assert changes(change, image) == [1, 1, 1]
     image[:20] = 128  # a thing that is new
-    darker = np.clip(image * light, 0, 255).astype(np.uint8)
+    darker = np.clip(image * light, 0, 255)
     linear = ((light * 130 + 14) / (130 + 14)) ** 2.4  # about the transfer curve of sRGB
-    assert change.change(darker) == pytest.approx(np.cbrt(linear), rel=0.02)
-    assert change.change(darker) == 1
+    assert changes(change, darker) == pytest.approx([linear] * 3, rel=0.06)
+    assert changes(change, darker) == [1, 1, 1]
+
+
+@pytest.mark.parametrize('encoding', ['bgr8', 'rgb8'])
+def test_light_of_another_color_changes_channels_by_different_factors(encoding):
+    image = np.random.default_rng(1).uniform(60, 200, (60, 80, 3))
+    change = LightChange()
+    for light in (1.0, [0.7, 0.85, 1.0]):
+        gains = change.change(Frame((image * light).astype(np.uint8), encoding))
+    order = slice(None) if encoding == 'rgb8' else slice(None, None, -1)
+    assert gains.tolist() == pytest.approx((np.array(light) ** 2.2)[order].tolist(), rel=0.06)
 
 
 def test_what_has_no_light_or_too_much_or_another_size_tells_nothing():
     change = LightChange()
     for image in (np.zeros((9, 9, 3)), np.full((9, 9, 3), 255), np.full((9, 9, 3), 40)):
-        assert change.change(image.astype(np.uint8)) == 1
-    assert change.change(np.full((8, 9, 3), 90, np.uint8)) == 1
+        assert changes(change, image) == [1, 1, 1]
+    assert changes(change, np.full((8, 9, 3), 90)) == [1, 1, 1]
 
 
 def test_a_thing_before_white_is_no_change_of_light():
@@ -166,4 +187,4 @@ def test_a_thing_before_white_is_no_change_of_light():
     for k in range(12):
         image = np.full((224, 224, 3), 255, np.uint8)
         cv2.rectangle(image, (17 * k, 20), (17 * k + 33, 53), (0, 0, 255 - 8 * k), cv2.FILLED)
-        assert change.change(image) == 1
+        assert changes(change, image) == [1, 1, 1]

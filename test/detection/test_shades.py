@@ -142,3 +142,20 @@ def test_what_grows_after_a_search_does_not_make_the_shades_larger():
     for k in range(3, 6):
         follower.follow(*picture, larger, [], 0.2, k * NANOSECONDS)
     assert follower.whole(larger).axes > searched.axes, 'a search has tried it'
+
+
+def test_other_light_moves_the_shades_and_two_searches_in_a_row_change_them():
+    follower, few, many = ShadeFollower(), with_patch(25), with_patch(0)
+    for k in range(3):
+        follower.follow(*few, DARK, [], 0.2, k * NANOSECONDS)
+    before = follower.shades
+    follower.relight(np.full(3, 0.8))
+    moved = np.array(follower.shades)
+    scale = np.cbrt(0.8)  # of L + 16, a, and b
+    away = np.array([16.0, 0.0, 0.0])
+    assert moved + away == pytest.approx(scale * (np.array(before) + away), rel=0.02)
+    follower.relight(np.full(3, 1 / 0.8))
+    follower.follow(*many, DARK, [], 0.2, 2 * NANOSECONDS + 1)
+    assert np.array(follower.shades) == pytest.approx(np.array(before))
+    follower.follow(*many, DARK, [], 0.2, 4 * NANOSECONDS)
+    assert len(follower.shades) > len(before)
