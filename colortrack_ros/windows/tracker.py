@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
+from colortrack_ros.data import whole_rows
 from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 from colortrack_ros.estimation.clock import Clock
@@ -295,4 +296,4 @@ class WindowTracker:
         rows['score'] = np.where(records['hits'] > 1, np.clip(records['similarity'], 0, 1), 1.0)
         rows['score'] *= self._tracks.freshness(now, self.config.max_time_since_update)
         place = np.stack([rows['u'], rows['v']], axis=1)
-        return rows[is_inside(place, *frame.image.shape[:2])]
+        return whole_rows(rows)[is_inside(place, *frame.image.shape[:2])].view(rows.dtype)

@@ -158,6 +158,10 @@ def test_a_target_that_leaves_the_picture_is_found_when_it_comes_back():
     for k, u in enumerate(left.tolist()):
         picture, center = moving(0, start=(u, 50.0))
         rows = tracker.update(frame(picture, k)).rows
+        named = np.zeros(len(rows), TRACK)
+        for name in TRACK.names:
+            named[name] = rows[name]
+        assert rows.tobytes() == named.tobytes(), 'what is between the fields is 0'
         if u < -3:
             assert not len(rows)
         elif u > 3:
