@@ -138,15 +138,16 @@ class ColorFinder:
             green, and blue.
         :returns: the weight of the picture.
         """
-        if elapsed < 0 or not self._pool.size:
+        is_other = bool((light != 1).any())
+        if elapsed < 0 or is_other or not self._pool.size:
             self._pool = now.copy()
-            for shades in self._shades.values():
-                shades.restart()
-        elif (light != 1).any():
-            self._pool = now.copy()
+        if is_other:
             self._lit = {k: in_light(extent, light) for k, extent in self._lit.items()}
             self._found = {k: as_shown(extent) for k, extent in self._lit.items()}
-            for shades in self._shades.values():
+        for shades in self._shades.values():
+            if elapsed < 0:
+                shades.restart()
+            elif is_other:
                 shades.relight(light)
         share = float(-np.expm1(-max(elapsed, 0) / POOL_SECONDS))
         self._pool += (now - self._pool) * share

@@ -45,8 +45,9 @@ def sight(
     :return: sightings by index of the track.
     """
     sightings, looks, hits = {}, records['looks'], records['hits']
+    inside = is_inside(predicted, *frame.image.shape[:2])
     for i, appearance in enumerate(records['appearance']):
-        if not is_inside(predicted[i : i + 1], *frame.image.shape[:2])[0]:
+        if not inside[i]:
             valid[i], looks[i] = False, max(looks[i], 1)
         elif valid[i] and looks[i] == 0 and _is_sized(hits[i] + 1):
             continue
