@@ -12,6 +12,10 @@ MOTIONS = ('plane', 'free', 'free_fall', 'still')
 ALOFT = ('free', 'free_fall')
 """Motions of objects off the ground, whose range the ground does not give."""
 
+THROWN_AT, ROLLED_AT = 5.0, 1.0
+"""Standard deviations of the first speed [m/s] on each axis: balls are thrown by hand at 3 to 10
+m/s, and rolled at walking pace. Assumed."""
+
 
 @dataclass(frozen=True)
 class KindConfig(Config):
@@ -40,10 +44,11 @@ class KindConfig(Config):
         choices=MOTIONS,
     )
     speed: float = parameter(
-        1.0,
-        'Standard deviation of the speed, on each axis, of objects when they are first seen.',
+        -1.0,
+        'Standard deviation of the speed, on each axis, of objects when they are first seen; '
+        'negative: 5 m/s of motion free_fall, 1 m/s of others.',
         unit='m/s',
-        minimum=0.0,
+        minimum=-1.0,
         maximum=100.0,
     )
     wander: float = parameter(
@@ -52,6 +57,21 @@ class KindConfig(Config):
         unit='m/s',
         minimum=0.0,
         maximum=100.0,
+    )
+    drag: float = parameter(
+        0.02,
+        'Of motion free_fall: deceleration by the air over squared speed: 0.02 of tennis balls and '
+        'basketballs, 0.13 of table tennis balls, 0.2 of beach balls.',
+        unit='1/m',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    drag_sigma: float = parameter(
+        0.06,
+        'Standard deviation of drag, which is learned as they fly.',
+        unit='1/m',
+        minimum=0.0,
+        maximum=10.0,
     )
     bounce: float = parameter(
         0.7,
@@ -77,6 +97,13 @@ class Kind:
         """Height of the center above the ground [m]."""
         config = self.config
         return config.height if config.height >= 0 else config.diameter / 2
+
+    @property
+    def first_speed(self) -> float:
+        """Standard deviation of the speed on each axis of objects when first seen [m/s]."""
+        if self.config.speed >= 0:
+            return self.config.speed
+        return THROWN_AT if self.config.motion == 'free_fall' else ROLLED_AT
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,11 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
-from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
+from colortrack_ros.world.flight import fall
+from colortrack_ros.world.state import add_white
 from colortrack_ros.world.state import CameraErrors
-from colortrack_ros.world.state import GRAVITY
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import MOVES
@@ -38,19 +37,8 @@ THROWN = 3.0
 """Standard deviation of the change of vertical velocity by a throw or a kick [m/s]: the speed after
 a fall from 0.5 m. The horizontal change has that of the initial speed. Assumed."""
 
-RESTITUTION = 0.15
-"""Standard deviation of the restitution; measured values for balls on floors, around 0.7, lie
-between 0.5 and 0.9. Assumed."""
-
-LEAST_BOUNCE = 1e-3
-"""Probability below which a bounce is ignored: 3 standard deviations above the ground."""
-
 LEAST_KICKED = 1e-3
 """Probability that a kicked object stops at once. Assumed."""
-
-FRICTION = 0.2
-"""Standard deviation of the relative change of horizontal speed at a bounce, due to spin; a ball
-without spin that then rolls loses at most 2/7."""
 
 
 def predict(
@@ -67,19 +55,10 @@ def predict(
     whole, cov = objects.whole[:, MOVES], objects.cov[:, MOVES]
     whole[:, POSITION] += dt * whole[:, VELOCITY]
     cov[:, :, POSITION] += dt * cov[:, :, VELOCITY]
-    _add_white(cov, np.square(kinds.wander) * dt, dt)
+    add_white(cov, np.square(kinds.wander) * dt, dt)
     if kinds.falls.any():
-        _fall(objects, errors, kinds, ground, dt)
-
-
-def _fall(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float) -> None:
-    """Apply gravity, bounces, and throws to falling objects, in place."""
-    mean, cov, slope = (a[:, MOVES] for a in (objects.mean, objects.cov, objects.slope))
-    mean[:, 2] -= GRAVITY * dt * dt / 2 * kinds.falls
-    mean[:, 5] -= GRAVITY * dt * kinds.falls
-    P = np.repeat(errors.cov, len(mean) // len(errors.cov), axis=0)
-    _bounce(mean, slope, cov, P, kinds, ground)
-    _throw(objects, kinds, dt)
+        fall(objects, errors, kinds, ground, dt)
+        _throw(objects, kinds, dt)
 
 
 def _maneuver(
@@ -114,7 +93,7 @@ def _throw(objects: Motions, kinds: Kinds, dt: float) -> None:
     sigma[:, 2] = np.maximum(sigma[:, 2], THROWN)
     objects.whole[rows, STANDS] = objects.whole[rows, MOVES]
     thrown = objects.cov[rows, STANDS]
-    _add_white(thrown, np.square(sigma), dt)
+    add_white(thrown, np.square(sigma), dt)
     objects.cov[rows, STANDS] = thrown
 
 
@@ -141,19 +120,6 @@ def kicked(objects: Motions, speed: Floats, T: Floats) -> Motions:
     return kicked
 
 
-def _add_white(cov: Floats, change: Floats, dt: float) -> None:
-    """Add the noise of a white acceleration to covariances, (N, 8, 8), in place.
-
-    Q = c [dt^2/3, dt/2; dt/2, 1] on each axis (Bar-Shalom 2001, 6.2.2).
-
-    :param change: (N, 3) c, the variance of the change of velocity [m^2/s^2].
-    """
-    Q = np.array([[dt * dt / 3, dt / 2], [dt / 2, 1.0]])
-    blocks = cov[:, :6, :6].reshape(-1, 2, 3, 2, 3)
-    each_axis = np.einsum('npaqa->npqa', blocks)  # a view
-    each_axis += Q[:, :, None] * change[:, None, None, :]
-
-
 def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> None:
     """Mix the hypotheses in place, as standing objects start to move and moving objects stop.
 
@@ -176,40 +142,6 @@ def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> Non
     whole[:, STANDS, VELOCITY] = 0.0
     cov[:, STANDS, :, VELOCITY] = 0.0
     objects.probability[:] = after
-
-
-def _bounce(
-    mean: Floats, slope: Floats, cov: Floats, P: Floats, kinds: Kinds, ground: float
-) -> None:
-    """Reflect falling objects that may have reached the ground, in place.
-
-    Whether an object touched the ground within this step is as uncertain as its height; the result
-    is the mixture of both cases, moment-matched.
-
-    :param mean: (N, 8); slope: (N, 8, 8 C); cov: (N, 8, 8).
-    :param P: (N, 8 C, 8 C) covariance of the camera errors.
-    """
-    (rows,) = (kinds.falls & (mean[:, 5] < 0)).nonzero()
-    floor, P, B = ground + kinds.diameter[rows] / 2, P[rows], slope[rows]
-    whole = cov[rows] + B @ P @ B.swapaxes(1, 2)
-    weight = ndtr((floor - mean[rows, 2]) / np.sqrt(np.maximum(whole[:, 2, 2], TINY)))
-    near = weight > LEAST_BOUNCE
-    if not near.any():
-        return
-    rows, weight, floor, P, B, whole = (a[near] for a in (rows, weight, floor, P, B, whole))
-    share = kinds.bounce[rows]
-    means, covs = np.stack([mean[rows]] * 2), np.stack([whole] * 2)
-    means[1, :, 2] = floor + share * np.maximum(floor - mean[rows, 2], 0.0)
-    means[1, :, 5] *= -share
-    for at in (2, 5):
-        covs[1, :, at] *= -share[:, None]
-        covs[1, :, :, at] *= -share[:, None]
-        B[:, at] *= (1 - weight - weight * share)[:, None]
-    covs[1, :, 5, 5] += np.square(RESTITUTION * mean[rows, 5])
-    for at in (3, 4):
-        covs[1, :, at, at] += np.square(FRICTION * mean[rows, at])
-    mean[rows], whole = mixture(np.stack([1 - weight, weight]), means, covs)
-    slope[rows], cov[rows] = B, whole - B @ P @ B.swapaxes(1, 2)
 
 
 def drift(

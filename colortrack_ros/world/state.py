@@ -1,7 +1,8 @@
 """State vectors: pose and velocity of each object, and the errors of the cameras.
 
 An object has 8 numbers: position and velocity in the fixed frame, and the errors of its center's
-height above the ground [m] and of its diameter [m]. Each camera adds 8 more, which all objects
+height above the ground [m] and of its diameter [m]. Of what falls, no height is known; instead, the
+first is the error of its drag [1/m]. Each camera adds 8 more, which all objects
 share: the errors of its pose on the robot (x, y, z [m], roll, pitch, yaw [rad]), of the edge of its
 blobs [px], and of the scale of its depth [1]. The last is the error of the scale of ways by
 odometry, unless that is taken to be exact. These errors are constant, so averaging does not remove
@@ -26,7 +27,7 @@ from colortrack_ros.world.config import LocatorConfig
 Floats = NDArray[np.float64]
 
 POSITION, VELOCITY = slice(0, 3), slice(3, 6)
-BIASES, HEIGHT, DIAMETER = slice(6, 8), 6, 7
+BIASES, HEIGHT, DRAG, DIAMETER = slice(6, 8), 6, 6, 7
 SHIFT, TILT = slice(8, 11), slice(11, 14)
 EDGE, SCALE = 14, 15
 SIZE, OF_OBJECT, OF_CAMERA = 16, 8, 8
@@ -54,7 +55,9 @@ class Kinds(Columns):
     :ivar bounce: (N,) restitution.
     :ivar speed: (N, 3) standard deviation of the initial velocity [m/s].
     :ivar wander: (N, 3) standard deviation of the velocity change within 1 s [m/s].
-    :ivar sigma: (N, 2) standard deviations of HEIGHT and DIAMETER [m].
+    :ivar drag: (N,) deceleration by the air over squared speed [1/m].
+    :ivar sigma: (N, 2) standard deviations of HEIGHT [m], of what falls DRAG [1/m], and of DIAMETER
+        [m].
     """
 
     diameter: Floats
@@ -64,6 +67,7 @@ class Kinds(Columns):
     bounce: Floats
     speed: Floats
     wander: Floats
+    drag: Floats
     sigma: Floats
 
     @classmethod
@@ -73,16 +77,20 @@ class Kinds(Columns):
         free = np.array(
             [[c.motion != 'still'] * 2 + [c.motion in ALOFT] for c in each], float
         ).reshape(-1, 3)
-        own = [[c.height_sigma, c.diameter_sigma] for c in each]
         falls = np.array([c.motion == 'free_fall' for c in each], bool)
+        own = [
+            [c.drag_sigma if c.motion == 'free_fall' else c.height_sigma, c.diameter_sigma]
+            for c in each
+        ]
         return cls(
             diameter=np.array([c.diameter for c in each], float),
             height=np.array([kind.center_height for kind in config.colors], float),
             bound=np.array([c.motion not in ALOFT for c in each], bool),
             falls=falls,
             bounce=np.array([c.bounce for c in each], float),
-            speed=free * np.array([c.speed for c in each])[:, None],
+            speed=free * np.array([kind.first_speed for kind in config.colors])[:, None],
             wander=free * np.array([c.wander for c in each])[:, None],
+            drag=np.array([c.drag for c in each], float),
             sigma=np.array(own, float).reshape(-1, 2),
         )
 
@@ -200,3 +208,16 @@ def columns_of(camera: int) -> NDArray[np.intp]:
     own = np.arange(SIZE)
     own[SIZE - OF_CAMERA :] += OF_CAMERA * camera
     return own
+
+
+def add_white(cov: Floats, change: Floats, dt: float) -> None:
+    """Add the noise of a white acceleration to covariances, (N, 8, 8), in place.
+
+    Q = c [dt^2/3, dt/2; dt/2, 1] on each axis (Bar-Shalom 2001, 6.2.2).
+
+    :param change: (N, 3) c, the variance of the change of velocity [m^2/s^2].
+    """
+    Q = np.array([[dt * dt / 3, dt / 2], [dt / 2, 1.0]])
+    blocks = cov[:, :6, :6].reshape(-1, 2, 3, 2, 3)
+    each_axis = np.einsum('npaqa->npqa', blocks)  # a view
+    each_axis += Q[:, :, None] * change[:, None, None, :]

@@ -15,12 +15,12 @@ FRAME = 33_000_000
 RADIUS = 0.1
 
 
-def seen(view, points, stamp, ids=None):
+def seen(view, points, stamp, ids=None, radius=RADIUS):
     """Tracks and detections of balls, as the detector and the tracker would tell them."""
     points = np.atleast_2d(np.asarray(points, float))
     mean = np.zeros((len(points), 16))
     mean[:, :3] = points
-    z, _ = expected(view, mean, np.full(len(points), 2 * RADIUS), np.zeros(len(points)))
+    z, _ = expected(view, mean, np.full(len(points), 2 * radius), np.zeros(len(points)))
     rows, tracks = np.zeros(len(points), DETECTION), np.zeros(len(points), TRACK)
     rows['u'], rows['v'] = z[:, 0], z[:, 1]
     size = z[:, BLOB] - LocatorConfig().eroded
