@@ -14,6 +14,7 @@ from rosbags.interfaces import QosTime
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer
+from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.typesys import get_typestore
 from rosbags.typesys import Stores
 
@@ -62,8 +63,15 @@ class PortableFile:
 
     def messages(self, topic: Topic) -> Iterator[tuple[int, bytes]]:
         """Log time [ns] and serialized content of each message of a topic, by log time."""
+        # Those of the files themselves: where their QoS is not that in metadata.yaml, as in bags
+        # of other distributions or after `ros2 bag convert`, rosbags would give none.
+        storage = self._reader.storage
+        parts = storage.storages if isinstance(storage, DirectoryReader) else [storage]
         connections = [
-            c for c in self._reader.connections if (c.topic, c.msgtype) == (topic.name, topic.kind)
+            c
+            for part in parts
+            for c in part.connections
+            if (c.topic, c.msgtype) == (topic.name, topic.kind)
         ]
         for _, log_time, cdr in self._reader.messages(connections) if connections else ():
             yield log_time, bytes(cdr)

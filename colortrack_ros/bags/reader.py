@@ -47,8 +47,11 @@ class BagReader:
                 require_file(file)
             try:
                 self._files: list[BagFile] = [open_bag(path)]
-            except Exception:
+            except Exception as error:
+                self._why = _one_line(error)
                 self._expected = _recorded(path)
+                if self._expected is None:
+                    raise
                 self._files = _salvaged(path)
                 if not any(file.topics for file in self._files):
                     raise
@@ -64,16 +67,28 @@ class BagReader:
         :raises BagError: the file is broken or truncated; raised after all messages that could be
             read.
         """
+        read = 0
         with self._explained():
             for file in self._files:
-                yield from file.messages(topic)
-        if self._expected is not None:
-            expected = self._expected[topic[:2]]
-            lost = f'{expected - topic.size} of {expected}' if expected else 'an unknown number of'
-            raise BagError(
-                f'{self._path}: the recording was cut short: {lost} messages on {topic.name} are '
-                f'lost, {topic.size} were read'
-            )
+                for message in file.messages(topic):
+                    yield message
+                    read += 1
+        if trouble := self._lost(topic, read):
+            raise BagError(f'{self._path}: {trouble}')
+
+    def _lost(self, topic: Topic, read: int) -> str:
+        """What to tell of a topic of which so many messages were read; empty if it is whole."""
+        if self._expected is None:
+            told = f'metadata.yaml tells of {topic.size} messages on {topic.name}, {read} were read'
+            return '' if read == topic.size else told
+        expected = self._expected[topic[:2]]
+        if expected == read:
+            return f'the recording is damaged ({self._why}); all messages on {topic.name} were read'
+        lost = f'{expected - read} of {expected}' if expected else 'an unknown number of'
+        return (
+            f'the recording was cut short: {lost} messages on {topic.name} are lost, '
+            f'{topic.size} were read'
+        )
 
     def close(self) -> None:
         """Close the files."""
@@ -109,13 +124,18 @@ def files_of(path: Path) -> list[Path]:
     return [p for p in path.iterdir() if p.suffix in BAG_SUFFIXES] if path.is_dir() else [path]
 
 
-def _recorded(path: Path) -> Counter[tuple[str, str]]:
-    """Number of messages of each topic and type, according to metadata.yaml."""
+def _recorded(path: Path) -> Counter[tuple[str, str]] | None:
+    """Number of messages of each topic and type, according to metadata.yaml.
+
+    None if they are serialized in a way that nobody here can read: such a bag is not cut short.
+    """
     counts: Counter[tuple[str, str]] = Counter()
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
         metadata = yaml.safe_load(read_file(path / 'metadata.yaml', MAX_METADATA))
         for entry in metadata['rosbag2_bagfile_information']['topics_with_message_count']:
             topic = entry['topic_metadata']
+            if topic['serialization_format'] != 'cdr':
+                return None
             counts[topic['name'], topic['type']] += entry['message_count']
     return counts
 
