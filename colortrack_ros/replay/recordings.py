@@ -33,6 +33,8 @@ IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 MESSAGES = {IMAGE: Image, COMPRESSED: CompressedImage}
 CLOUD = 'sensor_msgs/msg/PointCloud2'
+LISTED = 8
+"""Topics named in a bag that has none of these: as many as fit into two lines. Chosen."""
 
 
 class Item(NamedTuple):
@@ -121,7 +123,8 @@ class SourceRecording(Recording):
         try:
             source = open_source(spec, max(float(str(camera['rate'])), 0.0))
         except SourceError as error:
-            raise StartError(f'{error}; or a bag: a folder, .mcap or .db3') from error
+            of_ros_1 = '; convert a .bag of ROS 1 with rosbags-convert' * spec.endswith('.bag')
+            raise StartError(f'{error}; or a bag: a folder, .mcap or .db3{of_ros_1}') from error
         if source.live:
             source.close()
             raise StartError(f'{spec}: is live; expected a recording, such as a bag or a video')
@@ -247,5 +250,11 @@ def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) ->
     candidates = images or usable
     if not wanted and len(candidates) == 1:
         return candidates[0]
-    listed = ', '.join(f'{t.name} ({t.kind}, {t.size})' for t in usable) or 'none'
+    if not usable:
+        there = ', '.join(f'{t.name} ({t.kind})' for t in topics[:LISTED]) or 'none'
+        raise StartError(
+            f'no topic {names[0]} there, nor another of {IMAGE}, {COMPRESSED} or {CLOUD}; there is '
+            f'{there}'
+        )
+    listed = ', '.join(f'{t.name} ({t.kind}, {t.size})' for t in usable)
     raise StartError(f'no topic {names[0]} there; topics that --topic may choose: {listed}')

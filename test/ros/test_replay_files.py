@@ -10,11 +10,14 @@ import threading
 
 import numpy as np
 import pytest
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
 from support.full_disk import file_size_limit
 from support.recorded import contents
 from support.recorded import of_topic
 from support.recorded import TOPICS
 
+from colortrack_ros.bags import BagWriter
 from colortrack_ros.data import Frame
 from colortrack_ros.replay import run
 from colortrack_ros.replay.command import replay as replay_command
@@ -55,6 +58,17 @@ def test_what_is_no_recording_is_an_error_in_one_line(replay, name, monkeypatch)
     assert (status, errors.count('\n')) == (1, 1)
     assert errors.startswith('replay: ')
     assert sorted(os.listdir('.')) == ['empty', 'notes.txt']
+
+
+def test_a_bag_without_pictures_says_what_is_there_and_one_of_ros_1_what_to_do(replay):
+    bag = BagWriter(Path('in/talk'), {'/talk': 'std_msgs/msg/String'}, 'mcap')
+    bag.write('/talk', 0, serialize_message(String(data='x')))
+    bag.close()
+    status, _, errors = replay('in/talk')
+    assert (status, 'there is /talk (std_msgs/msg/String)' in errors) == (1, True)
+    Path('in/one.bag').write_bytes(b'#ROSBAG V2.0\n')
+    status, _, errors = replay('in/one.bag')
+    assert (status, 'rosbags-convert' in errors, errors.count('\n')) == (1, True, 1)
 
 
 def snapshot(folder):
