@@ -44,7 +44,8 @@ def load_camera_info(url: str) -> CameraInfo:
         info = CameraInfo(
             width=_size(calibration, 'image_width'),
             height=_size(calibration, 'image_height'),
-            distortion_model=str(calibration['distortion_model']),
+            # as camera_info_manager, for files of before there were others
+            distortion_model=str(calibration.get('distortion_model', 'plumb_bob')),
         )
         for field, (key, count) in _MATRICES.items():
             data = [float(value) for value in calibration[key]['data']]
@@ -52,9 +53,10 @@ def load_camera_info(url: str) -> CameraInfo:
                 raise ValueError(f'{key} has {len(data)} numbers, expected {count}')
             setattr(info, field, data)
     except Exception as error:  # a file of 20,000 brackets raises RecursionError
+        what = f'no {error.args[0]}' if isinstance(error, KeyError) else str(error)
         raise ValueError(
             f'{path} is not a calibration as camera_calibration writes it: '
-            f'{" ".join(str(error).split()) or type(error).__name__}'
+            f'{" ".join(what.split()) or type(error).__name__}'
         ) from error
     return info
 

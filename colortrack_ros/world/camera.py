@@ -201,4 +201,6 @@ def _lens(model: str, D: Floats) -> Lens:
         raise CalibrationError(
             f'distortion_model {model} with {D.size} coefficients: expected {expected}'
         )
+    if D[12:].any():
+        raise CalibrationError(f'distortion_model {model}: the sensor is tilted; expected 0, 0')
     return kind(D)

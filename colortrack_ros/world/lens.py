@@ -73,12 +73,15 @@ class BrownConrady(Lens):
         x' = x g + 2 p1 x y + p2 (r^2 + 2 x^2) + s1 r^2 + s2 r^4
         y' = y g + p1 (r^2 + 2 y^2) + 2 p2 x y + s3 r^2 + s4 r^4
 
-    Beyond the radius at which r g stops growing, the polynomial folds back: nothing is seen there.
+    Two more, of a tilted sensor, have to be 0. Beyond the radius at which r g stops growing, the
+    polynomial folds back: nothing is seen there.
     """
+
+    counts = (0, 4, 5, 8, 12, 14)
 
     def __init__(self, coefficients: Floats) -> None:
         self._all = c = np.zeros(12)
-        c[: len(coefficients)] = coefficients
+        c[: len(coefficients)] = coefficients[:12]
         self._p = c[2:4]
         self._above = np.array([1.0, c[0], c[1], c[4]])
         self._below = np.array([1.0, c[5], c[6], c[7]])
@@ -220,24 +223,13 @@ class Equidistant(Lens):
         return theta * value, value + 2 * theta * theta * slope
 
 
-class PlumbBob(BrownConrady):
-    """plumb_bob: k1 k2 p1 p2, and usually k3."""
-
-    counts = (0, 4, 5)
-
-
-class RationalPolynomial(BrownConrady):
-    """rational_polynomial: adds k4 k5 k6, and the four thin prism coefficients."""
-
-    counts = (8, 12)
-
-
 LENSES: dict[str, type[Lens]] = {
-    'plumb_bob': PlumbBob,
-    'rational_polynomial': RationalPolynomial,
+    'plumb_bob': BrownConrady,
+    'rational_polynomial': BrownConrady,
     'equidistant': Equidistant,
 }
-"""Lens classes by the distortion_model of CameraInfo (sensor_msgs/distortion_models.hpp)."""
+"""Lens classes by the distortion_model of CameraInfo (sensor_msgs/distortion_models.hpp). As in
+image_geometry, the number of coefficients tells the first two apart: drivers mix up the names."""
 
 
 def _polynomial(coefficients: Floats, x: Floats) -> tuple[Floats, Floats]:

@@ -37,6 +37,20 @@ def test_the_yaml_of_camera_calibration_is_read(tmp_path: Path, prefix: str):
     assert info.p[0] == 355.6
 
 
+def test_a_calibration_without_a_distortion_model_is_plumb_bob(tmp_path: Path):
+    """As in files of a decade ago, which camera_info_manager reads as well."""
+    path = tmp_path / 'old.yaml'
+    path.write_text(YAML.replace('distortion_model: plumb_bob\n', ''))
+    assert load_camera_info(str(path)).distortion_model == 'plumb_bob'
+
+
+def test_what_a_calibration_lacks_is_named(tmp_path: Path):
+    path = tmp_path / 'half.yaml'
+    path.write_text(YAML.replace('rectification_matrix', 'rectification'))
+    with pytest.raises(ValueError, match='writes it: no rectification_matrix'):
+        load_camera_info(str(path))
+
+
 @pytest.mark.parametrize(
     ('width', 'is_one'), [(-1, False), (0, True), (2**32 - 1, True), (2**32, False)]
 )

@@ -145,13 +145,26 @@ def test_rectified_pictures_of_the_right_camera_of_a_pair_are_refused():
             '320x240 pixels at 400, 0: expected a part of the 640',
         ),
         ({'distortion_model': 'brown'}, "'brown': expected one of plumb_bob"),
-        ({'d': (0.1, 0.2, 0.3)}, '3 coefficients: expected 0 or 4 or 5'),
+        ({'d': (0.1, 0.2, 0.3)}, '3 coefficients: expected 0 or 4 or 5 or 8 or 12 or 14'),
         ({'distortion_model': 'equidistant'}, '5 coefficients: expected 4'),
+        ({'d': (0.1,) * 14}, 'tilted'),
     ],
 )
 def test_a_calibration_that_cannot_be_is_refused_with_a_reason(changes, reason):
     with pytest.raises(CalibrationError, match=reason):
         CameraModel.of_info(info(**changes))
+
+
+@pytest.mark.parametrize('model', ['plumb_bob', 'rational_polynomial'])
+@pytest.mark.parametrize('count', [4, 5, 8, 12, 14])
+def test_the_number_of_coefficients_is_taken_for_what_it_is_whatever_the_name(model, count):
+    """As OpenCV does: drivers call five coefficients rational, and eight plumb_bob."""
+    D = np.zeros(14)
+    D[:count] = 0.02
+    D[12:] = 0.0
+    camera = CameraModel.of_info(info(d=tuple(D[:count]), distortion_model=model))
+    seen, _ = cv2.projectPoints(points(), np.zeros(3), np.zeros(3), np.reshape(K, (3, 3)), D)
+    np.testing.assert_allclose(camera.project(points()), seen[:, 0], atol=1e-9)
 
 
 def test_no_coefficients_are_no_distortion_whatever_the_model_is_called():
