@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.shape import aspect
 
 # Unless noted otherwise, the constants below were chosen. On four real clips, `python
 # benchmark/colors.py --constants` halves and doubles them.
@@ -21,12 +22,18 @@ of them; in a crowd, the objects that touch nobody have more. Assumed."""
 LEAST_SHARE, PIECE_SHARE = 1 / 20, 1 / 3
 """Least area over the usual one, anywhere, and right beside a larger blob. The first keeps objects
 at 4.5 times the distance, but no glints. The second drops pieces that a stripe or a finger cuts
-off, up to a third. Equal objects right beside each other are assumed to differ in distance by less
-than a factor of 1.7. Assumed."""
+off, up to a third. Equal objects right beside each other, if they are no discs, are assumed to
+differ in distance by less than a factor of 1.7. Assumed."""
 
 PIECE_REACH = 0.5
 """Margin around the box of a blob in which its pieces lie [share of the side of the box].
 Assumed."""
+
+
+DISC_FILLED, DISC_ASPECT, DISC_PIXELS = 0.97, 0.8, 64
+"""Area over that of the ellipse with the same moments, ratio of its axes, and area [px] of a disc,
+which no cut leaves: half a disc and a rectangle fill 0.95 of theirs. Smaller blobs have no shape.
+Chosen."""
 
 
 class UsualAreas:
@@ -82,6 +89,7 @@ def _is_piece(blobs: BlobTable, usual: NDArray[np.float64]) -> NDArray[np.bool_]
     beside = ((blobs.mean >= low) & (blobs.mean <= high)).all(axis=2)
     whole = np.minimum(blobs.area[:, None], usual)
     pieces = np.asarray((beside & (blobs.area < PIECE_SHARE * whole)).any(axis=0))
+    pieces &= ~_is_disc(blobs)
     beside &= blobs.label == blobs.label[:, None]
     low, high = blobs.box[:, :2], blobs.box[:, :2] + blobs.box[:, 2:]
     within = (low[:, None] < low).all(axis=2) & (high[:, None] > high).all(axis=2)
@@ -90,6 +98,13 @@ def _is_piece(blobs: BlobTable, usual: NDArray[np.float64]) -> NDArray[np.bool_]
     for outer, inner in candidates:
         pieces[inner] |= _surrounds(blobs, ends, outer, inner)
     return pieces
+
+
+def _is_disc(blobs: BlobTable) -> NDArray[np.bool_]:
+    """(N,) whether a blob is a whole disc: an ellipse that is filled, and nearly round."""
+    minor, major = blobs.axes
+    filled = blobs.area >= DISC_FILLED * 4 * np.pi * np.sqrt(minor * major)
+    return np.asarray(filled & (aspect(blobs) >= DISC_ASPECT) & (blobs.area >= DISC_PIXELS))
 
 
 def _surrounds(

@@ -40,8 +40,10 @@ def test_beside_thirty_rings_that_touch_each_single_one_is_found():
 
 def test_one_thing_has_most_of_the_pixels_and_what_comes_off_it_is_no_other():
     pieces = [
-        (150, 100, 6, YELLOW),
-        (100, 145, 9, YELLOW),
+        (150, 96, 5, YELLOW),
+        (150, 104, 5, YELLOW),
+        (94, 145, 7, YELLOW),
+        (106, 146, 7, YELLOW),
         (250, 40, 4, YELLOW),
         (20, 200, 5, YELLOW),
     ]

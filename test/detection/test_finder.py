@@ -66,9 +66,15 @@ def test_sparkles_and_the_pieces_of_a_thing_are_no_things():
 
 
 def test_a_third_of_a_thing_right_beside_it_is_a_piece_of_it():
-    image = picture((80, 80, 30, RED), (80, 130, 16, RED, 1.0))
+    image = picture((80, 80, 30, RED), (72, 130, 12, RED, 1.0), (88, 130, 12, RED, 1.0))
     (row,) = sought(RED).detect(Frame(image)).rows
     assert row['v'] == pytest.approx(80, abs=2)
+
+
+def test_a_ball_right_beside_one_that_is_nearer_is_a_ball():
+    """It is round and whole, which nothing is that a stripe or a finger cuts off."""
+    image = picture((80, 80, 30, RED), (80, 130, 16, RED, 1.0))
+    assert sorted(sought(RED).detect(Frame(image)).rows['v'].round()) == [80, 130]
 
 
 @pytest.mark.parametrize('rgb', [RED, GREEN, (230, 120, 30)])
