@@ -197,7 +197,8 @@ class Foreground:
         if not self._background.knows(picture):
             self._change.restart()  # the known one is of another size
             return False
-        is_covered = self._change.look(picture, frame.stamp, self._background.pictures, known)
+        before, settled = self._background.pictures, self._background.settled()
+        is_covered = self._change.look(picture, frame.stamp, before, known, settled)
         if not self._change.seconds:
             self._next.restart()
             return is_covered

@@ -50,7 +50,8 @@ class Tiles:
         self._pitch = TILE_SIDE * max(1, int(np.sqrt(height * width / LOOK_PIXELS)))
         rows, columns = max(height // self._pitch, 1), max(width // self._pitch, 1)
         self._shape, size = (columns, rows), (columns * TILE_SIDE, rows * TILE_SIDE)
-        whole = picture[: rows * self._pitch, : columns * self._pitch]
+        self._whole = rows * self._pitch, columns * self._pitch
+        whole = picture[: self._whole[0], : self._whole[1]]
         small = cv2.resize(whole, size, interpolation=cv2.INTER_AREA).reshape(*size[::-1], -1)
         equal = np.full((1, small.shape[2]), 1 / small.shape[2])
         gray = np.asarray(cv2.transform(small.astype(np.float32), equal), np.float32)
@@ -69,6 +70,11 @@ class Tiles:
         for left, top, right, bottom in np.maximum(known // self._pitch, 0).astype(int).tolist():
             free[top : bottom + 1, left : right + 1] = False
         return free
+
+    def touched(self, where: Bools) -> Bools:
+        """Return which tiles have pixels of a mask, (H, W)."""
+        whole = where[: self._whole[0], : self._whole[1]].astype(np.float32)
+        return np.asarray(cv2.resize(whole, self._shape, interpolation=cv2.INTER_AREA) > 0)
 
     def alike(self, other: 'Tiles') -> Bools:
         """Return which tiles show the same in another picture of the same size."""
@@ -105,13 +111,21 @@ class SceneChange:
         self._first: Tiles | None = None
         self._since, self.seconds = 0, 0.0
 
-    def look(self, picture: Picture, stamp: int, backgrounds: list[Picture], known: Floats) -> bool:
+    def look(
+        self,
+        picture: Picture,
+        stamp: int,
+        backgrounds: list[Picture],
+        known: Floats,
+        settled: Bools | None = None,
+    ) -> bool:
         """Take the next picture.
 
         :param picture: (H, W, channels).
         :param stamp: of the picture [ns].
         :param backgrounds: of the same shape.
         :param known: (N, 4) boxes of targets [px].
+        :param settled: (H, W) where the backgrounds no longer show what moves; None if everywhere.
         :return: whether the background has gone.
         """
         age = (stamp - self._renewed) / NANOSECONDS
@@ -120,6 +134,8 @@ class SceneChange:
             self._renewed = stamp
         now = Tiles(picture)
         free = now.free_of(known)
+        if settled is not None:
+            free &= ~now.touched(~settled)
         if not self._has_gone(now, self._backgrounds, free):
             self._forget()
             return False

@@ -107,6 +107,22 @@ def test_black_pictures_while_the_background_is_learned_do_no_harm():
     assert len(follow([seen(k) for k in range(24)] + black, ContourConfig())) == 54
 
 
+def test_those_who_walk_on_a_plain_floor_from_the_first_picture_on_are_followed():
+    """The only texture of the first picture is theirs: it is no background that has gone."""
+    floor = np.full((240, 320), 215.0)
+
+    def shown(k):
+        image = floor
+        for n in range(8):
+            at = 40.0 + 80 * (n % 4) + 1.5 * k * (-1) ** n, 60.0 + 120 * (n // 4)
+            image = picture('person', at, 22.0, background=image, seed=k)
+        return image
+
+    results, told = told_of([shown(k) for k in range(70)])
+    assert not told
+    assert known(results[-1]).sum() >= 5
+
+
 @pytest.mark.slow
 def test_before_a_camera_that_moves_all_the_time_no_scene_stands_still():
     pictures = [seen(k, (0, round(40 * np.sin(k / 8)))) for k in range(FRAMES)]
