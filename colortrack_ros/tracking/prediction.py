@@ -40,12 +40,14 @@ class Step(NamedTuple):
     :param dt: since the stamp of the last message [s]; 0 if it is the same.
     :param period: since the last frame [s].
     :param again: whether there were detections of this stamp before.
+    :param pauses: whether the detector usually finds nothing in this frame, see Rhythm.
     """
 
     now: int
     dt: float
     period: float
     again: bool
+    pauses: bool = False
 
 
 @dataclass

@@ -48,6 +48,7 @@ from colortrack_ros.tracking.prediction import Step
 from colortrack_ros.tracking.records import FIELDS
 from colortrack_ros.tracking.records import published
 from colortrack_ros.tracking.repeats import Repeats
+from colortrack_ros.tracking.rhythm import Rhythm
 from colortrack_ros.tracking.stitching import find_stitches
 from colortrack_ros.tracking.stitching import stitch
 from colortrack_ros.tracking.strays import take_strays
@@ -91,7 +92,7 @@ class Tracker:
         self._adaptation = Adaptation(config.max_time_since_update)
         self._doubts: DoubtedTurns | None = None
         self._period = FIRST_PERIOD
-        self._repeats = Repeats()
+        self._repeats, self._rhythm = Repeats(), Rhythm()
 
     def reset(self, why: str = '') -> None:
         """Drop all tracks. IDs continue: none is used twice.
@@ -199,7 +200,8 @@ class Tracker:
             self._adaptation.learn_period(self._period)
         if self.config.ego_motion == 'odometry' and not again:
             self._adaptation.camera.turn(detections.viewpoint, self._clock.now, self._period)
-        return Step(self._clock.now, dt, self._period, again)
+        pauses = not again and self._rhythm.is_pause(len(detections.rows))
+        return Step(self._clock.now, dt, self._period, again, pauses)
 
     def _hypothesize(
         self, prediction: Prediction, blobs: Measurements

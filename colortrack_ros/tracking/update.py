@@ -114,11 +114,12 @@ def _record_hits(
 ) -> None:
     """Record which tracks were measured, where, and their sizes.
 
-    A blob of several objects says nothing about the size of each: they keep theirs.
+    In a pause of the detector nothing is missed. A blob of several objects says nothing about the
+    size of each: they keep theirs.
     """
     records = tracks.records
     track = slice(None) if every else taken.track
-    if prediction.step.again or not every:
+    if (prediction.step.again or not every) and not prediction.step.pauses:
         records['misses'] += not prediction.step.again
         records['misses'][track] -= 1
     tracks.record_hits(track, prediction.step.now)
@@ -182,7 +183,8 @@ def _update_existence(prediction: Prediction, pairs: Hypotheses, measured: Bools
     """
     p, records = prediction.detection_probability, prediction.records
     visible = records['visible']
-    missed = 1.0 if prediction.step.again else _missed(visible, measured, p)
+    step = prediction.step
+    missed = 1.0 if step.again or step.pauses else _missed(visible, measured, p)
     log_ratio = pairs.innovations.log_likelihood - prediction.log_density
     found = p * np.exp(np.minimum(log_ratio, MOST_LOG_RATIO))
     ratio = np.asarray(missed + np.bincount(pairs.track, found, len(visible)), float)
