@@ -48,6 +48,15 @@ def every_third(seed, rivals):
     yield from figures('every third empty', observe(path, rng, 1.5, 0.0, seen), rivals)
 
 
+def one_of_three(seed, rivals):
+    """A detector that works on every third picture, and publishes nothing found for the others."""
+    rng = np.random.default_rng(seed)
+    path = in_a_box(rng, 15, 300)
+    seen = rng.random(path[0].shape[:2]) < 0.95
+    seen[1::3] = seen[2::3] = False
+    yield from figures('two of three empty', observe(path, rng, 1.5, 0.0, seen), rivals)
+
+
 def late_stamps(seed, rivals):
     """Stamps that are off by 8 ms (sigma), so that 200 px/s are 1.6 px."""
     rng = np.random.default_rng(seed)
@@ -107,6 +116,7 @@ def come_and_go(seed, rivals):
 WORLDS = {
     '16 noise by size': uneven_noise,
     '16 every third picture empty': every_third,
+    '16 every third picture alone': one_of_three,
     '16 stamps that jitter': late_stamps,
     '16 found twice': twice,
     '16 slow camera, fast turns': slow_camera,
