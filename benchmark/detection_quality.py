@@ -71,8 +71,10 @@ CONSTANTS = {
         'SEEN_AT_LIMB': BALL,
         'SEEN_DEEPER': JUGGLED,
         'MOST_SEEN': JUGGLED,
-        'ERROR_VARIANCE': SMEARED,
         'SHADED_VARIANCE': BALL,
+        'UNSEEN_CHANCE': BALL,
+        'CHORD_VARIANCE': JUGGLED,
+        'CHORD_ERROR': JUGGLED,
         'CUT_SHIFT': JUGGLED,
         'HIDDEN_REACH': ROOM,
     },
@@ -83,6 +85,10 @@ CONSTANTS = {
         'REACH_SHARE': JUGGLED,
         'UNSURE': BALL,
         'MOST_FARTHER': SMEARED,
+    },
+    'chords': {
+        'NO_HUE': JUGGLED,
+        'MIXED': SMEARED,
     },
     'skewness': {
         'CHANCES': JUGGLED,

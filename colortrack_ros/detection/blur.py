@@ -9,6 +9,7 @@ from colortrack_ros.data import Columns
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.pixels import pixels_at
+from colortrack_ros.detection.pixels import RED_FIRST
 
 PROFILES = 2
 """Number of rows, and of columns, per blob, each with two ends. The median of four tolerates one
@@ -65,16 +66,14 @@ reach."""
 class Ends(Columns):
     """By how much farther out N blobs end on one side of each axis than on the other.
 
-    Shift and error are 0 for blobs that consist of outline alone: even their middle is a mixture
+    The shift is 0 for blobs that consist of outline alone: even their middle is a mixture
     of colors.
 
     :param shift: (N, 2) of the middle between both ends, along u and v [shares of the blur].
-    :param error: (N,) standard error of the shift, over both axes [shares of the blur].
     :param inside: (N,) share of the inside color at the ends, the mean over all.
     """
 
     shift: NDArray[np.float64]
-    error: NDArray[np.float64]
     inside: NDArray[np.float64]
 
     @classmethod
@@ -89,14 +88,10 @@ class Ends(Columns):
         """
         shift = (share[..., 1] - share[..., 0]) / 2
         mean = shift.sum(axis=2) / PROFILES
-        away = shift - mean[..., None]
-        error = (away * away).sum(axis=(1, 2)) / (2 * PROFILES * (PROFILES - 1))
-        has_inside = blur.max(axis=1) < 2 * np.sqrt(blobs.axes[0])
         half = blobs.box[:, 2:] / 2
         farther = (half + ERODED) / np.maximum(half - blur / 2 - 1, half / MOST_FARTHER)
         return cls(
-            mean * farther * has_inside[:, None],
-            np.sqrt(error) * has_inside,
+            mean * farther * has_inside(blobs, blur)[:, None],
             share.sum(axis=(1, 2, 3)) / (4 * PROFILES),
         )
 
@@ -122,14 +117,21 @@ class Profiles(Columns):
         """The profiles of blobs in a picture of this size."""
         line, low, high = np.empty((3, len(blobs.area), 2, PROFILES), np.intp)
         row, left, right = blobs.runs.ends()
-        run = _middle(blobs.first_run, blobs.run_count)
-        line[:, 0], low[:, 0], high[:, 0] = row[run], left[run], right[run] - 1
+        line[:, 0] = _middle(blobs.box[:, 1], blobs.box[:, 3])
         line[:, 1] = _middle(blobs.box[:, 0], blobs.box[:, 2])
-        mine = line[:, 1].repeat(blobs.run_count, axis=0)
-        meets, row = (left[:, None] <= mine) & (mine < right[:, None]), row[:, None]
-        high[:, 1] = np.maximum.reduceat(np.where(meets, row, -1), blobs.first_run, axis=0)
-        top = np.minimum.reduceat(np.where(meets, row, height), blobs.first_run, axis=0)
-        low[:, 1] = np.minimum(top, high[:, 1])
+        mine = line.repeat(blobs.run_count, axis=0)
+        row, left, right = row[:, None], left[:, None], right[:, None]
+        for k, (meets, first, last) in enumerate(
+            [
+                (row == mine[:, 0], left, right - 1),
+                ((left <= mine[:, 1]) & (mine[:, 1] < right), row, row),
+            ]
+        ):
+            last = np.where(meets, last, -1)
+            first = np.where(meets, first, max(height, width))
+            high[:, k] = np.maximum.reduceat(last, blobs.first_run, axis=0)
+            low[:, k] = np.minimum.reduceat(first, blobs.first_run, axis=0)
+        low = np.minimum(low, high)
         ends = np.empty((3, *line.shape, 2), np.intp)
         ends[0, ..., 0], ends[0, ..., 1] = high, low
         ends[1, ..., 0] = ends[2, ..., 1] = (low + high + 1) // 2
@@ -156,15 +158,13 @@ class Profiles(Columns):
         return np.where(is_beyond, limited[:, :, :, ::-1], limited) if is_beyond.any() else limited
 
 
-def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[np.float64]:
-    """Square of the width of the transition from a blob to its surroundings, in any direction.
+def profile_levels(
+    frame: Frame, blobs: BlobTable, profiles: Profiles
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Colors along profiles across the outlines of blobs, from the inside out.
 
-    Along a profile across the outline, the share f of the inside color decreases to 0. For a ramp
-    of width w, as caused by motion during the exposure, the integral of f (1 - f) is w / 6,
-    wherever the outline lies on the ramp. What UNSURE takes from a ramp is given back. Rows and
-    columns are from the middle half, where they cross the outline at nearly a right angle.
-
-    :returns: (N, 2, 2) matrix B [px^2]: where the normal of the outline is n, its square is n B n.
+    :returns: (N, 2, PROFILES, 2, 2 PROFILE_SAMPLES, channels) levels, BGR or gray, and
+        (N, 2 PROFILE_SAMPLES) distances between samples [px].
     """
     minor, _ = blobs.axes
     reach = np.maximum(REACH_SHARE * 2 * np.sqrt(minor), PROFILE_SAMPLES)
@@ -174,11 +174,26 @@ def outline_blur(frame: Frame, blobs: BlobTable, profiles: Profiles) -> NDArray[
     out[:, :PROFILE_SAMPLES] *= -1
     out[:, :PROFILE_SAMPLES] += 1
     position = profiles.across(out[:, None])
-    f = _shares(pixels_at(frame, position))
+    levels = pixels_at(frame, position)[..., :3]
+    if frame.encoding in RED_FIRST:
+        levels = levels[..., ::-1]
+    return levels.astype(np.float32), gap.take(BOTH_WAYS, axis=1).astype(np.float32)
+
+
+def outline_blur(levels: NDArray[np.float32], gap: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Square of the width of the transition from a blob to its surroundings, in any direction.
+
+    Along a profile across the outline, the share f of the inside color decreases to 0. For a ramp
+    of width w, as caused by motion during the exposure, the integral of f (1 - f) is w / 6,
+    wherever the outline lies on the ramp. What UNSURE takes from a ramp is given back. Rows and
+    columns are from the middle half, where they cross the outline at nearly a right angle.
+
+    :param levels, gap: of :func:`profile_levels`.
+    :returns: (N, 2, 2) matrix B [px^2]: where the normal of the outline is n, its square is n B n.
+    """
+    f = object_share(levels)
     # Two ends of each of PROFILES rows, and of as many columns.
-    weight = gap.take(BOTH_WAYS, axis=1)[:, None, :, None]
-    mixed = (f * (1 - f)).reshape(-1, 2, 2 * PROFILES, 2 * PROFILE_SAMPLES)
-    blur = np.matmul(mixed, weight)[..., 0]
+    blur = (f * (1 - f) * gap[:, None, None, None]).sum(axis=-1).reshape(-1, 2, 2 * PROFILES)
     blur *= 6 / (1 - 2 * UNSURE)
     return _squares(blur)
 
@@ -204,6 +219,14 @@ def _squares(blur: NDArray[np.float32]) -> NDArray[np.float64]:
     return squares.reshape(-1, 2, 2)
 
 
+def has_inside(blobs: BlobTable, blur: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,) which blobs do not consist of blurred outline alone.
+
+    :param blur: (N, 2) widths along u and v [px].
+    """
+    return np.asarray(blur.max(axis=1) < 2 * np.sqrt(blobs.axes[0]))
+
+
 def outline_sides(profiles: Profiles, blur: NDArray[np.float64]) -> NDArray[np.intp]:
     """Pixels just inside and just outside the blurred outline of each blob.
 
@@ -222,14 +245,12 @@ def _middle(low: NDArray[np.integer], size: NDArray[np.integer]) -> NDArray[np.i
     return np.asarray(low[:, None] + (size[:, None] * IN_MIDDLE_HALF).astype(np.intp))
 
 
-def _shares(profile: NDArray[np.uint8]) -> NDArray[np.float32]:
+def object_share(levels: NDArray[np.float32]) -> NDArray[np.float32]:
     """(..., 2 PROFILE_SAMPLES) share of the inside color along profiles, (..., channels)."""
-    levels = profile.astype(np.float32)
     outside = levels[..., -ENDS:, :].sum(axis=-2) / ENDS
     way = levels[..., :ENDS, :].sum(axis=-2) / ENDS - outside
     way /= np.maximum((way * way).sum(axis=-1), 1)[..., None]
-    levels -= outside[..., None, :]
-    share = np.matmul(levels, way[..., None])[..., 0]
+    share = np.matmul(levels - outside[..., None, :], way[..., None])[..., 0]
     share -= UNSURE
     share /= 1 - 2 * UNSURE
     return np.minimum(np.maximum(share, 0, out=share), 1, out=share)

@@ -7,6 +7,7 @@ from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blur import Ends
 from colortrack_ros.detection.blur import ERODED
 from colortrack_ros.detection.blur import LEAST_BLUR
+from colortrack_ros.detection.chords import Chords
 from colortrack_ros.detection.label_image import LabelImage
 
 # Fitted means: to the rendered scenes at five sizes, and to balls of 6 to 42 px in random worlds
@@ -35,15 +36,22 @@ ROUND = np.eye(2)
 TO_SHIFT = SHIFT_OF_ENDS**2 * (0.75 * np.eye(4) + 0.25 * np.outer(ROUND, ROUND))
 """(4, 4) linear map of matrices in :func:`shift_squared`: 3/4 of B and 1/4 of its trace."""
 
-SEEN_AT_LIMB, SEEN_DEEPER, MOST_SEEN = 0.5, 3.7, 1.04
+SEEN_AT_LIMB, SEEN_DEEPER, MOST_SEEN = 0.19, 1.43, 0.4
 """Shift of a centroid over the one that is seen: where blobs end at the limb, how it grows with the
 depth of their ends [radii] times the share of the object there, and its limit. The light and the
 dark side of a matte ball differ at its very limb by half of what they do a tenth of a radius in,
 where colors are compared: where it bends away, the dark side gets no light either way. Fitted."""
 
-ERROR_VARIANCE, SHADED_VARIANCE = 0.65, 0.0155
-"""Factors of squared shifts: of the standard error of what is seen, and of a shift by one standard
-deviation of D / tolerance within the blob. Fitted."""
+SHADED_VARIANCE = 0.0155
+"""Factor of the squared shift by one standard deviation of D / tolerance in the blob. Fitted."""
+
+UNSEEN_CHANCE, CHORD_VARIANCE, CHORD_ERROR = 0.32, 0.54, 0.12
+"""Share of the outline's chance that chords do not show, and factors of the square of what they
+show and of that of its standard error. Fitted."""
+
+ROUNDED_SHIFT, LEAST_SHIFT = 0.6, 1e-6
+"""Shift up to which the rounding of ends to whole pixels may be the cause [px]: three standard
+deviations of the mean of two chords along each axis, (9 / 24)^(1/2). A shift that is none [px]."""
 
 LEAST_DEVIATION = 0.02
 """Least standard deviation of D / tolerance: that of methods without a color is 0."""
@@ -77,12 +85,14 @@ def centroid_covariance(
     spread: NDArray[np.float64],
     blur: NDArray[np.float64],
     ends: Ends,
+    chords: Chords,
     part: NDArray[np.float64] | float,
     skewness: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Measurement covariance of each centroid: the sum over independent errors.
 
-    - outline pixels that are in or out by chance: :func:`chance`;
+    - outline pixels that are in or out by chance: :func:`chance`, as far as chords do not show it;
+    - what chords show of the object's own middle: :func:`seen_in_chords`;
     - shading, the surroundings, and the limit of the color: :func:`shading`;
     - :func:`border_shift` across the border, or :func:`cut_shift` in any direction;
     - pixels dropped beside the blob, along a share s of the outline: s^4 (e / 2)^2 / 12, since a
@@ -92,11 +102,14 @@ def centroid_covariance(
     :param spread: (N,) standard deviation of D / tolerance within each blob.
     :param blur: (N, 2, 2) square of the width of the outline [px^2], see outline_blur().
     :param ends: by how much farther out blobs end on one side of each axis.
+    :param chords: how far the objects' middles, by their hue, are from the centroids.
     :param part: (N,) share of the outline beyond which color was dropped, 0..1: open_part().
     :param skewness: (N,) excess three-fold skewness, see UsualSkewness.
     :returns: (N, 2, 2) [px^2], positive definite.
     """
-    covariance = chance(blobs) + shading(blobs, spread, blur, ends)
+    unseen = UNSEEN_CHANCE + (1 - UNSEEN_CHANCE) * chords.rounded
+    covariance = unseen[:, None, None] * chance(blobs) + shading(blobs, spread, blur, ends)
+    covariance += seen_in_chords(chords)
     beyond = border_shift(blobs, *size[::-1])
     cut = np.where(beyond.any(axis=1), 0, cut_shift(blobs, skewness))
     dropped = part**4 * blobs.box[:, 2:].max(axis=1) ** 2 / 48
@@ -132,10 +145,10 @@ def shading(
     Blur mixes the object with its surroundings. The closer the object itself is to the reference
     color, the farther out a mixture is within tolerance, and the light and the dark side of an
     object differ in this, or what is behind them. The shift of a centroid is therefore a share of
-    the width of the blur. That share is seen at the ends of a few rows and columns, with an error,
-    and the deeper inside the object its blob ends, the more of it counts; the rest grows with the
-    spread of D / tolerance. What is seen along u and along v has one cause, the way to the light,
-    so these errors go together.
+    the width of the blur. That share is seen at the ends of a few rows and columns, and the deeper
+    inside the object its blob ends, the more of it counts; the rest grows with the spread of D /
+    tolerance. What is seen along u and along v has one cause, the way to the light, so these errors
+    go together.
 
     :returns: (N, 2, 2) [px^2].
     """
@@ -144,9 +157,24 @@ def shading(
     depth = ends.inside * widest / (2 * np.sqrt(blobs.axes[1]) + ERODED)
     counts = np.minimum(SEEN_AT_LIMB + SEEN_DEEPER * depth * ends.inside, MOST_SEEN)
     seen = np.matmul(square_root(squared), (counts[:, None] * ends.shift)[..., None])
-    unseen = ERROR_VARIANCE * ends.error**2
-    unseen += SHADED_VARIANCE * np.maximum(spread, LEAST_DEVIATION) ** 2
+    unseen = SHADED_VARIANCE * np.maximum(spread, LEAST_DEVIATION) ** 2
     return np.asarray(seen * seen.transpose(0, 2, 1) + squared * unseen[:, None, None])
+
+
+def seen_in_chords(chords: Chords) -> NDArray[np.float64]:
+    """Covariance of each centroid due to what is seen of its object's own middle, and its error.
+
+    Where ends are known to whole pixels only, a shift of which that may be the cause is none.
+
+    :returns: (N, 2, 2) [px^2].
+    """
+    shift = chords.shift[..., None]
+    squared = np.maximum((chords.shift * chords.shift).sum(axis=1), LEAST_SHIFT**2)
+    counts = CHORD_VARIANCE * np.maximum(1 - chords.rounded * ROUNDED_SHIFT**2 / squared, 0)
+    error = CHORD_ERROR * (1 - chords.rounded) * chords.error**2
+    return np.asarray(
+        counts[:, None, None] * shift * shift.transpose(0, 2, 1) + error[:, None, None] * ROUND
+    )
 
 
 def shift_squared(blur: NDArray[np.float64]) -> NDArray[np.float64]:

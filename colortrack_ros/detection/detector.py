@@ -14,7 +14,9 @@ from colortrack_ros.detection.blobs import sample_pixels
 from colortrack_ros.detection.blur import Ends
 from colortrack_ros.detection.blur import outline_blur
 from colortrack_ros.detection.blur import outline_sides
+from colortrack_ros.detection.blur import profile_levels
 from colortrack_ros.detection.blur import Profiles
+from colortrack_ros.detection.chords import Chords
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.covariance import centroid_covariance
 from colortrack_ros.detection.covariance import open_part
@@ -190,13 +192,16 @@ class Detector:
         height, width = size_of(frame)
         skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
         profiles = Profiles.of(blobs, height, width)
-        blur = outline_blur(frame, blobs, profiles)
+        levels, gap = profile_levels(frame, blobs, profiles)
+        blur = outline_blur(levels, gap)
         along = np.sqrt(blur.diagonal(axis1=1, axis2=2))
         sides = outline_sides(profiles, along)
         label = blobs.label.repeat(sides[0].size // 2)
         share = self._method.end_share(frame, np.divmod(sides.reshape(-1), width), label)
         ends = Ends.of(share.reshape(sides.shape[:-1]), blobs, along)
-        return centroid_covariance(blobs, (height, width), spread, blur, ends, part, skewness)
+        chords = Chords.of(levels, gap, profiles, blobs, along)
+        size = height, width
+        return centroid_covariance(blobs, size, spread, blur, ends, chords, part, skewness)
 
     def _closeness(
         self, frame: Frame, blobs: BlobTable

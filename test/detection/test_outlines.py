@@ -11,6 +11,7 @@ from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.blur import outline_blur
+from colortrack_ros.detection.blur import profile_levels
 from colortrack_ros.detection.blur import Profiles
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.scenes.shapes import draw_ball
@@ -44,7 +45,8 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
         runs = LabelImage.empty(*image.shape[:2])
         runs.pixels[...] = image[..., 2] > 140
         blobs = find_blobs(runs, 20)
-        (blur,) = outline_blur(Frame(image), blobs, Profiles.of(blobs, *image.shape[:2]))
+        profiles = Profiles.of(blobs, *image.shape[:2])
+        (blur,) = outline_blur(*profile_levels(Frame(image), blobs, profiles))
         u, v = np.sqrt(blur.diagonal())
         seen.append((u, v) if angle == 0 else (v, u))
     assert seen[0][0] == pytest.approx(smear, abs=2.5)
