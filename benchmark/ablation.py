@@ -3,6 +3,7 @@
 python benchmark/ablation.py prints the table for benchmark/README.md and writes
 out/ablation.json; parts of the names of rows, or --scenes and parts of those of scenes, run these
 alone. A mechanism is switched off by one value of the configuration, or by replacing one function.
+Beside the scenes, where an ideal detector gives boxes, there are points without boxes.
 --constants adaptation.SLOW ... shows half and twice the value of constants of tracking/ instead.
 """
 
@@ -16,16 +17,22 @@ import sys
 from unittest import mock
 
 import numpy as np
+from points import cruise
 from points import JUGGLING
 from points import labels
 from points import of_scene
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 
+from worlds.hard import merging
+
+from colortrack_ros.estimation.existence import HIDDEN_SHARE
 from colortrack_ros.evaluation import Tally
 from colortrack_ros.scenes import BLACKOUT
 from colortrack_ros.tracking import adaptation
+from colortrack_ros.tracking import disappearances
 from colortrack_ros.tracking import extents
+from colortrack_ros.tracking import noise
 from colortrack_ros.tracking import prediction
 from colortrack_ros.tracking import process_noise
 from colortrack_ros.tracking import Tracker
@@ -56,6 +63,16 @@ def same_everywhere(learned, z):
     return np.full(len(z), 1 / learned.area)
 
 
+def as_given(_, colors, variance):
+    """Covariances that nothing corrects, and of which no usual one is known."""
+    return np.ones((len(colors), 2)), np.zeros((len(colors), 2))
+
+
+def hidden_as_assumed(_, place, *__):
+    """What is lost is hidden as often in all places."""
+    return np.full(len(place), HIDDEN_SHARE)
+
+
 def replaced(owner, name, function):
     return lambda: mock.patch.object(owner, name, function)
 
@@ -73,7 +90,24 @@ WITHOUT = {
             replaced(update, 'update_existence', always_there),
         ],
     ),
-    'merge and split': ({}, [replaced(tracker, 'merge_split', lambda _, *given: given)]),
+    'merge and split': ({}, [replaced(tracker, 'merge_split', lambda *given: given[1:3])]),
+    'shared detections': (
+        {},
+        [replaced(tracker, 'share_centroids', lambda *given: (given[2], None))],
+    ),
+    'learned noise': (
+        {},
+        [replaced(noise.MeasurementNoise, 'factors', as_given)],
+    ),
+    'strays': ({}, [replaced(tracker, 'take_strays', lambda *given: given[2])]),
+    'doubted turns': ({}, [replaced(tracker, 'doubt', lambda *_: None)]),
+    'crossings': ({}, [replaced(tracker, 'defer', lambda *_: None)]),
+    'fast starts': ({}, [replaced(tracker, 'start_fast', lambda *given: given[3])]),
+    'learned disappearances': (
+        {},
+        [replaced(disappearances.Disappearances, 'share', hidden_as_assumed)],
+    ),
+    'camera motion': ({'ego_motion': 'none'}, []),
     'stitching': ({}, [replaced(tracker, 'find_stitches', no_stitches)]),
     'memory': ({'max_hidden': 0.0}, []),
     'learned sizes': (
@@ -103,6 +137,9 @@ def sequences():
     """Names of columns, and what makes their sequences; juggling only where its data is."""
     found = {name: (lambda name=name: [of_scene(name)]) for name in SCENES}
     found['blackout'] = lambda: [of_scene('blackout', **BLACKOUT)]
+    found['points that merge'] = lambda: [merging(np.random.default_rng(0))]
+    found['points in clutter'] = lambda: [cruise(30, clutter=1.0)]
+    found['points that turn'] = lambda: [cruise(30, turns=0.02)]
     if JUGGLING.is_dir():
         files = sorted(JUGGLING.glob('*.csv'))
         found['juggling'] = lambda: [labels(file) for file in files]
