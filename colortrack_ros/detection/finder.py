@@ -53,7 +53,7 @@ changes slower than by a factor of four within POOL_SECONDS."""
 LEAST_PRESENT = 1 / 2
 """Share of its pooled pixels that a color must have in a picture to be updated, and that it keeps
 unless a deeper gap is found. Otherwise an object that leaves, or a hand that covers it, changes its
-color to that of what is left."""
+color to that of what is left. Assumed: half of an object still is that object."""
 
 MANY_SPECKS = 20
 """Number of blobs in one picture, each too small for an object, above which the user is warned.

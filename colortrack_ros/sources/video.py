@@ -33,7 +33,8 @@ which would be tried. Sizes and times alone take more."""
 
 ESTIMATE = 2
 """Number of pictures by which a container without damage may overstate its length, which may be
-estimated from its duration."""
+estimated from its duration. Measured: of 78 whole films at a constant rate, six codecs in seven
+containers, FLV with reordered pictures does by 2, all others by 0."""
 
 SAME_PERIOD = 0.1
 """Largest deviation of the time between two pictures from the period [share of the period]. Chosen:

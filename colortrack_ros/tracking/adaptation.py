@@ -41,7 +41,8 @@ SPEED_FROM = 20
 the 80 % quantile of a Rayleigh distribution has an asymptotic standard error of 14 %."""
 
 QUANTILE = 0.8
-"""Quantile of those displacements. The largest fifth may lead to another object's detection."""
+"""Quantile of those displacements. The largest fifth may lead to another object's detection.
+Assumed: with 0.5 and 0.98, IDF1 of four worlds of 30 to 50 objects changes by 0.01 at most."""
 
 LEAST_SPEED = 100.0
 """Least speed: an object at rest may start to move this fast at any time [px/s]. Assumed."""

@@ -49,7 +49,8 @@ COSINES = mean_cosine(CORRELATIONS)
 """Table of mean_cosine(), as the hypergeometric function is slow. Interpolation is off by 1e-4."""
 
 LEAST_SQUARE = 1e-4
-"""Least square of a normalized difference, for objects that are exactly at rest."""
+"""Least square of a normalized difference, for objects that are exactly at rest: a hundredth of a
+standard deviation, as process_noise.LEAST_NOISE."""
 
 
 SURE_TURN = 0.6

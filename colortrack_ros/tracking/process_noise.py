@@ -60,12 +60,14 @@ another is not believed. Assumed: an even chance, and half a second."""
 LEVEL_COUNT = 20.0
 """Weight, in innovations, of what is known of R. Assumed: R itself is learned."""
 
-TRACKS_AT_ONCE = 100
-"""Tracks processed at once, to keep intermediate results in the cache."""
+TRACKS_AT_ONCE = 200
+"""Tracks processed at once, to keep intermediate results in the cache. Measured: for 1000 tracks,
+50, 100, 200, 400 and all at once take 0.96, 0.75, 0.66, 0.64 and 0.79 ms a frame; for 300 tracks
+0.32, 0.29, 0.26, 0.26 and 0.25."""
 
 LEAST_NOISE = 1e-4
 """Least squared innovation over the variance of the measurement, for objects that are exactly at
-rest."""
+rest: a hundredth of a standard deviation, so that its log does not outweigh other evidence."""
 
 
 def _gains() -> tuple[Floats, Floats]:

@@ -6,7 +6,9 @@ from colortrack_ros.tracking.association.base import Floats
 from colortrack_ros.tracking.association.base import Indices
 
 ROUNDS = 50
-"""Most rounds of messages. They converge geometrically; 50 bound the time of a frame."""
+"""Most rounds of messages, to bound the time of a frame. They converge geometrically. Measured: in
+`swarm`, among points that merge, and in clutter 2 to 6 rounds are enough in the median, 7 to 47 in
+99 of 100 frames, and one frame would take 381."""
 
 NEGLIGIBLE_SHARE = 1e-4
 """Probability below which a pair is dropped, and change of messages below which the rounds end."""
