@@ -1,7 +1,8 @@
 """Bags for the tests of replay: written from scenes, read as messages."""
 
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
 
 from nav_msgs.msg import Odometry
 import numpy as np
@@ -36,19 +37,27 @@ KINDS = {
 NAMES = {kind: name for name, kind in KINDS.items()}
 
 
-class Message(NamedTuple):
+@dataclass(frozen=True)
+class Message:
+    """One of a bag, whose content is read only where a test asks for it."""
+
     topic: str
+    kind: str
     log_time: int
     cdr: bytes
-    content: object
+
+    @cached_property
+    def content(self) -> object:
+        return deserialize_message(self.cdr, KINDS[self.kind])
 
 
-def read_bag(path: Path | str) -> list[Message]:
-    """All messages, topic by topic."""
+def read_bag(path: Path | str, *names: str) -> list[Message]:
+    """All messages, topic by topic, or those of some topics."""
     reader = BagReader(Path(path))
     found = [
-        Message(topic.name, log_time, cdr, deserialize_message(cdr, KINDS[topic.kind]))
+        Message(topic.name, topic.kind, log_time, cdr)
         for topic in reader.topics
+        if not names or topic.name in names
         for log_time, cdr in reader.messages(topic)
     ]
     reader.close()
@@ -56,7 +65,7 @@ def read_bag(path: Path | str) -> list[Message]:
 
 
 def of_topic(path: Path | str, topic: str) -> list[Message]:
-    return [message for message in read_bag(path) if message.topic == topic]
+    return read_bag(path, topic)
 
 
 def write_bag(path: Path, messages: dict[str, list], storage: str = 'mcap', delay: int = 0) -> Path:
