@@ -45,6 +45,6 @@ def pids(folder):
 def is_alive(pid):
     try:
         state = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0]
-    except FileNotFoundError:
+    except (FileNotFoundError, ProcessLookupError):  # it ends before it is read, or as it is
         return False
     return state != 'Z'
