@@ -3,8 +3,6 @@ import pytest
 from support import textbook
 from support.cameras import encode
 
-from colortrack_ros.contours import ContourConfig
-from colortrack_ros.contours import ContourTracker
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
@@ -73,18 +71,22 @@ def test_a_color_is_picked_in_every_encoding(encoding):
     assert side_by_side(frame, detector).shape == (240, 960, 3)
 
 
+@pytest.fixture(scope='module')
+def second():
+    """The pictures of a second."""
+    return [SCENE.render(90 + k) for k in range(30)]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize('encoding', list(LAYOUTS))
-def test_windows_and_contours_follow_in_every_encoding(encoding):
-    windows, contours = WindowTracker(), ContourTracker(ContourConfig())
-    for k in range(30):
-        frame = encode(SCENE.render(90 + k), encoding)
-        frame = Frame(frame.image, encoding, stamp=k * 10**9 // 30)
-        if k == 0:
-            row = Detector(DetectorConfig()).detect(Frame(SCENE.render(90))).rows[0]
-            windows.start([[row[name] for name in ('box_u', 'box_v', 'box_w', 'box_h')]])
-        tracks = windows.update(frame)
-        contours.update(frame)
+def test_windows_follow_in_every_encoding(encoding, second):
+    """So do contours, in test_tracker_input."""
+    windows = WindowTracker()
+    row = Detector(DetectorConfig()).detect(Frame(second[0])).rows[0]
+    windows.start([[row[name] for name in ('box_u', 'box_v', 'box_w', 'box_h')]])
+    for k, picture in enumerate(second):
+        frame = encode(picture, encoding)
+        tracks = windows.update(Frame(frame.image, encoding, stamp=k * 10**9 // 30))
     assert len(tracks.rows) == 1
     assert tracks.rows['time_since_update'][0] == 0
 

@@ -102,6 +102,9 @@ def joined(path, options, widths, extension):
     return copied(path, parts_list, before='-f concat -safe 0')
 
 
+VP9 = '-c:v libvpx-vp9 -deadline realtime -cpu-used 8'
+H265 = '-c:v libx265 -preset ultrafast -x265-params log-level=none'
+
 SIZES = [
     ('film.avi', '-c:v mjpeg -q:v 3', 'avi'),
     ('film.ts', f'{B_FRAMES} -pix_fmt yuv420p', 'ts'),
@@ -109,8 +112,8 @@ SIZES = [
     ('film.mp4', f'{H264} -bsf:v dump_extra', 'mp4'),
     ('film.m2v', '-c:v mpeg2video -q:v 3', 'm2v'),
     ('film.webm', '-c:v libvpx -b:v 2M', 'webm'),
-    ('film9.webm', '-c:v libvpx-vp9 -deadline realtime -b:v 2M', 'webm'),
-    ('film.hevc', '-c:v libx265 -x265-params log-level=none -pix_fmt yuv420p', 'hevc'),
+    ('film9.webm', f'{VP9} -b:v 2M', 'webm'),
+    ('film.hevc', f'{H265} -pix_fmt yuv420p', 'hevc'),
 ]
 
 
@@ -132,8 +135,8 @@ def test_a_change_of_the_size_of_the_pictures_is_told(tmp_path, name, options, p
     [
         ('film.h264', f'{H264} -preset veryfast'),
         ('film.h264', '-c:v libx264 -pix_fmt yuv422p -flags +ildct'),
-        ('film.mp4', '-c:v libx265 -x265-params log-level=none'),
-        ('film.webm', '-c:v libvpx-vp9 -deadline realtime -pix_fmt yuv444p'),
+        ('film.mp4', H265),
+        ('film.webm', f'{VP9} -pix_fmt yuv444p'),
         ('film.avi', '-c:v mjpeg'),
     ],
 )
