@@ -1,7 +1,7 @@
 """What each mechanism of the tracker is worth: the tracker without it, on scenes and juggled balls.
 
-python benchmark/ablation.py prints the table for benchmark/README.md and writes
-out/ablation.json; parts of the names of rows, or --scenes and parts of those of scenes, run these
+python benchmark/ablation.py prints the table for benchmark/README.md and writes out/ablation.json
+after each scene; parts of the names of rows, or --scenes and parts of those of scenes, run these
 alone. A mechanism is switched off by one value of the configuration, or by replacing one function.
 Beside the scenes, where an ideal detector gives boxes, there are points without boxes.
 --constants adaptation.SLOW ... shows half and twice the value of constants of tracking/ instead.
@@ -208,10 +208,10 @@ def main():
         several = make()
         for row, (changes, patches) in rows.items():
             results[row][name] = measure(changes, patches, several)
+        OUT.parent.mkdir(exist_ok=True)
+        OUT.write_text(json.dumps(results, indent=1))
         print(name, file=sys.stderr, flush=True)
     show(results)
-    OUT.parent.mkdir(exist_ok=True)
-    OUT.write_text(json.dumps(results, indent=1))
 
 
 if __name__ == '__main__':
