@@ -39,6 +39,15 @@ and twice the value: MOTA of PETS S3.MF1 bumped by 30 px 0.44 and 0.47, not 0.52
 for a second 0.55 and 0.74, not 0.74 (``benchmark/disturbed_contours.py CLIP OTHER --after 4
 --constants foreground.SETTLED_SECONDS``)."""
 
+BLIND_SECONDS = 3.0
+"""Time of seeing nothing after which it is told [s]: twice that in which a scene is learned."""
+
+BLIND = (
+    'nothing new is looked for: the camera moves, or something covers what it saw; hold it still, '
+    'or name targets (start: targets)'
+)
+"""What is told then."""
+
 CLUTTER_SECONDS, CLUTTER_SHARE = 10.0, 0.3
 """Time [s], and share of it in which a place differs without anything moving on, for it to count as
 flicker. IDF1 of PETS S3.MF1 is 0.84 (benchmark/notes/contours.md), 0.85 and 0.83 with half and
@@ -60,6 +69,7 @@ class Foreground:
 
     :ivar is_new: whether another scene starts with this frame.
     :ivar is_seen: whether this frame was compared with a background that is not covered.
+    :ivar trouble: why there have been no areas for long, empty if there were.
     :ivar is_busy: whether this frame, and not the last one, updated the background, so that other
         work that takes time can wait for the next one.
     """
@@ -93,6 +103,7 @@ class Foreground:
         """Forget earlier pictures, but not the background."""
         self._earlier: list[Frame] = []
         self._change.restart()
+        self.trouble, self._saw = '', -1
         self._clutter = np.zeros((0, 0), np.float32)
 
     @property
@@ -101,6 +112,21 @@ class Foreground:
         return self._config.start == 'background' and self._background.is_learning
 
     def areas(self, frame: Frame, known: Floats) -> Areas | None:
+        """Return the areas of :meth:`find`, and note for how long there have been none."""
+        areas = self.find(frame, known)
+        if self._saw < 0 or not self._is_blind(areas):
+            self._saw = frame.stamp
+        self.trouble = BLIND if frame.stamp - self._saw > BLIND_SECONDS * NANOSECONDS else ''
+        return areas
+
+    def _is_blind(self, areas: Areas | None) -> bool:
+        """Return whether nothing can be found, or most of the background is still unknown."""
+        if areas is None:
+            return self._config.start != 'targets'
+        unknown = self._background.unknown()
+        return unknown is not None and 2 * np.count_nonzero(unknown) > unknown.size
+
+    def find(self, frame: Frame, known: Floats) -> Areas | None:
         """Return the areas that differ, or None if too much does since the camera moves.
 
         Also None if there is no segmentation, and while the background is covered.

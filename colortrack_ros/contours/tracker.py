@@ -72,11 +72,13 @@ class ContourTracker:
     :param config: see ContourConfig.
     :param targets: boxes to start in the first frame, and after each restart; see start.
     :ivar waiting: boxes that wait for the next frame.
+    :ivar trouble: why nothing new is looked for, empty if it is.
     :ivar scene_changes: number of times that another scene has become the background.
     """
 
     def __init__(self, config: ContourConfig | None = None, targets: ArrayLike = ()) -> None:
         self.config, self.waiting = config or ContourConfig(), WaitingBoxes(targets)
+        self.trouble = ''
         self._foreground, self._initiation = Foreground(self.config), Initiation()
         self._clock, self.scene_changes = Clock(), 0
         self._start(1)
@@ -133,6 +135,7 @@ class ContourTracker:
         unseen = self._tracks.unmeasured(self._clock.now) - dt
         predicted = expected_boxes(self._tracks.filters, self._spline, unseen)
         areas = self._foreground.areas(frame, predicted[self._is_known()])
+        self.trouble = self._foreground.trouble
         if areas is None:
             self._tracks.keep(self._lives_on())
             self._correct(frame, frames)

@@ -89,12 +89,18 @@ class Health:
         self._hardware = str(source.value or 'none')  # as displayed, without a password
         self._lock = threading.Lock()
         self._counts = _Counts()
-        self._reason = ''
+        self._reason = self._noted = ''
         self._told = -TOLD_EVERY
         self._seconds = Elapsed(node)
         self._heard = self._seconds()
         self._publisher = publish_on(node, DiagnosticArray, '/diagnostics')
         node.create_timer(PERIOD, self.publish, clock=STEADY)
+
+    def note(self, trouble: str) -> None:
+        """Log what is wrong with a picture, once until it is over; empty if nothing is."""
+        if trouble and not self._noted:
+            self._node.get_logger().warning(trouble)
+        self._noted = trouble
 
     def took_in(self) -> None:
         """Count a message or a frame that was received."""
@@ -162,9 +168,9 @@ class Health:
         lateness = f'{late:.3f} s from stamp to output'
         quiet = f'nothing has come in for {silence:.0f} s'
         refusal = f'{counts.refused} refused: {self._reason}'
-        rival = rival_of(self._node)
+        rival, trouble = rival_of(self._node), self._trouble() or self._noted
         findings = (
-            (ERROR, self._trouble(), self._trouble() != ''),
+            (ERROR, trouble, trouble != ''),
             (ERROR, lateness, late > limit['error_latency']),
             (ERROR, quiet, silence > limit['error_silence']),
             (WARN, NO_CLOCK, lacks_clock(self._node)),

@@ -48,7 +48,12 @@ class ImageTrackerSetup(NodeSetup):
 
 
 class ImageTracker(Protocol):
-    """The interface of a tracker of images."""
+    """The interface of a tracker of images.
+
+    :ivar trouble: why it finds nothing new in the last picture, empty if it may.
+    """
+
+    trouble: str
 
     def update(self, frame: Frame) -> Tracks:
         """Return the tracks after the next frame."""
@@ -125,7 +130,9 @@ class ImageTrackerNode(ManagedNode[Setup], ABC):
     def _track(self, pair: Pair) -> Tracks:
         self.health.took_in()
         with self.lock, whole_updates(self.tracker):
-            return track_pair(self.tracker, pair)
+            tracks = track_pair(self.tracker, pair)
+        self.health.note(self.tracker.trouble)
+        return tracks
 
     def _publish(self, tracks: Tracks, _: object) -> None:
         self._output.publish(tracks, self.setup.output.marker_scale)

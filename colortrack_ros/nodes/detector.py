@@ -57,7 +57,6 @@ class DetectorNode(ManagedNode[DetectorSetup]):
     def __init__(self, *, subscribe: bool = True, **options: Any) -> None:
         super().__init__('detector', DetectorSetup, **options)
         self._subscribe = subscribe
-        self._trouble = ''
         self._paused = False
         self.stage = worker_of(self, self._detect, self._refuse, self.setup.intake)
         self.stage.paused = True
@@ -66,7 +65,7 @@ class DetectorNode(ManagedNode[DetectorSetup]):
     def configure(self) -> None:
         """Create the detector, its publishers, services and subscriptions."""
         self._detector = Detector(self.setup.config)
-        self.health = Health(self, lambda: self._trouble, skipped=lambda: self.stage.skipped)
+        self.health = Health(self, skipped=lambda: self.stage.skipped)
         self._publisher = publish_on(self, PointCloud2, self.setup.detections_topic)
         self._debug_publisher = publish_on(self, Image, self.setup.debug_topic)
         offer(self, SetBool, '~/pause', self._pause)
@@ -89,17 +88,11 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         self.health.took_in()
         with self.lock:
             detections = self._detector.detect(frame)
-            self._tell(self._detector.trouble)
+            self.health.note(self._detector.trouble)
             if self._debug_publisher.get_subscription_count() > 0:
                 mask = dataclasses.replace(frame, image=self._detector.mask, encoding='mono8')
                 self._debug_publisher.publish(image_of_frame(mask))
         return detections
-
-    def _tell(self, trouble: str) -> None:
-        """Log a problem once until it is over."""
-        if trouble and not self._trouble:
-            self.get_logger().warning(trouble)
-        self._trouble = trouble
 
     def _publish(self, detections: Detections, _: object) -> None:
         self._publisher.publish(cloud_of_detections(detections))

@@ -43,7 +43,7 @@ def make_chain(
     :param detected: takes the detections of an item.
     :param tracked: takes the tracks after an item.
     :param drop: takes the reason why an item came too late.
-    :param warn: takes the detector's advice after each picture, empty if all is well.
+    :param warn: takes what detector and tracker advise after each picture, empty if all is well.
     :param viewpoints: of the pictures, if the tracker needs them.
     """
     detection: Stage[Frame, Detections] | None = None
@@ -65,5 +65,6 @@ def make_chain(
     pictures: Stage[Frame, Frame] = Stage(lambda frame: frame, drop)
     pictures.configure(setup.tracker.intake.order)
     pairs: Stage[Pair, Tracks] = Stage(lambda pair: track_pair(tracker, pair), drop)
+    pairs.then(lambda *_: warn(tracker.trouble))
     pairs.then(tracked)
     return ImageChain(pictures, pairs, detects=detection is not None, detection=detection)

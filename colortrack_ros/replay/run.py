@@ -64,7 +64,7 @@ class Answers:
             self.restarts.append(tracks.restarted)
 
     def warn(self, trouble: str) -> None:
-        """Count a picture if the detector has advice about it; empty: it has none."""
+        """Count a picture if detector or tracker have advice about it; empty: they have none."""
         if trouble:
             self.warnings.append(trouble)
 

@@ -66,12 +66,12 @@ class WindowTracker:
     :param config: see WindowConfig.
     :param targets: boxes to start in the first frame, and again after each restart; see start.
     :ivar waiting: boxes that wait for the next frame.
-    :ivar surfaces: of the last frame; see Matches and reliability_map.
+    :ivar surfaces: of the last frame; see Matches and reliability_map. trouble: always empty.
     """
 
     def __init__(self, config: WindowConfig | None = None, targets: ArrayLike = ()) -> None:
         self.config, self.waiting = config or WindowConfig(), WaitingBoxes(targets)
-        self._swarm, self._clock = Swarm(self.config), Clock()
+        self._swarm, self._clock, self.trouble = Swarm(self.config), Clock(), ''
         self.surfaces: list[tuple[NDArray[np.intp], NDArray, int]] = []
         self._start(1)
 

@@ -130,6 +130,20 @@ def test_before_a_camera_that_moves_all_the_time_no_scene_stands_still():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(('start', 'told'), [('background', True), ('targets', False)])
+def test_a_camera_that_moves_for_long_is_told_until_it_stands_again(start, told):
+    """Nothing is found meanwhile, where something would be looked for."""
+    wide = texture(3, 400, 1000, contrast=25.0)
+    tracker, troubles = ContourTracker(ContourConfig(start=start)), []
+    for k in range(240):
+        tracker.update(frame(seen(k, (0, min(4 * k, 600)), wide), k))
+        troubles.append(bool(tracker.trouble))
+    assert any(troubles[:150]) == told
+    assert not any(troubles[:70]), 'a moment is nothing'
+    assert not troubles[-1]
+
+
+@pytest.mark.slow
 def test_a_person_who_fills_the_picture_and_stops_is_a_target_still():
     """What is known is left out: it hides the background and is none."""
 

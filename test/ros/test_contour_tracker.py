@@ -112,6 +112,18 @@ def test_a_reset_and_stamps_that_go_back_start_afresh_and_delete_all_markers(ros
     node.wait_for('the stamp went back by')
 
 
+def test_a_camera_that_moves_is_told(ros):
+    """No place shows the same twice, so there is no background."""
+    node = ros.start('contour_tracker')
+    rng = np.random.default_rng(1)
+    shown = [
+        Frame(rng.integers(0, 255, (48, 64, 3), np.uint8), 'bgr8', START + k * 200_000_000, 'cam')
+        for k in range(20)
+    ]
+    send(ros, *ready(ros), shown)
+    node.wait_for('nothing new is looked for: the camera moves')
+
+
 def test_compressed_images_and_late_ones_are_taken(ros):
     topic = 'camera/image_raw/compressed'
     parameters = {
