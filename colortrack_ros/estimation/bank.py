@@ -107,7 +107,7 @@ class Bank(Columns):
         :param track: (K,) tracks, each once.
         :param weight: (K,) probability of the maneuver.
         :param T: (K,) [s].
-        :param speed: (2,) standard deviation of the new velocity on each axis [px/s].
+        :param speed: (2,), (1, 2), or (K, 2) standard deviation of the new velocity [px/s].
         """
         mean, cov = self.mean.take(track, axis=1), self.cov.take(track, axis=1)
         self.mean[:, track], self.cov[:, track] = maneuvering(mean, cov, weight, T, speed)

@@ -64,7 +64,7 @@ def turned(mean: Floats, cov: Floats, T: Floats, speed: Floats) -> tuple[Floats,
 
     :param mean, cov: (..., K, n) and (..., K, n, n) without it.
     :param T: (K,) [s].
-    :param speed: (2,) standard deviation of the new velocity on each axis [px/s].
+    :param speed: (2,), (1, 2), or (K, 2) standard deviation of the new velocity [px/s].
     """
     mean, cov = mean.copy(), cov.copy()
     half = mean[..., 2:4] * (T / 2)[:, None]
@@ -72,7 +72,7 @@ def turned(mean: Floats, cov: Floats, T: Floats, speed: Floats) -> tuple[Floats,
     mean[..., 2:] = 0.0
     cov[..., 2:4, :] = cov[..., :, 2:4] = 0.0
     cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3
-    n, variance = cov.shape[-1], np.array([speed[0] ** 2, speed[1] ** 2])
+    n, variance = cov.shape[-1], speed**2
     entries = cov.reshape(*cov.shape[:-2], n * n)
     both, T = n + 1, T[:, None]  # from an entry of u to that of v
     entries[..., : 2 * both : both] += (speed * T) ** 2 / 3

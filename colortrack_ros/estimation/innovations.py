@@ -40,7 +40,7 @@ def compare(
     :param R: (K, 2, 2) its covariance [px^2].
     :param chance: (K,) prior probability of a maneuver.
     :param T: (K,) time in which it may have happened [s], see Bank.maneuver().
-    :param speed: (2,) standard deviation of a new velocity on each axis [px/s].
+    :param speed: (2,), (1, 2), or (K, 2) standard deviation of a new velocity on each axis [px/s].
     """
     mean, cov = bank.mean.take(track, axis=1), bank.cov.take(track, axis=1)
     e, S = np.empty((2, *mean.shape[:2], 2)), np.empty((2, *mean.shape[:2], 2, 2))

@@ -276,7 +276,7 @@ class Adaptation:
         :param steady: (K,) which to learn from: measured in this frame and in the last.
         :param dt: since the last frame [s].
         """
-        count = int(np.count_nonzero(steady))
+        count = np.count_nonzero(steady)
         if count:
             self._watched += count * dt
             memory = SPEED_MEMORY * (1 + HALF_GAIN_TRACKS / count)

@@ -196,7 +196,7 @@ def _sides(
     expected = prediction.center.take(track, axis=0)
     variance = prediction.variance.take(track, axis=0)
     chance = prediction.maneuvered[track][:, None]
-    turn = prediction.speed * prediction.unmeasured[track][:, None]
+    turn = prediction.turn_speed(track) * prediction.unmeasured[track][:, None]
     e = center - expected
     wide = variance + S
     log = _log_normal(e, wide) + np.log(np.maximum(1 - chance, TINY))

@@ -38,9 +38,9 @@ def gate(
     widest = np.maximum.reduce(variance, axis=None, initial=0.0)
     widest *= 1 + np.maximum.reduce(prediction.records['own_factor'], initial=0.0)
     narrowest = np.minimum.reduce(variance, axis=None, initial=1e9) + 1e-9
-    T = prediction.unmeasured[:, None] / 2
-    way = prediction.velocity * T
-    turned = prediction.variance + (way**2 + (2 * prediction.speed * T) ** 2) / 3
+    T = prediction.unmeasured[:, None]
+    way = prediction.velocity * (T / 2)
+    turned = prediction.variance + (way**2 + (prediction.turn * T) ** 2) / 3
     S = prediction.variance + narrowest
     bound = 2 * (prediction.log_odds - (prediction.log_density + LOG_PI))
     bound -= np.log(S[:, 0] * S[:, 1])

@@ -1,6 +1,7 @@
 """Prediction: the expected state of each track in a frame, before its detections are used."""
 
 from dataclasses import dataclass
+from dataclasses import field
 from functools import cached_property
 import math
 from typing import NamedTuple
@@ -31,6 +32,9 @@ Floats = NDArray[np.float64]
 
 LAST_FRAME = 1.5
 """A track measured within this many frames was measured in the last one; halfway from 1 to 2."""
+
+FEWEST_SIZES = 2
+"""Number of sizes from which on they say who is near and who is far. One has nothing to compare."""
 
 
 class Step(NamedTuple):
@@ -73,6 +77,8 @@ class Prediction:
     :param sized: whether any track or blob has a size.
     :param sizes: statistics of sizes.
     :param finds_whole: see Adaptation.
+    :ivar turn: (1, 2) as speed, for what maneuvers, or for each, (N, 2) [px/s].
+    :ivar is_scaled: whether it is for each, by its nearness().
     """
 
     step: Step
@@ -94,6 +100,13 @@ class Prediction:
     sized: bool
     sizes: Sizes
     finds_whole: bool
+    turn: Floats = field(init=False)
+    is_scaled: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        near = nearness(self.size) if self.finds_whole else None
+        self.is_scaled = near is not None
+        self.turn = self.speed[None] if near is None else near * self.speed
 
     @cached_property
     def slack(self) -> Floats:
@@ -104,6 +117,10 @@ class Prediction:
     def best_fit(self) -> Floats:
         """(N,) log-likelihood ratio of a blob of exactly that size, see Sizes.log_fit()."""
         return self.sizes.most_fitting(self.size, self.slack)
+
+    def turn_speed(self, track: NDArray[np.intp] | slice) -> Floats:
+        """Standard deviation of the velocity after a maneuver, (1, 2), or of each, (K, 2)."""
+        return self.turn[track] if self.is_scaled else self.turn
 
     def log_fit(self, track: NDArray[np.intp], size: Floats) -> Floats:
         """Log-likelihood ratio of blobs' sizes, (K, 2) [px], for tracks, (K,): (K,)."""
@@ -203,6 +220,22 @@ def _expect(
         sizes=learned.sizes,
         finds_whole=learned.finds_whole,
     )
+
+
+def nearness(size: Floats) -> Floats | None:
+    """Return sizes over the root mean square of all, (N, 1), at most 1; None for fewer than two.
+
+    What is complete and looks smaller than others is farther away, and so it looks slower.
+
+    :param size: (N, 2) [px], 0 where unknown, which counts as near.
+    """
+    area = size[:, 0] * size[:, 1]
+    known = area > 0
+    count = np.count_nonzero(known)
+    if count < FEWEST_SIZES:
+        return None
+    near = np.where(known, np.sqrt(area * count / area.sum()), 1.0)
+    return np.minimum(near, 1.0)[:, None]
 
 
 def coast(

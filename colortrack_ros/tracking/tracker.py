@@ -145,7 +145,7 @@ class Tracker:
             follow_shared(tracks, shared, prediction, blobs)
         tell_apart(tracks, associated.pairs, prediction, config)
         free = associated.free.nonzero()[0]
-        if len(free):
+        if free.size:
             new = start_fast(tracks, prediction, blobs, free, learned)
             initiate(tracks, prediction, blobs, new)
         self._manage(again=step.again)
@@ -200,7 +200,7 @@ class Tracker:
             self._adaptation.learn_period(self._period)
         if self.config.ego_motion == 'odometry' and not again:
             self._adaptation.camera.turn(detections.viewpoint, self._clock.now, self._period)
-        pauses = not again and self._rhythm.is_pause(len(detections.rows))
+        pauses = not again and self._rhythm.is_pause(detections.rows.size)
         return Step(self._clock.now, dt, self._period, again, pauses)
 
     def _hypothesize(

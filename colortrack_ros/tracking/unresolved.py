@@ -245,7 +245,7 @@ def _compare(prediction: Prediction, blobs: Measurements, member: Indices, blob:
     """
     name, track, z, R = _measure(prediction.bank, blobs, member, blob)
     chance, T = prediction.maneuvered[track], prediction.unmeasured[track]
-    compared = compare(prediction.bank, track, z, R, chance, T, prediction.speed)
+    compared = compare(prediction.bank, track, z, R, chance, T, prediction.turn_speed(track))
     gain = np.full(len(member), -np.inf)
     np.maximum.at(gain, name, compared.log_likelihood)
     gain += 2 * np.log((member >= 0).sum(axis=1)) - prediction.log_density
@@ -270,12 +270,14 @@ def follow_shared(
     if bank.model.selected:
         return
     chance, T = prediction.maneuvered[track], prediction.unmeasured[track]
-    compared = compare(bank, track, z, R, chance, T, prediction.speed)
+    compared = compare(bank, track, z, R, chance, T, prediction.turn_speed(track))
     odds = compared.maneuvered / np.maximum(1 - compared.maneuvered, TINY)
     chance = odds / (1 + np.bincount(name, odds)[name])
     turned = (chance > UNLIKELY).nonzero()[0]
     if len(turned):
-        bank.maneuver(track[turned], chance[turned], T[turned], prediction.speed)
+        bank.maneuver(
+            track[turned], chance[turned], T[turned], prediction.turn_speed(track[turned])
+        )
         _, _, z, R = _measure(bank, blobs, shared.member, shared.blob)
     order = track.argsort()
     bank.correct(track[order], z[order], R[order])

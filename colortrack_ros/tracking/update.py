@@ -146,7 +146,7 @@ def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses, *, ev
     rows = slice(None) if every else taken.track
     if not (every or prediction.step.again):
         records['unsettled'] = 0.0
-    variance = (prediction.speed**2)[:, None]
+    variance = prediction.turn_speed(rows).T ** 2
     s = SINCE[:, None, None] * prediction.unmeasured[rows]
     v = prediction.velocity[rows].T.copy()
     e = np.subtract(taken.z.T, prediction.center[rows].T, order='C')
@@ -173,7 +173,7 @@ def _maneuver(bank: Bank, prediction: Prediction, taken: Hypotheses) -> None:
     turned = (taken.innovations.maneuvered > UNLIKELY).nonzero()[0]
     if len(turned):
         track, maneuvered = taken.track[turned], taken.innovations.maneuvered[turned]
-        bank.maneuver(track, maneuvered, prediction.unmeasured[track], prediction.speed)
+        bank.maneuver(track, maneuvered, prediction.unmeasured[track], prediction.turn_speed(track))
 
 
 def _update_existence(prediction: Prediction, pairs: Hypotheses, measured: Bools) -> None:
@@ -187,7 +187,7 @@ def _update_existence(prediction: Prediction, pairs: Hypotheses, measured: Bools
     missed = 1.0 if step.again or step.pauses else _missed(visible, measured, p)
     log_ratio = pairs.innovations.log_likelihood - prediction.log_density
     found = p * np.exp(np.minimum(log_ratio, MOST_LOG_RATIO))
-    ratio = np.asarray(missed + np.bincount(pairs.track, found, len(visible)), float)
+    ratio = np.add(missed, np.bincount(pairs.track, found, len(visible)), dtype=np.float64)
     records['visible'], records['hidden'] = update_existence(visible, records['hidden'], ratio)
 
 
