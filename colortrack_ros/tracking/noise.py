@@ -24,6 +24,7 @@ from colortrack_ros.tracking.differences import STAIRS
 from colortrack_ros.tracking.differences import SUMS
 from colortrack_ros.tracking.differences import tell
 from colortrack_ros.tracking.differences import TWO_APART
+from colortrack_ros.tracking.lasting_errors import COSINE_VARIANCE
 from colortrack_ros.tracking.lasting_errors import passed_on
 from colortrack_ros.tracking.lasting_errors import RHO
 from colortrack_ros.tracking.lasting_errors import RISES
@@ -42,9 +43,9 @@ NOISE_MEMORY = 10.0
 """Time after which evidence has decayed to 1/e [s]. Assumed: light and distance, and with them the
 noise, change within seconds."""
 
-PRIOR = 3.0
-"""Weight of the initial factor of 1 in measurements. Assumed: given covariances are soon
-doubted."""
+PRIOR = 1.0
+"""Weight of the initial factor of 1 in differences: a prior standard deviation of its log of 1.7,
+that is of standard deviations given that are wrong by a factor of 2.4 either way. Assumed."""
 
 CROWD = 60.0
 """Measurements after which a track's own evidence weighs as much as that of its color. Assumed: two
@@ -59,6 +60,18 @@ DOUBTED, BELIEVED = 0.25, 0.75
 """Shares of measurement noise in the differences between which the given variance is replaced by
 the learned one. Where motion hides the noise, the differences only show that it is not larger.
 Assumed: one half, plus and minus half of it."""
+
+NOISE_SHARES = np.linspace(0.0, 1.0, 21)
+"""Shares of noise that are compared. The few differences of one new object hardly tell the share,
+so it is averaged over."""
+
+UNDISTURBED = 60.0
+"""Differences over their number are the prior odds that no motion shows in any; else all shares are
+as likely. A rate of maneuvers with an exponential prior gives such odds. Assumed: one in 2 s at 30
+frames/s, as maneuvers.FIRST_RATE."""
+
+LEAST_NOISE_SHARE = 0.1
+"""Least share that differences are corrected by. Assumed."""
 
 FACTOR_RANGE = (0.01, 1e4)
 """Range of the factor. It has to correct covariances that are off by 10 either way, and a standard
@@ -218,7 +231,11 @@ class MeasurementNoise:
         chance = CHANCE * np.sqrt(RATIO_VARIANCE / np.maximum(count, 1.0))
         certain = np.sign(lean) * np.maximum(np.abs(lean) - chance, 0.0)
         self._lean = certain.clip(-LEAN_RANGE, LEAN_RANGE)
-        factor = _factor(count / (count + PRIOR) * level, rise + weight @ (RISES[0] - RISES))
+        # the mean of a variance whose log is normal, not its median
+        level += LEVEL_VARIANCE / (count + PRIOR) / 2
+        level *= count / (count + PRIOR)
+        rise = rise + weight @ (RISES[0] - RISES)
+        factor = _factor(level, rise, count)
         factor *= self._hidden.sum(axis=1)
         by_axis = factor[:, None] * np.exp(self._lean[:, None] * [1, -1])
         stairs, risers = self._evidence[:, STAIRS], self._evidence[:, RISERS]
@@ -248,10 +265,17 @@ def _means(evidence: Floats, column: int) -> Floats:
     return np.asarray(evidence[:, column] / np.maximum(evidence[:, DIFFERENCES], 1e-9))
 
 
-def _factor(log_level: Floats, rise: Floats) -> Floats:
-    """Return factors, (C,), from mean log squares, as if all were noise, and mean rises, (C,)."""
-    share = (rise - WANDERING) / (RISES[0] - WANDERING)
-    log_noise = log_level + np.log(share.clip(0.1, 1.0))
-    belief = ((share - DOUBTED) / (BELIEVED - DOUBTED)).clip(0, 1)
-    log_factor = belief * log_noise + (1 - belief) * np.minimum(log_level, 0.0)
-    return np.asarray(np.exp(log_factor))
+def _factor(log_level: Floats, rise: Floats, count: Floats) -> Floats:
+    """Return factors, (C,), averaged over the shares of noise that the rises allow.
+
+    :param log_level: (C,) mean log squares, as if all were noise.
+    :param rise, count: (C,) mean rises, and the number of differences that they are of.
+    """
+    off = rise[:, None] - WANDERING - NOISE_SHARES * (RISES[0] - WANDERING)
+    weight = np.exp(-count[:, None] * off**2 / (2 * COSINE_VARIANCE))
+    weight[:, -1] *= UNDISTURBED * (len(NOISE_SHARES) - 1) / np.maximum(count, 1e-9)
+    weight /= weight.sum(axis=1, keepdims=True)
+    log_noise = log_level[:, None] + np.log(np.maximum(NOISE_SHARES, LEAST_NOISE_SHARE))
+    belief = ((NOISE_SHARES - DOUBTED) / (BELIEVED - DOUBTED)).clip(0, 1)
+    log_factor = belief * log_noise + (1 - belief) * np.minimum(log_level, 0.0)[:, None]
+    return np.asarray((weight * np.exp(log_factor)).sum(axis=1))

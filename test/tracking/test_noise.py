@@ -107,6 +107,21 @@ def test_ellipses_hold_what_they_say_whatever_is_missed(noise, missed):
     assert names == [8, 8, 8, 8]
 
 
+@pytest.mark.parametrize(('given', 'least'), [(0.0, 0.85), (3.0, 0.935)])
+def test_the_noise_of_one_object_alone_is_known_within_a_second(given, least):
+    """The few differences of one object hardly tell noise from motion; forty seeds, 3 px."""
+    inside = []
+    for seed in range(40):
+        rng, tracker = np.random.default_rng(seed), Tracker()
+        x, v = np.full((1, 2), 300.0), rng.normal(0, 60, (1, 2))
+        for k in range(48):
+            z = x + v * k / 24 + rng.normal(0, 3.0, (1, 2))
+            rows = tracker.update(points(z, k * FRAME, given**2)).rows
+            if k >= LEARNED / 2:
+                inside += errors_squared(rows, x + v * k / 24)
+    assert least < np.mean(np.array(inside) < 5.991) <= 0.99
+
+
 def errors_squared(rows, truth):
     """Return squared errors of the nearest tracks, normalized by their position covariances."""
     at = np.stack([rows['u'], rows['v']], axis=1)
