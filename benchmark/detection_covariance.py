@@ -38,8 +38,7 @@ RUNS = [
 
 VISIBLE, COVERED, LEAVING = 'visible', 'covered', 'leaving'
 FITTED = (
-    'UNSEEN_CHANCE', 'CHORD_VARIANCE', 'CHORD_ERROR', 'SEEN_AT_LIMB', 'SEEN_DEEPER', 'MOST_SEEN',
-    'SHADED_VARIANCE', 'CUT_SHIFT',
+    'UNSEEN_CHANCE', 'CHORD_VARIANCE', 'CHORD_ERROR', 'SHADED_VARIANCE', 'CUT_SHIFT',
 )  # fmt: skip
 FIT_BALLS = 40
 """Balls of each group that constants are fitted to, about."""

@@ -29,7 +29,7 @@ CLUTTER = 'clutter?width=480&height=270&duration=5', {'tolerance': 25.0}, {}
 
 RECIPES = {
     'Nothing has a box': (f'single?{SMALL}&duration=3', {'tolerance': 4.0}, {}),
-    'Boxes sit beside their objects': (f'single?{SMALL}&duration=3', {'tolerance': 12.0}, {}),
+    'Boxes sit beside their objects': (f'single?{SMALL}&duration=3', {'tolerance': 11.0}, {}),
     'Boxes on furniture': CLUTTER,
     'Boxes on things of the wrong size': CLUTTER,
     'Boxes on small red things beside the large one': (

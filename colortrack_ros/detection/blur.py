@@ -47,54 +47,9 @@ UNSURE = 0.1
 px seems 0.83 to 0.97 times as wide; with half of it, 0.75 to 0.9 times, and sharp noisy outlines
 seem up to a third wider."""
 
-BEYOND = 2
-"""Distance from the last pixel of a blob to the surroundings, without half of the blur [px]: the
-erosion removes one pixel, and another is partly covered."""
-
-ERODED = 1
-"""Width that the default erosion takes from each side of an object [px]."""
-
-MOST_FARTHER = 3
-"""Largest ratio of the distance of opposite sides of an outline to that of the pixels inside whose
-colors are compared: what is blurred over more than half of itself has no inside."""
-
 ENDS = 2
 """Samples whose mean is the color inside, or outside: fewer have more noise, more have less
 reach."""
-
-
-@dataclass(frozen=True)
-class Ends(Columns):
-    """By how much farther out N blobs end on one side of each axis than on the other.
-
-    The shift is 0 for blobs that consist of outline alone: even their middle is a mixture
-    of colors.
-
-    :param shift: (N, 2) of the middle between both ends, along u and v [shares of the blur].
-    :param inside: (N,) share of the inside color at the ends, the mean over all.
-    """
-
-    shift: NDArray[np.float64]
-    inside: NDArray[np.float64]
-
-    @classmethod
-    def of(cls, share: NDArray[np.float64], blobs: BlobTable, blur: NDArray[np.float64]) -> 'Ends':
-        """The ends of blobs.
-
-        The inside color is that of a pixel some way inside, and shading varies evenly across an
-        object: at its outline opposite sides differ by as much more as they are farther apart.
-
-        :param share: (N, 2, PROFILES, 2) of the inside color at the ends of :func:`outline_sides`.
-        :param blur: (N, 2) of :func:`outline_blur`.
-        """
-        shift = (share[..., 1] - share[..., 0]) / 2
-        mean = shift.sum(axis=2) / PROFILES
-        half = blobs.box[:, 2:] / 2
-        farther = (half + ERODED) / np.maximum(half - blur / 2 - 1, half / MOST_FARTHER)
-        return cls(
-            mean * farther * has_inside(blobs, blur)[:, None],
-            share.sum(axis=(1, 2, 3)) / (4 * PROFILES),
-        )
 
 
 @dataclass(frozen=True)
@@ -226,19 +181,6 @@ def has_inside(blobs: BlobTable, blur: NDArray[np.float64]) -> NDArray[np.bool_]
     :param blur: (N, 2) widths along u and v [px].
     """
     return np.asarray(blur.max(axis=1) < 2 * np.sqrt(blobs.axes[0]))
-
-
-def outline_sides(profiles: Profiles, blur: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Pixels just inside and just outside the blurred outline of each blob.
-
-    :param blur: (N, 2) of :func:`outline_blur`.
-    :returns: (N, 2, PROFILES, 2, 2) v width + u: along u and along v, at the high and at the low
-        end, inside and outside.
-    """
-    half = np.ceil(blur / 2).astype(np.intp)
-    out = np.empty((*half.shape, 2), np.intp)
-    out[..., 0], out[..., 1] = -half, half + BEYOND
-    return profiles.across(out)
 
 
 def _middle(low: NDArray[np.integer], size: NDArray[np.integer]) -> NDArray[np.intp]:

@@ -32,11 +32,6 @@ CUT, UNKNOWN = 255, 0
 """Entry of a cell whose colors may have different labels; entry of a color not yet computed. The
 others are labels plus 1: pages of zeros are free until they are written."""
 
-SHARES = np.linspace(1, 0, 5)
-"""Shares of one color in mixtures of two at which the distance to a third is computed, with linear
-interpolation between them: for a matte ball before a wall, the crossing is off by 0.01 of the
-way."""
-
 STRIP, LONG_STRIP = 1 << 18, 1 << 20
 """Pixels per strip with one thread and with several: `benchmark/detection.py` measures the time."""
 
@@ -147,26 +142,6 @@ class ColorTable:
         :param labels: (N,) of colors, not 0.
         """
         return np.clip(1 - self._distance(rgb, labels), 0, 1)
-
-    def end_share(
-        self, inside: NDArray[np.uint8], outside: NDArray[np.uint8], labels: NDArray[np.uint8]
-    ) -> NDArray[np.float64]:
-        """Share of the inside color in its mixture with the outside one at the tolerance.
-
-        :param inside, outside: (N, 3) red, green, blue.
-        :param labels: (N,) of colors, not 0.
-        :returns: (N,) 0 if the outside is within tolerance too, 1 if neither is.
-        """
-        other = outside[:, None].astype(np.float64)
-        mixes = other + (inside[:, None] - other) * SHARES[:, None]
-        distance = self._distance(np.rint(mixes).astype(np.uint8), labels)
-        first = (distance >= 1).argmax(axis=1)
-        row, last = np.arange(len(first)), np.maximum(first - 1, 0)
-        near = np.where(first > 0, distance[row, last], 1.0)
-        far = distance[row, first]
-        # Next to a color's others the distance may be infinite.
-        end = SHARES[last] - (1 - near) / np.maximum(far - near, 1e-9) / (len(SHARES) - 1)
-        return np.where(far >= 1, end, 0.0)
 
     def _distance(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
         """(N, ...) D / tolerance to the color of the label; 2 - D / tolerance if inverted.

@@ -4,9 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.blobs import BlobTable
-from colortrack_ros.detection.blur import Ends
-from colortrack_ros.detection.blur import ERODED
-from colortrack_ros.detection.blur import LEAST_BLUR
 from colortrack_ros.detection.chords import Chords
 from colortrack_ros.detection.label_image import LabelImage
 
@@ -36,16 +33,10 @@ ROUND = np.eye(2)
 TO_SHIFT = SHIFT_OF_ENDS**2 * (0.75 * np.eye(4) + 0.25 * np.outer(ROUND, ROUND))
 """(4, 4) linear map of matrices in :func:`shift_squared`: 3/4 of B and 1/4 of its trace."""
 
-SEEN_AT_LIMB, SEEN_DEEPER, MOST_SEEN = 0.19, 1.43, 0.4
-"""Shift of a centroid over the one that is seen: where blobs end at the limb, how it grows with the
-depth of their ends [radii] times the share of the object there, and its limit. The light and the
-dark side of a matte ball differ at its very limb by half of what they do a tenth of a radius in,
-where colors are compared: where it bends away, the dark side gets no light either way. Fitted."""
-
-SHADED_VARIANCE = 0.0155
+SHADED_VARIANCE = 0.02
 """Factor of the squared shift by one standard deviation of D / tolerance in the blob. Fitted."""
 
-UNSEEN_CHANCE, CHORD_VARIANCE, CHORD_ERROR = 0.32, 0.54, 0.12
+UNSEEN_CHANCE, CHORD_VARIANCE, CHORD_ERROR = 0.40, 0.65, 0.12
 """Share of the outline's chance that chords do not show, and factors of the square of what they
 show and of that of its standard error. Fitted."""
 
@@ -84,7 +75,6 @@ def centroid_covariance(
     size: tuple[int, int],
     spread: NDArray[np.float64],
     blur: NDArray[np.float64],
-    ends: Ends,
     chords: Chords,
     part: NDArray[np.float64] | float,
     skewness: NDArray[np.float64],
@@ -101,14 +91,13 @@ def centroid_covariance(
     :param size: height and width of the picture [px].
     :param spread: (N,) standard deviation of D / tolerance within each blob.
     :param blur: (N, 2, 2) square of the width of the outline [px^2], see outline_blur().
-    :param ends: by how much farther out blobs end on one side of each axis.
     :param chords: how far the objects' middles, by their hue, are from the centroids.
     :param part: (N,) share of the outline beyond which color was dropped, 0..1: open_part().
     :param skewness: (N,) excess three-fold skewness, see UsualSkewness.
     :returns: (N, 2, 2) [px^2], positive definite.
     """
     unseen = UNSEEN_CHANCE + (1 - UNSEEN_CHANCE) * chords.rounded
-    covariance = unseen[:, None, None] * chance(blobs) + shading(blobs, spread, blur, ends)
+    covariance = unseen[:, None, None] * chance(blobs) + shading(spread, blur)
     covariance += seen_in_chords(chords)
     beyond = border_shift(blobs, *size[::-1])
     cut = np.where(beyond.any(axis=1), 0, cut_shift(blobs, skewness))
@@ -137,28 +126,18 @@ def outline_length(blobs: BlobTable) -> NDArray[np.float64]:
     return np.asarray(np.pi / 2 * blobs.box[:, 2:].sum(axis=1))
 
 
-def shading(
-    blobs: BlobTable, spread: NDArray[np.float64], blur: NDArray[np.float64], ends: Ends
-) -> NDArray[np.float64]:
+def shading(spread: NDArray[np.float64], blur: NDArray[np.float64]) -> NDArray[np.float64]:
     """Covariance of each centroid due to blur and shading.
 
     Blur mixes the object with its surroundings. The closer the object itself is to the reference
     color, the farther out a mixture is within tolerance, and the light and the dark side of an
     object differ in this, or what is behind them. The shift of a centroid is therefore a share of
-    the width of the blur. That share is seen at the ends of a few rows and columns, and the deeper
-    inside the object its blob ends, the more of it counts; the rest grows with the spread of D /
-    tolerance. What is seen along u and along v has one cause, the way to the light, so these errors
-    go together.
+    the width of the blur. Chords show some of it; the rest grows with the spread of D / tolerance.
 
     :returns: (N, 2, 2) [px^2].
     """
-    squared = shift_squared(blur)
-    widest = np.sqrt(blur[:, 0, 0] + blur[:, 1, 1] - LEAST_BLUR**2)
-    depth = ends.inside * widest / (2 * np.sqrt(blobs.axes[1]) + ERODED)
-    counts = np.minimum(SEEN_AT_LIMB + SEEN_DEEPER * depth * ends.inside, MOST_SEEN)
-    seen = np.matmul(square_root(squared), (counts[:, None] * ends.shift)[..., None])
-    unseen = SHADED_VARIANCE * np.maximum(spread, LEAST_DEVIATION) ** 2
-    return np.asarray(seen * seen.transpose(0, 2, 1) + squared * unseen[:, None, None])
+    variance = SHADED_VARIANCE * np.maximum(spread, LEAST_DEVIATION) ** 2
+    return np.asarray(shift_squared(blur) * variance[:, None, None])
 
 
 def seen_in_chords(chords: Chords) -> NDArray[np.float64]:
@@ -188,14 +167,6 @@ def shift_squared(blur: NDArray[np.float64]) -> NDArray[np.float64]:
     :returns: (N, 2, 2) [px^2].
     """
     return np.asarray(np.matmul(blur.reshape(-1, 4), TO_SHIFT).reshape(-1, 2, 2))
-
-
-def square_root(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, 2, 2) symmetric square roots of positive definite matrices (Cayley and Hamilton)."""
-    a, b, _, c = matrix.reshape(-1, 4).T
-    root = np.sqrt(a * c - b * b)
-    whole = matrix + root[:, None, None] * ROUND
-    return np.asarray(whole / np.sqrt(a + c + 2 * root)[:, None, None])
 
 
 def cut_shift(blobs: BlobTable, skewness: NDArray[np.float64]) -> NDArray[np.float64]:

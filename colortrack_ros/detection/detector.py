@@ -11,9 +11,7 @@ from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.blobs import sample_pixels
-from colortrack_ros.detection.blur import Ends
 from colortrack_ros.detection.blur import outline_blur
-from colortrack_ros.detection.blur import outline_sides
 from colortrack_ros.detection.blur import profile_levels
 from colortrack_ros.detection.blur import Profiles
 from colortrack_ros.detection.chords import Chords
@@ -195,13 +193,9 @@ class Detector:
         levels, gap = profile_levels(frame, blobs, profiles)
         blur = outline_blur(levels, gap)
         along = np.sqrt(blur.diagonal(axis1=1, axis2=2))
-        sides = outline_sides(profiles, along)
-        label = blobs.label.repeat(sides[0].size // 2)
-        share = self._method.end_share(frame, np.divmod(sides.reshape(-1), width), label)
-        ends = Ends.of(share.reshape(sides.shape[:-1]), blobs, along)
         chords = Chords.of(levels, gap, profiles, blobs, along)
         size = height, width
-        return centroid_covariance(blobs, size, spread, blur, ends, chords, part, skewness)
+        return centroid_covariance(blobs, size, spread, blur, chords, part, skewness)
 
     def _closeness(
         self, frame: Frame, blobs: BlobTable

@@ -104,32 +104,3 @@ def test_threads_and_strips_do_not_change_the_result(height, has_lut, monkeypatc
     for threads in (1, 2, 3):
         labels = ColorTable(colors, threads).label(image, 'bgr8').pixels
         np.testing.assert_array_equal(labels, expected)
-
-
-def test_a_mix_of_two_colors_ends_where_it_leaves_the_tolerance():
-    random = np.random.default_rng(3)
-    red = (200, 40, 40)
-    table = ColorTable((ReferenceColor.from_rgb('red', red, 30.0),))
-    inside = (red + random.integers(-9, 10, (50, 3))).astype(np.uint8)
-    outside = random.integers(60, 160, (50, 3)).astype(np.uint8)
-    label = np.ones(50, np.uint8)
-    outside = outside[table.closeness(outside, label) == 0]
-    share = table.end_share(inside[: len(outside)], outside, label[: len(outside)])[:, None]
-    for more, is_in in ((0.06, True), (-0.06, False)):
-        mix = outside + (inside[: len(outside)] - outside.astype(float)) * (share + more)
-        within = table.closeness(np.rint(mix).astype(np.uint8), label[: len(outside)]) > 0
-        assert (within == is_in).all()
-    other = np.zeros((1, 3), np.uint8)
-    assert table.end_share(other, other, label[:1]) == 1
-    assert table.end_share(inside[:1], inside[1:2], label[:1]) == 0
-
-
-def test_the_share_is_a_number_next_to_the_others_of_an_inverted_color():
-    rest = ReferenceColor(
-        'rest', (50.0, 0.0, 0.0), 20.0, others=((60.0, 40.0, 0.0),), inverted=True
-    )
-    random = np.random.default_rng(4)
-    inside, outside = random.integers(0, 256, (2, 500, 3), dtype=np.uint8)
-    share = ColorTable((rest,)).end_share(inside, outside, np.ones(500, np.uint8))
-    assert ((share >= 0) & (share <= 1)).all()
-    assert len(np.unique(share)) > 10

@@ -106,10 +106,6 @@ class BackgroundSubtraction:
         """Always 1: there is no reference color."""
         return np.ones(len(label))
 
-    def end_share(self, frame: Frame, sides: Pixels, label: NDArray) -> NDArray[np.float64]:
-        """Always half: there is no reference color."""
-        return np.full(len(label), 0.5)
-
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """Keep all blobs."""
         return np.ones(len(blobs.area), bool)

@@ -58,14 +58,6 @@ class Method(Protocol):
         :param label: (N,) of the blobs that contain the pixels.
         """
 
-    def end_share(self, frame: Frame, sides: Pixels, label: NDArray) -> NDArray[np.float64]:
-        """Where a blob ends on its blurred outline, which mixes the colors of both sides.
-
-        :param sides: (2 N,) pairs of pixels, inside and outside an outline.
-        :param label: (N,) of the blobs.
-        :returns: (N,) share of the inside in the mixture there, 0..1; half if unknown.
-        """
-
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """(N,) whether a blob may be an object, as far as the method can tell."""
 

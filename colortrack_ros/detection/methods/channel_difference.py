@@ -92,12 +92,6 @@ class ChannelDifference:
         """Difference of the channels over the largest possible one."""
         return np.clip(self._difference(frame, pixel) / 255, 0, 1)
 
-    def end_share(self, frame: Frame, sides: Pixels, label: NDArray) -> NDArray[np.float64]:
-        """Where the difference of the channels equals the threshold."""
-        inside, outside = self._difference(frame, sides).reshape(-1, 2).T
-        way = np.maximum(inside - outside, 1)
-        return np.clip((self._threshold - outside) / way, 0, 1)
-
     def _difference(self, frame: Frame, pixel: Pixels) -> NDArray[np.float64]:
         """(N,) the channel minus both others."""
         rgb = rgb_of(frame.image[pixel], frame.encoding).astype(np.float64)

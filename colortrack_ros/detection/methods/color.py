@@ -219,12 +219,6 @@ class ColorDistance:
         """1 - D / tolerance."""
         return self._table.closeness(rgb_at(self._frame, pixel), label)
 
-    def end_share(self, frame: Frame, sides: Pixels, label: NDArray) -> NDArray[np.float64]:
-        """Where the distance of the mixture from the color equals the tolerance."""
-        table = self._loose if self._config.grow > 1 else self._table
-        rgb = rgb_at(self._frame, sides).reshape(-1, 2, 3)
-        return table.end_share(rgb[:, 0], rgb[:, 1], label)
-
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """Keep blobs that are large enough, for colors whose least area is estimated."""
         return self._finder.keep(blobs, frame.stamp)
