@@ -26,6 +26,7 @@ from colortrack_ros.detection.morphology import open_
 from colortrack_ros.detection.pixels import channels_of
 from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.detection.regions import Regions
+from colortrack_ros.detection.several import places_inside
 from colortrack_ros.detection.shape import keep_shapes
 from colortrack_ros.detection.skewness import UsualSkewness
 from colortrack_ros.detection.split import split_touching
@@ -195,7 +196,8 @@ class Detector:
         along = np.sqrt(blur.diagonal(axis1=1, axis2=2))
         chords = Chords.of(levels, gap, profiles, blobs, along)
         size = height, width
-        return centroid_covariance(blobs, size, spread, blur, chords, part, skewness)
+        own = centroid_covariance(blobs, size, spread, blur, chords, part, skewness)
+        return own + places_inside(blobs, width, height)
 
     def _closeness(
         self, frame: Frame, blobs: BlobTable

@@ -47,37 +47,51 @@ def split_touching(image: LabelImage, blobs: BlobTable, max_area: float = np.inf
         # Add a margin of pixels outside the blob.
         mask = np.zeros((height + 2, width + 2), np.uint8)
         mask[v - top + 1, u - left + 1] = 1
-        cores = _cores(mask)
-        if cores is None:
+        parts = cores(distance_of(mask))
+        if parts is None:
             continue
-        line = _watershed(cores)[v - top + 1, u - left + 1]
+        line = _watershed(parts)[v - top + 1, u - left + 1]
         image.pixels[v[line], u[line]] = 0
         changed = True
     return changed
 
 
-def _cores(mask: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
-    """The cores of the parts of a blob, or None if it has only one."""
-    distance = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    best, most = None, 1
+def distance_of(mask: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """(H, W) distance of each pixel of a mask from what is outside [px]."""
+    return np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+
+
+def cores(
+    distance: NDArray[np.float32],
+    prominence: float = PROMINENCE,
+) -> NDArray[np.bool_] | None:
+    """The cores of the parts of a blob, or None if it has only one.
+
+    :param distance: of each pixel from what is outside the blob [px].
+    :param prominence: least ratio of a part's largest distance to that of its neck.
+    """
+    best, most, order = None, 1, None
     for level in CUT_LEVELS * float(distance.max()):
         count, part = cv2.connectedComponents((distance > level).view(np.uint8))
         if count <= most + 1:
             continue
+        if order is None:
+            order = distance.argsort(axis=None)
+            ascending = distance.reshape(-1)[order]
         peak = np.zeros(count)
-        np.maximum.at(peak, part.reshape(-1), distance.reshape(-1))
-        prominent = (peak >= PROMINENCE * level) & (np.arange(count) > 0)
+        peak[part.reshape(-1)[order]] = ascending  # the last of each part, its largest, stays
+        prominent = (peak >= prominence * level) & (np.arange(count) > 0)
         if prominent.sum() > most:
             best, most = prominent[part], int(prominent.sum())
     return best
 
 
-def _watershed(cores: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _watershed(parts: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Pixels at which the nearest core changes to the right or in the row below."""
     _, nearest = cv2.distanceTransformWithLabels(
-        (~cores).view(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_CCOMP
+        (~parts).view(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_CCOMP
     )
-    line = np.zeros(cores.shape, bool)
+    line = np.zeros(parts.shape, bool)
     line[:, :-1] = nearest[:, :-1] != nearest[:, 1:]
     line[:-1] |= nearest[:-1] != nearest[1:]
     line[:-1, :-1] |= nearest[:-1, :-1] != nearest[1:, 1:]
