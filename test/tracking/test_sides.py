@@ -33,7 +33,7 @@ def measured(box, expected, variance, *, whole=False, outside=(0, 0)):
         sizes=SimpleNamespace(are_steady=True),
         center=np.array([expected], float), variance=np.array([variance], float),
         maneuvered=np.array([MANEUVER]), unmeasured=np.array([1 / RATE]),
-        speed=np.full(2, SPEED))  # fmt: skip
+        turn_speed=lambda _: np.full((1, 2), SPEED))  # fmt: skip
     usual = np.full((1, 2), FINE)
     blobs = SimpleNamespace(
         z=box.mean(axis=0)[None], R=FINE * np.eye(2)[None], box=box[None],
