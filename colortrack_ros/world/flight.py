@@ -13,6 +13,7 @@ from colortrack_ros.world.state import GRAVITY
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import MOVES
+from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import VELOCITY
 
@@ -58,7 +59,7 @@ def _brake(objects: Motions, kinds: Kinds, dt: float) -> None:
     large as a share of the drag.
     """
     falls = kinds.falls
-    whole, cov = (a[:, MOVES][falls] for a in (objects.whole, objects.cov))
+    whole = objects.whole[:, MOVES][falls]
     v = whole[:, VELOCITY, -1]
     fast = np.linalg.norm(v, axis=1)[:, None]
     k = np.maximum(kinds.drag[falls] + whole[:, DRAG, -1], 0.0)[:, None]
@@ -72,7 +73,7 @@ def _brake(objects: Motions, kinds: Kinds, dt: float) -> None:
     changes[..., -1] = lost
     whole[:, VELOCITY] += changes
     whole[:, POSITION] += dt / 2 * changes
-    cov = whole[..., : cov.shape[-1]]
+    cov = whole[..., :OF_OBJECT]
     changes = cov[..., inputs] @ J.swapaxes(-1, -2)
     cov[..., VELOCITY] += changes
     cov[..., POSITION] += dt / 2 * changes
