@@ -112,8 +112,13 @@ class Foreground:
         return self._config.start == 'background' and self._background.is_learning
 
     def areas(self, frame: Frame, known: Floats) -> Areas | None:
-        """Return the areas of :meth:`find`, and note for how long there have been none."""
-        areas = self.find(frame, known)
+        """Return the areas that differ, or None if too much does since the camera moves.
+
+        Also None if there is no segmentation, and while the background is covered.
+
+        :param known: see find_areas.
+        """
+        areas = self._find(frame, known)
         if self._saw < 0 or not self._is_blind(areas):
             self._saw = frame.stamp
         self.trouble = BLIND if frame.stamp - self._saw > BLIND_SECONDS * NANOSECONDS else ''
@@ -126,13 +131,8 @@ class Foreground:
         unknown = self._background.unknown()
         return unknown is not None and 2 * np.count_nonzero(unknown) > unknown.size
 
-    def find(self, frame: Frame, known: Floats) -> Areas | None:
-        """Return the areas that differ, or None if too much does since the camera moves.
-
-        Also None if there is no segmentation, and while the background is covered.
-
-        :param known: see find_areas.
-        """
+    def _find(self, frame: Frame, known: Floats) -> Areas | None:
+        """Return what areas() does, without noting for how long there have been none."""
         self.is_new = self.is_seen = False
         if self._config.start == 'targets':
             return None
