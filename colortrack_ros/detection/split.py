@@ -57,8 +57,13 @@ def split_touching(image: LabelImage, blobs: BlobTable, max_area: float = np.inf
 
 
 def distance_of(mask: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """(H, W) distance of each pixel of a mask from what is outside [px]."""
-    return np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+    """(H, W) distance of each pixel of a mask from what is outside [px].
+
+    The squares are integers. OpenCV 5 rounds the distances by where in memory they lie, and equal
+    ones must stay equal.
+    """
+    distance = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.sqrt(np.rint(distance * distance))
 
 
 def cores(

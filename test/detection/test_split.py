@@ -5,6 +5,7 @@ import pytest
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection.split import distance_of
 
 RED = (34, 58, 205)
 
@@ -67,3 +68,12 @@ def test_a_ragged_outline_is_no_neck():
     for u in range(20, 300):
         image[30 + random.integers(0, 4) : 70 - random.integers(0, 4), u] = RED
     assert len(Detector(DetectorConfig(split=True)).detect(Frame(image)).rows) == 1
+
+
+def test_distances_of_a_mask_are_exact_wherever_they_lie_in_memory():
+    mask = np.zeros((49, 37), np.uint8)
+    cv2.circle(mask, (18, 24), 15, 1, -1)
+    inside, outside = np.argwhere(mask), np.argwhere(mask == 0)
+    squared = ((inside[:, None] - outside) ** 2).sum(axis=2).min(axis=1)
+    distance = distance_of(mask)[mask != 0]
+    np.testing.assert_array_equal(distance, np.sqrt(squared.astype(np.float32)))
