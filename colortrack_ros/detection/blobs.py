@@ -92,9 +92,9 @@ class BlobTable:
 
     def inside(self, width: int, height: int) -> NDArray[np.bool_]:
         """(N,) whether a blob is clear of the border of a picture of this size."""
-        left, top, wide, high = self.box.T
-        is_inside = (left > 0) & (top > 0) & (left + wide < width) & (top + high < height)
-        return np.asarray(is_inside)
+        low = self.box[:, :2]
+        is_inside = (low > 0) & (low + self.box[:, 2:] < (width, height))
+        return np.asarray(is_inside.all(axis=1))
 
     def take(self, kept: NDArray[np.bool_]) -> 'BlobTable':
         """A subset of the blobs, in the same order, with a copy of their runs."""

@@ -10,6 +10,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.pixels import pixels_at
 from colortrack_ros.detection.pixels import RED_FIRST
+from colortrack_ros.encodings import size_of
 
 PROFILES = 2
 """Number of rows, and of columns, per blob, each with two ends. The median of four tolerates one
@@ -47,6 +48,10 @@ UNSURE = 0.1
 px seems 0.83 to 0.97 times as wide; with half of it, 0.75 to 0.9 times, and sharp noisy outlines
 seem up to a third wider."""
 
+TO_END, ROUND_UP, BEYOND = np.array([1, -1]), np.array([0, 1]), np.iinfo(np.intp).max
+"""Steps outward at the high and at the low end of a profile; of an even number of pixels, the
+middle belongs to the high end. A coordinate beyond all others."""
+
 ENDS = 2
 """Samples whose mean is the color inside, or outside: fewer have more noise, more have less
 reach."""
@@ -56,62 +61,49 @@ reach."""
 class Profiles(Columns):
     """Profiles across the outlines of N blobs, in their middle half: along u, then along v.
 
-    Pixels are v width + u, (N, 2, PROFILES, 2, 1): at the high and at the low end of each profile.
-
-    :param end: the last pixels of the blob.
-    :param least, most: limits: the middle of the blob, and the border of the picture.
-    :param way: (2, 1, 2, 1) step outward.
+    :param line: (N, 2, PROFILES) their rows, and their columns [px].
+    :param end: (N, 2, PROFILES, 2) the last pixel of the blob at the high and at the low end of
+        each, counted along it.
     """
 
+    line: NDArray[np.intp]
     end: NDArray[np.intp]
-    least: NDArray[np.intp]
-    most: NDArray[np.intp]
-    way: NDArray[np.intp]
 
     @classmethod
-    def of(cls, blobs: BlobTable, height: int, width: int) -> 'Profiles':
-        """The profiles of blobs in a picture of this size."""
-        line, low, high = np.empty((3, len(blobs.area), 2, PROFILES), np.intp)
-        row, left, right = blobs.runs.ends()
-        line[:, 0] = _middle(blobs.box[:, 1], blobs.box[:, 3])
-        line[:, 1] = _middle(blobs.box[:, 0], blobs.box[:, 2])
+    def of(cls, blobs: BlobTable) -> 'Profiles':
+        """The profiles of blobs."""
+        corner, size = blobs.box[:, 1::-1, None], blobs.box[:, :1:-1, None]
+        line = corner + (size * IN_MIDDLE_HALF).astype(np.intp)
         mine = line.repeat(blobs.run_count, axis=0)
-        row, left, right = row[:, None], left[:, None], right[:, None]
-        for k, (meets, first, last) in enumerate(
-            [
-                (row == mine[:, 0], left, right - 1),
-                ((left <= mine[:, 1]) & (mine[:, 1] < right), row, row),
-            ]
-        ):
-            last = np.where(meets, last, -1)
-            first = np.where(meets, first, max(height, width))
-            high[:, k] = np.maximum.reduceat(last, blobs.first_run, axis=0)
-            low[:, k] = np.minimum.reduceat(first, blobs.first_run, axis=0)
-        low = np.minimum(low, high)
-        ends = np.empty((3, *line.shape, 2), np.intp)
-        ends[0, ..., 0], ends[0, ..., 1] = high, low
-        ends[1, ..., 0] = ends[2, ..., 1] = (low + high + 1) // 2
-        ends[1, ..., 1] = 0
-        ends[2, :, 0, :, 0], ends[2, :, 1, :, 0] = width - 1, height - 1
-        ends[:, :, 1] *= width
-        line[:, 0] *= width
-        ends += line[..., None]
-        end, least, most = ends[..., None]
-        way = np.array([[[[1], [-1]]], [[[width], [-width]]]])
-        return cls(end, least, most, way)
+        row, left, right = blobs.runs.ends()
+        first, last = np.array([row, left]).T, np.array([row, right - 1]).T
+        meets = (first[..., None] <= mine) & (mine <= last[..., None])
+        high = np.where(meets, last[:, ::-1, None], -1)
+        low = np.where(meets, first[:, ::-1, None], BEYOND)
+        end = np.empty((*line.shape, 2), np.intp)
+        np.maximum.reduceat(high, blobs.first_run, axis=0, out=end[..., 0])
+        low = np.minimum.reduceat(low, blobs.first_run, axis=0)
+        np.minimum(low, end[..., 0], out=end[..., 1])
+        return cls(line, end)
 
-    def across(self, out: NDArray[np.intp]) -> NDArray[np.intp]:
-        """(N, 2, PROFILES, 2, S) pixels, none past the middle.
+    def across(self, out: NDArray[np.intp], height: int, width: int) -> NDArray[np.intp]:
+        """(N, 2, PROFILES, 2, S) pixels, v width + u, none past the middle of the blob.
 
         Where the picture ends before the last of them, they are those at the other end.
 
-        :param out: (N, 1 or 2, S) distance outward from the ends, 0 for the last pixel inside.
+        :param out: (N, S) distance outward from the ends, 0 for the last pixel inside.
         """
-        pixel = self.end + self.way * out[:, :, None, None]
-        limited = np.maximum(pixel, self.least)
-        np.minimum(limited, self.most, out=limited)
-        is_beyond = limited[..., -1:] != pixel[..., -1:]
-        return np.where(is_beyond, limited[:, :, :, ::-1], limited) if is_beyond.any() else limited
+        to_middle = (self.end[..., :1] - self.end[..., 1:] + ROUND_UP) >> 1
+        to_border = np.array([[[width - 1, 0]], [[height - 1, 0]]]) - TO_END * self.end
+        out = out[:, None, None, None]
+        limited = np.minimum(np.maximum(out, -to_middle[..., None]), to_border[..., None])
+        step = np.array([[1], [width]])
+        first = self.end * step[..., None] + (self.line * step[::-1])[..., None]
+        pixel = first[..., None] + (TO_END * step)[:, None, :, None] * limited
+        is_beyond = out[..., -1] > to_border
+        if is_beyond.any():
+            pixel = np.where(is_beyond[..., None], pixel[:, :, :, ::-1], pixel)
+        return pixel
 
 
 def profile_levels(
@@ -119,7 +111,7 @@ def profile_levels(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Colors along profiles across the outlines of blobs, from the inside out.
 
-    :returns: (N, 2, PROFILES, 2, 2 PROFILE_SAMPLES, channels) levels, BGR or gray, and
+    :returns: (channels, N, 2, PROFILES, 2, 2 PROFILE_SAMPLES) levels, BGR or gray, and
         (N, 2 PROFILE_SAMPLES) distances between samples [px].
     """
     minor, _ = blobs.axes
@@ -129,11 +121,12 @@ def profile_levels(
     out = np.rint(gap.cumsum(axis=1)).astype(np.intp).take(BOTH_WAYS, axis=1)
     out[:, :PROFILE_SAMPLES] *= -1
     out[:, :PROFILE_SAMPLES] += 1
-    position = profiles.across(out[:, None])
-    levels = pixels_at(frame, position)[..., :3]
+    levels = pixels_at(frame, profiles.across(out, *size_of(frame)))
+    # Sums over a first axis of three are many times faster than over a last one.
+    channels = levels[..., :3].transpose(5, 0, 1, 2, 3, 4).astype(np.float32, order='C')
     if frame.encoding in RED_FIRST:
-        levels = levels[..., ::-1]
-    return levels.astype(np.float32), gap.take(BOTH_WAYS, axis=1).astype(np.float32)
+        channels = channels[::-1]
+    return channels, gap.take(BOTH_WAYS, axis=1).astype(np.float32)
 
 
 def outline_blur(levels: NDArray[np.float32], gap: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -183,17 +176,12 @@ def has_inside(blobs: BlobTable, blur: NDArray[np.float64]) -> NDArray[np.bool_]
     return np.asarray(blur.max(axis=1) < 2 * np.sqrt(blobs.axes[0]))
 
 
-def _middle(low: NDArray[np.integer], size: NDArray[np.integer]) -> NDArray[np.intp]:
-    """(N, PROFILES) numbers spread over the middle half of [low, low + size)."""
-    return np.asarray(low[:, None] + (size[:, None] * IN_MIDDLE_HALF).astype(np.intp))
-
-
 def object_share(levels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(..., 2 PROFILE_SAMPLES) share of the inside color along profiles, (..., channels)."""
-    outside = levels[..., -ENDS:, :].sum(axis=-2) / ENDS
-    way = levels[..., :ENDS, :].sum(axis=-2) / ENDS - outside
-    way /= np.maximum((way * way).sum(axis=-1), 1)[..., None]
-    share = np.matmul(levels - outside[..., None, :], way[..., None])[..., 0]
+    """(..., 2 PROFILE_SAMPLES) share of the inside color along profiles, (channels, ...)."""
+    outside = levels[..., -ENDS:].sum(axis=-1) / ENDS
+    way = levels[..., :ENDS].sum(axis=-1) / ENDS - outside
+    way /= np.maximum((way * way).sum(axis=0), 1)
+    share = ((levels - outside[..., None]) * way[..., None]).sum(axis=0)
     share -= UNSURE
     share /= 1 - 2 * UNSURE
     return np.minimum(np.maximum(share, 0, out=share), 1, out=share)

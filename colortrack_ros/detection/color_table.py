@@ -141,23 +141,13 @@ class ColorTable:
         :param rgb: (N, 3) red, green, blue.
         :param labels: (N,) of colors, not 0.
         """
-        return np.clip(1 - self._distance(rgb, labels), 0, 1)
-
-    def _distance(self, rgb: NDArray[np.uint8], labels: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """(N, ...) D / tolerance to the color of the label; 2 - D / tolerance if inverted.
-
-        :param rgb: (N, ..., 3).
-        """
-        lab = lab_from_rgb(rgb)
-        distance = np.empty(lab.shape[:-1])
+        lab, closeness = lab_from_rgb(rgb), np.empty(len(rgb))
         found = set(labels.tolist())
         for label in found:
             mine, k = labels == label if len(found) > 1 else slice(None), label - 1
-            squared = self._squared(k, lab[mine].reshape(-1, 3)).reshape(-1, *lab.shape[1:-1])
-            distance[mine] = np.sqrt(squared) / self._tolerance[k]
-            if self._inverted[k]:
-                distance[mine] = 2 - np.nan_to_num(distance[mine])
-        return distance
+            distance = np.sqrt(self._squared(k, lab[mine])) / self._tolerance[k]
+            closeness[mine] = np.nan_to_num(distance) - 1 if self._inverted[k] else 1 - distance
+        return np.minimum(np.maximum(closeness, 0, out=closeness), 1, out=closeness)
 
     def _squared(self, k: int, lab: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N,) D^2 to a color; infinite if one of its others is at least as near."""

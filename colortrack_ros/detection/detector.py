@@ -189,15 +189,16 @@ class Detector:
     ) -> NDArray[np.float64]:
         """(N, 2, 2) covariances of the centroids, from the visible part of each blob."""
         height, width = size_of(frame)
-        skewness = self._skewness.beyond(blobs, blobs.inside(width, height), frame.stamp)
-        profiles = Profiles.of(blobs, height, width)
+        inside = blobs.inside(width, height)
+        skewness = self._skewness.beyond(blobs, inside, frame.stamp)
+        profiles = Profiles.of(blobs)
         levels, gap = profile_levels(frame, blobs, profiles)
         blur = outline_blur(levels, gap)
         along = np.sqrt(blur.diagonal(axis1=1, axis2=2))
         chords = Chords.of(levels, gap, profiles, blobs, along)
         size = height, width
         own = centroid_covariance(blobs, size, spread, blur, chords, part, skewness)
-        return own + places_inside(blobs, width, height)
+        return own + places_inside(blobs, inside)
 
     def _closeness(
         self, frame: Frame, blobs: BlobTable
@@ -207,8 +208,8 @@ class Detector:
         pixel = np.divmod(position, blobs.runs.stride)
         closeness = self._method.closeness(frame, pixel, blobs.label[blob])
         count = len(blobs.area)
-        number = np.bincount(blob, minlength=count)
-        mean, square = (np.bincount(blob, closeness**n, count) / number for n in (1, 2))
+        number = np.minimum(blobs.area, SCORE_PIXELS)
+        mean, square = (np.bincount(blob, c, count) / number for c in (closeness, closeness**2))
         return mean, np.sqrt(np.maximum(square - mean**2, 0))
 
 

@@ -89,14 +89,20 @@ def erode(image: LabelImage, size: int, count: int) -> None:
 def colors_touch(image: LabelImage) -> bool:
     """Whether two colors are adjacent; occasionally True if they are only close."""
     filled, labels = image.content()
-    flat = labels.reshape(-1)
+    words = labels.view(np.uint64).reshape(-1)
     # Above the first row, indexing wraps around to the last.
-    above = image.words[filled - image.stride // WORD].view(np.uint8)
-    return _differ(flat[1:], flat[:-1]) or _differ(flat, above)
+    above = image.words[filled - image.stride // WORD]
+    flat = labels.reshape(-1)
+    left = np.zeros_like(flat)
+    left[1:] = flat[:-1]
+    return _differ(words, above) or _differ(words, left.view(np.uint64))
 
 
-def _differ(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> bool:
-    return bool(((one != other) & (one != 0) & (other != 0)).any())
+def _differ(one: NDArray[np.uint64], other: NDArray[np.uint64]) -> bool:
+    """Whether words of labels have different ones, not 0, in the same place."""
+    differs = one != other
+    first, second = one[differs].view(np.uint8), other[differs].view(np.uint8)
+    return bool(((first != second) & (first != 0) & (second != 0)).any())
 
 
 def open_(image: LabelImage, size: int, count: int) -> None:

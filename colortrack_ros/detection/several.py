@@ -32,17 +32,18 @@ MOST_LOOKED_AT, BOARD = 8, 3000
 """Limits that bound the time: blobs in a picture, and the size of the picture of each [px]."""
 
 
-def places_inside(blobs: BlobTable, width: int, height: int) -> NDArray[np.float64]:
+def places_inside(blobs: BlobTable, inside: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Covariance of where the discs in each blob are, about the centroid; 0 for a single thing.
 
     A detection is of one object, and which of them is open: two discs are one radius off along the
     line between their centers, and not at all across it.
 
+    :param inside: (N,) which blobs are clear of the border of the picture; others are not judged.
     :returns: (N, 2, 2) [px^2].
     """
     covariance = np.zeros((len(blobs.area), 2, 2))
     may_be = (circularity(blobs) < DISC_CIRCULARITY) & (filled(blobs) < MOST_FILLED)
-    may_be &= blobs.inside(width, height)
+    may_be &= inside
     may_be &= may_be.cumsum() <= MOST_LOOKED_AT
     if may_be.any():
         may_be[may_be] = solidity(blobs.take(may_be)) < MOST_SOLID

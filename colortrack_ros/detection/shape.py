@@ -67,7 +67,8 @@ def circularity(blobs: BlobTable) -> NDArray[np.float64]:
 
     Unlike 4 pi A / P^2, it is robust to the ragged outlines of small blobs.
     """
-    inertia = np.sum(blobs.axes, axis=0) + 2 * PIXEL_MOMENT
+    minor, major = blobs.axes
+    inertia = minor + major + 2 * PIXEL_MOMENT
     return np.minimum(blobs.area / (2 * np.pi * inertia), 1)
 
 

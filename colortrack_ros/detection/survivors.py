@@ -11,7 +11,6 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.label_image import LabelImage
@@ -21,8 +20,9 @@ LABELED_SHARE = 0.25
 """Largest share of the picture to label word by word; above it, labeling everything is as fast. The
 constants of this file affect only the time, which `python benchmark/detection.py` measures."""
 
-WORTHWHILE_PIXELS = 1 << 19
-"""Least number of pixels for which it pays: in smaller pictures, labeling everything is as fast."""
+WORTHWHILE_PIXELS = 1 << 18, 1 << 19
+"""Least number of pixels for which it pays, for survivors alone and with what is connected to them:
+in smaller pictures, labeling everything is as fast."""
 
 PICTURES_OF_PAUSE = 16
 """Number of pictures before another attempt after the share was too large. Assumed: one attempt in
@@ -61,13 +61,11 @@ class Survivors:
         """
         height, width = picture.shape[:2]
         self._pause = max(self._pause - 1, 0)
-        if size == 1 or height * width < WORTHWHILE_PIXELS or self._pause:
+        if size == 1 or height * width < WORTHWHILE_PIXELS[self._connected] or self._pause:
             return None
-        step, pixel = picture.strides[0], picture.shape[2]
         if height < 2 * size or width < max(size, WORD):
             return None
-        if picture.strides[1:] != (pixel, 1) or step < 0:
-            return None
+        picture = np.ascontiguousarray(picture)
         image = LabelImage.blank(height, width, old)
         near = self._near(picture, size, label_rows, label_pixels)
         words = _words_near(near, size)
@@ -126,7 +124,7 @@ class Survivors:
                 break
             known[words + (below + 1)] = True
             seen = _at_unknown(filled, known, below) if is_first else found
-            words = _words_beside(image, seen, known)
+            words = _words_beside(image, seen, known) if len(seen) else seen
         filled.sort(kind='stable')  # a merge of few ascending parts
         image.filled = filled
         return True
@@ -137,9 +135,11 @@ def _grid_of(picture: NDArray[np.uint8], size: int) -> NDArray[np.uint8]:
 
     A fourth channel may be that of the next pixel: four bytes are copied faster than three.
     """
-    grid = picture[size // 2 : -1 : size, size // 2 :: size]
-    bytes_ = as_strided(grid, (*grid.shape[:2], 4), (*grid.strides[:2], 1), writeable=False)
-    return np.ascontiguousarray(bytes_.view(np.uint32)).view(np.uint8)
+    half, (row, pixel, _) = size // 2, picture.strides
+    shape = len(picture[half:-1:size]), len(picture[0, half::size])
+    strides = size * row, size * pixel
+    grid = np.ndarray(shape, np.uint32, picture, half * (row + pixel), strides)
+    return grid.copy().view(np.uint8).reshape(*shape, 4)
 
 
 def _words_near(near: NDArray[np.bool_], size: int) -> NDArray[np.intp]:
@@ -222,7 +222,11 @@ def _words_beside(
         words[pixels[:, -1] != 0] + (rows + 1),
     )
     beside = np.concatenate([way.reshape(-1) for way in ways])
-    return np.unique(beside[~known.take(beside + (below + 1))])
+    beside = beside[~known.take(beside + (below + 1))]
+    beside.sort()
+    is_first = np.ones(len(beside), bool)
+    np.not_equal(beside[1:], beside[:-1], out=is_first[1:])
+    return beside[is_first]
 
 
 def _pixels_of(picture: NDArray[np.uint8], words: NDArray[np.intp]) -> NDArray[np.uint8]:
@@ -231,9 +235,8 @@ def _pixels_of(picture: NDArray[np.uint8], words: NDArray[np.intp]) -> NDArray[n
     :param picture: (H, W, channels).
     :param words: (N,) indices in its label image, none in the last row.
     """
-    height, width, channels = picture.shape
-    step, size, per_row = picture.strides[0], WORD * channels, width // WORD + 1
-    count = (height - 1) * step + width * channels - size + 1
-    at_byte = as_strided(picture, (count, size), (1, 1), writeable=False).view(f'V{size}')[:, 0]
-    pixels = at_byte[words * size + words // per_row * (step - per_row * size)]
+    _, width, channels = picture.shape
+    size, padding = WORD * channels, WORD - width % WORD
+    at_byte = np.ndarray(picture.size - size + 1, f'V{size}', picture, strides=(1,))
+    pixels = at_byte[words * size - words // (width // WORD + 1) * (padding * channels)]
     return pixels.view(np.uint8).reshape(1, -1, channels)

@@ -61,7 +61,7 @@ def shares(image):
     runs = LabelImage.empty(*image.shape[:2])
     runs.pixels[...] = (image[..., 0] > 150) & (image[..., 1] < 90)
     blobs = find_blobs(runs, 20)
-    profiles = Profiles.of(blobs, *image.shape[:2])
+    profiles = Profiles.of(blobs)
     return outside_share(profile_levels(Frame(image, 'rgb8'), blobs, profiles)[0])[0]
 
 
@@ -82,7 +82,7 @@ def test_a_gray_object_is_told_from_gray_surroundings_by_its_brightness():
     runs = LabelImage.empty(60, 60)
     runs.pixels[...] = image[..., 0] > 150
     blobs = find_blobs(runs, 20)
-    profiles = Profiles.of(blobs, 60, 60)
+    profiles = Profiles.of(blobs)
     for frame in (Frame(image), Frame(image[..., 0].copy(), 'mono8')):
         share = outside_share(profile_levels(frame, blobs, profiles)[0])
         assert (share[..., :PROFILE_SAMPLES] < 0.1).all()

@@ -45,7 +45,7 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
         runs = LabelImage.empty(*image.shape[:2])
         runs.pixels[...] = image[..., 2] > 140
         blobs = find_blobs(runs, 20)
-        profiles = Profiles.of(blobs, *image.shape[:2])
+        profiles = Profiles.of(blobs)
         (blur,) = outline_blur(*profile_levels(Frame(image), blobs, profiles))
         u, v = np.sqrt(blur.diagonal())
         seen.append((u, v) if angle == 0 else (v, u))

@@ -70,7 +70,7 @@ def test_a_single_thing_of_another_shape_is_not_several(paint):
     paint(image)
     detector = Detector(DetectorConfig())
     assert len(detector.detect(Frame(image)).rows) == 1
-    assert not places_inside(detector.blobs, 320, 240).any()
+    assert not places_inside(detector.blobs, detector.blobs.inside(320, 240)).any()
 
 
 def test_a_highlight_is_no_reason_to_take_two_for_one():

@@ -49,7 +49,7 @@ def everywhere(monkeypatch):
         used.append(image is not None)
         return image
 
-    monkeypatch.setattr(survivors, 'WORTHWHILE_PIXELS', 0)
+    monkeypatch.setattr(survivors, 'WORTHWHILE_PIXELS', (0, 0))
     monkeypatch.setattr(survivors, 'LABELED_SHARE', 1.0)
     monkeypatch.setattr(survivors.Survivors, 'label', counted)
     return used
@@ -58,7 +58,7 @@ def everywhere(monkeypatch):
 def both(config, frame, monkeypatch):
     """Rows and labels with words that are looked for, and with all pixels labeled."""
     found = []
-    for fewest in (0, 1 << 40):
+    for fewest in ((0, 0), (1 << 40, 1 << 40)):
         monkeypatch.setattr(survivors, 'WORTHWHILE_PIXELS', fewest)
         detector = Detector(config)
         found.append((detector.detect(frame).rows, detector.labels))
@@ -124,7 +124,7 @@ def test_all_is_labeled_where_something_else_reads_the_labels(change, everywhere
 
 
 def test_where_colors_are_everywhere_it_is_not_tried_each_time(monkeypatch):
-    monkeypatch.setattr(survivors, 'WORTHWHILE_PIXELS', 0)
+    monkeypatch.setattr(survivors, 'WORTHWHILE_PIXELS', (0, 0))
     tried = []
     near = survivors._words_near
     monkeypatch.setattr(survivors, '_words_near', lambda *a: tried.append(0) or near(*a))
