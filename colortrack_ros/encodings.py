@@ -117,6 +117,8 @@ def to_bgr(image: NDArray[np.uint8], encoding: str) -> NDArray[np.uint8]:
 
 def bgr_at(frame: Frame, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.uint8]:
     """(..., 3) single pixels of a limited-range YUV picture, converted as in :func:`plain`."""
+    if not row.size:
+        return np.zeros((*row.shape, 3), np.uint8)
     luma, u, v = yuv_planes(frame)
     shared = row // (len(luma) // len(u)), column // 2
     y = luma[row, column]

@@ -69,7 +69,8 @@ class ColorFollower:
     """Lets reference colors follow their detections, slowly and within a bound.
 
     In less light, the background comes closer in color, and the tolerance shrinks. It shrinks by
-    half as much, because camera noise does not.
+    half as much, because camera noise does not. Inverted colors stay, and so do those whose
+    tolerance is estimated: they follow the light by themselves.
 
     :param colors: as configured.
     :param bound: largest shift of a color [CIELAB units].
@@ -77,6 +78,7 @@ class ColorFollower:
 
     def __init__(self, colors: tuple[ReferenceColor, ...], bound: float) -> None:
         self._colors, self._bound = colors, bound
+        self._follows = [not (color.inverted or color.is_sought) for color in colors]
         self._lab = np.array([color.lab for color in colors])
         self._way = np.zeros_like(self._lab)
         self._taken = self._way.copy()
@@ -95,7 +97,7 @@ class ColorFollower:
         elapsed = 0 if self._stamp is None else max(stamp - self._stamp, 0) / NANOSECONDS
         self._stamp = stamp
         for k in np.unique(color):
-            if self._colors[k].inverted:
+            if not self._follows[k]:
                 continue
             mean = lab[color == k].mean(axis=0)
             way = self._way[k]
@@ -110,9 +112,9 @@ class ColorFollower:
         lab = np.clip(self._lab + self._way, low, high)
         light = (lab[:, 0] + LAB_OFFSET) / (self._lab[:, 0] + LAB_OFFSET)
         return tuple(
-            _moved(color, (L, a, b), scale)
-            for color, (L, a, b), scale in zip(
-                self._colors, lab.tolist(), np.sqrt(light).tolist(), strict=True
+            _moved(color, (L, a, b), scale) if follows else color
+            for color, follows, (L, a, b), scale in zip(
+                self._colors, self._follows, lab.tolist(), np.sqrt(light).tolist(), strict=True
             )
         )
 

@@ -1,9 +1,15 @@
 """Reference colors that follow the light."""
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 import pytest
+from support.cameras import encode
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.light import ColorFollower
 from colortrack_ros.detection.light import FOLLOW_STEP
@@ -37,3 +43,27 @@ def test_it_goes_no_further_than_the_bound_towards_what_is_far(bound):
 def test_in_less_light_the_tolerance_shrinks_half_as_much():
     color = followed((22.0, 40.0, 30.0), 100.0)
     assert color.tolerance == pytest.approx(20 * np.sqrt((22 + 16) / (60 + 16)), rel=0.05)
+
+
+def test_a_color_whose_tolerance_is_estimated_is_left_to_that():
+    sought = replace(BALL, name='sought', tolerance=0.0)
+    follower, moved = ColorFollower((sought, BALL), 50.0), (sought, BALL)
+    seen = np.array([[50.0, 40.0, 30.0]] * 2)
+    for k in range(60):
+        moved = follower.follow(seen, np.arange(2), k * NANOSECONDS) or moved
+    assert moved[0] is sought
+    assert moved[1].lab[0] < 55
+
+
+@pytest.mark.parametrize('encoding', ['bgr8', 'yuyv', 'nv12'])
+def test_a_color_alone_follows_the_light_in_any_encoding_seen_or_not(encoding):
+    ball = ReferenceColor.from_rgb('ball', (205, 58, 34))
+    detector = Detector(DetectorConfig(colors=(ball,), follow_light=40.0))
+    found = []
+    for k in range(60):
+        image = np.full((120, 160, 3), 120, np.uint8)
+        if k >= 5:
+            cv2.circle(image, (80, 60), 25, (34 + k, 58 + k, 205 - k), -1)
+        frame = encode(image, encoding)
+        found.append(len(detector.detect(replace(frame, stamp=k * NANOSECONDS)).rows))
+    assert found == [0] * 5 + [1] * 55

@@ -77,8 +77,8 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
     )
     follow_light: float = parameter(
         0.0,
-        'Of method color: how far the reference colors may follow slow changes of what is '
-        'detected; 0 for not at all.',
+        'Of method color: how far reference colors with a tolerance may follow slow changes of '
+        'what is detected; 0 for not at all. Those without one always follow the light.',
         unit='CIELAB units',
         minimum=0.0,
         maximum=100.0,
