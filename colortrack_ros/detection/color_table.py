@@ -89,7 +89,7 @@ class ColorTable:
         self.overlaps = bool((touched[np.logical_not(self._inverted)].sum(axis=0) > 1).any())
         self.touched: NDArray[np.bool_] = np.logical_or.reduce(touched)
         self._column_filter = None if HAS_16_BIT_LUT else ColumnFilter(touched)
-        self._survivors = Survivors(self.overlaps)
+        self._survivors = Survivors(self.overlaps, HAS_16_BIT_LUT)
         self._exact = np.zeros(1 << 24, np.uint8)
         self._gray = self.label_colors(np.repeat(np.arange(256)[:, None], 3, axis=1))
 
