@@ -31,10 +31,6 @@ add no information [px]: they come from the same fit, or the same network, and s
 error. Boxes are rounded to whole pixels, and extents are learned from them, so they deviate by a
 little more than half a pixel. 0.5 and 0.75 do equally well on three real cups in several sizes."""
 
-FEW_PAIRS = 100
-"""Number of pairs up to which all are processed even if only some are doubtful: selecting them
-takes longer, and the result is the same."""
-
 LASTING = 4.0
 """Number of frames for which a wrong choice of side makes the same error. Variances are multiplied
 by it, since the filter assumes independent errors in successive frames. Assumed."""
@@ -72,15 +68,27 @@ def measure_centers(
     if shared is not None:
         either |= shared
     some = either.nonzero()[0]
-    if len(some) and (len(some) == len(track) or len(track) <= FEW_PAIRS):
-        _take_sides(prediction, blobs, track, blob, size, of_side, shared, z, R)
-    elif len(some):
+    if len(some):
+        center = _possible(prediction, blobs, track[some], blob[some])
+        free = _are_free(center) if shared is None else _are_free(center) | shared[some]
+        some, center = some[free], center[:, free]
+    if len(some):
         ours = None if shared is None else shared[some]
-        z_some, R_some = z[some], R[some]
         pairs = track[some], blob[some], size[some], of_side[some]
-        _take_sides(prediction, blobs, *pairs, ours, z_some, R_some)
-        z[some], R[some] = z_some, R_some
+        z[some], R[some] = _take_sides(prediction, blobs, *pairs, ours, center, R[some])
     return z, R
+
+
+def _possible(prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices) -> Floats:
+    """Centers, (3, K, 2), that the sides and the centroids of blobs give; see centers()."""
+    extent = prediction.records['extent'].take(track, axis=0)
+    return centers(blobs.z.take(blob, axis=0), blobs.box.take(blob, axis=0), extent)
+
+
+def _are_free(center: Floats) -> Bools:
+    """Which centers, (3, K, 2), lie apart: sides that are not TIED to the centroid, (K,)."""
+    apart = np.maximum.reduce(center) - np.minimum.reduce(center) > TIED
+    return np.asarray(apart[:, 0] | apart[:, 1])
 
 
 def _variance_of_odd(sizes: Sizes, size: Floats, blob: Floats) -> Floats:
@@ -123,10 +131,10 @@ def _take_sides(
     size: Floats,
     of_side: Floats,
     shared: Bools | None,
-    z: Floats,
+    center: Floats,
     R: Floats,
-) -> None:
-    """Replace z, (K, 2), and R, (K, 2, 2), by the centers derived from sides where they are better.
+) -> tuple[Floats, Floats]:
+    """Centers of objects, (K, 2), and R, (K, 2, 2), derived from sides where these are better.
 
     Sides are no better where the box is tied to the centroid. Of an object that turns, bends, or
     gets into a shade the blob has other extents than those learned; whole boxes do not show it.
@@ -134,22 +142,23 @@ def _take_sides(
 
     :param size: (K, 2) of the objects [px], 0 where unknown.
     :param of_side: (K, 2) see side_variance() [px^2].
+    :param center: (3, K, 2) see centers() [px].
+    :param R: (K, 2, 2) of the centroids [px^2].
     """
-    records = prediction.records
-    center = centers(z, blobs.box.take(blob, axis=0), records['extent'].take(track, axis=0))
     shape = 0.0 if prediction.finds_whole else TOLERANCE_SHARE * size
     variance = _variances(center, of_side + shape * shape)
     weight = _sides(prediction, blobs, track, blob, shared, center, variance)
     mean, variance = _as_one(center, variance, weight)
-    partial = records['partial'][track]
+    partial = prediction.records['partial'][track]
     if np.count_nonzero(partial):
         variance += np.where(partial, blobs.variance[blob], 0.0)
     given = by_axis(R)
-    tied = np.ptp(center, axis=0).max(axis=1) <= TIED
-    better = (variance < given) & (size > 0) & ~tied[:, None]
-    np.copyto(z, mean, where=better)
+    better = (variance < given) & (size > 0)
+    if shared is not None:
+        better &= _are_free(center)[:, None]
     np.copyto(given, variance, where=better)
     np.copyto(R.reshape(-1, 4)[:, 1:3], 0.0, where=(better[:, :1] | better[:, 1:]))
+    return np.where(better, mean, center[1]), R
 
 
 def _variances(center: Floats, of_side: Floats) -> Floats:
