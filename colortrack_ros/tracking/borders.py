@@ -33,10 +33,13 @@ class Borders:
         :param box: (M, 2, 2) low and high sides, by axis (u, v) [px].
         :param size: (M, 2) [px], 0 for points, which are ignored.
         """
+        side = OUTWARD * box
+        if not np.count_nonzero(side >= self._line - TOUCHING):
+            return  # as nearly always: what ends at no line moves none
         known = (size > 0).all(axis=1)
         if not np.count_nonzero(known):
             return
-        side, size = (OUTWARD * box)[known], size[known, None]
+        side, size = side[known], size[known, None]
         farthest = side.max(axis=0)
         beyond = farthest > self._line + TOUCHING
         self._least[beyond], self._most[beyond] = np.inf, -np.inf

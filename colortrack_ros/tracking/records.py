@@ -114,7 +114,8 @@ def published(
     covariance, since = rows['covariance'], rows['time_since_update']
     if np.count_nonzero(since):
         coasting = ((since > 0) & ~absent).nonzero()[0]
-        covariance[coasting] = _unseen(records.take(coasting), rows.take(coasting), speed)
+        astray, rate = records['astray'][coasting], records['rate'][coasting]
+        covariance[coasting] = _unseen(rows.take(coasting), astray, rate, speed)
     covariance[:, 2:, 2:] += records['unsettled']
     covariance.reshape(-1, 16)[:, :6:5] += records['systematic'] + bias**2
     rows['score'] = existence
@@ -124,18 +125,19 @@ def published(
     return whole[~absent].view(TRACK)
 
 
-def _unseen(records: Records, rows: NDArray[np.void], speed: Floats) -> Floats:
+def _unseen(rows: NDArray[np.void], astray: Floats, rate: Floats, speed: Floats) -> Floats:
     """Return the covariances of coasting tracks, (K, 4, 4), about their predicted states.
 
     The covariances of the filters are increased by the learned drift of unseen objects, and by the
     mean square of the offset that a maneuver would have caused.
 
-    :param records: (K,), and rows, (K,) of dtype TRACK, of these tracks.
+    :param rows: (K,) of dtype TRACK.
+    :param astray, rate: (K, 2) and (K,) see maneuvers.MANEUVER_FIELDS.
     :param speed: see published().
     """
     T, P = rows['time_since_update'].astype(float), rows['covariance']
     axis = np.arange(2)
-    astray = records['astray'] * T[:, None]
+    astray = astray * T[:, None]
     P[:, axis, axis] += astray * T[:, None] ** 2 / 3
     P[:, axis, axis + 2] += astray * T[:, None] / 2
     P[:, axis + 2, axis] += astray * T[:, None] / 2
@@ -143,7 +145,7 @@ def _unseen(records: Records, rows: NDArray[np.void], speed: Floats) -> Floats:
     if not speed.any():
         return P
     going_on = np.stack([rows[name] for name in ('u', 'v', 'du', 'dv')], axis=1)
-    chance = maneuvers.maneuver_chance(records['rate'], T)
+    chance = maneuvers.maneuver_chance(rate, T)
     mean, P = maneuvering(going_on, P, chance, T, speed)
     aside = mean - going_on
     return np.asarray(P + aside[:, :, None] * aside[:, None, :])

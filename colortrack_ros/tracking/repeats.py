@@ -53,7 +53,10 @@ class Repeats:
         before, self._sum = self._sum, rows['u'].sum()
         if not self._run and abs(self._sum - before) > STILL * len(rows):
             return False  # as nearly always
-        moved = _moved(rows, last) if 0 < len(rows) == len(last) else math.inf
+        alike = 0 < len(rows) == len(last)
+        if not self._run and alike and not _moved(rows[:1], last) <= STILL:
+            return False  # as among many, whose sum stays
+        moved = _moved(rows, last) if alike else math.inf
         passed = (detections.stamp - clock.now) / NANOSECONDS
         if not moved <= STILL:  # nor is it a number, if theirs are not
             if 0 < self._run <= MOST_REPEATS and LEAST_JUMP <= moved < math.inf:

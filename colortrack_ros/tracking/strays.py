@@ -29,6 +29,9 @@ from colortrack_ros.tracking.prediction import Prediction
 
 Indices = NDArray[np.intp]
 
+Chosen = tuple[Hypotheses, NDArray[np.float64]]
+"""Hypotheses and the probability of each."""
+
 STRAYING = 0.01
 """Probability that a detection strays. Assumed: that of an outage."""
 
@@ -70,11 +73,11 @@ def take_strays(
     if not np.count_nonzero(missed):
         return associated
     rest = blobs.take(free)
-    found, probability = _find_noisy(prediction, rest, missed, config)
-    if not len(found):
-        found, probability = _find_sudden(prediction, rest, missed, config)
-    if not len(found):
+    chosen = _find_noisy(prediction, rest, missed, config)
+    chosen = chosen or _find_sudden(prediction, rest, missed, config)
+    if not chosen:
         return associated
+    found, probability = chosen
     found = replace(found, blob=free[found.blob])
     left = associated.free.copy()
     left[found.blob[probability > 0.5]] = False
@@ -87,7 +90,7 @@ def take_strays(
 
 def _find_noisy(
     prediction: Prediction, blobs: Measurements, missed: NDArray[np.bool_], config: TrackerConfig
-) -> tuple[Hypotheses, NDArray[np.float64]]:
+) -> Chosen | None:
     """Find badly measured tracks: blobs of the right size within a wider gate; see _choose()."""
     wide = replace(blobs, R=STRAY_SPREAD * blobs.R)
     track, blob = gate(prediction, wide, config)
@@ -100,7 +103,7 @@ def _find_noisy(
 
 def _find_sudden(
     prediction: Prediction, blobs: Measurements, missed: NDArray[np.bool_], config: TrackerConfig
-) -> tuple[Hypotheses, NDArray[np.float64]]:
+) -> Chosen | None:
     """Find tracks that have suddenly moved fast, and replace their predictions; see _choose().
 
     An object that fast is smeared, so its blob need not have its size.
@@ -110,10 +113,12 @@ def _find_sudden(
     sudden = replace(prediction, maneuvered=chance, speed=speed)
     track, blob = gate(sudden, blobs, config)
     mine = missed[track]
-    found, probability = _choose(sudden, blobs, track[mine], blob[mine], 0.0, missed, config)
-    T, maneuvered = prediction.unmeasured[found.track], found.innovations.maneuvered
-    prediction.bank.maneuver(found.track, maneuvered, T, speed)
-    return found, probability
+    chosen = _choose(sudden, blobs, track[mine], blob[mine], 0.0, missed, config)
+    if chosen:
+        found, _ = chosen
+        T, maneuvered = prediction.unmeasured[found.track], found.innovations.maneuvered
+        prediction.bank.maneuver(found.track, maneuvered, T, speed)
+    return chosen
 
 
 def _choose(
@@ -124,19 +129,21 @@ def _choose(
     log_prior: float,
     missed: NDArray[np.bool_],
     config: TrackerConfig,
-) -> tuple[Hypotheses, NDArray[np.float64]]:
-    """Associate tracks, (K,), with blobs, (K,); return hypotheses and their probabilities.
+) -> Chosen | None:
+    """Associate tracks, (K,), with blobs, (K,); None if nothing is found, as nearly always.
 
     :param log_prior: log of the prior probability of a stray or of a sudden start.
     :param missed: (N,) tracks without a measurement.
     """
+    if not len(track):
+        return None
     found = hypothesize(prediction, blobs, track, blob)
     found.innovations.log_likelihood[:] += log_prior
     gain = score(found, prediction, blobs, config)
     chosen, probability = ASSOCIATORS[config.associator](found.track, found.blob, gain)
     found = found.take(chosen)
     alone = _is_alone(prediction, found, missed).nonzero()[0]
-    return found.take(alone), probability[alone]
+    return (found.take(alone), probability[alone]) if len(alone) else None
 
 
 def _is_alone(

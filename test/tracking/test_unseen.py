@@ -38,11 +38,10 @@ def test_what_is_unseen_is_where_maneuvers_and_accelerations_may_have_taken_it(T
         np.array([80.0, -30.0]),
         np.array([60, 90]),
     )
-    records = {'astray': np.array([density]), 'rate': np.array([rate])}
     rows = np.zeros(1, TRACK)
     rows['time_since_update'], rows['covariance'] = T, P
     rows['du'], rows['dv'] = velocity
-    got = _unseen(records, rows, speed if rate else np.zeros(2))[0]
+    got = _unseen(rows, np.array([density]), np.array([rate]), speed if rate else np.zeros(2))[0]
     expected = sampled(P, velocity, density, rate, T, speed)
     scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
     np.testing.assert_allclose(got / scale, expected / scale, atol=0.02)
