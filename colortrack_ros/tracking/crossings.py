@@ -263,13 +263,11 @@ def _compare(
     lines, of_lines = _lines(records, both, stamp)
     mean, cov = np.append(mean, lines, axis=0), np.append(cov, of_lines, axis=0)
     k = np.arange(2 * count)
-    same, crossed = 2 * count + k, 2 * count + np.roll(k, count)
-    chance = np.append(chance, chance)
-    own, exchanged = (
-        log_likelihood_ratio(mean, cov, k, line, chance, T, prediction.speed)
-        for line in (same, crossed)
-    )
-    return np.asarray((own - exchanged).reshape(2, count).sum(axis=0))
+    line = 2 * count + np.append(k, np.roll(k, count))  # as they are, and exchanged
+    both, chance, T = np.tile(k, 2), np.tile(chance, 4), np.tile(T, 2)
+    ratio = log_likelihood_ratio(mean, cov, both, line, chance, T, prediction.speed)
+    own, exchanged = ratio.reshape(2, 2, count)
+    return np.asarray((own - exchanged).sum(axis=0))
 
 
 def _coasted(mean: Floats, cov: Floats, T: Floats, q: float) -> tuple[Floats, Floats]:

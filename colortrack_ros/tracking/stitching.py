@@ -235,15 +235,15 @@ def log_likelihood_ratio(
     """
     one, P = mean[lost, :4], cov[lost, :4, :4]
     other, other_P = mean[found, :4], cov[found, :4, :4]
-    log = [np.log1p(-np.minimum(chance, ALMOST)), np.log(np.maximum(chance, TINY))]
-    for i, (center, spread) in enumerate([(one, P), turned(one, P, T, speed)]):
-        log[i] = log[i] + _log_density(other - center, spread + other_P)
+    turned_one, turned_P = turned(one, P, T, speed)
+    log = _log_density(other - np.array([one, turned_one]), np.array([P, turned_P]) + other_P)
+    log += np.log1p(-np.minimum(chance, ALMOST)), np.log(np.maximum(chance, TINY))
     any_S = speed**2 * np.eye(2) + other_P[:, 2:, 2:]
     return np.asarray(np.logaddexp(*log) - _log_density(other[:, 2:], any_S))
 
 
 def _log_density(e: Floats, S: Floats) -> Floats:
-    """Log of N(e; 0, S), (K,), for (K, n) and (K, n, n)."""
-    S = S * (1 + LOAD * np.eye(e.shape[1]))
-    d2 = (e * np.linalg.solve(S, e[..., None])[..., 0]).sum(axis=1)
-    return np.asarray(-0.5 * (d2 + np.linalg.slogdet(S)[1] + e.shape[1] * LOG_2PI))
+    """Log of N(e; 0, S), (...), for (..., n) and (..., n, n)."""
+    S = S * (1 + LOAD * np.eye(e.shape[-1]))
+    d2 = (e * np.linalg.solve(S, e[..., None])[..., 0]).sum(axis=-1)
+    return np.asarray(-0.5 * (d2 + np.linalg.slogdet(S)[1] + e.shape[-1] * LOG_2PI))
