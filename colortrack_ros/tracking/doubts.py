@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from colortrack_ros.data import Columns
 from colortrack_ros.data import NANOSECONDS
@@ -25,6 +24,7 @@ from colortrack_ros.tracking.prediction import known_acceleration
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.prediction import process_variance
 from colortrack_ros.tracking.prediction import Step
+from colortrack_ros.tracking.rectangles import nearest_points
 from colortrack_ros.tracking.strays import SETTLED_HITS
 from colortrack_ros.tracking.strays import STRAY_SPREAD
 from colortrack_ros.tracking.strays import STRAYING
@@ -99,8 +99,7 @@ def reconsider(
     for bank in (before, now):
         bank.predict(step.dt, variance, known_acceleration(doubted, config))
     floor = math.log(config.clutter_density or learned.density)
-    tree = cKDTree(blobs.z)
-    fit = [np.maximum(_nearest(bank, blobs, tree), floor) for bank in (before, now)]
+    fit = [np.maximum(_nearest(bank, blobs), floor) for bank in (before, now)]
     back = ((fit[0] > floor) & (fit[0] - fit[1] + doubts.log_odds > 0)).nonzero()[0]
     tracks.filters.put(row[back], doubts.bank.take(back))
     passed = (step.now - records['updated'][row]) / NANOSECONDS
@@ -119,12 +118,12 @@ def join(one: DoubtedTurns | None, other: DoubtedTurns | None) -> DoubtedTurns |
     return one.take(one.track_id.argsort())
 
 
-def _nearest(bank: Bank, blobs: Measurements, tree: cKDTree) -> Floats:
+def _nearest(bank: Bank, blobs: Measurements) -> Floats:
     """Log-likelihoods of the detections nearest to what is predicted, (K,); -inf if far."""
     if not len(blobs):
         return np.full(len(bank), -np.inf)
     center = bank.mean[0, :, :2]
-    blob = tree.query(center)[1]
+    blob = nearest_points(blobs.z, center)
     S = bank.cov[0, :, :2, :2] + blobs.R[blob]
     fit, best = log_density(blobs.z[blob] - center, S), log_density(np.zeros_like(center), S)
     return np.where(2 * (best - fit) > SURPRISING, -np.inf, fit)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from colortrack_ros.tracking.rectangles import DENSE
+from colortrack_ros.tracking.rectangles import nearest_points
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -147,17 +147,9 @@ def count_found(expected: Floats, variance: Floats, z: Floats) -> int:
     return int(np.count_nonzero(_agreeing(z, expected, np.sqrt(variance))[0]))
 
 
-def _nearest(z: Floats, x: Floats) -> NDArray[np.intp]:
-    """Return the index of the detection, of (M, 2), nearest to each position x, (N, 2)."""
-    if len(z) * len(x) > DENSE:
-        return np.asarray(cKDTree(z).query(x)[1])
-    u, v = z[:, 0] - x[:, :1], z[:, 1] - x[:, 1:]
-    return np.asarray((u * u + v * v).argmin(axis=1))
-
-
 def _agreeing(z: Floats, expected: Floats, sigma: Floats) -> tuple[Bools, NDArray[np.intp]]:
     """Return which predictions, (N,), have a detection close by, and the index of the nearest."""
-    nearest = _nearest(z, expected)
+    nearest = nearest_points(z, expected)
     near = np.abs(z[nearest] - expected) <= NEAR_SIGMAS * sigma
     return near[:, 0] & near[:, 1], nearest
 
@@ -172,7 +164,7 @@ def _refined(z: Floats, expected: Floats, sigma: Floats, start: EgoMotion) -> Eg
     near, motion = NEAR_SIGMAS * float(np.median(sigma)), start
     for reach in (float(np.median(apart)) / 3, float(np.median(apart)) / 6, near):
         moved = motion.of(expected)
-        nearest = _nearest(z, moved)
+        nearest = nearest_points(z, moved)
         close = np.hypot(*(z[nearest] - moved).T) <= max(reach, near)
         if np.count_nonzero(close) <= FEWEST:
             return start

@@ -1,4 +1,4 @@
-"""Rectangles: finds all points inside each of them."""
+"""Rectangles: finds all points inside each of them, or the one nearest to each center."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +71,17 @@ def _nearest_inside(
     point = found[rectangle, place]
     inside = (np.abs(points[point] - center[rectangle]) <= half[rectangle]).all(axis=1)
     return rectangle[inside], point[inside]
+
+
+def nearest_points(points: Floats, center: Floats) -> Indices:
+    """Find the point, of (M, 2), nearest to each center, (N, 2); (N,) indices.
+
+    If there are few pairs, all are compared, as in points_inside().
+    """
+    if len(points) * len(center) > DENSE:
+        return np.asarray(cKDTree(points).query(center)[1])
+    u, v = points[:, 0] - center[:, :1], points[:, 1] - center[:, 1:]
+    return np.asarray((u * u + v * v).argmin(axis=1))
 
 
 def _within(x: Floats, last: float) -> Floats:

@@ -7,13 +7,13 @@ disc is whole again. Its history tells it from an object that met another: that 
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.tracking.prediction import LAST_FRAME
 from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.rectangles import nearest_points
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -49,9 +49,10 @@ def note_hosts(records: Records, prediction: Prediction) -> None:
     hosts = known.nonzero()[0]
     if not len(hosts):
         return
-    apart, nearest = cKDTree(prediction.center[hosts]).query(records['origin'])
-    records['host'] = prediction.records['track_id'][hosts[nearest]]
-    records['farthest'] = records['apart_last'] = apart
+    nearest = hosts[nearest_points(prediction.center[hosts], records['origin'])]
+    away = records['origin'] - prediction.center[nearest]
+    records['host'] = prediction.records['track_id'][nearest]
+    records['farthest'] = records['apart_last'] = np.hypot(away[:, 0], away[:, 1])
     records['noted'] = prediction.step.now
 
 
