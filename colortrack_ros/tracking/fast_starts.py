@@ -79,7 +79,7 @@ def start_fast(
         return new
     density = max(learned.density, (len(new) - 1) / learned.area)  # clutter may just have set in
     lines = _find(prediction, blobs, first, second, new, density)
-    if not len(lines.blob):
+    if lines is None or not len(lines.blob):
         return new
     _start(tracks, lines, blobs, prediction)
     return new[~np.isin(new, lines.blob)]
@@ -111,8 +111,8 @@ def _find(
     second: Indices,
     new: Indices,
     density: float,
-) -> ThreePoints:
-    """Return the lines, each detection in one at most, the least likely by chance first.
+) -> ThreePoints | None:
+    """Return the lines, each detection in one at most, the least likely by chance first; or None.
 
     :param density: of unassociated detections [1/px^2].
     """
@@ -129,9 +129,10 @@ def _find(
     way2 = (step * step).sum(axis=1)
     half = np.sqrt(rare / np.maximum(way2, noise))[:, None].repeat(2, axis=1)
     pair, third = points_inside(ahead, half, blobs.z[new], MOST_NEXT)
+    if not len(pair):
+        return None  # as nearly always
     one, other, blob = one[pair], other[pair], new[third]
-    e = blobs.z[blob] - ahead[pair]
-    aside2 = (e * e).sum(axis=1) + noise
+    aside2 = np.square(blobs.z[blob] - ahead[pair]).sum(axis=1) + noise
     by_chance = (np.pi * density) ** 2 * way2[pair] * aside2
     good = (by_chance < COINCIDENCES) & (aside2 < way2[pair] / 4)
     good &= _are_alike(prediction, blobs, one, other, blob)

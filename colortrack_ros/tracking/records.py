@@ -136,12 +136,11 @@ def _unseen(rows: NDArray[np.void], astray: Floats, rate: Floats, speed: Floats)
     :param speed: see published().
     """
     T, P = rows['time_since_update'].astype(float), rows['covariance']
-    axis = np.arange(2)
-    astray = astray * T[:, None]
-    P[:, axis, axis] += astray * T[:, None] ** 2 / 3
-    P[:, axis, axis + 2] += astray * T[:, None] / 2
-    P[:, axis + 2, axis] += astray * T[:, None] / 2
-    P[:, axis + 2, axis + 2] += astray
+    entries, astray = P.reshape(-1, 16), astray * T[:, None]
+    entries[:, :6:5] += astray * T[:, None] ** 2 / 3
+    entries[:, 2:8:5] += astray * T[:, None] / 2
+    entries[:, 8:14:5] += astray * T[:, None] / 2
+    entries[:, 10::5] += astray
     if not speed.any():
         return P
     going_on = np.stack([rows[name] for name in ('u', 'v', 'du', 'dv')], axis=1)

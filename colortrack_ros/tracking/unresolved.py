@@ -169,6 +169,8 @@ def _find_candidates(
     track = missing[one]
     same = (prediction.records['color'][track] == blobs.rows['color'][blob]).nonzero()[0]
     track, blob = track[same], blob[same]
+    if not len(track):
+        return track, blob
     away = prediction.center[track] - blobs.z[blob]
     owned = np.unique(blob)
     owned = owned[owner[owned] >= 0]
