@@ -67,17 +67,14 @@ class Records(Columns, dict[str, NDArray[Any]]):
         super().extend(other)
         self.clear()
 
-    def blank(self: Some, count: int) -> Some:
-        """A table of so many rows with the same fields, which are 0."""
-        table = self.part(slice(0))
-        for name, block in table.columns().items():
-            vars(table)[name] = np.zeros((len(block), count, *block.shape[2:]), block.dtype)
-        return table
-
-    def joined(self: Some, below: Some) -> Some:
-        """A table of these rows and of others below them."""
-        table = self.part(slice(None))
-        table.extend(below)
+    def grown(self: Some, count: int) -> Some:
+        """A table of these rows and so many more below them, whose fields are 0."""
+        table = type(self).__new__(type(self))
+        vars(table).update(vars(self))
+        for name, block in self.columns().items():
+            more = np.zeros((len(block), len(self) + count, *block.shape[2:]), block.dtype)
+            more[:, : len(self)] = block
+            vars(table)[name] = more
         return table
 
     def copy(self: Some) -> Some:

@@ -55,15 +55,15 @@ class TrackTable(Columns, Generic[Filters]):
         :param stamp: of their frame [ns].
         :return: a view of their records, to be filled in.
         """
-        count = len(filters)
-        new = self.records.blank(count)
+        count, first = len(filters), len(self)
+        self.records = self.records.grown(count)
+        new = self.records.part(slice(first, None))
         new['track_id'] = np.arange(self.next_id, self.next_id + count)
         new['born'] = new['updated'] = stamp
         new['hits'], new['state'] = 1, TENTATIVE
         self.next_id += count
         self.filters.extend(filters)
-        self.records = self.records.joined(new)
-        return self.records.part(slice(len(self.records) - count, None))
+        return new
 
     def record_hits(self, track: Indices | Bools | slice, stamp: int) -> None:
         """Record a measurement of tracks (indices, mask or slice) at the stamp [ns]."""
