@@ -285,11 +285,11 @@ def table_of(room, method, seed):
 
 def main():
     parser = argparse.ArgumentParser('mistakes', description=__doc__)
-    parser.add_argument('rooms', nargs='*', choices=list(ROOMS), default=list(ROOMS))
+    parser.add_argument('rooms', nargs='*', choices=list(ROOMS))
     parser.add_argument('--method', default='ground')
     parser.add_argument('--seed', type=int, default=0)
     a = parser.parse_args()
-    for room in a.rooms:
+    for room in a.rooms or ROOMS:
         Console(width=150).print(table_of(room, a.method, a.seed))
 
 
