@@ -112,7 +112,8 @@ class Doubts:
         # an object whose measurement was refused may have been moved
         unused = objects.updates[:, camera] == self._stamp
         unused &= (bound & (method == 'ground')) | (method == 'depth')
-        self._fit(camera, inconsistency(objects.belief, camera, sizes.take(unused)))
+        reported, sizes = bool(self._unfit[camera]), sizes.take(unused)
+        self._fit(camera, inconsistency(objects.belief, camera, sizes, reported))
         made = self._made()
         odometry = self._mistakes[camera].odometry
         return [made] if made else [line for line in (height, size, odometry) if line]
