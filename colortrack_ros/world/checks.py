@@ -16,9 +16,11 @@ from colortrack_ros.world.matching import seen_sizes
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.objects import Objects
+from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import columns_of
 from colortrack_ros.world.state import HEIGHT
 from colortrack_ros.world.state import Kinds
+from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import LOWEST
@@ -86,6 +88,14 @@ def beyond(track: int, config: LocatorConfig) -> str:
         f'track {track}: its ray does not meet the ground, or its size or depth says so, within '
         f'max_range of {config.max_range:g} m: it is not located; if that is so for most, '
         'camera_pose is wrong (positive pitch looks down, roll is near 0)'
+    )
+
+
+def unknown(color: int, count: int) -> str:
+    """Report a track of a color that is not one of so many."""
+    return (
+        f'track of color {color}: expected one of the {count} in colors, which are those of the '
+        'detector in its order'
     )
 
 
@@ -224,22 +234,32 @@ def expected_blobs(
 
     For one robot. The camera errors correlate the diameters.
     """
-    motion, errors, count = belief.motion, belief.errors, len(kinds)
+    errors, count, cases = belief.errors, len(kinds), len(belief.errors.mean)
+    kinds = kinds.take(np.tile(np.arange(count), cases))
+    size, slope, own = blobs_of(belief.motion, errors, view, kinds, config.ground_height, camera)
+    slope = slope.reshape(cases, count, slope.shape[1])
+    cov = slope @ errors.cov @ slope.swapaxes(1, 2)
+    cov[:, np.arange(count), np.arange(count)] += own.reshape(cases, count)
+    size, cov = mixture(np.exp(belief.log_weight), size.reshape(cases, 1, count), cov[:, None])
+    return size[0], cov[0]
+
+
+def blobs_of(
+    motion: Motions, errors: CameraErrors, view: View, kinds: Kinds, ground: float, camera: int
+) -> tuple[Floats, Floats, Floats]:
+    """Return the expected blob diameters of N objects at the estimated camera errors, (N,) [px].
+
+    :return: them, their derivative by the errors, (N, 8 C), and their variance if the errors were
+        as estimated, (N,) [px^2].
+    """
     mean, _ = motion.combined(errors)
-    case, each = np.divmod(np.arange(len(mean)), max(count, 1))
-    kinds = kinds.take(each)
     of = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
-    state = np.concatenate([mean, errors.mean[case][:, of]], axis=1)
-    z, H = expected(view, state, kinds.diameter, kinds.height + config.ground_height)
+    known = np.repeat(errors.mean[:, of], len(mean) // len(errors.mean), axis=0)
+    state = np.concatenate([mean, known], axis=1)
+    z, H = expected(view, state, kinds.diameter, kinds.height + ground)
     h, p = H[:, BLOB], motion.probability[:, :, None, None]
     of_object = h[:, None, :OF_OBJECT]
     slope = (of_object @ (p * motion.slope).sum(axis=1))[:, 0]
     slope[:, of] += h[:, OF_OBJECT:]
     own = (of_object @ (p * motion.cov).sum(axis=1) @ of_object.swapaxes(1, 2))[:, 0, 0]
-    slope = slope.reshape(len(errors.mean), count, slope.shape[1])
-    cov = slope @ errors.cov @ slope.swapaxes(1, 2)
-    cov[:, np.arange(count), np.arange(count)] += own.reshape(len(cov), count)
-    size, cov = mixture(
-        np.exp(belief.log_weight), z[:, BLOB].reshape(len(cov), 1, count), cov[:, None]
-    )
-    return size[0], cov[0]
+    return z[:, BLOB], slope, own

@@ -18,9 +18,11 @@ from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.checks import beyond
 from colortrack_ros.world.checks import coarse
 from colortrack_ros.world.checks import outside
+from colortrack_ros.world.checks import unknown
 from colortrack_ros.world.checks import unsaid
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.doubts import Doubts
+from colortrack_ros.world.margins import Margins
 from colortrack_ros.world.matching import measured_of
 from colortrack_ros.world.matching import taken_detections
 from colortrack_ros.world.measurement import BLOB
@@ -33,9 +35,6 @@ from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import jumped
 from colortrack_ros.world.view import View
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 NEVER = 1e9
 """Cost of an incompatible pair of track and object: above that of any compatible pair."""
@@ -75,7 +74,7 @@ class Locator:
     def configure(self, config: LocatorConfig) -> None:
         """Apply changed parameters; all objects restart."""
         self._config = config
-        self._kinds = Kinds.of(config)
+        self._kinds, self._margins = Kinds.of(config), Margins(config, self._cameras)
         self.reset()
 
     def reset(self) -> None:
@@ -103,21 +102,29 @@ class Locator:
         :param camera: index of the camera that took the picture.
         """
         self._advance(tracks.stamp, view)
-        detections = self._inside(detections, view)
+        if trouble := outside(detections, view):
+            self._tell(trouble)
+            detections = replace(detections, rows=detections.rows[:0])
         rows = self._known(tracks)
         taken = taken_detections(rows, detections)
         self._follow(rows, camera)
         rows, seen = rows[taken >= 0], detections.rows[taken[taken >= 0]]
         kinds = self._kinds.take(rows['color'].astype(np.intp))
         measured = measured_of(seen, kinds, self._config, view.camera, depth)
+        found, stamp = rows['track_id'], tracks.stamp
+        if line := self._margins.see(stamp, found, measured, kinds, view, camera):
+            self._config = self._margins.config
+            self.reset()
+            restarted = self.update(tracks, detections, view, depth, camera)
+            self._tell(line)
+            return restarted
         self._recognize(rows, measured, view, camera)
-        self._correct(rows['track_id'], measured, view, camera)
+        self._correct(found, measured, view, camera)
         self._start(rows, measured, view, camera)
-        found = rows['track_id']
-        self._doubts.see(tracks.stamp, view, found, measured, kinds, self._objects, camera)
+        self._doubts.see(stamp, view, found, measured, kinds, self._objects, camera)
         for line in self._doubts.lines(self._objects, found, seen, view, camera):
             self._tell(line)
-        return self.locations(tracks.stamp)
+        return self.locations(stamp)
 
     def locations(self, stamp: int) -> Locations:
         """Return the objects at a time [ns], predicted if it is later than the last picture.
@@ -181,22 +188,12 @@ class Locator:
         recent = self._heard[self._stamp - self._heard <= SILENT * NANOSECONDS]
         return np.asarray(self._objects.updated < recent.min(initial=self._stamp))
 
-    def _inside(self, detections: Detections, view: View) -> Detections:
-        """Return the detections, none if the picture's size differs from the calibration's."""
-        if trouble := outside(detections, view):
-            self._tell(trouble)
-            return replace(detections, rows=detections.rows[:0])
-        return detections
-
     def _known(self, tracks: Tracks) -> NDArray[np.void]:
         """Return the tracks with known colors."""
         known = tracks.rows['color'] < len(self._kinds)
         if known.all():
             return tracks.rows
-        self._tell(
-            f'track of color {tracks.rows["color"][~known][0]}: expected one of the '
-            f'{len(self._kinds)} in colors, which are those of the detector in its order'
-        )
+        self._tell(unknown(tracks.rows['color'][~known][0], len(self._kinds)))
         return np.asarray(tracks.rows[known])
 
     def _follow(self, tracks: NDArray[np.void], camera: int) -> None:
@@ -287,12 +284,12 @@ class Locator:
         sure = variance < np.square(UNCERTAIN * away[near])  # not of NaN
         tracks, count = tracks[sure], int(np.count_nonzero(sure))
         ids, self._next_id = self._next_id + np.arange(count), self._next_id + count
-        each = np.zeros((count, self._cameras), np.int64)
-        self._objects.extend(
-            Objects(
-                tracks['track_id'].astype(np.int64) if self._cameras == 1 else ids,
-                tracks['color'].astype(np.int64), each, each.astype(np.uint8), each.astype(float),
-                each.copy(), belief.take(sure), kinds.take(sure),
-            )
-        )  # fmt: skip
+        if self._cameras == 1:
+            ids = tracks['track_id'].astype(np.int64)
+        colors, belief, kinds = (
+            tracks['color'].astype(np.int64),
+            belief.take(sure),
+            kinds.take(sure),
+        )
+        self._objects.extend(Objects.begun(ids, colors, self._cameras, belief, kinds))
         self._objects.link(np.arange(-count, 0), tracks, camera, self._stamp)

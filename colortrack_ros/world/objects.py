@@ -42,11 +42,22 @@ class Objects(Columns):
     @classmethod
     def none(cls, kinds: Kinds, cameras: int, belief: Belief) -> 'Objects':
         """Create an empty table."""
-        ids, each = np.zeros(0, np.int64), np.zeros((0, cameras), np.int64)
-        return cls(
-            ids, ids, each, each.astype(np.uint8), each.astype(float), each,
-            belief, kinds.take(ids),
-        )  # fmt: skip
+        ids = np.zeros(0, np.int64)
+        return cls.begun(ids, ids, cameras, belief, kinds.take(ids))
+
+    @classmethod
+    def begun(
+        cls,
+        ids: NDArray[np.int64],
+        colors: NDArray[np.int64],
+        cameras: int,
+        belief: Belief,
+        kinds: Kinds,
+    ) -> 'Objects':
+        """Create a table of objects, (N,), that are not linked to tracks yet."""
+        each = np.zeros((len(ids), cameras), np.int64)
+        scores = each.astype(float)
+        return cls(ids, colors, each, each.astype(np.uint8), scores, each.copy(), belief, kinds)
 
     @property
     def state(self) -> NDArray[np.uint8]:
