@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.world.lens import Lens
 from colortrack_ros.world.lens import LENSES
+from colortrack_ros.world.lens import WIDEST
 
 Floats = NDArray[np.float64]
 
@@ -92,6 +93,12 @@ class CameraModel:
             )
         if width <= 0 or height <= 0:
             raise CalibrationError(f'calibration of {width}x{height} pixels: expected a picture')
+        if max(width / K[0, 0], height / K[1, 1]) > 2 * WIDEST:
+            raise CalibrationError(
+                f'calibration with fx {K[0, 0]:g}, fy {K[1, 1]:g} px of {width}x{height} pixels: '
+                f'expected focal lengths above {1 / (2 * WIDEST):g} of the picture (1: the camera '
+                'has not been calibrated)'
+            )
         return cls(K, _lens(distortion_model, D), width, height)
 
     @classmethod

@@ -139,6 +139,7 @@ def test_rectified_pictures_of_the_right_camera_of_a_pair_are_refused():
         ({'k': (0,) * 9}, 'has not been calibrated'),
         ({'k': (520, 0, 320, 0, float('nan'), 240, 0, 0, 1)}, 'finite'),
         ({'k': (520, 0, 320, 0, -520, 240, 0, 0, 1)}, 'above 0'),
+        ({'k': (1, 0, 0, 0, 1, 0, 0, 0, 1)}, 'above 0.1 of the picture'),
         ({'width': 0}, '0x480'),
         (
             {'roi': part_of(400, 0, 320, 240)},
