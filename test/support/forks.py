@@ -5,6 +5,7 @@ Each is a process of its own that runs its program from the first line to the la
 
 from collections.abc import Callable
 import contextlib
+import ctypes
 import functools
 import gc
 import importlib
@@ -13,27 +14,34 @@ import inspect
 import json
 import os
 from pathlib import Path
+import pkgutil
+import re
 import select
 import signal
 import socket
 import subprocess
 import sys
 
+from colortrack_ros import node_kit
 from colortrack_ros.detection.cells import cell_bounds
 
-ROOMS = ('contours', 'detection', 'drawing', 'parameters', 'scenes', 'simulation', 'sources',
-         'tracking', 'windows', 'world')  # fmt: skip
-"""What takes long and is without ROS: rclpy starts threads, which no fork has."""
+ROOMS = ('contours', 'detection', 'drawing', 'messages', 'parameters', 'scenes', 'simulation',
+         'sources', 'tracking', 'windows', 'world')  # fmt: skip
+"""What takes long. Not the nodes: programs of tests replace what these import."""
 
 AS_WELL = ('colortrack_ros.flow.backlog', 'colortrack_ros.flow.faults', 'colortrack_ros.flow.order',
            'colortrack_ros.flow.stage', 'colortrack_ros.signals',
-           'colortrack_ros.world.locator', 'ament_index_python.packages',
-           'diagnostic_msgs.msg', 'geometry_msgs.msg', 'lifecycle_msgs.msg',
-           'lifecycle_msgs.srv', 'nav_msgs.msg', 'rcl_interfaces.msg', 'rcl_interfaces.srv',
-           'rosgraph_msgs.msg', 'rpyutils', 'sensor_msgs.msg', 'statistics', 'std_msgs.msg',
-           'std_srvs.srv', 'type_description_interfaces.srv', 'visualization_msgs.msg',
-           'yaml')  # fmt: skip
-"""What rclpy and every node import besides: half of the 250 ms that a node's imports take."""
+           'colortrack_ros.world.locator', 'diagnostic_msgs.msg', 'geometry_msgs.msg',
+           'lifecycle_msgs.msg', 'lifecycle_msgs.srv', 'nav_msgs.msg', 'rcl_interfaces.msg',
+           'rcl_interfaces.srv', 'rosgraph_msgs.msg', 'sensor_msgs.msg', 'std_msgs.msg',
+           'std_srvs.srv', 'type_description_interfaces.srv', 'visualization_msgs.msg')  # fmt: skip
+"""What every node imports besides."""
+
+SIZE_OF_SIGSET = 128
+"""Of sigset_t, on Linux [bytes]."""
+
+THREADS = 3
+"""Of a process that is forked: its own, and two in which LTTng waits for somebody who traces."""
 
 
 @functools.cache
@@ -136,11 +144,37 @@ def _serve(requests: socket.socket) -> Callable[[dict[str, str]], None] | None:
             content, statuses, *_ = socket.recv_fds(requests, 1 << 20, 1)
             if not content:
                 return None
-            pid = os.fork()
+            pid = _fork()
             if not pid:
                 return functools.partial(_run, *json.loads(content))
             children[os.pidfd_open(pid)] = pid, statuses[0]
             requests.send(str(pid).encode())
+
+
+def _fork() -> int:
+    """Fork, and tell LTTng, which rclpy loads: else a child that ends looks for its threads."""
+    signals = ctypes.create_string_buffer(SIZE_OF_SIGSET)
+    before, in_parent, in_child = _hooks_of_tracing()
+    before(signals)
+    pid = os.fork()
+    (in_parent if pid else in_child)(signals)
+    return pid
+
+
+@functools.cache
+def _hooks_of_tracing() -> list[Callable[[object], object]]:
+    """What LTTng has to be told before a fork, and after it in the parent and in the child.
+
+    These are the three of lttng-ust.h for programs that fork, as of its versions 2.12 and 2.13.
+    """
+    loaded = re.findall(r'/\S*liblttng-ust\S*', Path('/proc/self/maps').read_text())
+    for path in sorted(set(loaded)):
+        library = ctypes.CDLL(path)
+        for prefix in ('ust', 'lttng_ust'):
+            if hasattr(library, f'{prefix}_before_fork'):
+                moments = ('before_fork', 'after_fork_parent', 'after_fork_child')
+                return [getattr(library, f'{prefix}_{moment}') for moment in moments]
+    return [lambda _: None] * 3
 
 
 def _run(
@@ -174,11 +208,12 @@ def _load_type_support() -> None:
 def _main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     before = dict(os.environ)
-    for name in (*(f'colortrack_ros.{room}' for room in ROOMS), *AS_WELL):
+    parts = [f'node_kit.{part.name}' for part in pkgutil.iter_modules(node_kit.__path__)]
+    for name in (*(f'colortrack_ros.{room}' for room in (*ROOMS, *parts)), *AS_WELL):
         importlib.import_module(name)
     _load_type_support()
     cell_bounds()  # 40 ms of each detector's start
-    assert len(os.listdir('/proc/self/task')) == 1
+    assert len(os.listdir('/proc/self/task')) <= THREADS
     inspect.getmodule(inspect.currentframe())  # where each module is: rclpy asks as it first logs
     gc.freeze()  # a child that looks for garbage would copy all of it
     do = _serve(socket.socket(fileno=int(sys.argv[1])))
