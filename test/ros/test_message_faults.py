@@ -11,6 +11,9 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
+from support.forks import program_of
+from support.packed import packed
+from support.packed import UNPACKING
 from support.paths import DATA
 from support.ros_domain import Ros
 
@@ -29,8 +32,9 @@ from colortrack_ros.scenes import open_scene
 
 pytestmark = pytest.mark.slow
 
-COUNT, DEPTH = 10_000, 900
-"""Mutated messages on each subscription, and how many wait at once."""
+COUNT, DEPTH, TOGETHER = 10_000, 900, 30
+"""Mutated messages on each subscription, how many wait at once, and, but for the first of those,
+how many come in one."""
 
 SCENE = open_scene('five?width=320&height=240')
 STAMP = (2**31 - 10) * 10**9
@@ -168,8 +172,8 @@ class Crowd:
             for topic, good in GOOD.items()
         }
         self.processes = {
-            node: ros.start(
-                node.rpartition('/')[2],
+            node: ros.start_code(
+                UNPACKING + program_of(node.rpartition('/')[2]),
                 *('-r', f'__ns:={node.rpartition("/")[0]}'),
                 **parameters(node),
             )
@@ -188,12 +192,16 @@ class Crowd:
         self.refused[node] = int(values['refused'])
         self.skipped[node] = int(values.get('skipped', 0))
 
-    def publish(self, messages: dict[str, list]) -> None:
-        """Publish on each topic, and wait until all is worked on."""
+    def publish(self, messages: dict[str, list], together: int = 1) -> None:
+        """Publish on each topic, and wait until all is worked on.
+
+        :param together: how many come in one message.
+        """
         for topic, some in messages.items():
             self.sent[topic] += len(some)
-            for message in some:
-                self.publishers[topic].publish(message)
+            for k in range(0, len(some), together):
+                batch = some[k : k + together]
+                self.publishers[topic].publish(packed(batch) if together > 1 else batch[0])
         assert self.ros.spin(self.all_heard), f'{self.sent} {self.taken} {self.refused}'
 
     def all_heard(self) -> bool:
@@ -225,7 +233,8 @@ def test_ten_thousand_mutated_messages_on_each_subscription_do_no_harm(crowd):
     wrong = {topic: mutations(good, seed) for seed, (topic, good) in enumerate(GOOD.items())}
     held = []
     for start in range(0, COUNT, DEPTH):
-        crowd.publish({topic: some[start : start + DEPTH] for topic, some in wrong.items()})
+        some = {topic: all_of_it[start : start + DEPTH] for topic, all_of_it in wrong.items()}
+        crowd.publish(some, together=TOGETHER if start else 1)
         held.append(list(crowd.memory().values()))
     growth = np.diff(held, axis=0)
     # A leak grows with every message, also with the later ones; what Python and C keep to use it
