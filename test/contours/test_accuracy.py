@@ -85,6 +85,6 @@ def test_with_the_values_of_the_document_it_is_no_worse_than_there_where_its_lin
 
 @pytest.mark.slow
 def test_no_more_targets_than_allowed():
-    _, frames = played('approach')
+    _, frames = played('approach', 'width=320&height=240', '20.8')
     tracker = ContourTracker(ContourConfig(max_targets=2))
     assert max(len(tracker.update(one).rows) for one in frames[:100]) == 2

@@ -118,6 +118,11 @@ def test_what_bounces_falls_freely_and_never_into_the_ground():
     assert np.diff(height)[falls] == pytest.approx(0.01 * means, abs=1e-9)
 
 
+def dark_room(*configs, **parameters):
+    """One whose pictures nobody looks at: to have the rays of each pixel takes longest."""
+    return room(*configs, picture_size=(16, 16), **parameters)
+
+
 def drive(simulation, speed, turn, seconds, ticks=50):
     simulation.robot.command(speed, turn)
     for _ in range(round(seconds * ticks)):
@@ -126,23 +131,23 @@ def drive(simulation, speed, turn, seconds, ticks=50):
 
 @pytest.mark.slow
 def test_a_robot_drives_the_circle_that_it_is_told():
-    simulation = room()
+    simulation = dark_room()
     drive(simulation, 0.5, 0.5, 2 * np.pi / 0.5)
     robot = simulation.robot
     # it starts from standing: 0.1 s at half of the speed
     assert (robot.place.x, robot.place.y) == pytest.approx((0, 0), abs=0.06)
     assert robot.odometry == robot.place
-    half = room()
+    half = dark_room()
     drive(half, 0.5, 0.5, np.pi / 0.5)
     assert half.robot.place.y == pytest.approx(2.0, abs=0.06)
 
 
 @pytest.mark.slow
 def test_a_robot_stops_at_walls_and_things():
-    simulation = room(ThingConfig(path=(2.0, 0.0)))
+    simulation = dark_room(ThingConfig(path=(2.0, 0.0)))
     drive(simulation, 1.0, 0.0, 5.0)
     assert simulation.robot.place.x == pytest.approx(1.7, abs=0.05)
-    simulation = room()
+    simulation = dark_room()
     drive(simulation, 1.0, 0.0, 8.0)
     assert simulation.robot.place.x == pytest.approx(5.8, abs=0.05)
 
@@ -151,7 +156,7 @@ def test_a_robot_stops_at_walls_and_things():
 def test_odometry_drifts_by_as_much_as_was_asked_for():
     ends = []
     for seed in range(200):
-        simulation = room(odometry_drift=(0.03, 0.05), seed=seed, picture_size=(16, 16))
+        simulation = dark_room(odometry_drift=(0.03, 0.05), seed=seed)
         drive(simulation, 1.0, 0.0, 4.1, ticks=10)
         ends.append(simulation.robot.odometry.x - simulation.robot.place.x)
     assert np.std(ends) == pytest.approx(0.06, rel=0.2)

@@ -89,7 +89,7 @@ def test_objects_keep_their_tracks_as_a_perfect_detector_or_a_bad_one_sees_them(
 
 @pytest.mark.slow
 def test_tracks_go_on_while_the_light_falls_to_a_third_and_turns_yellow():
-    scene = open_scene('light' + HALF)
+    scene = open_scene('light' + HALF + '&rate=15')  # more changes from frame to frame than at 24
     detectors = [
         detector_of(scene, 25.0, white_balance='gray_world'),
         detector_of(scene, 50.0, white_balance='gray_world'),
