@@ -107,6 +107,7 @@ class BrownConrady(Lens):
 
     def undistort(self, seen: Floats) -> Floats:
         """See :meth:`Lens.undistort`; by Newton steps."""
+        seen = np.asfortranarray(seen)  # NumPy then loops over the points, not over two coordinates
         # strong barrel distortion may only be defined within the limit: start inside it
         radius = np.sqrt(np.square(seen).sum(axis=1) / self._limit)
         flat = seen / np.maximum(1, radius)[:, None]
@@ -121,11 +122,11 @@ class BrownConrady(Lens):
                 det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
                 step_x = (J[:, 1, 1] * rest[:, 0] - J[:, 0, 1] * rest[:, 1]) / det
                 step_y = (J[:, 0, 0] * rest[:, 1] - J[:, 1, 0] * rest[:, 0]) / det
-                flat = flat - np.stack([step_x, step_y], axis=1)
+                flat = flat - np.stack([step_x, step_y]).T
             lost = ~(error < CONVERGED) | (np.square(flat).sum(axis=1) > self._limit)
         flat[lost] = np.nan
         rays = np.concatenate([flat, np.ones((len(flat), 1))], axis=1)
-        return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+        return np.ascontiguousarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
 
     def bent(self, by: float) -> Lens:
         """See :meth:`Lens.bent`."""
