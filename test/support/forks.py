@@ -21,6 +21,7 @@ import signal
 import socket
 import subprocess
 import sys
+import warnings
 
 from colortrack_ros import node_kit
 from colortrack_ros.detection.cells import cell_bounds
@@ -156,7 +157,9 @@ def _fork() -> int:
     signals = ctypes.create_string_buffer(SIZE_OF_SIGSET)
     before, in_parent, in_child = _hooks_of_tracing()
     before(signals)
-    pid = os.fork()
+    with warnings.catch_warnings():  # as of Python 3.12: of threads, which are LTTng's alone
+        warnings.simplefilter('ignore', DeprecationWarning)
+        pid = os.fork()
     (in_parent if pid else in_child)(signals)
     return pid
 
