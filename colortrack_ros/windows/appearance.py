@@ -16,6 +16,7 @@ from colortrack_ros.windows.correlation import CorrelationFilter
 from colortrack_ros.windows.correlation import Spectrum
 from colortrack_ros.windows.features import CELL
 from colortrack_ros.windows.features import describe
+from colortrack_ros.windows.features import Features
 from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.features import Pixels
 from colortrack_ros.windows.features import sample
@@ -60,6 +61,11 @@ LEAST_CELLS = 8
 """Least width and height of a region in cells: the width of the filter's peak, and as much on
 either side."""
 
+LEAST_DISTRACTOR, DISTRACTOR_DISTANCE = 0.25, 0.75
+"""Least response of a distractor, as a share of that of the target, and its least distance from it
+along either axis, as a share of the size. Assumed: one walker answers 0.2 to 0.5 to the filter of
+another (benchmark/notes/windows.md), and those who walk side by side overlap a little."""
+
 CENTERED = 1.0
 """Largest offset of a target from the center of a glimpse that is learned from [cells]. Derived:
 INNER leaves 1.3 cells of a square target on either side."""
@@ -84,7 +90,7 @@ class Sighting(NamedTuple):
 
     z: (u, v) [px]; R: (2, 2) its covariance [px^2]; peak: height of the response there; contrast:
     likelihood of the target's colors there, less its mean over the glimpse, -1 to 1; glimpse: what
-    was searched.
+    was searched; answer: (rows, columns) the response.
     """
 
     z: Floats
@@ -92,6 +98,7 @@ class Sighting(NamedTuple):
     peak: float
     contrast: float
     glimpse: Glimpse
+    answer: Features
 
 
 class Appearance:
@@ -140,7 +147,7 @@ class Appearance:
         # Noise in the filter's bandwidth shifts a peak of width sigma by sigma / (peak / noise).
         sigma = self._filter.sigma / max(peak / (float(answer.std()) + LEAST_DIVISOR), 1.0)
         R = (sigma**2 + 1 / 12) * self._cell**2 * np.eye(2)  # quantized to a cell
-        return Sighting(z, R, peak, contrast, glimpse)
+        return Sighting(z, R, peak, contrast, glimpse, answer)
 
     def likeness(self, seen: Sighting) -> float:
         """How much a sighting resembles the target, 0 to 1: the geometric mean of two ratios.
@@ -183,12 +190,28 @@ class Appearance:
             glimpse = self._glimpse(frame, center)
         else:
             glimpse = seen.glimpse
+        if seen is not None:
+            self._unlearn_distractor(frame, center, seen)
         self._filter.learn(glimpse.spectrum, (center - glimpse.center) / self._cell)
         self._colors.learn(glimpse.patch)
         if seen is not None:
             self._sightings += 1
             new = np.array([seen.peak, seen.contrast])
             self._usual += (new - self._usual) / min(self._sightings, USUAL_FRAMES)
+
+    def _unlearn_distractor(self, frame: Frame, center: Floats, seen: Sighting) -> None:
+        """Unlearn what responds most beside the target, if it does so clearly."""
+        rows, columns = seen.answer.shape
+        middle = self._cells // 2 + (center - seen.glimpse.center) / self._cell
+        beside_u, beside_v = (
+            np.abs(np.arange(n) - at) >= DISTRACTOR_DISTANCE * side
+            for n, at, side in zip((columns, rows), middle, self._target, strict=True)
+        )
+        others = np.where(beside_v[:, None] | beside_u, seen.answer, -1.0)
+        v, u = np.unravel_index(int(others.argmax()), others.shape)
+        if others[v, u] >= LEAST_DISTRACTOR * seen.peak:
+            place = seen.glimpse.center + ((u, v) - self._cells // 2) * self._cell
+            self._filter.unlearn(self._glimpse(frame, place).spectrum)
 
     @property
     def _cell(self) -> float:

@@ -193,3 +193,15 @@ def test_while_its_template_is_found_a_target_is_looked_at_in_every_other_frame(
         (row,) = tracker.update(frame(picture, k)).rows
         assert row['state'] == CONFIRMED
     assert len(looks) == 20 * share
+
+
+@pytest.mark.parametrize('seed', [33, 35])
+def test_what_was_seen_beside_a_target_and_then_covers_it_is_not_taken_for_it(seed):
+    """Its look is more than half that of the target, and it goes on when it has covered it."""
+    look, other = texture(seed, 31, 31), texture(seed + 100, 31, 31)
+    tracker = WindowTracker(WindowConfig(min_similarity=1.0), around((160, 120)))
+    for k in range(80):
+        picture = shown(0.55 * look + 0.45 * other, (280 - 3 * k, 120), shown(look, (160, 120)))
+        for row in tracker.update(frame(picture, k)).rows:
+            away = np.hypot(row['u'] - 160, row['v'] - 120)
+            assert away < 31 or row['state'] != CONFIRMED
