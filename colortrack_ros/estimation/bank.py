@@ -135,15 +135,17 @@ class Bank(Columns):
         P = joseph(cov, K, R)
         if self.design is not None:
             self.design[:, rows] = joseph(design, K, R)
-        if share is None and (self.model.modes == 1 or self.model.selected):
+        if share is None and (len(x) == 1 or self.model.selected):
             self.mean[:, rows], self.cov[:, rows] = x + step, P
         else:
             d2 = (e.swapaxes(-1, -2) @ inverse @ e)[..., 0, 0]
             log = np.log(np.maximum(self.weight[:, track], TINY)) - 0.5 * (d2 + np.log(det))
             weight = np.maximum(np.exp(log - log.max(axis=0)), LEAST_WEIGHT)
             weight /= weight.sum(axis=0)
-            share = np.ones(len(track)) if share is None else share
-            self._merge(track, step, P, share * weight, share)
+            if share is None:
+                self.mean[:, rows], self.cov[:, rows], self.weight[:, rows] = x + step, P, weight
+            else:
+                self._merge(track, step, P, share * weight, share)
         if self.model.selected:
             measured = np.zeros(self.weight.shape[1], bool)
             measured[track] = True

@@ -52,6 +52,7 @@ from colortrack_ros.tracking.rhythm import Rhythm
 from colortrack_ros.tracking.stitching import find_stitches
 from colortrack_ros.tracking.stitching import stitch
 from colortrack_ros.tracking.strays import take_strays
+from colortrack_ros.tracking.turns import UndecidedTurns
 from colortrack_ros.tracking.unresolved import follow_shared
 from colortrack_ros.tracking.unresolved import share_centroids
 from colortrack_ros.tracking.update import update
@@ -91,7 +92,7 @@ class Tracker:
         self._memory = Memory(self._tracks.take(np.zeros(0, np.intp)), self._population)
         self._adaptation = Adaptation(config.max_time_since_update)
         self._doubts: DoubtedTurns | None = None
-        self._period = FIRST_PERIOD
+        self._period, self._turns = FIRST_PERIOD, UndecidedTurns(model)
         self._repeats, self._rhythm = Repeats(), Rhythm()
 
     def reset(self, why: str = '') -> None:
@@ -140,7 +141,7 @@ class Tracker:
         members = shared.member if shared is not None else NOBODY
         associated = take_strays(prediction, blobs, associated, members, config)
         self._doubts = join(doubts, doubt(prediction, associated))
-        update(tracks, prediction, blobs, associated, learned, config)
+        update(tracks, prediction, blobs, associated, learned, self._turns, config)
         if shared is not None:
             follow_shared(tracks, shared, prediction, blobs)
         tell_apart(tracks, associated.pairs, prediction, config)

@@ -26,8 +26,8 @@ from colortrack_ros.tracking.rectangles import runs
 from colortrack_ros.tracking.resolution import Resolution
 from colortrack_ros.tracking.splinters import find_hosts
 from colortrack_ros.tracking.splinters import leave_out_splinters
+from colortrack_ros.tracking.turns import UNLIKELY
 from colortrack_ros.tracking.update import MOST_LOG_RATIO
-from colortrack_ros.tracking.update import UNLIKELY
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

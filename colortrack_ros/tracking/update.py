@@ -24,16 +24,12 @@ from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.records import record_size
 from colortrack_ros.tracking.second_difference import learn_acceleration
+from colortrack_ros.tracking.turns import UndecidedTurns
+from colortrack_ros.tracking.turns import UNLIKELY
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
-
-UNLIKELY = 0.01
-"""Maneuvers less probable than this do not change the filter: mixing them in would raise its gain
-in every frame for something that hardly ever happens. On labels of juggled balls, IDF1 is 99.4 %
-with 6 switches without them, 99.2 % with 10 with them. They do count in the published covariance,
-see _unsettle()."""
 
 SINCE = ((np.arange(5) + 0.5) / 5) ** 2
 """Times since a maneuver over T, by the midpoint rule in their square roots: recent ones, which
@@ -70,6 +66,7 @@ def update(
     blobs: Measurements,
     associated: Association,
     learned: Adaptation,
+    turns: UndecidedTurns,
     config: TrackerConfig,
 ) -> None:
     """Update filters, existence and sizes, and learn from the frame."""
@@ -84,7 +81,6 @@ def update(
         _learn(learned, prediction, blobs, taken, whole, config)
     every = len(taken) == len(prediction.center)  # whether all are measured
     _unsettle(tracks.records, prediction, taken, every=every)
-    _maneuver(tracks.filters, prediction, taken)
     if config.acceleration_span:
         learn_acceleration(
             tracks.records,
@@ -93,8 +89,7 @@ def update(
             prediction.step.now,
             config.acceleration_span,
         )
-    share = None if associated.hard else probability
-    tracks.filters.correct(pairs.track, pairs.z, pairs.R, share)
+    turns.correct(prediction, associated, taken, learned, config)
     if learned.maneuvers.is_due(prediction.step.now):
         variance = (taken.R[whole, 0, 0] + taken.R[whole, 1, 1]) / 2
         learned.maneuvers.learn(
@@ -166,14 +161,6 @@ def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses, *, ev
     chance = prediction.maneuvered[rows] * (taken.innovations.maneuvered <= UNLIKELY)
     chance /= 1 - chance + chance * np.add.reduce(weight[:, 0])
     records['unsettled'][rows] = (chance * np.array([uu, uv, uv, vv])).T.reshape(-1, 2, 2)
-
-
-def _maneuver(bank: Bank, prediction: Prediction, taken: Hypotheses) -> None:
-    """Replace the predictions of tracks that have maneuvered, judging by their measurements."""
-    turned = (taken.innovations.maneuvered > UNLIKELY).nonzero()[0]
-    if len(turned):
-        track, maneuvered = taken.track[turned], taken.innovations.maneuvered[turned]
-        bank.maneuver(track, maneuvered, prediction.unmeasured[track], prediction.turn_speed(track))
 
 
 def _update_existence(prediction: Prediction, pairs: Hypotheses, measured: Bools) -> None:

@@ -58,7 +58,7 @@ def rmse(place, frames, **options):
     ],
 )  # fmt: skip
 def test_boxes_that_grow_or_shrink_do_not_draw_tracks_aside(growth, first_size):
-    scenes = [frames_of(growth, seed, first_size) for seed in range(4)]
+    scenes = [frames_of(growth, seed, first_size) for seed in range(8)]
     with_boxes, without = (
         np.mean([rmse(*scene, use_boxes=boxes) for scene in scenes]) for boxes in (True, False)
     )
