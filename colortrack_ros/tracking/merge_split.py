@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.tracking.duplicates import leave_out_duplicates
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import hypothesize
 from colortrack_ros.tracking.measurements import Measurements
@@ -30,13 +31,16 @@ def merge_split(
         association, with pairs for the tracks that share, and without the pieces among the free
         blobs.
     """
-    records, pairs, probability = prediction.records, associated.pairs, associated.probability
     if not prediction.sized:
         return blobs, associated
-    overlaps.look(blobs.box, blobs.rows['color'])
-    paired = len(pairs) == len(records) == len(blobs) and not np.count_nonzero(associated.free)
+    records, left, single = prediction.records, np.count_nonzero(associated.free), blobs
+    paired = len(associated.pairs) == len(records) == len(blobs) and not left
+    if not (paired and records['state'].all()):  # else all are confirmed
+        associated, single = leave_out_duplicates(prediction, blobs, associated)
+    overlaps.look(single.box, single.rows['color'])
     if paired or overlaps.are_resolved:
         return blobs, associated
+    pairs, probability = associated.pairs, associated.probability
     taken = np.where(prediction.unmeasured > 0, -1, -2)
     sure = probability > 0.5
     taken[pairs.track[sure]] = pairs.blob[sure]

@@ -1,0 +1,45 @@
+"""An object that is reported twice in a frame is one object."""
+
+import numpy as np
+import pytest
+from support.silhouettes import points
+from support.silhouettes import RATE
+
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.tracking import Tracker
+
+FRAMES, SIDE = 90, 40.0
+
+
+def reported(random, center, jitter, twice):
+    """Centers and sizes of the boxes of a frame: sides are off by so much [px]."""
+    center = np.concatenate([center, center[random.random(len(center)) < twice]])
+    low, high = (side * SIDE / 2 + random.normal(0, jitter, center.shape) for side in (-1, 1))
+    order = random.permutation(len(center))
+    return (center + (low + high) / 2)[order], (high - low)[order]
+
+
+@pytest.mark.parametrize('twice', [0.2, 0.5, 1.0])
+@pytest.mark.parametrize('jitter', [0.5, 1.0])
+@pytest.mark.parametrize('count', [1, 5])
+def test_what_is_found_twice_has_one_track(count, jitter, twice):
+    random, tracker, seen = np.random.default_rng(0), Tracker(), []
+    start, speed = np.array([[150.0, 150.0 * n] for n in range(count)]), np.array([60.0, 15.0])
+    for k in range(FRAMES):
+        z, size = reported(random, start + speed * k / RATE, jitter, twice)
+        rows = tracker.update(points(z, round(k * NANOSECONDS / RATE), 0.0, size=size)).rows
+        seen += [set(rows['track_id'][rows['state'] > 0])]
+    assert seen[-1] == set.union(*seen)
+    assert len(seen[-1]) == count
+
+
+def test_two_that_pass_in_boxes_that_coincide_keep_their_tracks():
+    tracker, ids = Tracker(), []
+    for k in range(FRAMES):
+        way = 3.0 * (k - 45)
+        z = np.array([[300 + way, 200.0], [300 - way, 206.0]])
+        z += np.random.default_rng(k).normal(0, 1, z.shape)
+        rows = tracker.update(points(z, round(k * NANOSECONDS / RATE), 1.0, size=(40, 40))).rows
+        ids += [rows['track_id'][rows['u'].argsort()].tolist()]
+    assert ids[20] == ids[-1][::-1]
+    assert len(ids[20]) == 2
