@@ -48,7 +48,7 @@ class UndecidedTurns(Columns):
 
     def __init__(self, model: MotionModel) -> None:
         self.track_id = np.zeros(0, np.uint32)
-        self.both = Bank(model)
+        self.both, self._has_modes = Bank(model), model.modes > 1
         self.both.mean, self.both.cov, self.both.weight = (
             np.repeat(field, 2, axis=0)
             for field in (self.both.mean, self.both.cov, self.both.weight)
@@ -66,8 +66,8 @@ class UndecidedTurns(Columns):
 
         :param taken: the associated pairs that are more likely than not.
         """
-        bank, turning = prediction.bank, (taken.innovations.maneuvered > UNLIKELY).nonzero()[0]
-        if not associated.hard or bank.model.modes > 1:
+        bank, turning = prediction.bank, np.flatnonzero(taken.innovations.maneuvered > UNLIKELY)
+        if not associated.hard or self._has_modes:
             _merge_turns(prediction, associated, taken.take(turning))
             return
         if not (turning.size or self.track_id.size):
