@@ -29,9 +29,12 @@ def pixels_at(frame: Frame, position: NDArray[np.intp]) -> NDArray[np.uint8]:
     :param position: v width + u.
     """
     height, width = size_of(frame)
+    if not is_yuv(frame) and frame.image.flags.c_contiguous:
+        return frame.image.reshape(height * width, -1).take(position, axis=0)
+    pixel = np.divmod(position, width)
     if is_yuv(frame):
-        return bgr_at(frame, *np.divmod(position, width))
-    return frame.image.reshape(height * width, -1).take(position, axis=0)
+        return bgr_at(frame, *pixel)
+    return frame.image[pixel].reshape(*position.shape, -1)
 
 
 def rgb_at(frame: Frame, pixel: Pixels) -> NDArray[np.uint8]:

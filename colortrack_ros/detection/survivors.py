@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from colortrack_ros.detection.label_image import LabelImage
@@ -67,7 +68,9 @@ class Survivors:
             return None
         if height < 2 * size or width < max(size, WORD):
             return None
-        picture = np.ascontiguousarray(picture)
+        step, pixel = picture.strides[0], picture.shape[2]
+        if picture.strides[1:] != (pixel, 1) or step < 0:
+            return None
         image = LabelImage.blank(height, width, old)
         near = self._near(picture, size, label_rows, label_pixels)
         words = _words_near(near, size)
@@ -140,7 +143,7 @@ def _grid_of(picture: NDArray[np.uint8], size: int) -> NDArray[np.uint8]:
     half, (row, pixel, _) = size // 2, picture.strides
     shape = len(picture[half:-1:size]), len(picture[0, half::size])
     strides = size * row, size * pixel
-    grid = np.ndarray(shape, np.uint32, picture, half * (row + pixel), strides)
+    grid = np.ndarray(shape, np.uint32, _bytes_of(picture), half * (row + pixel), strides)
     return grid.copy().view(np.uint8).reshape(*shape, 4)
 
 
@@ -238,7 +241,16 @@ def _pixels_of(picture: NDArray[np.uint8], words: NDArray[np.intp]) -> NDArray[n
     :param words: (N,) indices in its label image, none in the last row.
     """
     _, width, channels = picture.shape
-    size, padding = WORD * channels, WORD - width % WORD
-    at_byte = np.ndarray(picture.size - size + 1, f'V{size}', picture, strides=(1,))
-    pixels = at_byte[words * size - words // (width // WORD + 1) * (padding * channels)]
+    step, size, per_row = picture.strides[0], WORD * channels, width // WORD + 1
+    content = _bytes_of(picture)
+    at_byte = np.ndarray(content.size - size + 1, f'V{size}', content, strides=(1,))
+    pixels = at_byte[words * size + words // per_row * (step - per_row * size)]
     return pixels.view(np.uint8).reshape(1, -1, channels)
+
+
+def _bytes_of(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """All bytes from the first pixel to the last, with the padding of rows; a view."""
+    if picture.flags.c_contiguous:
+        return picture.reshape(-1)
+    count = (len(picture) - 1) * picture.strides[0] + picture[0].size
+    return as_strided(picture, (count,), (1,), writeable=False)

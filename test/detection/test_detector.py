@@ -1,4 +1,5 @@
 from dataclasses import replace
+import tracemalloc
 
 from hypothesis import assume
 from hypothesis import given
@@ -191,6 +192,17 @@ def test_a_padded_picture_is_not_copied_nor_changed():
     padded, plain = detector.detect(Frame(wide[:, :80])), detector.detect(Frame(narrow))
     np.testing.assert_array_equal(padded.rows, plain.rows)
     np.testing.assert_array_equal(wide, before)
+
+
+def test_padded_rows_of_a_large_picture_are_not_copied_to_be_without():
+    wide = scene([(400, 300, 40), (900, 200, 30)], (720, 1296)).image
+    detector = Detector(CONFIG)
+    for _ in range(2):  # memory is reused from the second picture on
+        tracemalloc.start()
+        assert len(detector.detect(Frame(wide[:, :1280])).rows) == 2
+        _, most = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+    assert most < wide.nbytes / 2
 
 
 def test_a_configuration_counts_from_the_next_frame_on():
