@@ -69,8 +69,7 @@ class Records(Columns, dict[str, NDArray[Any]]):
 
     def grown(self: Some, count: int) -> Some:
         """A table of these rows and so many more below them, whose fields are 0."""
-        table = type(self).__new__(type(self))
-        vars(table).update(vars(self))
+        table = self.part(slice(None))
         for name, block in self.columns().items():
             more = np.zeros((len(block), len(self) + count, *block.shape[2:]), block.dtype)
             more[:, : len(self)] = block

@@ -98,6 +98,8 @@ class Margins:
         :param tracks: IDs; objects count when they begin and when their sizes have changed.
         :param measured: their measurements; sizes count if another range is measured, too.
         """
+        if self._doubted:
+            return ''
         due = abs(stamp - self._stamps[camera]) >= NANOSECONDS
         if due:
             self._stamps[camera] = stamp
@@ -105,11 +107,13 @@ class Margins:
             self._sizes.clear()
         fresh = [(camera, track) not in self._sizes for track in tracks.tolist()]
         rows = measured.used[:, BLOB] & (np.array(fresh, bool) | due)
-        if self._doubted or not rows.any():
+        if not rows.any():
             return ''
         self._compare(tracks[rows], measured.take(rows), kinds.take(rows), view, camera)
-        ratio = float(np.median(self._ratios)) if self._ratios else 1.0
-        if self._odds <= DISTRUSTED or not 1 / LARGEST_BOXES < ratio < LARGEST_BOXES:
+        if self._odds <= DISTRUSTED:
+            return ''
+        ratio = float(np.median(self._ratios))
+        if not 1 / LARGEST_BOXES < ratio < LARGEST_BOXES:
             return ''
         return self._changed(ratio, bool(measured.used[:, DEPTH].any()))
 
