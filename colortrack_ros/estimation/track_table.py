@@ -30,6 +30,17 @@ state: TENTATIVE, CONFIRMED or COASTING.
 Filters = TypeVar('Filters', bound=Columns)
 
 
+def rows_of(records: Records, track_id: NDArray[np.uint32]) -> tuple[Indices, Bools]:
+    """Find tracks by their IDs, (K,): their rows, and which of them are there.
+
+    :param records: (N,), at least one, with ascending IDs.
+    :return: (K,) rows, any for a track that is gone, and (K,).
+    """
+    ids = records['track_id']
+    row = np.minimum(ids.searchsorted(track_id), len(ids) - 1)
+    return row, ids[row] == track_id
+
+
 class TrackTable(Columns, Generic[Filters]):
     """N live tracks.
 

@@ -16,6 +16,7 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
 from colortrack_ros.estimation.records import Records
+from colortrack_ros.estimation.track_table import rows_of
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.hypotheses import Association
@@ -180,7 +181,7 @@ def tell_apart(
     if prediction.sized:
         _sum_up_sizes(records, pairs.track, prediction.sizes, stamp)
     one = np.flatnonzero(records['rival'])
-    other = _rivals_of(records, one)
+    other, _ = rows_of(records, records['rival'][one])  # any row for one that is gone
     gone = records['rival'][other] != records['track_id'][one]
     records['rival'][one[gone]] = 0
     scans = np.minimum(records['scans'][one], records['scans'][other])
@@ -218,16 +219,10 @@ def _sum_up_sizes(records: Records, track: Indices, sizes: Sizes, stamp: int) ->
     :param track: (K,) which were measured.
     """
     mine = track[(records['rival'][track] > 0) & (records['apart'][track] < stamp)]
-    theirs = _rivals_of(records, mine)
+    theirs, _ = rows_of(records, records['rival'][mine])
     size = np.stack([records['box_w'][mine], records['box_h'][mine]], axis=1).astype(float)
     own, other = (sizes.log_fit(records['before_size'][rows], size) for rows in (mine, theirs))
     records['size_log_ratio'][mine] += own - other
-
-
-def _rivals_of(records: Records, track: Indices) -> Indices:
-    """Rows of the rivals of tracks, (K,); any row for a rival that is gone."""
-    row = records['track_id'].searchsorted(records['rival'][track])
-    return np.minimum(row, len(records) - 1)
 
 
 def _lines(records: Records, track: Indices, stamp: int) -> tuple[Floats, Floats]:

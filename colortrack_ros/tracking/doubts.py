@@ -15,6 +15,7 @@ from colortrack_ros.data import Columns
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import log_density
+from colortrack_ros.estimation.track_table import rows_of
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
@@ -89,9 +90,8 @@ def reconsider(
     if not doubts or step.again or not len(tracks) or not learned.camera.stands:
         return None
     records = tracks.records
-    row = records['track_id'].searchsorted(doubts.track_id)
-    row = np.minimum(row, len(tracks) - 1)
-    live = (records['track_id'][row] == doubts.track_id).nonzero()[0]
+    row, there = rows_of(records, doubts.track_id)
+    live = there.nonzero()[0]
     row, doubts = row[live], doubts.take(live)
     before, now = doubts.bank.take(np.arange(len(row))), tracks.filters.take(row)
     doubted = records.take(row)

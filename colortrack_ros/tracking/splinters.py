@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.records import Records
+from colortrack_ros.estimation.track_table import rows_of
 from colortrack_ros.tracking.prediction import LAST_FRAME
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import nearest_points
@@ -68,9 +69,8 @@ def find_hosts(prediction: Prediction, reach: float) -> Indices:
     if not len(begun):
         return host
     records['splinter'] &= prediction.unseen > LAST_FRAME * prediction.step.period
-    ids = records['track_id']
-    row = np.minimum(ids.searchsorted(records['host'][begun]), len(ids) - 1)
-    there = (ids[row] == records['host'][begun]) & (row != begun)
+    row, there = rows_of(records, records['host'][begun])
+    there &= row != begun
     begun, row = begun[there], row[there]
     both = np.maximum(prediction.unseen[begun], prediction.unseen[row])
     seen = (both < LAST_FRAME * prediction.step.period).nonzero()[0]

@@ -14,6 +14,7 @@ from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import turned
 from colortrack_ros.estimation.motion import MotionModel
+from colortrack_ros.estimation.track_table import rows_of
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.hypotheses import Association
@@ -99,12 +100,11 @@ class UndecidedTurns(Columns):
         :param again: tracks that may have turned in this frame.
         """
         records, bank, both = prediction.records, prediction.bank, self.both
-        ids = records['track_id']
-        if not len(ids):
-            self.keep(ids.nonzero()[0])
+        if not len(records):
+            self.keep(again)  # none
         if not len(self):
             return again[:0]
-        row = np.minimum(ids.searchsorted(self.track_id), len(ids) - 1)
+        row, same = rows_of(records, self.track_id)
         acceleration = known_acceleration(records, config)
         both.predict(
             prediction.step.dt,
@@ -113,13 +113,13 @@ class UndecidedTurns(Columns):
         )
         center, weight = both.mean[..., :2], both.weight[..., None]
         off = (weight * center).sum(axis=0) - bank.mean[0, row, :2]
-        same = (ids[row] == self.track_id) & (np.abs(off).max(axis=1) < ROUNDING_ERROR)
+        same &= np.abs(off).max(axis=1) < ROUNDING_ERROR
         # what has made a track less certain, such as noise that is found to be more, does so here
         aside = center[..., 0] - bank.mean[0, row, 0]
         variance = (both.weight * (both.cov[..., 0, 0] + aside * aside)).sum(axis=0)
         both.cov *= (bank.cov[0, row, 0, 0] / variance)[:, None, None]
         if len(again):
-            fresh = np.zeros(len(ids), bool)
+            fresh = np.zeros(len(records), bool)
             fresh[again] = True
             same &= ~fresh[row]
         if np.count_nonzero(same) < len(same):
