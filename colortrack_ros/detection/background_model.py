@@ -86,16 +86,14 @@ class BackgroundModelConfig(Config):
         'A pixel moves where it differs by more from the learned background, in the mean of the '
         'channels; for moving_only and the background model median.',
         unit='levels',
-        minimum=0.0,
-        maximum=254.0,
+        limits=(0.0, 254.0),
         audience=EXPERT,
     )
     learn_seconds: float = parameter(
         1.0,
         'How long a new background is learned, so that what moves meanwhile is not part of it.',
         unit='s',
-        minimum=0.0,
-        maximum=3600.0,
+        limits=(0.0, 3600.0),
         audience=EXPERT,
     )
 

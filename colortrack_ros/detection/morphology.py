@@ -39,8 +39,7 @@ def _side(default: int, operation: str, **declared: Any) -> Any:
         default,
         f'Side of the structuring element of the {operation}, odd; 1 leaves the mask as it is.',
         unit='px',
-        minimum=1,
-        maximum=MAX_ELEMENT_SIZE,
+        limits=(1, MAX_ELEMENT_SIZE),
         valid=_odd,
         **declared,
     )

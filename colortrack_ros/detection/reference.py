@@ -150,14 +150,12 @@ class ReferenceColorConfig(Config):
         float,
         'Colors that are not it, [r1, g1, b1, r2, g2, b2, ...], sRGB, 0..255: what is nearer to '
         'one of them than to it is not it.',
-        minimum=0.0,
-        maximum=255.0,
+        limits=(0.0, 255.0),
     )
     samples: tuple[float, ...] = parameter(
         float,
         'Colors that are it, as others; beside lab, rgb or preset, or in place of them.',
-        minimum=0.0,
-        maximum=255.0,
+        limits=(0.0, 255.0),
     )
 
     inverted: bool = parameter(
@@ -176,31 +174,27 @@ class ReferenceColorConfig(Config):
         float,
         'Half axes [dL, da, db] of an ellipsoid in place of the sphere of radius tolerance.',
         unit='CIELAB units',
-        minimum=0.0,
-        maximum=MAX_TOLERANCE,
+        limits=(0.0, MAX_TOLERANCE),
         audience=EXPERT,
     )
     min_area: int = parameter(
         0,
         'Blobs of this color with fewer pixels are dropped; 0: min_area of the detector.',
         unit='px',
-        minimum=0,
-        maximum=MAX_AREA,
+        limits=(0, MAX_AREA),
     )
     max_area: int = parameter(
         0,
         'Blobs of this color with more pixels are dropped; 0: max_area of the detector.',
         unit='px',
-        minimum=0,
-        maximum=MAX_AREA,
+        limits=(0, MAX_AREA),
     )
     tolerance: float = parameter(
         0.0,
         'Pixels closer than this to the reference color belong to it (tau); 0 finds in the '
         'pictures where the color ends and others begin, and the least area of its blobs.',
         unit='CIELAB units',
-        minimum=0.0,
-        maximum=MAX_TOLERANCE,
+        limits=(0.0, MAX_TOLERANCE),
     )
 
 

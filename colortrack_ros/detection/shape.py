@@ -21,25 +21,24 @@ class ShapeConfig(Config):
     """Which blobs are objects, by size and shape."""
 
     min_area: int = parameter(
-        20, 'Blobs with fewer pixels are dropped.', unit='px', minimum=1, maximum=MAX_AREA
+        20, 'Blobs with fewer pixels are dropped.', unit='px', limits=(1, MAX_AREA)
     )
     max_area: int = parameter(
-        MAX_AREA, 'Blobs with more pixels are dropped.', unit='px', minimum=1, maximum=MAX_AREA
+        MAX_AREA, 'Blobs with more pixels are dropped.', unit='px', limits=(1, MAX_AREA)
     )
     min_aspect: float = parameter(
-        0.0, "Least ratio of a blob's minor to its major axis.", minimum=0.0, maximum=1.0
+        0.0, "Least ratio of a blob's minor to its major axis.", limits=(0.0, 1.0)
     )
     min_extent: float = parameter(
-        0.0, "Least ratio of a blob's area to that of its box.", minimum=0.0, maximum=1.0
+        0.0, "Least ratio of a blob's area to that of its box.", limits=(0.0, 1.0)
     )
     min_circularity: float = parameter(
         0.0,
         'Least circularity of a blob, 1 for a disc; a ball is above 0.9.',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
     )
     min_solidity: float = parameter(
-        0.0, "Least ratio of a blob's area to that of its convex hull.", minimum=0.0, maximum=1.0
+        0.0, "Least ratio of a blob's area to that of its convex hull.", limits=(0.0, 1.0)
     )
 
     def check(self) -> None:

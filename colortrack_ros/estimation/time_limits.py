@@ -15,14 +15,12 @@ class TimeLimits(Config):
         1.5,
         'A track that has not been measured for longer is deleted.',
         unit='s',
-        minimum=0.0,
-        maximum=3600.0,
+        limits=(0.0, 3600.0),
     )
     max_dt: float = parameter(
         2.0,
         'The tracker restarts if the stamps jump by more than this.',
         unit='s',
-        minimum=1e-3,
-        maximum=3600.0,
+        limits=(1e-3, 3600.0),
         audience=EXPERT,
     )

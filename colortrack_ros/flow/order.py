@@ -34,8 +34,7 @@ class OrderConfig(Config):
         0.0,
         'How long a message waits, by the stamps, for earlier ones that are still on their way.',
         unit='s',
-        minimum=0.0,
-        maximum=10.0,
+        limits=(0.0, 10.0),
         audience=EXPERT,
     )
     max_late: float = parameter(
@@ -43,8 +42,7 @@ class OrderConfig(Config):
         'A message up to this much older than the last one is late and is dropped; if it is older '
         'still, time has gone back, as in a loop.',
         unit='s',
-        minimum=0.0,
-        maximum=10.0,
+        limits=(0.0, 10.0),
         audience=EXPERT,
     )
 

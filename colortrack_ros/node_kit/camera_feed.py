@@ -40,8 +40,7 @@ class MountConfig(Config):
     camera_pose: tuple[float, ...] = parameter(
         (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         'As camera_pose, for this camera.',
-        minimum=-100.0,
-        maximum=100.0,
+        limits=(-100.0, 100.0),
     )
 
 

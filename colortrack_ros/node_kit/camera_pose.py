@@ -38,8 +38,7 @@ class CameraPoseConfig(OdometryConfig):
         (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         'Where the camera is in base_frame, x forward and z up: x, y, z in m, roll, pitch, yaw in '
         'rad. Positive pitch looks down.',
-        minimum=-100.0,
-        maximum=100.0,
+        limits=(-100.0, 100.0),
     )
     rectified: bool = parameter(
         False,

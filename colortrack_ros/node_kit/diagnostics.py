@@ -42,7 +42,7 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 
 
 def _limit(default: float, description: str) -> Any:
-    return parameter(default, description, unit='s', minimum=0.0, maximum=3600.0, audience=EXPERT)
+    return parameter(default, description, unit='s', limits=(0.0, 3600.0), audience=EXPERT)
 
 
 @dataclass(frozen=True)

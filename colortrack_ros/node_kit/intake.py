@@ -66,8 +66,7 @@ def lag_limit(default: float, items: str) -> Any:
         default,
         f'Longest time that processing the waiting {items} may take; else the oldest are skipped.',
         unit='s',
-        minimum=0.0,
-        maximum=60.0,
+        limits=(0.0, 60.0),
         audience=EXPERT,
     )
 
@@ -89,8 +88,7 @@ class IntakeConfig(Config):
         MAX_PIXELS,
         'A JPEG or PNG that claims more pixels is refused before it is decoded.',
         unit='px',
-        minimum=1,
-        maximum=1 << 30,
+        limits=(1, 1 << 30),
         read_only=True,
         audience=EXPERT,
     )

@@ -55,8 +55,8 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
         # Spec checks types: it accepts 30 for 30.0 and says what it expected.
         dynamic_typing=True,
     )
-    if spec.minimum is not None and spec.maximum is not None:
-        low, high = spec.minimum, spec.maximum
+    if spec.limits:
+        low, high = spec.limits
         if type(spec.default) is float:
             descriptor.floating_point_range = [
                 FloatingPointRange(from_value=float(low), to_value=float(high))

@@ -32,8 +32,7 @@ class TargetTrackerSetup(ImageTrackerSetup):
         'Boxes of the targets in the first picture, u, v of the top left pixel, width, height, one '
         'after the other; if they are set later, those in the next picture.',
         unit='px',
-        minimum=-1e5,
-        maximum=1e5,
+        limits=(-1e5, 1e5),
     )
     detections_topic: str = topic_name('', 'detections that start targets; empty: none')
 

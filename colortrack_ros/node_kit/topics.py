@@ -42,8 +42,7 @@ class PictureQueueConfig(Config):
     image_queue_depth: int = parameter(
         30,
         'Depth of the queue of each publisher and subscription of images.',
-        minimum=1,
-        maximum=1000,
+        limits=(1, 1000),
         audience=EXPERT,
         read_only=True,
     )
@@ -56,8 +55,7 @@ class QueueConfig(Config):
     queue_depth: int = parameter(
         100,
         'Depth of the queue of each other publisher and subscription.',
-        minimum=1,
-        maximum=10000,
+        limits=(1, 10000),
         audience=EXPERT,
         read_only=True,
     )

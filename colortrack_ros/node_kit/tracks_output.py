@@ -21,7 +21,7 @@ class TracksOutputConfig(Config):
     """The topics of tracks."""
 
     marker_scale: float = parameter(
-        0.01, 'Size of a pixel in the markers.', unit='m/px', minimum=1e-9, maximum=1e3
+        0.01, 'Size of a pixel in the markers.', unit='m/px', limits=(1e-9, 1e3)
     )
     tracks_topic: str = topic_name('tracks', 'the tracks that are published')
     markers_topic: str = topic_name('tracks/markers', 'the markers that are published')

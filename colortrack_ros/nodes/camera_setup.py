@@ -30,8 +30,7 @@ class CameraSetup(NodeSetup):
         'Frames published per second; 0 is the rate of the source, -1 as fast as a recording is '
         'consumed by the detector. The stamps of a recording keep its own frame period.',
         unit='Hz',
-        minimum=-1.0,
-        maximum=1000.0,
+        limits=(-1.0, 1000.0),
     )
     loop: bool = parameter(False, 'Whether a recording starts again when it has ended.')
     exit_at_end: bool = parameter(
@@ -45,13 +44,12 @@ class CameraSetup(NodeSetup):
         valid=load_camera_info,
     )
     jpeg_quality: int = parameter(
-        90, 'Quality of the compressed pictures.', minimum=1, maximum=100, audience=EXPERT
+        90, 'Quality of the compressed pictures.', limits=(1, 100), audience=EXPERT
     )
     wait_for_subscribers: int = parameter(
         0,
         'A recording starts once this many nodes subscribe to image_topic.',
-        minimum=0,
-        maximum=100,
+        limits=(0, 100),
         audience=EXPERT,
         read_only=True,
     )

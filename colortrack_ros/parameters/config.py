@@ -6,7 +6,7 @@
     class TrackerConfig(Config):
         process_noise: float = parameter(
             0.0, 'Standard deviation of the acceleration; 0 learns it.', unit='px/s^2',
-            minimum=0.0, maximum=1e6,
+            limits=(0.0, 1e6),
         )
 
 ``TrackerConfig(process_noise=-1.0)`` raises ValueError with the reason,
@@ -40,20 +40,14 @@ def parameter(
     default: Any,
     description: str,
     *,
-    unit: str = '',
-    minimum: float | None = None,
-    maximum: float | None = None,
     choices: Iterable[str] = (),
-    audience: str = USER,
-    read_only: bool = False,
-    int_is_text: bool = False,
-    shown: Callable[[Any], Any] = lambda value: value,
-    valid: Callable[[Any], object] = lambda value: value,
+    **declared: Any,
 ) -> Any:
     """A field that is a parameter; see :class:`Spec` for the other arguments.
 
     :param default: a tuple means a list of that length, a list means one of any length, and a type,
         such as ``float``, means a list of that type that is absent, ``()``, until it is set.
+    :param declared: the optional arguments of :class:`Spec`.
     """
     absent = isinstance(default, type)
     listed = isinstance(default, tuple)
@@ -61,16 +55,9 @@ def parameter(
         name='',
         default=(default,) if absent else list(default) if listed else default,
         description=description,
-        unit=unit,
-        minimum=minimum,
-        maximum=maximum,
         choices=tuple(choices),
         length=len(default) if listed else None,
-        audience=audience,
-        read_only=read_only,
-        int_is_text=int_is_text,
-        shown=shown,
-        valid=valid,
+        **declared,
     )
     value = () if absent else tuple(default) if isinstance(default, list) else default
     return field(default=value, metadata={_SPEC: spec})

@@ -20,8 +20,7 @@ class Spec:
         type, such as ``(float,)``, is a list of that type, absent until it is set.
     :param description: one sentence.
     :param unit: of the value, empty if it has none.
-    :param minimum: the least allowed value, None for no limit.
-    :param maximum: the greatest allowed value, None for no limit.
+    :param limits: the least and the greatest allowed value; None for any.
     :param choices: the allowed values of a string, empty for any.
     :param length: number of items of a list, None for any.
     :param audience: USER, EXPERT or DOCUMENT.
@@ -36,8 +35,7 @@ class Spec:
     default: Any
     description: str
     unit: str = ''
-    minimum: float | None = None
-    maximum: float | None = None
+    limits: tuple[float, float] | None = None
     choices: tuple[str, ...] = ()
     length: int | None = None
     audience: str = USER
@@ -72,11 +70,7 @@ class Spec:
         """The range in words, empty if there is none."""
         if self.choices:
             return ', '.join(choice or "''" for choice in self.choices)
-        if self.minimum is None and self.maximum is None:
-            return ''
-        low = '' if self.minimum is None else f'{self.minimum:g}'
-        high = '' if self.maximum is None else f'{self.maximum:g}'
-        return f'{low}..{high}'
+        return f'{self.limits[0]:g}..{self.limits[1]:g}' if self.limits else ''
 
     @property
     def allowed_text(self) -> str:
@@ -111,9 +105,7 @@ class Spec:
             raise ValueError(f'{name}: expected {expected}, got {value!r}')
         if kind is float and not math.isfinite(value):
             raise ValueError(f'{name}: expected a finite number{self.allowed_text}, got {value}')
-        low = -math.inf if self.minimum is None else self.minimum
-        high = math.inf if self.maximum is None else self.maximum
-        if kind in (int, float) and not low <= value <= high:
+        if self.limits and not self.limits[0] <= value <= self.limits[1]:
             raise ValueError(f'{name}: expected {self.allowed_text[2:]}, got {value}')
         if self.choices and value not in self.choices:
             raise ValueError(f'{name}: expected {self.allowed_text[2:]}, got {value!r}')

@@ -17,29 +17,27 @@ class ThingConfig(Config):
 
     shape: str = parameter('ball', 'A ball, or a cylinder that stands.', choices=SHAPES)
     rgb: tuple[float, ...] = parameter(
-        (205.0, 58.0, 34.0), 'Color, red, green, blue.', minimum=0.0, maximum=255.0
+        (205.0, 58.0, 34.0), 'Color, red, green, blue.', limits=(0.0, 255.0)
     )
-    diameter: float = parameter(0.2, 'Diameter of the thing.', unit='m', minimum=0.01, maximum=10.0)
+    diameter: float = parameter(0.2, 'Diameter of the thing.', unit='m', limits=(0.01, 10.0))
     height: float = parameter(
-        0.4, 'Height of a cylinder; a ball has none.', unit='m', minimum=0.01, maximum=10.0
+        0.4, 'Height of a cylinder; a ball has none.', unit='m', limits=(0.01, 10.0)
     )
     path: tuple[float, ...] = parameter(
         [2.0, 0.0],
         'Corners of the closed path that it goes: x, y, x, y, ...; one corner: it stands.',
         unit='m',
-        minimum=-100.0,
-        maximum=100.0,
+        limits=(-100.0, 100.0),
     )
-    speed: float = parameter(0.4, 'Speed along the path.', unit='m/s', minimum=0.0, maximum=100.0)
+    speed: float = parameter(0.4, 'Speed along the path.', unit='m/s', limits=(0.0, 100.0))
     bounce_height: float = parameter(
         0.0,
         'Height up to which it is kicked whenever it has bounced out; 0: it rolls.',
         unit='m',
-        minimum=0.0,
-        maximum=10.0,
+        limits=(0.0, 10.0),
     )
     restitution: float = parameter(
-        0.7, 'Share of the speed that is left after a bounce.', minimum=0.0, maximum=0.95
+        0.7, 'Share of the speed that is left after a bounce.', limits=(0.0, 0.95)
     )
 
     def check(self) -> None:
@@ -78,41 +76,36 @@ class SimulationConfig(Config):
         30.0,
         'Pictures in a second of simulated time.',
         unit='Hz',
-        minimum=1.0,
-        maximum=200.0,
+        limits=(1.0, 200.0),
         read_only=True,
     )
     picture_size: tuple[int, ...] = parameter(
         (640, 480),
         'Width and height of the pictures.',
         unit='px',
-        minimum=16,
-        maximum=4096,
+        limits=(16, 4096),
         read_only=True,
     )
     focal_length: float = parameter(
-        520.0, 'Focal length of the camera.', unit='px', minimum=1.0, maximum=1e5, read_only=True
+        520.0, 'Focal length of the camera.', unit='px', limits=(1.0, 1e5), read_only=True
     )
     distortion: tuple[float, ...] = parameter(
         (-0.28, 0.09, 1e-3, -8e-4, -0.01),
         'Distortion of the lens, plumb_bob: k1, k2, p1, p2, k3.',
-        minimum=-10.0,
-        maximum=10.0,
+        limits=(-10.0, 10.0),
         read_only=True,
     )
     camera_pose: tuple[float, ...] = parameter(
         (0.1, 0.0, 0.5, 0.0, 0.25, 0.0),
         'Where the camera is on the robot, x forward and z up: x, y, z in m, roll, pitch, yaw in '
         'rad. Positive pitch looks down.',
-        minimum=-100.0,
-        maximum=100.0,
+        limits=(-100.0, 100.0),
         read_only=True,
     )
     picture_noise: float = parameter(
         2.0,
         'Standard deviation of the noise of each pixel, of 255.',
-        minimum=0.0,
-        maximum=64.0,
+        limits=(0.0, 64.0),
         read_only=True,
     )
     depth_noise: float = parameter(
@@ -120,26 +113,23 @@ class SimulationConfig(Config):
         'Standard deviation of depths at 1 m, in m; it grows with the square of the depth, as that '
         'of stereo cameras does. 0.005 is that of a common one.',
         unit='1/m',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
         read_only=True,
     )
     depth_holes: float = parameter(
         0.0,
         'Share of the depth picture that is lost; then there are none at edges, either.',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
         read_only=True,
     )
     odometry_drift: tuple[float, ...] = parameter(
         (0.0, 0.0),
         'Standard deviation of what odometry is off by after 1 m, in m, and after turning by 1 '
         'rad, in rad; it grows with the square root.',
-        minimum=0.0,
-        maximum=10.0,
+        limits=(0.0, 10.0),
         read_only=True,
     )
-    seed: int = parameter(0, 'Of all that is random.', minimum=0, maximum=2**31 - 1, read_only=True)
+    seed: int = parameter(0, 'Of all that is random.', limits=(0, 2**31 - 1), read_only=True)
 
     @property
     def camera(self) -> CameraModel:

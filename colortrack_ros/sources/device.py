@@ -51,8 +51,7 @@ def _control(text: str, unit: str = '', maximum: float = 1e6) -> Any:
         -1.0,
         f'Of a device: {text} -1 leaves it as it is.',
         unit=unit,
-        minimum=-1.0,
-        maximum=maximum,
+        limits=(-1.0, maximum),
         read_only=True,
     )
 
@@ -65,16 +64,14 @@ class DeviceConfig(Config):
         0,
         'Of a device: width of the pictures; 0 leaves it as it is.',
         unit='px',
-        minimum=0,
-        maximum=65535,
+        limits=(0, 65535),
         read_only=True,
     )
     height: int = parameter(
         0,
         'Of a device: height of the pictures; 0 leaves it as it is.',
         unit='px',
-        minimum=0,
-        maximum=65535,
+        limits=(0, 65535),
         read_only=True,
     )
     pixel_format: str = parameter(

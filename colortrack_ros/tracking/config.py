@@ -20,8 +20,7 @@ class TrackerConfig(TimeLimits):
         'comes back, by color, size, place and motion, its ID does. Not those that left the '
         'picture. max_time_since_update or less: none is remembered.',
         unit='s',
-        minimum=0.0,
-        maximum=3600.0,
+        limits=(0.0, 3600.0),
     )
     population: tuple[int, ...] = parameter(
         [0],
@@ -30,15 +29,13 @@ class TrackerConfig(TimeLimits):
         'from there: what appears when all have been seen is the likeliest of those out of sight, '
         'however long they were. A track has its ID, and is published, once it is confirmed. After '
         'a reset they are given anew.',
-        minimum=0,
-        maximum=10_000,
+        limits=(0, 10_000),
     )
     min_score: float = parameter(
         0.5,
         'Confirmed tracks less likely to exist than this are not published; they go on, and come '
         'back with their object.',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
     )
     process_noise: float = parameter(
         0.0,
@@ -46,16 +43,14 @@ class TrackerConfig(TimeLimits):
         'density q = sigma_s^2 / 30: what one drawn anew 30 times a second does to the velocity, '
         'whatever the frame rate. 0 learns it from the innovations.',
         unit='px/s^2',
-        minimum=0.0,
-        maximum=1e6,
+        limits=(0.0, 1e6),
     )
     acceleration: tuple[float, float] = parameter(
         (0.0, 0.0),
         'Known in advance, along u and v, such as gravity; for the motion models '
         'known_acceleration and switched_pair.',
         unit='px/s^2',
-        minimum=-1e6,
-        maximum=1e6,
+        limits=(-1e6, 1e6),
         audience=EXPERT,
     )
     acceleration_span: float = parameter(
@@ -65,8 +60,7 @@ class TrackerConfig(TimeLimits):
         'while it is hidden. Its error is in no covariance: 2.4 measurement_noise / span^2. '
         '0: acceleration holds for all.',
         unit='s',
-        minimum=0.0,
-        maximum=10.0,
+        limits=(0.0, 10.0),
         audience=DOCUMENT,
     )
     trust: tuple[float, float] = parameter(
@@ -74,8 +68,7 @@ class TrackerConfig(TimeLimits):
         'Of motion model switched_pair: how many times larger than it is its two filters take the '
         'process noise to be. The first, of what is measured, trusts the measurement for more '
         'than 1, the second, of what is hidden, the model for less.',
-        minimum=1e-6,
-        maximum=1e6,
+        limits=(1e-6, 1e6),
         audience=DOCUMENT,
     )
     maneuvers: bool = parameter(
@@ -86,8 +79,7 @@ class TrackerConfig(TimeLimits):
         'Standard deviation of a measured position, to begin with, where a detection brings no '
         'covariance (sigma_w).',
         unit='px',
-        minimum=1e-3,
-        maximum=1e3,
+        limits=(1e-3, 1e3),
     )
     detection_covariance: bool = parameter(
         True,
@@ -101,8 +93,7 @@ class TrackerConfig(TimeLimits):
         'Standard deviation of what is systematic about centroids, on each axis, which no filter '
         'averages out; adds to the published covariance.',
         unit='px',
-        minimum=0.0,
-        maximum=1e3,
+        limits=(0.0, 1e3),
         audience=EXPERT,
     )
     color_gating: bool = parameter(True, 'Whether a track takes only detections of its own color.')
@@ -121,8 +112,7 @@ class TrackerConfig(TimeLimits):
         10_000,
         'Detections of a frame that are worked on; of more the largest, and the others are '
         'counted. As many take a second on a slow machine.',
-        minimum=1,
-        maximum=1_000_000,
+        limits=(1, 1_000_000),
         audience=EXPERT,
     )
     motion_model: str = parameter(
@@ -144,15 +134,13 @@ class TrackerConfig(TimeLimits):
         'Standard deviation of the velocity of a new track, and of what a maneuver changes, on '
         'each axis. 0 learns it from the tracks.',
         unit='px/s',
-        minimum=0.0,
-        maximum=1e6,
+        limits=(0.0, 1e6),
         audience=EXPERT,
     )
     detection_probability: float = parameter(
         0.95,
         'That a visible object is detected in a frame, to begin with; less is learned.',
-        minimum=0.01,
-        maximum=0.999,
+        limits=(0.01, 0.999),
         audience=EXPERT,
     )
     clutter_density: float = parameter(
@@ -160,8 +148,7 @@ class TrackerConfig(TimeLimits):
         'Detections a frame that belong to no track yet, false or new; sets the gate and the cost '
         'of a miss. 0 learns it.',
         unit='1/px^2',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
         audience=EXPERT,
     )
     gating: bool = parameter(
@@ -173,22 +160,19 @@ class TrackerConfig(TimeLimits):
     confirm_hits: int = parameter(
         3,
         'A track with this many detections in its first confirm_window frames is confirmed.',
-        minimum=1,
-        maximum=100,
+        limits=(1, 100),
     )
     confirm_window: int = parameter(
         4,
         'First frames in which a track needs confirm_hits detections; one that cannot is deleted.',
         unit='frames',
-        minimum=1,
-        maximum=100,
+        limits=(1, 100),
     )
     max_position_sigma: float = parameter(
         300.0,
         'A track whose position is known less well is deleted.',
         unit='px',
-        minimum=1e-3,
-        maximum=1e9,
+        limits=(1e-3, 1e9),
         audience=EXPERT,
     )
     image_size: tuple[int, int] = parameter(
@@ -196,8 +180,7 @@ class TrackerConfig(TimeLimits):
         'Width and height of the picture; a track that has left it is deleted. 0: what the '
         "pictures, or the camera's CameraInfo, say.",
         unit='px',
-        minimum=0,
-        maximum=100_000,
+        limits=(0, 100_000),
     )
 
     def check(self) -> None:

@@ -189,7 +189,7 @@ def described() -> dict[str, Any]:
 
 def _description(spec: Spec) -> dict[str, Any]:
     """A parameter in the form that the page needs."""
-    shown = ('name', 'description', 'unit', 'minimum', 'maximum', 'choices', 'length', 'audience')
+    shown = ('name', 'description', 'unit', 'limits', 'choices', 'length', 'audience')
     return {key: getattr(spec, key) for key in shown} | {
         'type': spec.type_name,
         'many': spec.many,

@@ -32,26 +32,23 @@ class WindowConfig(TimeLimits):
         0,
         "Side of the square window (N), odd; 0 takes each target's box.",
         unit='px',
-        minimum=0,
-        maximum=999,
+        limits=(0, 999),
     )
     search_width: int = parameter(
         40,
         'Width of the search region around the predicted position, at least; it grows with the '
         "prediction's covariance (r).",
         unit='px',
-        minimum=3,
-        maximum=999,
+        limits=(3, 999),
     )
     search_height: int = parameter(
-        40, 'Height of the search region, at least (s).', unit='px', minimum=3, maximum=999
+        40, 'Height of the search region, at least (s).', unit='px', limits=(3, 999)
     )
     ambiguity: float = parameter(
         0.1,
         'Positions whose distance exceeds the least by at most this share of it are candidates as '
         'well.',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
         audience=EXPERT,
     )
     drift_compensation: bool = parameter(
@@ -69,30 +66,26 @@ class WindowConfig(TimeLimits):
     renewal: float = parameter(
         0.03,
         'A template is kept until its similarity has fallen by this much.',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
         audience=EXPERT,
     )
     min_similarity: float = parameter(
         0.8,
         'Least similarity of a valid match, 1 for a window that is the template.',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
     )
     max_drop: float = parameter(
         0.02,
         'A match is invalid when its similarity, less what noise explains, is below that of the '
         'last valid one by more: something covers the target.',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
         audience=EXPERT,
     )
     max_deviation: float = parameter(
         1.0,
         'Greatest standard deviation of the position of a valid match.',
         unit='px',
-        minimum=1e-3,
-        maximum=1e3,
+        limits=(1e-3, 1e3),
         audience=EXPERT,
     )
     supervision: str = parameter(
@@ -106,8 +99,7 @@ class WindowConfig(TimeLimits):
         3.0,
         'Match and prediction disagree when u and v differ by more on average.',
         unit='px',
-        minimum=0.0,
-        maximum=1e4,
+        limits=(0.0, 1e4),
         audience=EXPERT,
     )
     process_noise: float = parameter(
@@ -115,69 +107,60 @@ class WindowConfig(TimeLimits):
         'Standard deviation of the acceleration that the filter does not know (sigma_s), of '
         'density q = sigma_s^2 / 30, whatever the frame rate.',
         unit='px/s^2',
-        minimum=1e-3,
-        maximum=1e6,
+        limits=(1e-3, 1e6),
     )
     initial_speed: float = parameter(
         300.0,
         'Standard deviation of the velocity of a new target on each axis.',
         unit='px/s',
-        minimum=1e-3,
-        maximum=1e6,
+        limits=(1e-3, 1e6),
         audience=EXPERT,
     )
     swarm_particles: int = parameter(
         100,
         'Particles of the swarm, each a velocity.',
-        minimum=1,
-        maximum=10_000,
+        limits=(1, 10_000),
         audience=DOCUMENT,
     )
     swarm_iterations: int = parameter(
-        10, 'Iterations of the swarm (K).', minimum=1, maximum=1000, audience=DOCUMENT
+        10, 'Iterations of the swarm (K).', limits=(1, 1000), audience=DOCUMENT
     )
     swarm_own: float = parameter(
         2.0,
         'Trust of a particle in its own best velocity (c1).',
-        minimum=0.0,
-        maximum=4.0,
+        limits=(0.0, 4.0),
         audience=DOCUMENT,
     )
     swarm_common: float = parameter(
         2.0,
         'Trust of a particle in the best velocity of all (c2).',
-        minimum=0.0,
-        maximum=4.0,
+        limits=(0.0, 4.0),
         audience=DOCUMENT,
     )
     swarm_first_inertia: float = parameter(
         0.9,
         'Inertia of a particle in the first iteration (W).',
-        minimum=0.0,
-        maximum=4.0,
+        limits=(0.0, 4.0),
         audience=DOCUMENT,
     )
     swarm_last_inertia: float = parameter(
         0.1,
         'Inertia of a particle in the last iteration.',
-        minimum=0.0,
-        maximum=4.0,
+        limits=(0.0, 4.0),
         audience=DOCUMENT,
     )
     swarm_max_step: float = parameter(
         100.0,
         'Longest step of a particle in an iteration (V_max).',
         unit='px/frame',
-        minimum=1e-3,
-        maximum=1e4,
+        limits=(1e-3, 1e4),
         audience=DOCUMENT,
     )
     swarm_frames: int = parameter(
         3,
         'Frames whose velocities count (T).',
         unit='frames',
-        minimum=1,
-        maximum=100,
+        limits=(1, 100),
         audience=DOCUMENT,
     )
     swarm_random: bool = parameter(
@@ -186,12 +169,11 @@ class WindowConfig(TimeLimits):
     seed: int = parameter(
         0,
         'Seed of the random numbers of the swarm.',
-        minimum=0,
-        maximum=2**31 - 1,
+        limits=(0, 2**31 - 1),
         audience=DOCUMENT,
     )
     max_targets: int = parameter(
-        100, 'Targets that are followed at a time; more are refused.', minimum=1, maximum=10_000
+        100, 'Targets that are followed at a time; more are refused.', limits=(1, 10_000)
     )
 
     def check(self) -> None:

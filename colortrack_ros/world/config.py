@@ -22,20 +22,19 @@ class KindConfig(Config):
     """Properties of the objects of one color, NAME.diameter and so on."""
 
     diameter: float = parameter(
-        0.0, 'Diameter of the objects; 0: not known.', unit='m', minimum=0.0, maximum=100.0
+        0.0, 'Diameter of the objects; 0: not known.', unit='m', limits=(0.0, 100.0)
     )
     diameter_sigma: float = parameter(
-        0.002, 'Standard deviation of diameter.', unit='m', minimum=0.0, maximum=10.0
+        0.002, 'Standard deviation of diameter.', unit='m', limits=(0.0, 10.0)
     )
     height: float = parameter(
         -1.0,
         'Height of the center above the ground; negative: half the diameter.',
         unit='m',
-        minimum=-1.0,
-        maximum=100.0,
+        limits=(-1.0, 100.0),
     )
     height_sigma: float = parameter(
-        0.005, 'Standard deviation of height.', unit='m', minimum=0.0, maximum=10.0
+        0.005, 'Standard deviation of height.', unit='m', limits=(0.0, 10.0)
     )
     motion: str = parameter(
         'plane',
@@ -48,36 +47,31 @@ class KindConfig(Config):
         'Standard deviation of the speed, on each axis, of objects when they are first seen; '
         'negative: 5 m/s of motion free_fall, 1 m/s of others.',
         unit='m/s',
-        minimum=-1.0,
-        maximum=100.0,
+        limits=(-1.0, 100.0),
     )
     wander: float = parameter(
         0.5,
         'Standard deviation, on each axis, of what the velocity changes by within a second.',
         unit='m/s',
-        minimum=0.0,
-        maximum=100.0,
+        limits=(0.0, 100.0),
     )
     drag: float = parameter(
         0.02,
         'Of motion free_fall: deceleration by the air over squared speed: 0.02 of tennis balls and '
         'basketballs, 0.13 of table tennis balls, 0.2 of beach balls.',
         unit='1/m',
-        minimum=0.0,
-        maximum=10.0,
+        limits=(0.0, 10.0),
     )
     drag_sigma: float = parameter(
         0.06,
         'Standard deviation of drag, which is learned as they fly.',
         unit='1/m',
-        minimum=0.0,
-        maximum=10.0,
+        limits=(0.0, 10.0),
     )
     bounce: float = parameter(
         0.7,
         'Of motion free_fall: share of the vertical speed that is left after a bounce.',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
     )
 
 
@@ -119,21 +113,19 @@ class LocatorConfig(Config):
         (), "Names of the detector's colors, in its order.", KindConfig, Kind
     )
     ground_height: float = parameter(
-        0.0, 'Height of the ground in fixed_frame.', unit='m', minimum=-1e4, maximum=1e4
+        0.0, 'Height of the ground in fixed_frame.', unit='m', limits=(-1e4, 1e4)
     )
     camera_pose_sigma: tuple[float, ...] = parameter(
         (0.01, 0.01, 0.01, 0.01, 0.01, 0.01),
         'Standard deviations of where the camera is on the robot: x, y, z in m, roll, pitch, yaw '
         'in rad.',
-        minimum=0.0,
-        maximum=10.0,
+        limits=(0.0, 10.0),
     )
     pixel_noise: float = parameter(
         0.3,
         'Standard deviation on each axis, added to that which the detections bring.',
         unit='px',
-        minimum=0.0,
-        maximum=100.0,
+        limits=(0.0, 100.0),
         audience=EXPERT,
     )
     eroded: float = parameter(
@@ -141,58 +133,51 @@ class LocatorConfig(Config):
         'By how much blobs are smaller in diameter than what is seen: by 4/pi px for each pixel of '
         "the detector's erosion_size above 1.",
         unit='px',
-        minimum=0.0,
-        maximum=100.0,
+        limits=(0.0, 100.0),
         audience=EXPERT,
     )
     size_noise: float = parameter(
         0.5,
         'Standard deviation of the diameter of a blob, independent in each picture.',
         unit='px',
-        minimum=0.01,
-        maximum=100.0,
+        limits=(0.01, 100.0),
         audience=EXPERT,
     )
     size_sigma: float = parameter(
         0.5,
         'Standard deviation of the error that all blob diameters of an object share.',
         unit='px',
-        minimum=0.0,
-        maximum=100.0,
+        limits=(0.0, 100.0),
         audience=EXPERT,
     )
     depth_noise: float = parameter(
         0.01,
         'Standard deviation of a measured depth, as a share of it, independent in each picture.',
-        minimum=1e-4,
-        maximum=1.0,
+        limits=(1e-4, 1.0),
         audience=EXPERT,
     )
     depth_sigma: float = parameter(
         0.005,
         'Standard deviation of the scale error that all depths share.',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
         audience=EXPERT,
     )
     odometry_sigma: tuple[float, ...] = parameter(
         (0.005, 0.005),
         'Standard deviation of what odometry is off by after 1 m, in m, and after turning by 1 '
         'rad, in rad.',
-        minimum=0.0,
-        maximum=10.0,
+        limits=(0.0, 10.0),
         audience=EXPERT,
     )
     way_sigma: float = parameter(
         0.0,
         'Standard deviation of the scale error that all ways of odometry share: 0.05 for wheels '
         'whose radius nobody measured.',
-        minimum=0.0,
-        maximum=1.0,
+        limits=(0.0, 1.0),
         audience=EXPERT,
     )
     max_range: float = parameter(
-        20.0, 'Objects farther away are not located.', unit='m', minimum=0.1, maximum=1e4
+        20.0, 'Objects farther away are not located.', unit='m', limits=(0.1, 1e4)
     )
 
     def check(self) -> None:

@@ -39,41 +39,36 @@ class FollowingConfig(Config):
     """Distance, speed limits, and when to stop."""
 
     distance: float = parameter(
-        1.0, 'Distance from base_frame to the target.', unit='m', minimum=0.1, maximum=100.0
+        1.0, 'Distance from base_frame to the target.', unit='m', limits=(0.1, 100.0)
     )
-    max_speed: float = parameter(
-        0.6, 'Speed that is not exceeded.', unit='m/s', minimum=0.0, maximum=10.0
-    )
+    max_speed: float = parameter(0.6, 'Speed that is not exceeded.', unit='m/s', limits=(0.0, 10.0))
     max_turn: float = parameter(
-        1.5, 'Speed of turning that is not exceeded.', unit='rad/s', minimum=0.0, maximum=10.0
+        1.5, 'Speed of turning that is not exceeded.', unit='rad/s', limits=(0.0, 10.0)
     )
     max_acceleration: float = parameter(
-        1.0, 'Acceleration that is not exceeded.', unit='m/s^2', minimum=0.01, maximum=100.0
+        1.0, 'Acceleration that is not exceeded.', unit='m/s^2', limits=(0.01, 100.0)
     )
     braking: float = parameter(
-        3.0, 'Deceleration with which the robot stops.', unit='m/s^2', minimum=0.01, maximum=100.0
+        3.0, 'Deceleration with which the robot stops.', unit='m/s^2', limits=(0.01, 100.0)
     )
     max_turn_acceleration: float = parameter(
         10.0,
         'Change of the speed of turning that is not exceeded.',
         unit='rad/s^2',
-        minimum=0.01,
-        maximum=1000.0,
+        limits=(0.01, 1000.0),
     )
     stop_within: float = parameter(
         0.3,
         'The robot stands this long after the target, or the odometry, was last measured; it '
         'drives no faster than it can brake until then.',
         unit='s',
-        minimum=0.1,
-        maximum=10.0,
+        limits=(0.1, 10.0),
     )
     max_sigma: float = parameter(
         0.5,
         'A target whose place on the ground is less certain, standard deviation, is not followed.',
         unit='m',
-        minimum=0.001,
-        maximum=100.0,
+        limits=(0.001, 100.0),
     )
     backwards: bool = parameter(
         False, 'Whether to drive backwards, unseeing, when the target is too near.'
@@ -82,16 +77,14 @@ class FollowingConfig(Config):
         1.5,
         'Speed for each meter of distance that is too much.',
         unit='1/s',
-        minimum=0.0,
-        maximum=100.0,
+        limits=(0.0, 100.0),
         audience=EXPERT,
     )
     turn_gain: float = parameter(
         3.0,
         'Speed of turning for each radian that the target is off the direction of driving.',
         unit='1/s',
-        minimum=0.0,
-        maximum=100.0,
+        limits=(0.0, 100.0),
         audience=EXPERT,
     )
 

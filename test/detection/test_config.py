@@ -11,7 +11,7 @@ from colortrack_ros.detection.reference import PRESETS
 from colortrack_ros.parameters.config import specs_of
 
 LAB = (50.0, 10.0, 10.0)
-RANGES = [spec for spec in specs_of(DetectorConfig) if spec.maximum is not None]
+RANGES = [spec for spec in specs_of(DetectorConfig) if spec.limits]
 
 
 @pytest.mark.parametrize('tolerance', [-1.0, 200.1, nan, inf])
@@ -59,7 +59,7 @@ def test_a_parameter_out_of_range_is_refused_by_name(parameter, value):
 
 @pytest.mark.parametrize('spec', RANGES, ids=lambda spec: spec.name)
 def test_a_number_out_of_its_range_is_refused_by_name(spec):
-    low, high = spec.kind(spec.minimum), spec.kind(spec.maximum)
+    low, high = map(spec.kind, spec.limits)
     for value in (low, high):
         given = {'min_area': 1} | {spec.name: value}
         assert getattr(DetectorConfig(**given), spec.name) == value

@@ -45,9 +45,8 @@ def test_a_parameter_says_for_whom_it_is(spec):
 def test_a_default_and_both_ends_of_the_range_are_allowed(spec):
     if not spec.optional:
         assert spec.check(spec.name, spec.default) == spec.default
-    for bound in (spec.minimum, spec.maximum):
-        if bound is not None:
-            one = spec.kind(bound)
-            spec.check(spec.name, [one] * (spec.length or 1) if spec.many else one)
-    if spec.minimum is not None and spec.maximum is not None:
-        assert spec.minimum < spec.maximum
+    for bound in spec.limits or ():
+        one = spec.kind(bound)
+        spec.check(spec.name, [one] * (spec.length or 1) if spec.many else one)
+    if spec.limits:
+        assert spec.limits[0] < spec.limits[1]

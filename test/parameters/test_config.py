@@ -16,7 +16,7 @@ from colortrack_ros.parameters import part
 @dataclass(frozen=True)
 class Shade(Config):
     lab: tuple[float, ...] = parameter(float, 'The color.')
-    tolerance: float = parameter(25.0, 'How near.', minimum=0.0, maximum=200.0)
+    tolerance: float = parameter(25.0, 'How near.', limits=(0.0, 200.0))
 
 
 class Color(NamedTuple):
@@ -33,14 +33,14 @@ def color(name: str, shade: Shade) -> Color:
 
 @dataclass(frozen=True)
 class Order(Config):
-    window: float = parameter(0.0, 'How long.', unit='s', minimum=0.0, maximum=10.0)
+    window: float = parameter(0.0, 'How long.', unit='s', limits=(0.0, 10.0))
 
 
 @dataclass(frozen=True)
 class Whole(Config):
-    low: int = parameter(1, 'The least.', minimum=0, maximum=100)
-    high: int = parameter(10, 'The greatest.', minimum=0, maximum=100, audience=EXPERT)
-    size: tuple[int, int] = parameter((0, 0), 'Width and height.', unit='px', minimum=0)
+    low: int = parameter(1, 'The least.', limits=(0, 100))
+    high: int = parameter(10, 'The greatest.', limits=(0, 100), audience=EXPERT)
+    size: tuple[int, int] = parameter((0, 0), 'Width and height.', unit='px', limits=(0, 9999))
     colors: tuple[Color, ...] = named([Color('red', (1.0,), 2.0)], 'The colors.', Shade, color)
     order: Order = part(Order)
 
@@ -53,7 +53,7 @@ def test_a_field_declares_the_parameter_of_the_table():
     table = ParameterTable.of(Whole)
     assert list(table.specs) == ['low', 'high', 'size', 'colors', 'window']
     assert table.find('high').audience == EXPERT
-    assert table.find('blue.tolerance').maximum == 200.0
+    assert table.find('blue.tolerance').limits == (0.0, 200.0)
     assert table.find('size').length == 2
 
 
@@ -74,8 +74,8 @@ def test_without_values_there_are_the_defaults():
     [
         ({'low': -1}, 'low: expected 0..100, got -1'),
         ({'low': 'x'}, "low: expected int, 0..100, got 'x'"),
-        ({'size': (1, 2, 3)}, 'size: expected a list of int of 2, 0.. px, got (1, 2, 3)'),
-        ({'size': (1, -2)}, 'size: expected 0.. px, got -2'),
+        ({'size': (1, 2, 3)}, 'size: expected a list of int of 2, 0..9999 px, got (1, 2, 3)'),
+        ({'size': (1, -2)}, 'size: expected 0..9999 px, got -2'),
         ({'low': 20}, 'low: expected at most high, 10, got 20'),
     ],
 )

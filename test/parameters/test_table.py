@@ -7,16 +7,16 @@ from colortrack_ros.parameters import Spec
 
 TABLE = ParameterTable(
     [
-        Spec('low', 1, 'The least.', minimum=0, maximum=100),
-        Spec('high', 10, 'The greatest.', minimum=0, maximum=100),
-        Spec('rate', 0.5, 'A rate.', unit='Hz', minimum=-1.0, maximum=9.0),
+        Spec('low', 1, 'The least.', limits=(0, 100)),
+        Spec('high', 10, 'The greatest.', limits=(0, 100)),
+        Spec('rate', 0.5, 'A rate.', unit='Hz', limits=(-1.0, 9.0)),
         Spec('method', 'lab', 'One of two.', choices=('lab', 'hsv')),
         Spec('names', ['red'], 'The names.'),
     ],
     each={
         'names': [
             Spec('lab', (float,), 'A color.'),
-            Spec('tolerance', 25.0, 'How near.', minimum=0.0, maximum=200.0),
+            Spec('tolerance', 25.0, 'How near.', limits=(0.0, 200.0)),
         ],
     },
 )

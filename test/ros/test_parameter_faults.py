@@ -44,10 +44,10 @@ def bad(spec: Spec, fault: str) -> object:
         value = 'none of them'
     elif fault == 'low' and spec.name.endswith('_topic'):
         value = 'no topic'
-    elif fault == 'low' and spec.minimum is not None:
-        value = type(spec.minimum)(spec.minimum - 1)
-    elif fault == 'high' and spec.maximum is not None:
-        value = type(spec.maximum)(spec.maximum * 2)
+    elif fault == 'low' and spec.limits:
+        value = type(spec.limits[0])(spec.limits[0] - 1)
+    elif fault == 'high' and spec.limits:
+        value = type(spec.limits[1])(spec.limits[1] * 2)
     if kind == 'float' and isinstance(value, int):
         value = float(value)
     return [value] if many and value is not None else value
@@ -76,9 +76,8 @@ def tells_all(reason: str, spec: Spec, value: object) -> bool:
     """Whether the reason names what was given and what was expected, in our words or in rclpy's."""
     one = value[0] if isinstance(value, list) else value
     ours = 'expected' in reason and spec.allowed_text[2:] in reason
-    theirs = all(
-        t in reason for t in ('out of range', f'Min: {spec.minimum}, Max: {spec.maximum},')
-    )
+    low, high = spec.limits or (None, None)
+    theirs = all(t in reason for t in ('out of range', f'Min: {low}, Max: {high},'))
     return (ours or theirs) and any(text in reason for text in (str(one), repr(one)))
 
 

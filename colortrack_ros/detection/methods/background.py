@@ -41,8 +41,7 @@ class BackgroundSubtractionConfig(BackgroundModelConfig, ShapeConfig):
         'Of method background: standard deviation of the Gaussian before the threshold; 0 for '
         'none.',
         unit='px',
-        minimum=0.0,
-        maximum=50.0,
+        limits=(0.0, 50.0),
         audience=EXPERT,
     )
 

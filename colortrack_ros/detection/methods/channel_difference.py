@@ -39,8 +39,7 @@ class ChannelDifferenceConfig(Config):
         60,
         'Of method channel_difference: pixels with a greater difference belong to the object.',
         unit='levels',
-        minimum=0,
-        maximum=254,
+        limits=(0, 254),
         audience=DOCUMENT,
     )
     largest_object: str = parameter(

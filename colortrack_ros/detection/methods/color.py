@@ -66,8 +66,7 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
         1.0,
         'Of method color: a blob that a pixel within tolerance has started grows by the connected '
         'pixels within grow times the tolerance; 1 for none.',
-        minimum=1.0,
-        maximum=10.0,
+        limits=(1.0, 10.0),
         audience=EXPERT,
     )
     white_balance: str = parameter(
@@ -80,8 +79,7 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
         'Of method color: how far reference colors with a tolerance may follow slow changes of '
         'what is detected; 0 for not at all. Those without one always follow the light.',
         unit='CIELAB units',
-        minimum=0.0,
-        maximum=100.0,
+        limits=(0.0, 100.0),
     )
     moving_only: bool = parameter(
         False,
@@ -91,8 +89,7 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
     threads: int = parameter(
         1,
         'Of method color: threads that work on a picture; 2 help at 3840x2160, with OpenCV 5.',
-        minimum=1,
-        maximum=64,
+        limits=(1, 64),
         audience=EXPERT,
     )
 

@@ -107,7 +107,7 @@ function showFields() {
 const spec = (name) => specs.find((one) => one.name === name);
 
 function fieldOfAxis(axis, k) {
-  const one = { ...spec('tolerance'), minimum: 0.5, default: null, description: `How far the color reaches along ${axis}.` };
+  const one = { ...spec('tolerance'), limits: [0.5, spec('tolerance').limits[1]], default: null, description: `How far the color reaches along ${axis}.` };
   const give = (value, sliding) => {
     const axes = state.colors.find((each) => each.name === active).tolerance_lab;
     set('detector', `${active}.tolerance_lab`, axes.map((old, at) => (at === k ? value : old)), sliding);

@@ -87,10 +87,9 @@ export function field(node, name, spec, options = {}) {
   return box;
 }
 
-function rangeOf({ minimum, maximum, choices }) {
+function rangeOf({ limits, choices }) {
   if (choices.length) return `; one of ${choices.map((choice) => choice || "''").join(', ')}`;
-  if (minimum === null && maximum === null) return '';
-  return `; ${minimum ?? ''} to ${maximum ?? ''}`;
+  return limits ? `; ${limits[0]} to ${limits[1]}` : '';
 }
 
 function control(id, spec, give, options) {
@@ -105,7 +104,7 @@ function control(id, spec, give, options) {
   }
   const number = !spec.many && spec.type !== 'str';
   const box = element('input', { id, type: number ? 'number' : 'text', step: spec.type === 'int' ? 1 : 'any',
-    min: spec.minimum ?? undefined, max: spec.maximum ?? undefined, on: {
+    min: spec.limits?.[0], max: spec.limits?.[1], on: {
       change: () => {
         const value = typed(spec, box.value);
         if (value !== undefined) give(value);
@@ -113,7 +112,7 @@ function control(id, spec, give, options) {
     } });
   const parts = [box];
   let slider = null;
-  if (number && spec.minimum !== null && spec.maximum !== null) {
+  if (number && spec.limits) {
     slider = sliderOf(spec, options, (value) => { box.value = value; give(value, true); });
     slider.setAttribute('aria-label', `${options.label ?? spec.name}, slider`);
     slider.addEventListener('change', () => { dragged = ''; });
@@ -129,8 +128,8 @@ function control(id, spec, give, options) {
 
 // Wide ranges go by powers, so that 20 px can be set as well as 100000.
 function sliderOf(spec, options, give) {
-  const low = spec.minimum;
-  const high = options.most ?? spec.maximum;
+  const low = spec.limits[0];
+  const high = options.most ?? spec.limits[1];
   const wide = low >= 0 && high - low > 1000;
   const bend = wide ? 4 : 1;
   const slider = element('input', { type: 'range', min: 0, max: 1, step: 0.001, on: {
