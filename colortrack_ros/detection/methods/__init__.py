@@ -14,5 +14,5 @@ METHODS: dict[str, Callable[[Any, BackgroundModel], Method]] = {
     'channel_difference': ChannelDifference,
     'background': BackgroundSubtraction,
 }
-"""To add a method, write a file with a class that implements Method, and add a line here. Its own
+"""To add a method, write a file with a subclass of Method, and add a line here. Its own
 parameters, if any, go into a Config next to the class, which becomes a base of DetectorConfig."""

@@ -11,11 +11,10 @@ from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.background_model import BackgroundModelConfig
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import clear
-from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.methods.base import Method
 from colortrack_ros.detection.pixels import channels_of
-from colortrack_ros.detection.pixels import Pixels
 from colortrack_ros.detection.shape import ShapeConfig
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
@@ -46,20 +45,13 @@ class BackgroundSubtractionConfig(BackgroundModelConfig, ShapeConfig):
     )
 
 
-class BackgroundSubtraction:
+class BackgroundSubtraction(Method):
     """Background subtraction and the clean-up of De Bem 2007, section 3.
 
     The difference is smoothed with a Gaussian and thresholded. An area opening then removes
     components smaller than min_area. The morphological opening follows with the steps that all
     methods share.
     """
-
-    labels = 1
-    reads_yuv = False
-    is_found = False
-    whole = None
-    trouble = ''
-    connect = staticmethod(connect)
 
     def __init__(self, config: BackgroundSubtractionConfig, background: BackgroundModel) -> None:
         self._config, self._model = config, background
@@ -100,14 +92,6 @@ class BackgroundSubtraction:
         is_first, self._shape = self._shape != picture.shape, picture.shape
         difference = self._subtractor.apply(picture)
         return np.zeros_like(difference) if is_first else difference
-
-    def closeness(self, frame: Frame, pixel: Pixels, label: NDArray) -> NDArray[np.float64]:
-        """Always 1: there is no reference color."""
-        return np.ones(len(label))
-
-    def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
-        """Keep all blobs."""
-        return np.ones(len(blobs.area), bool)
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Update the background outside all blobs, including those rejected by shape."""

@@ -1,18 +1,17 @@
-"""The interface of detection methods."""
-
-from typing import Protocol
+"""What detection methods have in common."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Frame
+from colortrack_ros.detection import blobs
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import Connect
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.pixels import Pixels
 
 
-class Method(Protocol):
+class Method:
     """Decides which pixels of a frame belong to which color.
 
     The constructor takes two arguments.
@@ -21,35 +20,27 @@ class Method(Protocol):
     :param background: learned by the detector so far, for methods that need it.
     """
 
-    @property
-    def labels(self) -> int:
-        """The largest label."""
+    labels: int = 1
+    """The largest label."""
+    reads_yuv: bool = False
+    """Whether the method reads YUV frames; if not, they are converted first."""
+    connect: Connect = staticmethod(blobs.connect)
+    """How to connect runs of pixels to blobs."""
+    whole: LabelImage | None = None
+    """Labels of the last frame before the method dropped possible parts of objects."""
+    is_found: NDArray[np.bool_] | bool = False
+    """(labels + 1,) by label, whether the limits of objects were estimated from the pictures.
 
-    @property
-    def reads_yuv(self) -> bool:
-        """Whether the method reads YUV frames; if not, they are converted first."""
-
-    @property
-    def connect(self) -> Connect:
-        """How to connect runs of pixels to blobs."""
-
-    @property
-    def whole(self) -> LabelImage | None:
-        """Labels of the last frame before the method dropped possible parts of objects."""
-
-    @property
-    def is_found(self) -> NDArray[np.bool_] | bool:
-        """(labels + 1,) by label, whether the limits of objects were estimated from the pictures.
-
-        If so, boxes are those of the objects; otherwise, those of the mask.
-        """
+    If so, boxes are those of the objects; otherwise, those of the mask."""
 
     @property
     def trouble(self) -> str:
         """A problem that the user should fix, and how; empty if there is none."""
+        return ''
 
     def label(self, frame: Frame) -> LabelImage:
         """Label each pixel: 0 for none, k + 1 for the color with index k."""
+        raise NotImplementedError
 
     def closeness(self, frame: Frame, pixel: Pixels, label: NDArray) -> NDArray[np.float64]:
         """How well single pixels match their label, 0..1, with 1 for an exact match.
@@ -57,9 +48,11 @@ class Method(Protocol):
         :param pixel: (N,) rows and columns.
         :param label: (N,) of the blobs that contain the pixels.
         """
+        return np.ones(len(label))
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """(N,) whether a blob may be an object, as far as the method can tell."""
+        return np.ones(len(blobs.area), bool)
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Learn from the blobs of a frame, for the frames that follow.

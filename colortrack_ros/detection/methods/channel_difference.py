@@ -10,8 +10,8 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.blobs import as_one
 from colortrack_ros.detection.blobs import BlobTable
-from colortrack_ros.detection.blobs import connect
 from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.methods.base import Method
 from colortrack_ros.detection.pixels import Pixels
 from colortrack_ros.detection.pixels import rgb_of
 from colortrack_ros.detection.pixels import split_rgb
@@ -53,7 +53,7 @@ class ChannelDifferenceConfig(Config):
     )
 
 
-class ChannelDifference:
+class ChannelDifference(Method):
     """R - G - B above a threshold, or another channel minus the other two.
 
     The document looks for the largest object, and takes the mask pixels in a region for it. With
@@ -63,17 +63,12 @@ class ChannelDifference:
     objects larger than the region are cut. The largest blob has neither flaw.
     """
 
-    labels = 1
-    reads_yuv = False
-    is_found = False
-    whole = None
-    trouble = ''
-
     def __init__(self, config: ChannelDifferenceConfig, background: BackgroundModel) -> None:
         self._channel = CHANNELS.index(config.channel)
         self._threshold = config.channel_threshold
         self._by_region = config.largest_object == 'region'
-        self.connect = as_one if self._by_region else connect
+        if self._by_region:
+            self.connect = as_one
 
     def label(self, frame: Frame) -> LabelImage:
         """Label the mask with 1, limited to the region of interest if there is one."""
@@ -100,12 +95,6 @@ class ChannelDifference:
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """Keep only the first blob, which is the largest."""
         return np.arange(len(blobs.area)) == 0
-
-    def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
-        """Learn nothing: frames are independent."""
-
-    def restart(self) -> None:
-        """Do nothing: nothing was learned."""
 
 
 def _clear_outside(image: LabelImage) -> None:

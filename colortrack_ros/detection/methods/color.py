@@ -22,6 +22,7 @@ from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.light import ColorFollower
 from colortrack_ros.detection.light import GrayWorld
+from colortrack_ros.detection.methods.base import Method
 from colortrack_ros.detection.morphology import colors_touch
 from colortrack_ros.detection.morphology import erode
 from colortrack_ros.detection.morphology import MorphologyConfig
@@ -106,7 +107,7 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
         expect(len(set(names)) == len(names), 'colors', names, 'each name once')
 
 
-class ColorDistance:
+class ColorDistance(Method):
     """Color distance (2.1) and threshold (2.2), made robust to clutter and changing light.
 
     With grow above 1, a pixel within tolerance starts a blob, which includes the connected pixels
@@ -116,11 +117,10 @@ class ColorDistance:
     of the reference color are ignored, and objects that pass in front of them are detected.
     """
 
-    connect = staticmethod(connect)
-    whole: LabelImage | None = None
-
     def __init__(self, config: ColorDistanceConfig, background: BackgroundModel) -> None:
         self.labels = len(config.colors)
+        plain_colors = config.grow == 1 and config.white_balance == 'none'
+        self.reads_yuv = plain_colors and not config.moving_only
         self._config, self._background = config, background
         self._follower = ColorFollower(config.colors, config.follow_light)
         self._gray_world = GrayWorld()
@@ -138,12 +138,6 @@ class ColorDistance:
         self._chroma_filter: ChromaFilter | None = None
         if config.grow > 1:
             self._loose = _table_of(tuple(_grown(c, config.grow) for c in colors), config.threads)
-
-    @property
-    def reads_yuv(self) -> bool:
-        """Whether YUV frames can be read directly, converting only candidate pixels."""
-        config = self._config
-        return config.grow == 1 and config.white_balance == 'none' and not config.moving_only
 
     @property
     def trouble(self) -> str:
