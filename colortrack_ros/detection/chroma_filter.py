@@ -17,6 +17,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.detection.color_table import look_up
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.label_image import WORD
+from colortrack_ros.detection.survivors import PICTURES_OF_PAUSE
 from colortrack_ros.encodings import size_of
 from colortrack_ros.encodings import to_bgr
 from colortrack_ros.encodings import YUV422
@@ -37,12 +38,8 @@ NEARLY_GRAY = slice(112, 144)
 it only selects which of the two to test first."""
 
 CONVERTED_SHARE = 0.25
-"""Largest share of the chroma samples for which converting single pixels pays. Like CHROMA_PAUSE,
-it affects only the time; `python benchmark/detection.py` measures it."""
-
-CHROMA_PAUSE = 16
-"""Number of pictures before another attempt after the share was too large. Assumed: one attempt in
-16 costs little, and half a second at 30 Hz is soon enough."""
+"""Largest share of the chroma samples for which converting single pixels pays. It affects only the
+time, which `python benchmark/detection.py` measures."""
 
 
 @lru_cache(maxsize=1)
@@ -101,7 +98,7 @@ class ChromaFilter:
         may = (self._may_have if frame.encoding in YUV422 else self._plane_may_have)(frame)
         (words,) = (may.words != 0).nonzero()
         if WORD * len(words) > CONVERTED_SHARE * may.pixels.size:
-            self._pause = CHROMA_PAUSE
+            self._pause = PICTURES_OF_PAUSE
             return None
         image = LabelImage.blank(*size_of(frame), old)
         image.filled = words[:0]

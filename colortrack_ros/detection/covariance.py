@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.chords import Chords
 from colortrack_ros.detection.label_image import LabelImage
+from colortrack_ros.detection.shape import PIXEL_MOMENT
 
 # Fitted means: to the rendered scenes at five sizes, and to balls of 6 to 42 px in random worlds
 # (color, wall, light, exposure, noise, focus, speed), for the greatest likelihood of the errors and
@@ -18,9 +19,6 @@ OUTLINE_VARIANCE = 0.052
 between pixels. For discs of radius 4 to 14 px at random places, in steps of 0.25 px, after an
 erosion by 3x3: 0.02 to 0.09 by the radius, 0.055 on average; 0.074 without erosion. Fitted to
 scenes and worlds: 0.051 to 0.054."""
-
-PIXELATION = 1 / 12
-"""Variance of a position within its pixel [px^2]: that of a uniform distribution of width 1."""
 
 SHIFT_OF_ENDS = 8 / (3 * np.pi)
 """Shift of a disc's centroid over that of both its ends along an axis, if the outline at angle t
@@ -118,7 +116,7 @@ def chance(blobs: BlobTable) -> NDArray[np.float64]:
     :returns: (N, 2, 2) [px^2].
     """
     share = 2 * OUTLINE_VARIANCE * outline_length(blobs) / blobs.area**2
-    return np.asarray(share[:, None, None] * (blobs.spread + PIXELATION * ROUND))
+    return np.asarray(share[:, None, None] * (blobs.spread + PIXEL_MOMENT * ROUND))
 
 
 def outline_length(blobs: BlobTable) -> NDArray[np.float64]:

@@ -52,7 +52,7 @@ hue: 27 degrees. There 180 are right with half of it, 177 with twice as much."""
 
 NO_LIGHT = np.array([-16.0, 0.0, 0.0])
 """Point where the shades of all matte colors would meet: less light scales X, Y, Z alike, and L +
-16, a, and b are proportional to their cube root (CIE 15:2004)."""
+16, a, and b, and distances between colors, are proportional to their cube root (CIE 15:2004)."""
 
 
 def nearest_sample(

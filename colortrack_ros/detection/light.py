@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.growth import NO_LIGHT
 from colortrack_ros.detection.reference import LAB_RANGES
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
@@ -24,10 +25,6 @@ it, and 0.70 with twice."""
 FOLLOW_STEP = 1.0
 """Least change of a color that rebuilds the tables [CIELAB units]: below the just noticeable
 difference of about 2.3 (Mahy 1994)."""
-
-LAB_OFFSET = 16.0
-"""The 16 in L = 116 f - 16 (CIE 1976): L + 16, a and b are proportional to the cube root of the
-light, and so are distances between colors."""
 
 ALPHA_CHANNEL = 3
 """Index of the alpha channel in bgra8 and rgba8, which does not depend on light."""
@@ -110,7 +107,7 @@ class ColorFollower:
         self._taken = self._way.copy()
         low, high = np.array([limits[1:] for limits in LAB_RANGES]).T
         lab = np.clip(self._lab + self._way, low, high)
-        light = (lab[:, 0] + LAB_OFFSET) / (self._lab[:, 0] + LAB_OFFSET)
+        light = (lab[:, 0] - NO_LIGHT[0]) / (self._lab[:, 0] - NO_LIGHT[0])
         return tuple(
             _moved(color, (L, a, b), scale) if follows else color
             for color, follows, (L, a, b), scale in zip(

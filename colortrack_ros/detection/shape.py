@@ -13,7 +13,8 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
 
 PIXEL_MOMENT = 1 / 12
-"""Second moment of a unit square about its center, per axis [px^2]."""
+"""Second moment of a unit square about its center, per axis [px^2]: the variance of a position that
+is somewhere within its pixel."""
 
 
 @dataclass(frozen=True)

@@ -89,6 +89,6 @@ def test_where_much_may_have_the_color_the_picture_is_converted_for_a_while():
     table = ColorTable((ReferenceColor.from_rgb('c', (128, 128, 128), 30.0),))
     asked = []
     chroma, gray = ChromaFilter(table.touched), Frame(np.full((16, 16, 2), 128, np.uint8), 'yuyv')
-    for _ in range(chroma_filter.CHROMA_PAUSE + 2):
+    for _ in range(chroma_filter.PICTURES_OF_PAUSE + 2):
         assert chroma.label(gray, asked.append) is None
     assert asked == []
