@@ -1,39 +1,15 @@
 """The connection to a running ROS: pictures, and nodes whose parameters the page tunes."""
 
-from collections.abc import Mapping
 from collections.abc import Sequence
-from typing import Any
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from colortrack_ros.sources import SourceError
 from colortrack_ros.tuner.footage import LiveFootage
 
+if TYPE_CHECKING:
+    from colortrack_ros.tuner.ros_link import RosLink
+
 WITHOUT_ROS = 'source a ROS installation first: without rclpy there are no topics and no nodes'
-
-
-class NodesLink(Protocol):
-    """The connection to the nodes."""
-
-    def footage(self, topic: str) -> LiveFootage:
-        """The pictures of a topic, from now on."""
-
-    def nodes(self) -> dict[str, list[str]]:
-        """The full names of the nodes that are running, by kind."""
-
-    def values(self, node: str) -> dict[str, Any]:
-        """The values of a node's parameters.
-
-        :raises ValueError: it does not answer.
-        """
-
-    def give(self, node: str, values: Mapping[str, Any]) -> None:
-        """Set a node's parameters, all or none of them; None deletes one.
-
-        :raises ValueError: the node refuses, with its reason, or does not answer.
-        """
-
-    def close(self) -> None:
-        """Close the connection."""
 
 
 class RunningNodes:
@@ -44,7 +20,7 @@ class RunningNodes:
 
     def __init__(self, arguments: Sequence[str] = ()) -> None:
         self._arguments = list(arguments)
-        self._link: NodesLink | None = None
+        self._link: RosLink | None = None
 
     def footage(self, topic: str) -> LiveFootage:
         """The pictures of a topic.
@@ -56,7 +32,7 @@ class RunningNodes:
         except ValueError as error:
             raise SourceError(f'{topic}: no such file, and {error}') from error
 
-    def link(self) -> NodesLink:
+    def link(self) -> 'RosLink':
         """The connection.
 
         :raises ValueError: there is no ROS.

@@ -1,15 +1,12 @@
 """Colors taught by clicks: the samples of each, and the color that they give."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection.pick import pick_color
 from colortrack_ros.detection.pick import PickedColor
 from colortrack_ros.detection.teach import Example
 from colortrack_ros.detection.teach import teach_color
-from colortrack_ros.tools.color_params import color_values
 
 MOST_SAMPLES = 64
 """How many clicks are kept for one color, each with its picture. Assumed: that many pictures of
@@ -46,8 +43,3 @@ def taught(samples: tuple[Sample, ...], name: str, config: DetectorConfig) -> Pi
         u, v = mine[0].box[:2]
         return pick_color(mine[0].frame, u, v, name, config)
     return teach_color(mine, others, name, config)
-
-
-def values_of(given: Mapping[str, Any], picked: PickedColor) -> dict[str, Any]:
-    """Changes of the detector's values for a picked color; None removes a value."""
-    return color_values(dict(given), picked.color, picked.limits)

@@ -10,6 +10,7 @@ from typing import Any
 from colortrack_ros.detection.teach import Example
 from colortrack_ros.parameters.params_file import flow
 from colortrack_ros.parameters.params_file import given_in
+from colortrack_ros.tools.color_params import color_values
 from colortrack_ros.tuner.folder import difference
 from colortrack_ros.tuner.folder import digest
 from colortrack_ros.tuner.folder import Folder
@@ -20,7 +21,6 @@ from colortrack_ros.tuner.measures import plane_of
 from colortrack_ros.tuner.running import RunningNodes
 from colortrack_ros.tuner.samples import Sample
 from colortrack_ros.tuner.samples import taught
-from colortrack_ros.tuner.samples import values_of
 from colortrack_ros.tuner.settings import colors_of
 from colortrack_ros.tuner.settings import CONFIGS
 from colortrack_ros.tuner.settings import Settings
@@ -130,7 +130,7 @@ class Session:
         example = Example(view.frame, (u, v, width, height))
         samples = (*self._samples, Sample(color, example, is_it))
         picked = taught(samples, color, self.settings.detector)
-        values = values_of(self.settings.given('detector'), picked)
+        values = color_values(self.settings.given('detector'), picked.color, picked.limits)
         return self._change('detector', values, samples)
 
     def _remove_color(self, color: str) -> None:
