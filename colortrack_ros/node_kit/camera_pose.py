@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
-from typing import Protocol
 
 from rclpy.node import Node
 from rclpy.time import Time
@@ -48,11 +47,12 @@ class CameraPoseConfig(OdometryConfig):
     )
 
 
-class CameraPoses(Protocol):
-    """The pose of the camera over time."""
+class CameraPoses:
+    """Poses of a camera that camera_pose says: it is stationary in the fixed frame."""
 
-    def configure(self, config: CameraPoseConfig) -> None:
-        """Apply a changed camera_pose."""
+    def __init__(self, config: CameraPoseConfig) -> None:
+        self.config = config
+        """A changed camera_pose applies from now on."""
 
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
         """Return the poses of the robot in the fixed frame and of the camera body on the robot.
@@ -61,9 +61,11 @@ class CameraPoses(Protocol):
         :param frame_id: of the picture.
         :raises TransformError: the pose is unknown.
         """
+        place = self.config.camera_pose
+        return NO_ROBOT, Pose.of_rpy(place[:3], place[3:])
 
 
-class OdometryPoses:
+class OdometryPoses(CameraPoses):
     """Poses from nav_msgs/Odometry and camera_pose; see receive_odometry() for the parameters."""
 
     def __init__(
@@ -73,37 +75,16 @@ class OdometryPoses:
         refuse: Callable[[str], object],
         came: Callable[[], object],
     ) -> None:
-        self._config = config
+        super().__init__(config)
         self._poses = receive_odometry(node, config, refuse, came)
 
-    def configure(self, config: CameraPoseConfig) -> None:
-        """Apply a changed camera_pose."""
-        self._config = config
-
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
         """See CameraPoses."""
-        place = self._config.camera_pose
-        return self._poses.at(stamp), Pose.of_rpy(place[:3], place[3:])
+        return self._poses.at(stamp), super().at(stamp, frame_id)[1]
 
 
-class FixedPoses:
-    """Poses of a stationary camera."""
-
-    def __init__(self, config: CameraPoseConfig) -> None:
-        self._config = config
-
-    def configure(self, config: CameraPoseConfig) -> None:
-        """Apply a changed camera_pose."""
-        self._config = config
-
-    def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
-        """See CameraPoses."""
-        place = self._config.camera_pose
-        return NO_ROBOT, Pose.of_rpy(place[:3], place[3:])
-
-
-class TfPoses:
-    """Poses from TF.
+class TfPoses(CameraPoses):
+    """Poses from TF, also that of the camera on the robot.
 
     :raises StartError: tf2_ros is not installed.
     """
@@ -116,16 +97,14 @@ class TfPoses:
                 'pose_source tf needs tf2_ros, which cannot be imported: install '
                 'ros-jazzy-tf2-ros-py, or set pose_source: odometry'
             ) from error
-        self._config, self._tf2 = config, tf2_ros
+        super().__init__(config)
+        self._tf2 = tf2_ros
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer, node)
 
-    def configure(self, config: CameraPoseConfig) -> None:
-        """See CameraPoses; TF provides the pose of the camera on the robot."""
-
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
         """See CameraPoses."""
-        config = self._config
+        config = self.config
         optical = config.camera_frame or frame_id
         base = self._lookup(config.fixed_frame, config.base_frame, stamp)
         return base, self._lookup(config.base_frame, optical, stamp) @ OPTICAL.inverse()

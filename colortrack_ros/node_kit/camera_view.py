@@ -9,7 +9,6 @@ from colortrack_ros.messages import MessageError
 from colortrack_ros.messages.serialized import message_of_serialized
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.camera_pose import CameraPoses
-from colortrack_ros.node_kit.camera_pose import FixedPoses
 from colortrack_ros.node_kit.camera_pose import OdometryPoses
 from colortrack_ros.node_kit.camera_pose import TfPoses
 from colortrack_ros.node_kit.topics import subscribe_to
@@ -44,14 +43,14 @@ class CameraViews:
         if config.pose_source == 'tf':
             self._poses = TfPoses(node, config)
         elif config.pose_source == 'fixed':
-            self._poses = FixedPoses(config)
+            self._poses = CameraPoses(config)
         else:
             self._poses = OdometryPoses(node, config, refuse, came)
         subscribe_to(node, CameraInfo, info_topic, self._learn_lens, refuse)
 
     def configure(self, config: CameraPoseConfig) -> None:
         """Apply another camera_pose."""
-        self._poses.configure(config)
+        self._poses.config = config
 
     def _learn_lens(self, cdr: bytes) -> None:
         """Take a serialized CameraInfo."""
