@@ -5,17 +5,10 @@ from collections.abc import Iterator
 from collections.abc import Sequence
 import contextlib
 from pathlib import Path
-import sys
 import threading
 
-from rich.console import Console
-from rich.progress import BarColumn
-from rich.progress import MofNCompleteColumn
-from rich.progress import Progress
-from rich.progress import TextColumn
-from rich.progress import TimeRemainingColumn
-
 from colortrack_ros.batch.journal import Journal
+from colortrack_ros.batch.progress import progress_bar
 from colortrack_ros.batch.tasks import Outcome
 from colortrack_ros.batch.tasks import Task
 from colortrack_ros.batch.tasks import Work
@@ -43,11 +36,12 @@ def run_batch(
     with contextlib.closing(Journal(report, fresh=fresh)) as journal:
         found = {task.key: done for task in tasks if (done := journal.outcome(task))}
         left = [task for task in tasks if task.key not in found]
-        with _progress(len(tasks)) as advance:
+        with progress_bar('recordings', len(tasks), stays=True) as show:
             for outcome in _outcomes(work, left, workers, stop, journal, refuse):
                 journal.add(outcome)
                 found[outcome.task.key] = outcome
-                advance(len(found), sum(o.result is None for o in found.values()))
+                failed = sum(o.result is None for o in found.values())
+                show(len(found), f'recordings, {failed} failed')
         ended = [found[task.key] for task in tasks if task.key in found]
         if len(ended) == len(tasks):
             journal.tidy(ended)
@@ -72,20 +66,3 @@ def _outcomes(
             begun.append(task)
     if begun:
         yield from workers(work, begun, stop)
-
-
-@contextlib.contextmanager
-def _progress(total: int) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar if this is a terminal; yields a function that takes the numbers of completed
-    and failed tasks.
-    """
-    columns = TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn()
-    console = Console(stderr=True)
-    bar = Progress(
-        *columns, TimeRemainingColumn(), console=console, disable=not sys.stderr.isatty()
-    )
-    task = bar.add_task('recordings', total=total)
-    with bar:
-        yield lambda done, failed: bar.update(
-            task, completed=done, description=f'recordings, {failed} failed'
-        )

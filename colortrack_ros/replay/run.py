@@ -1,26 +1,17 @@
 """Runs detector and tracker over a recording, for ``replay``."""
 
 import argparse
-from collections.abc import Callable
-from collections.abc import Iterator
 from collections.abc import Sequence
 import contextlib
 from dataclasses import dataclass
 from dataclasses import field
 from pathlib import Path
-import sys
 import threading
 import time
 
-from rich.console import Console
-from rich.progress import BarColumn
-from rich.progress import MofNCompleteColumn
-from rich.progress import Progress
-from rich.progress import TextColumn
-from rich.progress import TimeRemainingColumn
-
 from colortrack_ros.bags import BagError
 from colortrack_ros.bags import is_bag
+from colortrack_ros.batch.progress import progress_bar
 from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
@@ -161,29 +152,14 @@ def run_through(
 
     viewpoints = recording.viewpoints
     chain = make_chain(setup, detected, tracked, recording.drop, tally.warn, viewpoints)
-    with _progress(recording) as advance, contextlib.ExitStack() as at_end:
+    bar = progress_bar('replay', recording.total, stays=False)
+    with bar as show, contextlib.ExitStack() as at_end:
         at_end.callback(chain.flush)
         for number, item in enumerate(recording.items(), 1):
             if stop.is_set():
                 return
             chain.put(item.content, item)
-            advance(number)
-
-
-@contextlib.contextmanager
-def _progress(recording: Recording) -> Iterator[Callable[[int], None]]:
-    """A progress bar if this is a terminal; yields the function that sets it."""
-    columns = TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn()
-    bar = Progress(
-        *columns,
-        TimeRemainingColumn(),
-        console=Console(stderr=True),
-        disable=not sys.stderr.isatty(),
-        transient=True,
-    )
-    task = bar.add_task('replay', total=recording.total or None)
-    with bar:
-        yield lambda number: bar.update(task, completed=number)
+            show(number, 'replay')
 
 
 def default_output(name: str) -> Path:
