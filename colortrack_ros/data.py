@@ -17,6 +17,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
 NANOSECONDS = 1_000_000_000
 """In a second."""
 
@@ -117,7 +121,7 @@ class Frame:
 class Viewpoint(Protocol):
     """The pose of the camera when a picture is taken."""
 
-    def shows(self, pixels: NDArray[np.float64], reach: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def shows(self, pixels: Floats, reach: Floats) -> Bools:
         """Whether any part of each object would be inside the picture, (N,).
 
         :param pixels: (N, 2) in the picture, or outside it [px].
@@ -125,18 +129,14 @@ class Viewpoint(Protocol):
             [px].
         """
 
-    def nearness(
-        self, pixels: NDArray[np.float64], feet: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def nearness(self, pixels: Floats, feet: Floats) -> Floats:
         """Inverse distance of objects on the ground, (N,) [1/m]; 0 for distant ones.
 
         :param pixels: (N, 2) their centers in the picture [px].
         :param feet: (N, 2) their lowest points [px].
         """
 
-    def moved(
-        self, pixels: NDArray[np.float64], since: Any, nearness: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def moved(self, pixels: Floats, since: Any, nearness: Floats) -> tuple[Floats, Floats, Floats]:
         """Where this picture shows stationary points that an earlier picture shows.
 
         :param pixels: (N, 2) in the earlier picture, or outside it [px].
@@ -182,7 +182,7 @@ class Tracks:
     stamp: int = 0
     frame_id: str = ''
     restarted: str = ''
-    outlines: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    outlines: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)))
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ class Locations:
     frame_id: str = ''
 
 
-Selection = NDArray[np.bool_] | NDArray[np.intp]
+Selection = Bools | Indices
 """Rows of a table: a mask, or indices."""
 
 Table = TypeVar('Table', bound='Columns')

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.parts import LEAST_VISIBLE
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 Labels = NDArray[np.uint8]
 
 IN_NONE = -1

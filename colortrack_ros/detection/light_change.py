@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.growth import NO_LIGHT
@@ -15,8 +16,6 @@ from colortrack_ros.detection.lab import linear_from_lab
 from colortrack_ros.detection.lab import linear_from_srgb
 from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.detection.reference import Triple
-
-Floats = NDArray[np.float64]
 
 COMPARED_PIXELS = 4096
 """Number of means of pixels that are compared, which have less noise. Assumed: half of them are

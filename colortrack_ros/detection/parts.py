@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Floats
 from colortrack_ros.data import whole_rows
 from colortrack_ros.detection.templates import BlobTemplate
 from colortrack_ros.detection.templates import Fit
-
-Floats = NDArray[np.float64]
 
 LEAST_VISIBLE = 0.1
 """Least visible share of an object for its place to be known. Assumed."""
@@ -23,7 +23,7 @@ its area over the visible share]. For rendered balls of 6 to 54 px, visible by a
 completely, it was 0.10 to 0.53 px; objects that turn look less alike."""
 
 
-def seen_of(fit: Fit, templates: list[BlobTemplate], area: int) -> tuple[Floats, NDArray[np.bool_]]:
+def seen_of(fit: Fit, templates: list[BlobTemplate], area: int) -> tuple[Floats, Bools]:
     """(K,) visible share of each object, and whether that is enough to locate it.
 
     It is not enough for any if the objects do not explain the blob.
@@ -38,7 +38,7 @@ def seen_of(fit: Fit, templates: list[BlobTemplate], area: int) -> tuple[Floats,
 
 
 def rows_of(
-    row: NDArray[np.void], fit: Fit, templates: list[BlobTemplate], visible: NDArray[np.bool_]
+    row: NDArray[np.void], fit: Fit, templates: list[BlobTemplate], visible: Bools
 ) -> NDArray[np.void]:
     """Rows of the visible objects in one blob, with row (1,): at their places, as large as alone.
 

@@ -5,8 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
 from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.claims import claim_blobs
@@ -18,9 +21,6 @@ from colortrack_ros.detection.templates import BlobTemplate
 from colortrack_ros.detection.templates import Fit
 from colortrack_ros.detection.templates import fit_templates
 from colortrack_ros.detection.templates import Look
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 LONGEST_GAP = 0.5
 """Longest time between two frames across which objects are associated with blobs [s]. Assumed."""
@@ -232,7 +232,7 @@ class TouchingThings:
             claim[inside[~met]] = PIECE
         return found
 
-    def _have_met(self, members: Indices, expected: Floats, side: Floats) -> NDArray[np.bool_]:
+    def _have_met(self, members: Indices, expected: Floats, side: Floats) -> Bools:
         """(K,) whether an object was together with another before, or has come closer to it."""
         things = self._things
         trail, group = things.trail[members], things.group[members]

@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Locations
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.drawing.overlay import BGR
 from colortrack_ros.drawing.overlay import track_color
 from colortrack_ros.ellipses import outlines
 
-Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 GROUND, INK, GRAY = (245, 245, 245), (60, 60, 60), (190, 190, 190)

@@ -10,6 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.ellipses import ELLIPSE_95
 from colortrack_ros.evaluation.correspondence import Score
 from colortrack_ros.evaluation.correspondence import Takeover
@@ -17,9 +20,6 @@ from colortrack_ros.evaluation.correspondence import Tally
 from colortrack_ros.evaluation.hota import Hota
 from colortrack_ros.evaluation.hota import HotaTally
 from colortrack_ros.evaluation.record import Record
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 VISIBLE = 0.3
 """Least visible share of an object that has to be found. Assumed; ``evaluate --visible`` sets
@@ -128,11 +128,7 @@ def _measures(score: Score, hota: Hota) -> dict[str, float]:
 
 
 def _in_sight(
-    objects: NDArray[np.void],
-    shown: NDArray[np.void],
-    radius: float,
-    limit: float,
-    visible: float,
+    objects: NDArray[np.void], shown: NDArray[np.void], radius: float, limit: float, visible: float
 ) -> tuple[NDArray[np.void], NDArray[np.void], Floats]:
     """The objects to be found, the tracks to be evaluated, and the distances between them."""
     far = _distance(objects, shown, radius)
@@ -168,7 +164,7 @@ def _similarity(far: Floats, radius: float) -> Floats:
     return np.maximum(1 - far / radius, 0) if radius else 1 - far
 
 
-def _on_hidden(far: Floats, hidden: NDArray[np.bool_], limit: float) -> NDArray[np.bool_]:
+def _on_hidden(far: Floats, hidden: Bools, limit: float) -> Bools:
     """Mask of the tracks whose nearest object need not be found."""
     if not hidden.any() or not far.shape[1]:
         return np.zeros(far.shape[1], bool)

@@ -3,11 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 
 SIMILARITIES = np.arange(0.05, 0.99, 0.05)
 """Similarity thresholds of a match; all measures are means over them (ibid., 5)."""

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.scenes.curves import constant
 from colortrack_ros.scenes.curves import Curve
 from colortrack_ros.scenes.shapes import Ball
 from colortrack_ros.scenes.shapes import UNIT
 from colortrack_ros.scenes.texture import Color
-
-Floats = NDArray[np.float64]
 
 LINES = 16
 """Lines in each row of pixels along which the covered part is exact: the error of the coverage is

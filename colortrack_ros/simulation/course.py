@@ -1,12 +1,10 @@
 """Motion of a thing over time: along a closed path, and bouncing."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.simulation.config import ThingConfig
 from colortrack_ros.world.state import GRAVITY
-
-Floats = NDArray[np.float64]
 
 LOWEST_HOP = 0.3
 """A ball that leaves the ground slower than this [m/s] has stopped bouncing: it would rise by

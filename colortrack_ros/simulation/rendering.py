@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.simulation.config import Thing
 from colortrack_ros.simulation.rooms import Room
 from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.poses import Pose
 
-Floats = NDArray[np.float64]
 Rays = NDArray[np.float32]
 
 TILE = 0.5

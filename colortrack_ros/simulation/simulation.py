@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import Floats
 from colortrack_ros.data import LOCATION
 from colortrack_ros.data import Locations
 from colortrack_ros.data import NANOSECONDS
@@ -24,8 +24,6 @@ from colortrack_ros.simulation.rooms import ROOMS
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.view import View
-
-Floats = NDArray[np.float64]
 
 SEEN = 0.3
 """A thing is seen if at least this share of it is visible, enough for a detector. Assumed; only the
