@@ -1,18 +1,16 @@
 """The bank of Kalman filters: for each mode, N states in one array (N, n), and (N, n, n)."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.gaussian import invert
 from colortrack_ros.estimation.gaussian import joseph
 from colortrack_ros.estimation.gaussian import maneuvering
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.motion import MotionModel
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 LEAST_WEIGHT = 1e-12
 """Least weight of a mode, so that it can recover: one measurement 7.4 standard deviations from what

@@ -8,9 +8,8 @@ from functools import lru_cache
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Floats
 
 COVERED_EVERY = 10.0
 """Mean time until a visible object is occluded [s]. Assumed. In the worlds of

@@ -1,9 +1,8 @@
 """Gaussians in arrays: updates, mixtures, maneuvers, 2x2 inverses."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Floats
 
 LOG_2PI = float(np.log(2 * np.pi))
 

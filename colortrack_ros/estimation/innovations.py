@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import log_density
 from colortrack_ros.estimation.gaussian import TINY
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 
 @dataclass

@@ -6,18 +6,17 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import Columns
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
 from colortrack_ros.estimation.records import Fields
 from colortrack_ros.estimation.records import Records
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 COMMON = [('track_id', 'u4'), ('state', 'u1'), ('born', 'i8'), ('updated', 'i8'), ('hits', 'u4')]
 """Fields that every tracker records.

@@ -2,10 +2,9 @@
 
 import numpy as np
 from numpy.typing import ArrayLike
-from numpy.typing import NDArray
 
-Bools = NDArray[np.bool_]
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 
 
 class WaitingBoxes:

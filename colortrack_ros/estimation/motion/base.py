@@ -5,9 +5,8 @@ from abc import abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Floats
 
 BOTH = np.eye(2)[:, None]
 """Expands matrices of one axis to two independent axes."""

@@ -1,6 +1,6 @@
 """Constant acceleration with white-noise jerk."""
 
-from colortrack_ros.estimation.motion.base import Floats
+from colortrack_ros.data import Floats
 from colortrack_ros.estimation.motion.base import MotionModel
 from colortrack_ros.estimation.motion.base import planar
 

@@ -1,6 +1,6 @@
 """Constant velocity with white-noise acceleration."""
 
-from colortrack_ros.estimation.motion.base import Floats
+from colortrack_ros.data import Floats
 from colortrack_ros.estimation.motion.base import MotionModel
 from colortrack_ros.estimation.motion.base import planar
 

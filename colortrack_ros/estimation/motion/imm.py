@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from colortrack_ros.estimation.motion.base import Floats
+from colortrack_ros.data import Floats
 from colortrack_ros.estimation.motion.base import MotionModel
 from colortrack_ros.estimation.motion.base import planar
 from colortrack_ros.estimation.motion.constant_acceleration import ConstantAcceleration

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from colortrack_ros.estimation.motion.base import Floats
+from colortrack_ros.data import Floats
 from colortrack_ros.estimation.motion.constant_velocity import ConstantVelocity
 
 
