@@ -4,9 +4,10 @@ from collections import deque
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.tracking.borders import Borders
 from colortrack_ros.tracking.camera import Camera
 from colortrack_ros.tracking.detection_rate import DetectionRate
@@ -18,9 +19,6 @@ from colortrack_ros.tracking.process_noise import ProcessNoise
 from colortrack_ros.tracking.recent import Recent
 from colortrack_ros.tracking.resolution import Resolution
 from colortrack_ros.tracking.sizes import Sizes
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 # Constants marked "assumed" were set by hand; benchmark/ablation.py --constants adaptation.NAME
 # shows what IDF1 becomes with half and twice the value.

@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.tracking.sizes import TOLERANCE
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 TOUCHING = 1.0
 """A blob this close to the picture's border touches it [px]: erosion removes a pixel."""

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Viewpoint
 from colortrack_ros.estimation.bank import Bank
@@ -22,7 +23,6 @@ from colortrack_ros.tracking.ego_motion import STANDING
 from colortrack_ros.tracking.recent import Recent
 from colortrack_ros.tracking.recent import Z
 
-Floats = NDArray[np.float64]
 Find = Callable[[Floats, Floats, Floats], EgoMotion | None]
 
 UNSTEADINESS_MEMORY = 5

@@ -8,8 +8,10 @@ one of its two sides is still a side of the object, and gives its center.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.tracking.measurements import by_axis
 from colortrack_ros.tracking.measurements import Measurements
@@ -20,10 +22,6 @@ from colortrack_ros.tracking.sizes import OTHER_SIZE
 from colortrack_ros.tracking.sizes import Sizes
 from colortrack_ros.tracking.sizes import tolerance
 from colortrack_ros.tracking.sizes import TOLERANCE_SHARE
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 TIED = 0.75
 """Largest deviation of a box, relative to its centroid, from the learned extent at which its sides
@@ -41,11 +39,7 @@ LOG_OTHER_SIZE = math.log(OTHER_SIZE)
 
 
 def measure_centers(
-    prediction: Prediction,
-    blobs: Measurements,
-    track: Indices,
-    blob: Indices,
-    shared: Bools | None,
+    prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices, shared: Bools | None
 ) -> tuple[Floats, Floats]:
     """Centers of objects as measured by blobs, and their covariances.
 

@@ -9,8 +9,9 @@ and once they have separated, lines through their next detections tell which is 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
@@ -26,9 +27,6 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.sizes import Sizes
 from colortrack_ros.tracking.stitching import log_likelihood_ratio
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 DOUBTFUL = math.log(1000)
 """Exchanges of detections less likely than one in a thousand are ruled out. Assumed."""

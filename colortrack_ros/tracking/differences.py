@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.tracking.lasting_errors import mean_cosine
 from colortrack_ros.tracking.lasting_errors import RISES
 from colortrack_ros.tracking.lasting_errors import WANDERING
@@ -14,9 +15,6 @@ from colortrack_ros.tracking.recent import MANEUVERED
 from colortrack_ros.tracking.recent import UNMEASURED
 from colortrack_ros.tracking.recent import WHOLE
 from colortrack_ros.tracking.recent import Z
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 DIFFERENCES, LOG, RISE, GIVEN_LOG, LEAN, LOOKS, TWO_APART, FIVE_APART, STAIRS, RISERS = range(10)
 SUMS = 10

@@ -3,17 +3,15 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import COASTING
+from colortrack_ros.data import Floats
 from colortrack_ros.estimation.existence import DISAPPEARING
 from colortrack_ros.estimation.existence import HIDDEN_SHARE
 from colortrack_ros.estimation.existence import weigh_hidden
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.records import Records
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 REMEMBERED = 200
 """Number of recent disappearances that are kept: at one a second, those of three minutes."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import log_density
@@ -29,9 +30,6 @@ from colortrack_ros.tracking.rectangles import nearest_points
 from colortrack_ros.tracking.strays import SETTLED_HITS
 from colortrack_ros.tracking.strays import STRAY_SPREAD
 from colortrack_ros.tracking.strays import STRAYING
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 LIKELY_TURNED = 0.5
 """Probability of a maneuver above which the detection is doubted. Assumed: an even chance."""

@@ -5,15 +5,13 @@ many are kept as there are confirmed tracks that take them, and one where there 
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
-
-Bools = NDArray[np.bool_]
 
 SAME_OBJECT = 0.7
 """Intersection over union above which two boxes are of one object: that above which Faster R-CNN

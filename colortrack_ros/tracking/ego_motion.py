@@ -3,13 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.tracking.rectangles import nearest_points
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 FEWEST = 5
 """Least number of objects that must agree: with only a few, the motion may be their own. Fitted on
@@ -147,7 +146,7 @@ def count_found(expected: Floats, variance: Floats, z: Floats) -> int:
     return int(np.count_nonzero(_agreeing(z, expected, np.sqrt(variance))[0]))
 
 
-def _agreeing(z: Floats, expected: Floats, sigma: Floats) -> tuple[Bools, NDArray[np.intp]]:
+def _agreeing(z: Floats, expected: Floats, sigma: Floats) -> tuple[Bools, Indices]:
     """Return which predictions, (N,), have a detection close by, and the index of the nearest."""
     nearest = nearest_points(z, expected)
     near = np.abs(z[nearest] - expected) <= NEAR_SIGMAS * sigma

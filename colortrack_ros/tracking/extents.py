@@ -1,8 +1,10 @@
 """Extents: the size of each object, learned from the blobs that it does not share."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.centers import centers
@@ -14,10 +16,6 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.sizes import TOLERANCE
 from colortrack_ros.tracking.sizes import total
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 # Constants marked "assumed" were set by hand; benchmark/ablation.py --constants extents.NAME shows
 # what IDF1 becomes with half and twice the value.

@@ -9,8 +9,10 @@ Li 1995, 3.3).
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
@@ -21,9 +23,6 @@ from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.records import record_size
 from colortrack_ros.tracking.rectangles import points_inside
 from colortrack_ros.tracking.sizes import total
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 COINCIDENCES = 1e-4
 """Expected number of equally good lines in random clutter below which a line counts as an object.
@@ -147,7 +146,7 @@ def _find(
 
 def _are_alike(
     prediction: Prediction, blobs: Measurements, one: Indices, other: Indices, blob: Indices
-) -> NDArray[np.bool_]:
+) -> Bools:
     """Return whether two single-hit tracks and a blob agree in color and in size."""
     color = prediction.records['color']
     alike = (color[one] == color[other]) & (color[one] == blobs.rows['color'][blob])

@@ -3,14 +3,12 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Indices
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
-
-Indices = NDArray[np.intp]
 
 LOG_PI = math.log(math.pi)
 

@@ -7,13 +7,11 @@ one side moves, so the side that moves less shows how much is growth.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.records import Records
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 FOLLOWING_SHARE = 0.2
 """Weight of a complete blob's size in the learned size: a memory of five frames. Assumed."""

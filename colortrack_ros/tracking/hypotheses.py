@@ -5,18 +5,17 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.innovations import compare
 from colortrack_ros.estimation.innovations import Innovations
 from colortrack_ros.tracking.centers import measure_centers
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 LOG_COLORS_MIXED_UP = math.log(50)
 """Cost of a pair of different colors where color does not gate: one blob in 50 is assumed to have
@@ -59,7 +58,7 @@ class Association(NamedTuple):
 
     pairs: Hypotheses
     probability: Floats
-    free: NDArray[np.bool_]
+    free: Bools
     hard: bool
 
 
@@ -68,7 +67,7 @@ def hypothesize(
     blobs: Measurements,
     track: Indices,
     blob: Indices,
-    shared: NDArray[np.bool_] | None = None,
+    shared: Bools | None = None,
 ) -> Hypotheses:
     """Compare blobs with tracks.
 

@@ -1,8 +1,8 @@
 """Initiation: every unassociated blob starts a tentative track."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
@@ -12,8 +12,6 @@ from colortrack_ros.tracking.records import record_size
 from colortrack_ros.tracking.rectangles import points_inside
 from colortrack_ros.tracking.sizes import total
 from colortrack_ros.tracking.splinters import note_hosts
-
-Indices = NDArray[np.intp]
 
 NEW = 0.5
 """Prior probability that an unassociated detection is an object: even odds, since nothing is known.

@@ -8,10 +8,9 @@ and with its sixth power for smooth motion.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import hyp2f1
 
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Floats
 
 RHO = np.array([0.0, 0.3, 0.5, 0.7, 0.8, 0.9])
 """Autocorrelations from frame to frame that are compared. Higher ones cannot be told from a random

@@ -9,16 +9,13 @@ coasting one a lot.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.gaussian import log_density
 from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
 from colortrack_ros.estimation.records import Records
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 WINDOW = 1 / 3
 """Time between glances [s]: about the duration of an occlusion. Assumed."""

@@ -6,16 +6,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.borders import TOUCHING
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.noise import MeasurementNoise
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 DOUBLES, SINGLES = slice(0, 5), slice(10, 16)
 """Columns of u, v, cov_uu, cov_uv, cov_vv in a row of DETECTION viewed as doubles, and of area,
@@ -94,7 +94,7 @@ class Measurements(Columns):
         scale = np.sqrt(self.factor)
         self.R = scale[:, :, None] * self.R * scale[:, None, :]
 
-    def reach(self, which: NDArray[np.intp]) -> Floats:
+    def reach(self, which: Indices) -> Floats:
         """(K, 2, 2) how far boxes reach from their centroids, low and high side, by axis [px]."""
         reach = self.box.take(which, axis=0) - self.z.take(which, axis=0)[:, None]
         np.negative(reach[:, 0], out=reach[:, 0])

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking.duplicates import leave_out_duplicates
 from colortrack_ros.tracking.hypotheses import Association
@@ -16,9 +17,6 @@ from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import points_inside
 from colortrack_ros.tracking.sizes import total
 from colortrack_ros.tracking.splinters import mark_pieces
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 
 def merge_split(
@@ -93,7 +91,7 @@ def find_pieces(
 
 
 def find_guests(
-    prediction: Prediction, blobs: Measurements, taken: NDArray[np.intp]
+    prediction: Prediction, blobs: Measurements, taken: Indices
 ) -> tuple[Indices, Indices]:
     """Find known objects without a blob inside a blob that is too wide for its track.
 

@@ -1,13 +1,11 @@
 """Merged blobs: which side of the box belongs to which object."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.tracking.measurements import Measurements
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 EDGE_VARIANCE = 1.0
 """Variance of the position of a box's side [px^2]: 1/12 for whole pixels, plus the errors of its

@@ -12,6 +12,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.tracking.differences import DIFFERENCES
 from colortrack_ros.tracking.differences import GIVEN_LOG
@@ -35,9 +38,6 @@ from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.recent import GIVEN
 from colortrack_ros.tracking.recent import Recent
 from colortrack_ros.tracking.recent import VARIANCE
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 NOISE_MEMORY = 10.0
 """Time after which evidence has decayed to 1/e [s]. Assumed: light and distance, and with them the
@@ -144,7 +144,7 @@ class MeasurementNoise:
             factor = np.where(factor < 1, 1 - (1 - factor) * unusual, factor)
         return factor, of_usual
 
-    def _look_up(self, colors: NDArray[np.uint32]) -> tuple[Indices, NDArray[np.bool_]]:
+    def _look_up(self, colors: NDArray[np.uint32]) -> tuple[Indices, Bools]:
         """Return the rows of colors, (M,), and whether each color is known, (M,)."""
         row = np.minimum(self._colors.searchsorted(colors), len(self._colors) - 1)
         return row, self._colors[row] == colors
@@ -177,12 +177,7 @@ class MeasurementNoise:
         return np.maximum(grown.max(axis=1), 1.0)
 
     def _sum(
-        self,
-        records: Records,
-        track: Indices,
-        row: Indices,
-        new: Floats,
-        remembered: float,
+        self, records: Records, track: Indices, row: Indices, new: Floats, remembered: float
     ) -> None:
         """Add evidence to that of tracks and of their colors' rows, and update the factors."""
         added = np.zeros_like(self._evidence)
@@ -202,7 +197,7 @@ class MeasurementNoise:
         own = np.exp((share * beyond).clip(*np.log(OWN_RANGE)))
         records['own_factor'][track] = own - 1
 
-    def _is_over(self, added: Floats) -> NDArray[np.bool_]:
+    def _is_over(self, added: Floats) -> Bools:
         """Return for which colors, (C,), what was learned is obsolete.
 
         :param added: (C, 10) evidence of one look.

@@ -8,9 +8,8 @@ another size is neither merged nor cut, and a small one next to it is no piece: 
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.tracking.rectangles import points_inside
-
-Floats = NDArray[np.float64]
 
 LIKE_SIDES = 2.0
 """Largest ratio of the sides of two boxes that are compared: a smaller one is a piece, or lies on

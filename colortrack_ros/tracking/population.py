@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-Bools = NDArray[np.bool_]
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Indices
+
 Colors = NDArray[np.uint32]
-Indices = NDArray[np.intp]
 
 
 class Population:

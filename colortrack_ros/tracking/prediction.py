@@ -7,10 +7,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import predict_existence
@@ -27,8 +28,6 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.sizes import log_fit
 from colortrack_ros.tracking.sizes import Sizes
 from colortrack_ros.tracking.sizes import total
-
-Floats = NDArray[np.float64]
 
 LAST_FRAME = 1.5
 """A track measured within this many frames was measured in the last one; halfway from 1 to 2."""
@@ -118,11 +117,11 @@ class Prediction:
         """(N,) log-likelihood ratio of a blob of exactly that size, see Sizes.log_fit()."""
         return self.sizes.most_fitting(self.size, self.slack)
 
-    def turn_speed(self, track: NDArray[np.intp] | slice) -> Floats:
+    def turn_speed(self, track: Indices | slice) -> Floats:
         """Standard deviation of the velocity after a maneuver, (1, 2), or of each, (K, 2)."""
         return self.turn[track] if self.is_scaled else self.turn
 
-    def log_fit(self, track: NDArray[np.intp], size: Floats) -> Floats:
+    def log_fit(self, track: Indices, size: Floats) -> Floats:
         """Log-likelihood ratio of blobs' sizes, (K, 2) [px], for tracks, (K,): (K,)."""
         excess = size - self.size.take(track, axis=0)
         return log_fit(excess, self.slack.take(track, axis=0), self.best_fit[track])

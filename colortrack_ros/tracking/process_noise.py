@@ -12,6 +12,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.tracking.noise import MEAN_LOG
@@ -22,9 +25,6 @@ from colortrack_ros.tracking.recent import STEADY_CAMERA
 from colortrack_ros.tracking.recent import UNMEASURED
 from colortrack_ros.tracking.recent import VARIANCE
 from colortrack_ros.tracking.recent import Z
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 INDICES = 10.0 ** np.arange(-5, 4.1, 0.5)
 """Tracking indices q dt^3 / r of the probes, half a decade apart: from objects that move straight
@@ -191,12 +191,7 @@ class ProcessNoise:
         records['log_noise'][track] = log_noise - self.log_noise
 
 
-def _follow(
-    records: Records,
-    some: Floats,
-    measured: NDArray[np.bool_],
-    age: NDArray[np.int64],
-) -> Floats:
+def _follow(records: Records, some: Floats, measured: Bools, age: NDArray[np.int64]) -> Floats:
     """Update the probes of all tracks with the measurements of some frames.
 
     :param some: (F, N, RING_COLUMNS) measurements in Recent.
@@ -219,9 +214,7 @@ def _follow(
     return np.asarray(e[:, :, 0] + e[:, :, 1])
 
 
-def _ages(
-    age: NDArray[np.int64], measured: NDArray[np.bool_], turned: NDArray[np.bool_]
-) -> NDArray[np.int64]:
+def _ages(age: NDArray[np.int64], measured: Bools, turned: Bools) -> NDArray[np.int64]:
     """Return the ages of probes, (F, N), at each of some frames.
 
     :param age: (N,) before.

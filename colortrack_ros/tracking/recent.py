@@ -1,12 +1,11 @@
 """The last measurements of each track, kept in a ring buffer to learn from every few frames."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.records import Records
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 EVERY = 5
 """Frames from one look at the measurements to the next, which takes all new ones, to save time.
@@ -46,8 +45,8 @@ class Recent:
         variance: Floats,
         unmeasured: Floats,
         maneuvered: Floats,
-        whole: NDArray[np.bool_],
-        steady: NDArray[np.bool_],
+        whole: Bools,
+        steady: Bools,
         dt: float,
     ) -> bool:
         """Record the measurements of a frame; return whether a look at them is due.

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
 from colortrack_ros.estimation.bank import Bank
@@ -18,9 +20,6 @@ from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.second_difference import ACCELERATION_FIELDS
 from colortrack_ros.tracking.splinters import SPLINTER_FIELDS
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 FIELDS = [
     ('color', 'u4'),

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 
 DENSE = 10_000
 """Number of pairs up to which all are compared, which has less overhead than sorting. Measured: 50

@@ -1,12 +1,9 @@
 """Resolution: the distance at which a detector merges two objects into one detection."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
+from colortrack_ros.data import Floats
 
 RADII = np.geomspace(1.0, 200.0, 24)
 """Radii that are compared [px]: from a pixel to objects that fill a third of a picture."""

@@ -1,13 +1,11 @@
 """The acceleration of a track by second differences of its past positions: Red object, (13)."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.records import Records
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 ACCELERATION_FIELDS = [
     ('past', 'f8', (2, 2)),

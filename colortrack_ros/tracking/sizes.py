@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Floats
 
 # Constants marked "assumed" were set by hand; benchmark/ablation.py --constants sizes.NAME shows
 # what IDF1 becomes with half and twice the value.

@@ -8,6 +8,8 @@ disc is whole again. Its history tells it from an object that met another: that 
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.records import Records
@@ -15,9 +17,6 @@ from colortrack_ros.estimation.track_table import rows_of
 from colortrack_ros.tracking.prediction import LAST_FRAME
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.rectangles import nearest_points
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 AWAY = 2.0
 """Ratio of the largest distance of a track from the one beside which it started to that at their
@@ -105,7 +104,7 @@ def leave_out_splinters(records: Records, member: Indices, host: Indices) -> Ind
 
 def mark_pieces(
     prediction: Prediction, lost: Indices, track: Indices, owner: NDArray[np.uint32]
-) -> NDArray[np.bool_]:
+) -> Bools:
     """Find the splinters among tracks that would share a blob with sizes, and record them.
 
     :param lost: tracks without a blob, (L,).

@@ -3,8 +3,10 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import LOG_2PI
@@ -19,9 +21,6 @@ from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import assumed_speed
 from colortrack_ros.tracking.sizes import Sizes
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'hits')
 """Fields of a lost track that the new one takes over."""
@@ -104,7 +103,7 @@ def find_stitches(
 
 def _is_repeated(
     lost: TrackTable[Bank], found: TrackTable[Bank], one: Indices, other: Indices
-) -> NDArray[np.bool_]:
+) -> Bools:
     """Which pairs, (K,), are one object: the new track started inside the lost one's box.
 
     If an object is detected twice just as it turns, its track may take the wrong detection, and the
@@ -155,7 +154,7 @@ def _reappearing(
 
 def _log_prior(
     lost: TrackTable[Bank],
-    remembered: NDArray[np.bool_],
+    remembered: Bools,
     unmeasured: Floats,
     gap: Floats,
     one: Indices,
@@ -206,7 +205,7 @@ def _compare_sizes(
 
 def _is_near(
     mean: Floats, cov: Floats, one: Indices, other: Indices, T: Floats, speed: Floats
-) -> NDArray[np.bool_]:
+) -> Bools:
     """Which pairs of tracks, (K,), need to be compared, one of them lost for T, (K,) [s]."""
     reach = np.hypot(mean[one, 2], mean[one, 3]) * T
     reach += REACH_SIGMAS * np.sqrt((cov[one, 0, 0] + cov[one, 1, 1]) / 2 + (speed.max() * T) ** 2)

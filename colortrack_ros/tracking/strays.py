@@ -11,8 +11,10 @@ from dataclasses import replace
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.config import TrackerConfig
@@ -27,9 +29,7 @@ from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import LAST_FRAME
 from colortrack_ros.tracking.prediction import Prediction
 
-Indices = NDArray[np.intp]
-
-Chosen = tuple[Hypotheses, NDArray[np.float64]]
+Chosen = tuple[Hypotheses, Floats]
 """Hypotheses and the probability of each."""
 
 STRAYING = 0.01
@@ -89,7 +89,7 @@ def take_strays(
 
 
 def _find_noisy(
-    prediction: Prediction, blobs: Measurements, missed: NDArray[np.bool_], config: TrackerConfig
+    prediction: Prediction, blobs: Measurements, missed: Bools, config: TrackerConfig
 ) -> Chosen | None:
     """Find badly measured tracks: blobs of the right size within a wider gate; see _choose()."""
     wide = replace(blobs, R=STRAY_SPREAD * blobs.R)
@@ -102,7 +102,7 @@ def _find_noisy(
 
 
 def _find_sudden(
-    prediction: Prediction, blobs: Measurements, missed: NDArray[np.bool_], config: TrackerConfig
+    prediction: Prediction, blobs: Measurements, missed: Bools, config: TrackerConfig
 ) -> Chosen | None:
     """Find tracks that have suddenly moved fast, and replace their predictions; see _choose().
 
@@ -127,7 +127,7 @@ def _choose(
     track: Indices,
     blob: Indices,
     log_prior: float,
-    missed: NDArray[np.bool_],
+    missed: Bools,
     config: TrackerConfig,
 ) -> Chosen | None:
     """Associate tracks, (K,), with blobs, (K,); None if nothing is found, as nearly always.
@@ -146,9 +146,7 @@ def _choose(
     return (found.take(alone), probability[alone]) if len(alone) else None
 
 
-def _is_alone(
-    prediction: Prediction, found: Hypotheses, missed: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
+def _is_alone(prediction: Prediction, found: Hypotheses, missed: Bools) -> Bools:
     """Return whether no other missed track is within twice the distance of what is found, (K,).
 
     A blob between two tracks belongs to both (see unresolved), or to either.

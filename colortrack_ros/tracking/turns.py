@@ -7,9 +7,9 @@ sum, Alspach and Sorenson 1972, of two terms for each track, about its last mane
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import turned
@@ -22,9 +22,6 @@ from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.prediction import known_acceleration
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.prediction import process_variance
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 UNLIKELY = 0.01
 """Maneuvers less probable than this do not change the filter, to save time. They do count in the

@@ -8,8 +8,10 @@ objects are not seen one by one. They certainly exist, though, and are held to t
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
@@ -28,10 +30,6 @@ from colortrack_ros.tracking.splinters import find_hosts
 from colortrack_ros.tracking.splinters import leave_out_splinters
 from colortrack_ros.tracking.turns import UNLIKELY
 from colortrack_ros.tracking.update import MOST_LOG_RATIO
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 MOST_MERGED, MOST_NEAR = 4, 8
 """Most objects in one detection, and most candidates for it, to bound the time. Assumed."""

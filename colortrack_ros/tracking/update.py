@@ -3,8 +3,10 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
@@ -26,10 +28,6 @@ from colortrack_ros.tracking.records import record_size
 from colortrack_ros.tracking.second_difference import learn_acceleration
 from colortrack_ros.tracking.turns import UndecidedTurns
 from colortrack_ros.tracking.turns import UNLIKELY
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 SINCE = ((np.arange(5) + 0.5) / 5) ** 2
 """Times since a maneuver over T, by the midpoint rule in their square roots: recent ones, which

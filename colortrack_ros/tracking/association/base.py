@@ -2,11 +2,8 @@
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 
 
 class Associator(Protocol):

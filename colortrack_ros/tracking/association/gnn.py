@@ -5,8 +5,8 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
-from colortrack_ros.tracking.association.base import Floats
-from colortrack_ros.tracking.association.base import Indices
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 
 SMALL = 10_000
 """Number of entries up to which a dense table is solved instead of a sparse one, which has more

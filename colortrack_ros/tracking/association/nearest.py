@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from colortrack_ros.tracking.association.base import Floats
-from colortrack_ros.tracking.association.base import Indices
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 
 
 def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices, Floats]:
