@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.windows.colors import Colors
 from colortrack_ros.windows.colors import mean_inside
@@ -17,7 +18,6 @@ from colortrack_ros.windows.correlation import Spectrum
 from colortrack_ros.windows.features import CELL
 from colortrack_ros.windows.features import describe
 from colortrack_ros.windows.features import Features
-from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.features import Pixels
 from colortrack_ros.windows.features import sample
 from colortrack_ros.windows.peaks import vertex

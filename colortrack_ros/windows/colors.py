@@ -6,8 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.windows.features import Features
-from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.features import Pixels
 
 LEVELS, COLOR_RATE = 32, 0.04
@@ -35,7 +37,7 @@ class Colors:
         self._pixels = np.maximum(np.bincount(part, minlength=3)[:2, None], 1)
         self._first_bin = part * LEVELS ** (3 if patch.ndim == 3 else 1)
         counts = self._counts(patch)
-        self._seen: NDArray[np.bool_] = np.asarray(counts.any(axis=0))
+        self._seen: Bools = np.asarray(counts.any(axis=0))
         self._shares = counts / self._pixels
         self._table = np.full(len(self._seen), 0.5, np.float32)
         self._renew_table(np.flatnonzero(self._seen))
@@ -53,14 +55,14 @@ class Colors:
         """Return the probability, (rows, columns), that a pixel is the target's by its color."""
         return np.asarray(self._table.take(_index(patch)))
 
-    def _renew_table(self, seen: NDArray[np.intp]) -> None:
+    def _renew_table(self, seen: Indices) -> None:
         """Recompute the probabilities of the bins that have been seen."""
         target, beside = self._shares[:, seen]
         both = target + beside
         half = np.full(len(seen), 0.5)
         self._table[seen] = np.divide(target, both, out=half, where=both > 0)
 
-    def _counts(self, patch: Pixels) -> NDArray[np.intp]:
+    def _counts(self, patch: Pixels) -> Indices:
         """Count the pixels of each color, target and surroundings: (2, LEVELS ** channels)."""
         count = LEVELS ** (3 if patch.ndim == 3 else 1)
         bins = _index(patch).ravel() + self._first_bin

@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.windows.features import Features
-from colortrack_ros.windows.features import Floats
 
 Spectrum = NDArray[np.complex64]
 
@@ -114,6 +115,6 @@ def _taper(count: int) -> Features:
     return np.hanning(count + 2)[1:-1].astype(np.float32)
 
 
-def _share(place: NDArray[np.intp], side: float) -> Features:
+def _share(place: Indices, side: float) -> Features:
     """Return the share of each cell, counted from the middle, inside a box of that side."""
     return np.clip((side + 1) / 2 - place, 0, 1).astype(np.float32)

@@ -4,9 +4,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
+from colortrack_ros.data import Indices
 
-Floats = NDArray[np.float64]
 Gray = NDArray
 
 TO_GRAY = {
@@ -25,13 +26,11 @@ class Crop:
     :param times: each gray level is the mean of this many pixels of the picture on each axis.
     """
 
-    def __init__(self, gray: Gray, corner: NDArray[np.intp], times: int = 1) -> None:
+    def __init__(self, gray: Gray, corner: Indices, times: int = 1) -> None:
         self.gray, self.corner, self.times = gray, corner, times
 
     @classmethod
-    def of(
-        cls, frame: Frame, low: NDArray[np.intp], high: NDArray[np.intp], times: int = 1
-    ) -> 'Crop':
+    def of(cls, frame: Frame, low: Indices, high: Indices, times: int = 1) -> 'Crop':
         """Return the part of a frame from pixel low to pixel high, (u, v), both included.
 
         Incomplete means at the right and at the bottom are cut off.

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
+from colortrack_ros.data import Indices
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 Pixels = NDArray[np.uint8]
 Features = NDArray[np.float32]
 

@@ -7,11 +7,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
+from colortrack_ros.data import Indices
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.costs import distances
 from colortrack_ros.windows.crop import Crop
-from colortrack_ros.windows.crop import Floats
 from colortrack_ros.windows.template import Template
 
 NEIGHBORS: NDArray = np.ones((3, 3), np.uint8)
@@ -51,7 +53,7 @@ class Match(NamedTuple):
     innovation_norm: float
     alone: bool
     surface: NDArray
-    corner: NDArray[np.intp]
+    corner: Indices
 
 
 class Matches(NamedTuple):
@@ -69,11 +71,11 @@ class Matches(NamedTuple):
     similarity: Floats
     correlation: Floats
     innovation_norm: Floats
-    alone: NDArray[np.bool_]
+    alone: Bools
     crops: list[Crop | None]
-    surfaces: list[tuple[NDArray[np.intp], NDArray, int]]
+    surfaces: list[tuple[Indices, NDArray, int]]
 
-    def are_valid(self, last_similarity: Floats, config: WindowConfig) -> NDArray[np.bool_]:
+    def are_valid(self, last_similarity: Floats, config: WindowConfig) -> Bools:
         """Which matches are valid, (M,) (3.4.1, "Validação da Correspondência").
 
         :param last_similarity: (M,) of the last valid match.
@@ -82,7 +84,7 @@ class Matches(NamedTuple):
         least = np.maximum(last_similarity - drop_by_noise - config.max_drop, config.min_similarity)
         return self.are_sharp(config.max_deviation) & (self.similarity >= least)
 
-    def are_sharp(self, deviation: float) -> NDArray[np.bool_]:
+    def are_sharp(self, deviation: float) -> Bools:
         """Which positions have at most this standard deviation [px] in every direction, (M,)."""
         half_sum = (self.R[:, 0, 0] + self.R[:, 1, 1]) / 2
         half_difference = (self.R[:, 0, 0] - self.R[:, 1, 1]) / 2
@@ -126,7 +128,7 @@ def match_templates(
 
 
 def reliability_map(
-    surfaces: list[tuple[NDArray[np.intp], NDArray, int]], shape: tuple[int, ...]
+    surfaces: list[tuple[Indices, NDArray, int]], shape: tuple[int, ...]
 ) -> NDArray[np.uint8]:
     """Picture of how much windows resemble the templates (3.2.3): an isolated peak is reliable.
 
@@ -193,7 +195,7 @@ def _choose(matrix: NDArray, predicted: Floats, mean_innovation: float, ambiguit
     return Match(place, around, innovation_norm, len(rows) == 1, matrix, np.zeros(2, np.intp))
 
 
-def refine(around: Floats, pixels: NDArray[np.intp]) -> tuple[Floats, Floats]:
+def refine(around: Floats, pixels: Indices) -> tuple[Floats, Floats]:
     """Subpixel position of the least distance, and its covariance.
 
     Fits a parabola through the least distance and its neighbors on each axis. If the distance is E

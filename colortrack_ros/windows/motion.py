@@ -3,18 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.motion import MOTION_MODELS
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.matching import SUBPIXEL_SIGMA
 from colortrack_ros.windows.swarm import Swarm
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 GATE_SIGMAS, GATE_GROWTH = 3.0, 3.0
 """Standard deviations inside the search region, 99.7 % on each axis, and the factor by which it may

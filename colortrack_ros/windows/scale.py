@@ -4,11 +4,11 @@ import cv2
 import numpy as np
 from scipy import fft
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.windows.correlation import Spectrum
 from colortrack_ros.windows.features import CELL
 from colortrack_ros.windows.features import Features
-from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.features import oriented_gradients
 from colortrack_ros.windows.features import sample
 from colortrack_ros.windows.features import to_gray

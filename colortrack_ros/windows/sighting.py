@@ -1,8 +1,9 @@
 """Search by appearance for targets whose templates are not found."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import is_inside
@@ -11,7 +12,6 @@ from colortrack_ros.windows.appearance import LEARNED
 from colortrack_ros.windows.appearance import NEARBY
 from colortrack_ros.windows.appearance import RARER
 from colortrack_ros.windows.appearance import Sighting
-from colortrack_ros.windows.features import Floats
 from colortrack_ros.windows.matching import Matches
 
 RINGS = 20
@@ -28,7 +28,7 @@ SPIRAL = _GRID[np.hypot(*_GRID.T).argsort(kind='stable')].astype(float)
 
 
 def sight(
-    frame: Frame, records: Records, matches: Matches, valid: NDArray[np.bool_],
+    frame: Frame, records: Records, matches: Matches, valid: Bools,
     predicted: Floats,
 ) -> dict[int, Sighting]:  # fmt: skip
     """Search for targets by their appearance.
@@ -86,9 +86,7 @@ def _seek(
     return seen
 
 
-def are_doubtful(
-    records: Records, matches: Matches, sightings: dict[int, Sighting]
-) -> NDArray[np.bool_]:
+def are_doubtful(records: Records, matches: Matches, sightings: dict[int, Sighting]) -> Bools:
     """Return which targets, (N,), were lost and are seen again, but not for sure.
 
     They are followed, but not reported as seen: many other things look as similar.
@@ -100,7 +98,7 @@ def are_doubtful(
 
 
 def learn(
-    frame: Frame, records: Records, accepted: NDArray[np.bool_], matches: Matches,
+    frame: Frame, records: Records, accepted: Bools, matches: Matches,
     sightings: dict[int, Sighting],
 ) -> None:  # fmt: skip
     """Learn the targets' appearance and size.

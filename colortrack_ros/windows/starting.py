@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.crop import cut_window
-from colortrack_ros.windows.motion import Bools
-from colortrack_ros.windows.motion import Floats
 
 LEAST_SIDE = 5
 """Least width and height of a template [px]: 25 pixels for the six unknowns of Template.align."""

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.windows.config import WindowConfig
 
-Floats = NDArray[np.float64]
 Particles = NDArray[np.float32]
 
 

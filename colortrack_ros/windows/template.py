@@ -4,10 +4,10 @@ from functools import cached_property
 
 import numpy as np
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.windows.crop import Crop
 from colortrack_ros.windows.crop import cut_window
-from colortrack_ros.windows.crop import Floats
 from colortrack_ros.windows.crop import Gray
 
 GAUSS_NEWTON_STEPS = 2

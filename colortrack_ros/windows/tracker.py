@@ -4,7 +4,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
 from colortrack_ros.data import whole_rows
@@ -19,8 +22,6 @@ from colortrack_ros.windows.appearance import Sighting
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import Matches
-from colortrack_ros.windows.motion import Bools
-from colortrack_ros.windows.motion import Floats
 from colortrack_ros.windows.motion import Motion
 from colortrack_ros.windows.sighting import are_doubtful
 from colortrack_ros.windows.sighting import learn
@@ -72,7 +73,7 @@ class WindowTracker:
     def __init__(self, config: WindowConfig | None = None, targets: ArrayLike = ()) -> None:
         self.config, self.waiting = config or WindowConfig(), WaitingBoxes(targets)
         self._swarm, self._clock, self.trouble = Swarm(self.config), Clock(), ''
-        self.surfaces: list[tuple[NDArray[np.intp], NDArray, int]] = []
+        self.surfaces: list[tuple[Indices, NDArray, int]] = []
         self._start(1)
 
     def _start(self, first_id: int) -> None:
@@ -252,9 +253,8 @@ class WindowTracker:
         longest = round(self.config.max_time_since_update * NANOSECONDS)
         kept = self._clock.now - self._tracks.records['followed'] <= longest
         if not self._is_learning:
-            kept &= is_inside(
-                self._tracks.filters.bank.estimate()[0][:, :2], *frame.image.shape[:2]
-            )
+            position = self._tracks.filters.bank.estimate()[0][:, :2]
+            kept &= is_inside(position, *frame.image.shape[:2])
         if not kept.all():
             self._tracks.keep(kept)
 
