@@ -5,9 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from colortrack_ros.contours.boxes import boxes
-from colortrack_ros.contours.boxes import Floats
 from colortrack_ros.contours.config import ContourConfig
-from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.regions import in_common
 from colortrack_ros.contours.regions import is_same
@@ -18,7 +16,9 @@ from colortrack_ros.contours.regions import SLACK
 from colortrack_ros.contours.regions import slack
 from colortrack_ros.contours.regions import SLACK_SHARE
 from colortrack_ros.contours.spline import Spline
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.records import Records
 
@@ -98,11 +98,7 @@ def expected_boxes(contours: Contours, spline: Spline, unseen: Floats) -> Floats
 
 
 def believed(
-    before: Floats,
-    after: Floats,
-    regions: OwnAreas,
-    past: History,
-    clear: Bools,
+    before: Floats, after: Floats, regions: OwnAreas, past: History, clear: Bools
 ) -> Bools:
     """Return where edges are believed, (N,): where the foreground confirms them.
 

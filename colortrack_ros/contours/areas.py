@@ -6,11 +6,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.contours.boxes import Floats
 from colortrack_ros.contours.boxes import overlaps
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 
-Bools = NDArray[np.bool_]
 Mask = NDArray[np.uint8]
 
 CORE = 0.6
@@ -88,7 +89,7 @@ def find_areas(mask: Mask, least: int, known: Floats) -> Areas:
     return _table(found, np.array(mask.shape[::-1]))
 
 
-def _table(found: list[tuple[Mask, int, int, bool]], shape: NDArray[np.intp]) -> Areas:
+def _table(found: list[tuple[Mask, int, int, bool]], shape: Indices) -> Areas:
     """Return areas, given masks, their left and top, and whether each is a piece."""
     count = len(found)
     box, center, size = np.zeros((count, 4)), np.zeros((count, 2)), np.zeros(count)
@@ -127,7 +128,7 @@ def split(mask: Mask, least: int) -> list[Mask]:
     return [(labels == k).astype(np.uint8) for k in large] if len(large) > 1 else [mask]
 
 
-def _beside(left: NDArray[np.intp], right: NDArray[np.intp]) -> NDArray[np.intp]:
+def _beside(left: Indices, right: Indices) -> Indices:
     """Return the groups, (K,) from 0, of spans; overlapping ones are in the same group."""
     order = np.argsort(left, kind='stable')
     reach = np.maximum.accumulate(right[order])

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import Mask
-from colortrack_ros.contours.filters import Bools
+from colortrack_ros.data import Bools
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.background_model import LEARN_FRAMES

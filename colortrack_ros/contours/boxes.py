@@ -1,10 +1,9 @@
 """Boxes: left, top, right, bottom [px], the first and last column and row, included."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Bools = NDArray[np.bool_]
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 
 LEAVES = 2
 """An unseen target this close to the border has left the picture [px]. Assumed: half and twice the

@@ -6,9 +6,9 @@ from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.background import STILL_LEVELS
 from colortrack_ros.contours.displaced import AREA_PIXELS
 from colortrack_ros.contours.displaced import pixels_of
-from colortrack_ros.contours.filters import Bools
-from colortrack_ros.contours.filters import Floats
-from colortrack_ros.contours.filters import Indices
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.detection.background_model import Picture
 from colortrack_ros.estimation.records import Records
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from colortrack_ros.contours.areas import Areas
-from colortrack_ros.contours.filters import Bools
-from colortrack_ros.contours.filters import Indices
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Indices
 from colortrack_ros.detection.background_model import Picture
 
 MOVE_REACH = 2

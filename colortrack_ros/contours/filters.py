@@ -16,14 +16,12 @@ matrix; here n scalars are measured along normals, and each target has its own H
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 
 MOTION_SIZE = 4
 """Components of M."""

@@ -10,14 +10,14 @@ from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.areas import find_areas
 from colortrack_ros.contours.areas import Mask
 from colortrack_ros.contours.background import StillBackground
-from colortrack_ros.contours.boxes import Floats
 from colortrack_ros.contours.boxes import intersections
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.displaced import is_displaced
-from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.scene_change import SceneChange
 from colortrack_ros.contours.shadows import without_shadows
 from colortrack_ros.contours.weak import with_weak
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import DetectorConfig

@@ -3,10 +3,10 @@
 import numpy as np
 
 from colortrack_ros.contours.config import ContourConfig
-from colortrack_ros.contours.filters import Bools
-from colortrack_ros.contours.filters import Floats
 from colortrack_ros.contours.filters import motion_matrix
 from colortrack_ros.contours.filters import MOTION_SIZE
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 
 FIT_ROUNDS = 4
 """Iterations of the reweighted fit. With 2 and 8 the errors of `silhouette` and

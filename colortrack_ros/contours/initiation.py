@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

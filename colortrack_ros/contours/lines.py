@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.contours.config import ContourConfig
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
-Bools = NDArray[np.bool_]
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 
 SIDE_SAMPLES = np.array([[-6, -5, -4, -3, -2], [2, 3, 4, 5, 6]])
 """Samples just inside and just outside of an edge [px], starting where the document's edge

@@ -1,12 +1,10 @@
 """Placing of a contour's nodes along an outline."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.contours.spline import SEGMENT_POINTS
 from colortrack_ros.contours.spline import Spline
-
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Floats
 
 PHASES = 8
 """Number of starting points that are tried for equally spaced nodes. Assumed; see FIRST_STEP."""

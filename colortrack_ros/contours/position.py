@@ -3,9 +3,9 @@
 import numpy as np
 
 from colortrack_ros.contours.filters import Contours
-from colortrack_ros.contours.filters import Floats
 from colortrack_ros.contours.filters import motion_matrix
 from colortrack_ros.contours.spline import Spline
+from colortrack_ros.data import Floats
 
 
 def positions(

@@ -5,10 +5,10 @@ from numpy.typing import NDArray
 
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.filters import Contours
-from colortrack_ros.contours.filters import Floats
 from colortrack_ros.contours.foreground import Foreground
 from colortrack_ros.contours.position import positions
 from colortrack_ros.contours.spline import Spline
+from colortrack_ros.data import Floats
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.track_table import TrackTable
 

@@ -5,10 +5,10 @@ import numpy as np
 from colortrack_ros.contours.changes import has_changed
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.displaced import AREA_PIXELS
-from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.filters import Contours
-from colortrack_ros.contours.filters import Floats
 from colortrack_ros.contours.spline import Spline
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.detection.background_model import Picture

@@ -3,16 +3,16 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.areas import PART
 from colortrack_ros.contours.boxes import extents
-from colortrack_ros.contours.boxes import Floats
 from colortrack_ros.contours.boxes import intersections
-from colortrack_ros.contours.filters import Bools
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.records import Records
 
 LEAST_OVERLAP = 0.1
@@ -55,7 +55,7 @@ class OwnAreas(Columns):
     box: Floats
     shared: Bools
     cut: Bools
-    first: NDArray[np.intp]
+    first: Indices
     piece: Bools
 
 
@@ -100,7 +100,7 @@ def match(own: Floats, areas: Areas) -> tuple[OwnAreas, Bools]:
     return OwnAreas(box, shared, cut, first, owns & areas.piece[first]), ~(taken | part)
 
 
-def _above_or_below(box: Floats, main: NDArray[np.intp]) -> Bools:
+def _above_or_below(box: Floats, main: Indices) -> Bools:
     """Return which boxes, (K, 4), share columns with others, main (K,); -1 counts as shared."""
     other = box[main]
     common = np.minimum(box[:, 2], other[:, 2]) - np.maximum(box[:, 0], other[:, 0])
@@ -202,7 +202,7 @@ def shifts(own: Floats, region: Floats, cut: Bools) -> Floats:
     return np.asarray(np.where(cut[:, 2:] & ~cut[:, :2], low, shift))
 
 
-def in_common(own: Floats, region: Floats, group: NDArray[np.intp]) -> Floats:
+def in_common(own: Floats, region: Floats, group: Indices) -> Floats:
     """Return shifts, (N, 2) [px], of targets that share a region, by their outermost sides.
 
     :param own: (N, 4) boxes of the targets [px].

@@ -1,7 +1,6 @@
 """Coasting targets that reappear from behind a cover as an unassigned area."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.boxes import boxes
@@ -10,9 +9,8 @@ from colortrack_ros.contours.regions import shifts
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.track_table import TrackTable
-
-Indices = NDArray[np.intp]
 
 
 def resume(tracks: TrackTable[Contours], spline: Spline, areas: Areas, stamp: int) -> Indices:

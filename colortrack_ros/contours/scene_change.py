@@ -5,8 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.contours.background import STILLNESS_STEP
-from colortrack_ros.contours.boxes import Bools
-from colortrack_ros.contours.boxes import Floats
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.background_model import Picture
 

@@ -2,10 +2,10 @@
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import Mask
-from colortrack_ros.contours.filters import Bools
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Indices
 from colortrack_ros.detection.background_model import Picture
 
 BODY_SHARE = 0.5
@@ -71,7 +71,7 @@ def _beside_bodies(own: Bools) -> Bools:
     return np.asarray(low)
 
 
-def _runs(which: Bools) -> NDArray[np.intp]:
+def _runs(which: Bools) -> Indices:
     """Return start and end, (N, 2), of each run of True."""
     steps = np.diff(which.astype(np.int8), prepend=0, append=0)
     return np.stack([np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)], axis=1)

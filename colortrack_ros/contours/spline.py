@@ -9,9 +9,8 @@ of segment i, where the curve is closest to control point i: (x_{i-1} + 6 x_i + 
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Floats
 
 GAUSS = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
 GAUSS_WEIGHTS = np.array([5, 8, 5]) / 18

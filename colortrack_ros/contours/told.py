@@ -7,16 +7,16 @@ from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import FITS
 from colortrack_ros.contours.boxes import boxes
-from colortrack_ros.contours.boxes import Floats
 from colortrack_ros.contours.boxes import overlaps
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.filters import Contours
-from colortrack_ros.contours.filters import Indices
 from colortrack_ros.contours.lines import find_edges
 from colortrack_ros.contours.records import begin
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
+from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes

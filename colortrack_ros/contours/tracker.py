@@ -12,9 +12,7 @@ from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.boxes import is_at_border
 from colortrack_ros.contours.changes import remember
 from colortrack_ros.contours.config import ContourConfig
-from colortrack_ros.contours.filters import Bools
 from colortrack_ros.contours.filters import Contours
-from colortrack_ros.contours.filters import Floats
 from colortrack_ros.contours.foreground import Foreground
 from colortrack_ros.contours.gating import gate
 from colortrack_ros.contours.initiation import Initiation
@@ -36,6 +34,8 @@ from colortrack_ros.contours.reunion import resume
 from colortrack_ros.contours.scene_change import OTHER_SCENE
 from colortrack_ros.contours.spline import Spline
 from colortrack_ros.contours.told import begin_told
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from colortrack_ros.contours.areas import Mask
-from colortrack_ros.contours.filters import Bools
+from colortrack_ros.data import Bools
 from colortrack_ros.detection.background_model import Picture
 
 WEAK_SHARE = 0.65
