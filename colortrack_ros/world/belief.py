@@ -17,7 +17,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import Selection
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
@@ -46,8 +49,6 @@ from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import View
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 Table = TypeVar('Table', bound=Columns)
 
 LEAST_CASE = 1e-300
@@ -204,7 +205,7 @@ class Belief(Columns):
 
     def kick(
         self,
-        rows: NDArray[np.intp],
+        rows: Indices,
         since: Floats,
         measured: Measured,
         view: View,
@@ -225,7 +226,7 @@ class Belief(Columns):
         self.motion.put(self._all(rows[fits]), part.take(fits).motion)
         return np.asarray(fits)
 
-    def _all(self, rows: Selection) -> NDArray[np.intp]:
+    def _all(self, rows: Selection) -> Indices:
         """Return the rows of objects in all cases."""
         (chosen,) = rows.nonzero() if rows.dtype == bool else (rows,)
         starts = len(self) * np.arange(len(self.log_weight))
@@ -235,7 +236,7 @@ class Belief(Columns):
         """Repeat a table of objects for each case."""
         return table if len(self.log_weight) == 1 else table.take(self._cases(len(table)))
 
-    def _cases(self, count: int) -> NDArray[np.intp]:
+    def _cases(self, count: int) -> Indices:
         """Return the rows of count objects, repeated for each case."""
         return np.tile(np.arange(count), len(self.log_weight))
 

@@ -11,14 +11,12 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.world.lens import Lens
 from colortrack_ros.world.lens import LENSES
 from colortrack_ros.world.lens import WIDEST
-
-Floats = NDArray[np.float64]
-
 
 AT_BORDER = 32
 """Points on each side of the picture at which the field of view of the lens is evaluated.
@@ -175,7 +173,7 @@ class CameraModel:
         rays = self.rays(pixels)
         return np.asarray(rays * (depth / rays[:, 2])[:, None])
 
-    def contains(self, pixels: Floats) -> NDArray[np.bool_]:
+    def contains(self, pixels: Floats) -> Bools:
         """Whether pixels, (N, 2), are inside the picture."""
         size = np.array([self.width, self.height])
         return np.asarray(((pixels >= -0.5) & (pixels < size - 0.5)).all(axis=1))

@@ -1,16 +1,14 @@
 """Cases of the camera errors in which ranges on the ground are not linear; see belief."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import SHIFT
 from colortrack_ros.world.state import TILT
 from colortrack_ros.world.view import View
-
-Floats = NDArray[np.float64]
 
 PITCH, LIFT = TILT.start - OF_OBJECT + 1, SHIFT.start - OF_OBJECT + 2
 """Indices of the pitch and of the height among the errors of the first camera."""

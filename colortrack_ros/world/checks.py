@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Detections
+from colortrack_ros.data import Floats
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.belief import Belief
@@ -25,9 +27,6 @@ from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import LOWEST
 from colortrack_ros.world.view import View
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 OUT_OF_PLACE = 5.0
 """Standard deviations by which an object's height or blob size may be off before it is reported:

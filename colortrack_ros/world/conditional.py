@@ -7,8 +7,10 @@ Cathey 1993; Bar-Shalom, Li and Kirubarajan 2001, 10.5.2).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.inverse_depth import to_points
 from colortrack_ros.world.measurement import BLOB
@@ -24,10 +26,6 @@ from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import STANDS
 from colortrack_ros.world.view import View
 from colortrack_ros.world.whitening import whitening
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 LINEARIZATIONS = 4
 """Most linearizations of an update, each at the result of the last one. With 8, NEES and RMSE of

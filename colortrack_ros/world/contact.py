@@ -9,8 +9,8 @@ moving the state, to first order, along its ray, which changes no pixel.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
 from colortrack_ros.world.measurement import PLANE_SIGMA
@@ -19,8 +19,6 @@ from colortrack_ros.world.state import HEIGHT
 from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import LOWEST
-
-Floats = NDArray[np.float64]
 
 
 def keep_on_ground(objects: Motions, measured: Measured, eye: Floats, plane: Floats) -> None:

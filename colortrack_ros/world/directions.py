@@ -6,11 +6,9 @@ picture across its border.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.world.camera import CameraModel
-
-Floats = NDArray[np.float64]
 
 MOST_BEHIND = np.pi - 0.01
 """Largest angle between a pixel's direction and the optical axis [rad]. Straight behind the camera,

@@ -8,9 +8,11 @@ correct the objects.
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.world.conditional import conditional
 from colortrack_ros.world.conditional import LINEAR_WITHIN
 from colortrack_ros.world.conditional import LINEARIZATIONS
@@ -30,10 +32,6 @@ from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import VELOCITY
 from colortrack_ros.world.view import View
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 
 GATE = chdtri(np.arange(1, 6), 1e-4)
 """Gate of the normalized innovation squared, by the number of measured values. It rejects one

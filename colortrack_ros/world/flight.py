@@ -1,9 +1,9 @@
 """Flight of thrown and bouncing objects: gravity, the air, and the ground."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from colortrack_ros.data import Floats
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.state import add_white
@@ -16,8 +16,6 @@ from colortrack_ros.world.state import MOVES
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import VELOCITY
-
-Floats = NDArray[np.float64]
 
 SPIN = 0.5
 """Standard deviation, on each axis, of the force of spin over drag: lift coefficients of spinning

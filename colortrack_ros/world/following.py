@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
@@ -16,8 +16,6 @@ from colortrack_ros.parameters import parameter
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.view import jumped
 from colortrack_ros.world.view import way_between
-
-Floats = NDArray[np.float64]
 
 LONGEST_PERIOD = 0.05
 """Longest time between two commands [s]: the period of Nav2's controller server, at 20 Hz."""

@@ -7,13 +7,11 @@ meters, that part would seem to be measured away.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import POSITION
-
-Floats = NDArray[np.float64]
 
 
 def from_points(optical: Pose, points: Floats) -> tuple[Floats, Floats]:

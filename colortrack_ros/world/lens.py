@@ -8,9 +8,8 @@ from abc import ABC
 from abc import abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Floats
 
 ITERATIONS = 20
 """Maximum number of Newton steps. From the distorted point, 5 reach 1e-12 for the lenses of the

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.checks import blobs_of
@@ -32,8 +33,6 @@ from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import OF_CAMERA
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.view import View
-
-Floats = NDArray[np.float64]
 
 MARGIN_SIGMA = 10.0
 """Standard deviation of the margin [px]. A network that small-size soccer robots use has 11 to 12

@@ -3,7 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Detections
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.measurement import BLOB
@@ -14,9 +17,6 @@ from colortrack_ros.world.measurement import PLANE_SIGMA
 from colortrack_ros.world.measurement import U
 from colortrack_ros.world.measurement import V
 from colortrack_ros.world.state import Kinds
-
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 DISC = np.pi / 4
 """Share of its box that a disc fills."""
@@ -103,7 +103,7 @@ def measured_of(
     return Measured(z, _only(R, used), used)
 
 
-def _only(R: Floats, used: NDArray[np.bool_]) -> Floats:
+def _only(R: Floats, used: Bools) -> Floats:
     """Return the covariances, (N, 5, 5), with 1 for unmeasured rows, changed in place."""
     R[~used[:, U]] = np.eye(5)
     for row in (PLANE, BLOB, DEPTH):
@@ -120,7 +120,7 @@ def seen_sizes(rows: NDArray[np.void], config: LocatorConfig) -> Floats:
     return np.sqrt(4 * rows['area'].astype(float) / np.pi) + config.eroded
 
 
-def round_blobs(rows: NDArray[np.void], size: Floats) -> NDArray[np.bool_]:
+def round_blobs(rows: NDArray[np.void], size: Floats) -> Bools:
     """Return which detections have the shape of a disc, (N,); small ones are too coarse to tell.
 
     Boxes are those of the eroded blobs, or, if the detector has found the color's tolerance, those
@@ -136,7 +136,7 @@ def round_blobs(rows: NDArray[np.void], size: Floats) -> NDArray[np.bool_]:
     return np.asarray(even & full)
 
 
-def hidden_halves(rows: NDArray[np.void], partly: NDArray[np.bool_]) -> Floats:
+def hidden_halves(rows: NDArray[np.void], partly: Bools) -> Floats:
     """Return how far centers of partly hidden discs may be from blob centers, (N, 2) [px].
 
     Half of what the box lacks, since one side may be covered.

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
 from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.state import DIAMETER
 from colortrack_ros.world.state import EDGE
@@ -23,9 +25,6 @@ from colortrack_ros.world.state import SHIFT
 from colortrack_ros.world.state import SIZE
 from colortrack_ros.world.state import TILT
 from colortrack_ros.world.view import View
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 U, V, PLANE, BLOB, DEPTH = range(5)
 """Rows of a measurement: pixel u and v of the ray [px], height above the plane of the center [m],

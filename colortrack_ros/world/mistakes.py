@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.objects import Objects
@@ -29,7 +30,6 @@ from colortrack_ros.world.wrong_setups import AS_GIVEN
 from colortrack_ros.world.wrong_setups import LATEST
 from colortrack_ros.world.wrong_setups import Mistake
 
-Floats = NDArray[np.float64]
 BETWEEN, LOOKS_BACK = 0.2, 4.0
 """Time between the pictures used, and how long they are kept [s]; at 0.5 m/s a robot drives 2 m in
 it. Chosen."""

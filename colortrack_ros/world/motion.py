@@ -9,8 +9,9 @@ since the last picture.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.flight import fall
 from colortrack_ros.world.state import add_white
@@ -22,9 +23,6 @@ from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import STANDS
 from colortrack_ros.world.state import VELOCITY
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 SOJOURN = 10.0
 """Mean time for which objects stand and for which they move [s], and until a rolling object is

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import Columns
 from colortrack_ros.data import CONFIRMED
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.view import View
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 
 @dataclass
@@ -94,16 +94,14 @@ class Objects(Columns):
         if not left.all():
             self.keep(np.flatnonzero(left))
 
-    def link(
-        self, rows: NDArray[np.intp], tracks: NDArray[np.void], camera: int, stamp: int
-    ) -> None:
+    def link(self, rows: Indices, tracks: NDArray[np.void], camera: int, stamp: int) -> None:
         """Link tracks of a camera, (K,), to objects that it has just measured, (K,)."""
         self.track_id[rows, camera] = tracks['track_id']
         self.states[rows, camera] = tracks['state']
         self.scores[rows, camera] = tracks['score']
         self.updates[rows, camera] = stamp
 
-    def unlink(self, rows: NDArray[np.intp], camera: int) -> None:
+    def unlink(self, rows: Indices, camera: int) -> None:
         """Remove the links of objects, (K,), to tracks of a camera."""
         self.track_id[rows, camera], self.states[rows, camera] = 0, 0
         self.scores[rows, camera] = 0.0

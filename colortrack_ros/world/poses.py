@@ -7,11 +7,9 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
-
-Floats = NDArray[np.float64]
 
 CACHE = 10.0
 """Time for which poses are kept [s]: tf2's default cache time."""

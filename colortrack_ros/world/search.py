@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from scipy.spatial.transform import Slerp
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
@@ -28,9 +31,6 @@ from colortrack_ros.world.wrong_setups import Mistake
 from colortrack_ros.world.wrong_setups import MISTAKES
 from colortrack_ros.world.wrong_setups import WRONG_AMOUNTS
 from colortrack_ros.world.wrong_setups import WrongAmount
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 AT_REST = 1.0
 """Misfit up to which an object stands; 1 is the expected one."""
@@ -176,7 +176,7 @@ class Pictures:
         return rays_of(sights.measured, sights.kinds, camera)
 
     @cached_property
-    def _poses(self) -> tuple[Pose, NDArray[np.intp], '_Way']:
+    def _poses(self) -> tuple[Pose, Indices, '_Way']:
         """Camera poses on the robot, the picture index of each sight, and the path of the robot."""
         views, stamps = list(self.views.values()), np.array(list(self.views))
         base, mount = (
@@ -254,7 +254,7 @@ class _Way:
     def _turns(self) -> Slerp:
         return Slerp(self._seconds, Rotation.from_matrix(self._poses.R))
 
-    def at(self, later: float) -> tuple[Pose, NDArray[np.bool_]]:
+    def at(self, later: float) -> tuple[Pose, Bools]:
         """Return the poses at stamps shifted by later [s], and which are not extrapolated, (V,)."""
         if not later:
             return self._poses, np.ones(len(self._stamps), bool)

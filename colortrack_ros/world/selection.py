@@ -5,10 +5,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import Locations
 from colortrack_ros.data import TENTATIVE
-
-Floats = NDArray[np.float64]
 
 RULES = ('nearest', 'largest', 'oldest', 'most_certain')
 

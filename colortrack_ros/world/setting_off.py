@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.poses import NO_ROBOT
@@ -23,9 +25,6 @@ from colortrack_ros.world.state import VELOCITY
 from colortrack_ros.world.stuck import AGREEMENTS
 from colortrack_ros.world.stuck import UNLIKE
 from colortrack_ros.world.view import View
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 SPAN = 1.4
 """Time over which directions are compared [s]: at 0.2 m/s, 3 m away and to the side, they change by

@@ -11,7 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.measurement import BLOB
 from colortrack_ros.world.measurement import DEPTH
@@ -21,9 +24,6 @@ from colortrack_ros.world.measurement import PLANE_SIGMA
 from colortrack_ros.world.measurement import ranges_by_size
 from colortrack_ros.world.measurement import U
 from colortrack_ros.world.state import Kinds
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 ANGLE_SIGMA = 0.001
 """Standard deviation of a direction [rad] beside the pixel noise: 0.5 px at f = 500 px, or a stamp
@@ -125,7 +125,7 @@ class _Solved:
     A: Floats
     y: Floats
     N: Floats
-    first: NDArray[np.intp]
+    first: Indices
     count: Floats
     there: Bools
 

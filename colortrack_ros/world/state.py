@@ -18,13 +18,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
+from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.world.config import ALOFT
 from colortrack_ros.world.config import LocatorConfig
-
-Floats = NDArray[np.float64]
 
 POSITION, VELOCITY = slice(0, 3), slice(3, 6)
 BIASES, HEIGHT, DRAG, DIAMETER = slice(6, 8), 6, 6, 7
@@ -62,8 +62,8 @@ class Kinds(Columns):
 
     diameter: Floats
     height: Floats
-    bound: NDArray[np.bool_]
-    falls: NDArray[np.bool_]
+    bound: Bools
+    falls: Bools
     bounce: Floats
     speed: Floats
     wander: Floats
@@ -203,7 +203,7 @@ class Motions(Columns):
         return mean, cov
 
 
-def columns_of(camera: int) -> NDArray[np.intp]:
+def columns_of(camera: int) -> Indices:
     """Return which columns of a state one camera measures, (16,)."""
     own = np.arange(SIZE)
     own[SIZE - OF_CAMERA :] += OF_CAMERA * camera

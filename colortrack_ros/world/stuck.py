@@ -6,14 +6,12 @@ of it moves alike, as on a conveyor belt: so this is told, and nothing is held b
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.poses import NO_ROBOT
 from colortrack_ros.world.standing import Sights
 from colortrack_ros.world.view import View
-
-Floats = NDArray[np.float64]
 
 STANDS_STILL = 1e-3
 """Motion [m] and turn [rad] between two looks up to which odometry stands: a stuck one repeats its

@@ -10,12 +10,10 @@ from collections import deque
 
 import numpy as np
 from numpy.typing import ArrayLike
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.poses import Pose
-
-Floats = NDArray[np.float64]
 
 SECONDS = 1.0
 """Time over which both are compared [s]: a late start or a slow filter is shorter. Chosen."""

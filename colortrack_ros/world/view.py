@@ -5,8 +5,9 @@ from functools import cached_property
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
+from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.directions import directions_of
@@ -14,9 +15,6 @@ from colortrack_ros.world.directions import pixels_of
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import TransformError
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 JUMP, FASTEST = 0.3, 20.0
 """Motion or turn [m], [rad], and speed [m/s], [rad/s], that both exceed these are a jump: no

@@ -1,9 +1,8 @@
 """Whitening: matrices W that make errors of covariance S independent and of variance 1."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from colortrack_ros.data import Floats
 
 
 def whitening(S: Floats) -> tuple[Floats, Floats]:

@@ -6,13 +6,11 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.world.camera import CameraModel
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
-
-Floats = NDArray[np.float64]
 
 SIDEWAYS, UPSIDE = np.diag([1.0, -1.0, 1.0]), np.diag([1.0, 1.0, -1.0])
 """Mirrors of left and right, and of up and down, which change the signs of yaw and pitch."""
