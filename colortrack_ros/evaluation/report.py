@@ -153,11 +153,7 @@ def _events(
             coded = base64.b64encode(cv2.imencode('.jpg', pictures[event])[1].tobytes()).decode()
             yield f'<figure><img alt="{_said(event)}" src="data:image/jpeg;base64,{coded}">'
             yield f'<figcaption>{_said(event)}</figcaption></figure>'
-    names = ''.join(f'<th>{name}</th>' for name in events[0]._fields)
-    lines = ''.join(
-        '<tr>' + ''.join(f'<td>{value:.0f}</td>' for value in event) + '</tr>' for event in events
-    )
-    yield f'<div class="scroll"><table><tr>{names}</tr>{lines}</table></div>'
+    yield _grid(events[0]._fields, [[f'{value:.0f}' for value in event] for event in events])
 
 
 def _said(event: Event | FalseTrack) -> str:
