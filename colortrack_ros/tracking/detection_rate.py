@@ -3,12 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.tracking.resolution import LEFT
+
 RATE_PRIOR = 30.0
 """Weight of the given probability, in detections. Assumed."""
-
-RATE_MEMORY = 0.99
-"""Forgetting factor of the counts at each look: a memory of 500 frames. Assumed, as
-resolution.RATE_MEMORY."""
 
 LEAST_RATE = 0.3
 """Least estimate: objects detected less often cannot be told from clutter. Assumed."""
@@ -28,8 +26,8 @@ class DetectionRate:
     def learn(self, frames: NDArray[np.float64]) -> None:
         """Add the frames, (K,), since the previous detections of objects detected now."""
         following = np.count_nonzero(frames < 1.5)
-        self._next = RATE_MEMORY * self._next + following
-        self._second = RATE_MEMORY * self._second + np.count_nonzero(frames < 2.5) - following
+        self._next = LEFT * self._next + following
+        self._second = LEFT * self._second + np.count_nonzero(frames < 2.5) - following
 
     def estimate(self, most: float) -> float:
         """The probability, which starts at the given one and never exceeds it."""

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Floats
+from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.rectangles import points_inside
+from colortrack_ros.tracking.resolution import LEFT
 
 LIKE_SIDES = 2.0
 """Largest ratio of the sides of two boxes that are compared: a smaller one is a piece, or lies on
@@ -22,12 +24,6 @@ of two detectors lose 3 points of IDF1."""
 
 FIRST_MERGED = 10.0
 """Initial count of merged objects. Assumed: it takes three overlapping ones to outweigh it."""
-
-SEEN_EVERY = 5
-"""Frames from one look at the boxes to the next, to save time. Assumed, as recent.EVERY."""
-
-REMAINING = 0.99
-"""Share of the counts kept at each look: a memory of 500 frames. Assumed, as resolution.LEFT."""
 
 MOST_OVERLAPPING = 8
 """Boxes compared with each, to bound the time. Assumed."""
@@ -49,7 +45,7 @@ class Overlaps:
         :param box: (M, 2, 2) see Measurements; color: (M,) of the detections.
         """
         self._frame += 1
-        if self._frame % SEEN_EVERY:
+        if self._frame % EVERY:
             return
         center, sides = box.mean(axis=1), box[:, 1] - box[:, 0]
         one, other = points_inside(center, sides / 2, center, MOST_OVERLAPPING)
@@ -57,8 +53,8 @@ class Overlaps:
         one, other = one[pair], other[pair]
         size, beside = sides[one], sides[other]
         like = (np.maximum(size, beside) < LIKE_SIDES * np.minimum(size, beside)).all(axis=1)
-        self._overlapping = REMAINING * self._overlapping + SEEN_EVERY * np.count_nonzero(like) / 2
-        self._merged *= REMAINING
+        self._overlapping = LEFT * self._overlapping + EVERY * np.count_nonzero(like) / 2
+        self._merged *= LEFT
         self.are_resolved = self._overlapping > RESOLVED_SHARE * (
             self._overlapping + self._merged + FIRST_MERGED
         )

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from colortrack_ros.data import Floats
+from colortrack_ros.tracking.recent import EVERY
 
 RADII = np.geomspace(1.0, 200.0, 24)
 """Radii that are compared [px]: from a pixel to objects that fill a third of a picture."""
@@ -27,11 +28,8 @@ many false detections lose up to 10 points of IDF1."""
 POSSIBLE = 1e-3
 """Probability below which a radius is ruled out. Assumed."""
 
-LOOK_EVERY = 5
-"""Frames from one look at the distances to the next, to save time. Assumed, as recent.EVERY."""
-
 LEFT = 0.99
-"""Share of the evidence kept at each look: a memory of 500 frames. Assumed."""
+"""Share of evidence and counts kept at each look: a memory of 500 frames. Assumed."""
 
 
 class Resolution:
@@ -64,7 +62,7 @@ class Resolution:
         :param apart: (J,) distances between unresolved ones [px].
         """
         self._frame += 1
-        if self._frame % LOOK_EVERY or len(z) + len(apart) < 2:
+        if self._frame % EVERY or len(z) + len(apart) < 2:
             return
         found = cKDTree(z).query(z, MOST_BESIDE + 1, distance_upper_bound=RADII[-1])[0][:, 1:]
         found = found[np.isfinite(found)]
