@@ -14,7 +14,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy import fft
 
-Floats = NDArray
 Picture = NDArray[np.float32]
 
 
@@ -26,11 +25,11 @@ class Cost(NamedTuple):
     itself.
     """
 
-    surface: Callable[[Picture, Picture], Floats]
+    surface: Callable[[Picture, Picture], NDArray]
     ceiling: Callable[[Picture], float] | None = None
 
 
-def distances(name: str, template: Picture, region: Picture) -> Floats:
+def distances(name: str, template: Picture, region: Picture) -> NDArray:
     """Distance at each position (the matrix of 3.4.1): the cost, with 0 for a perfect match.
 
     :param name: of the cost function, a key of COSTS.
@@ -43,21 +42,21 @@ def distances(name: str, template: Picture, region: Picture) -> Floats:
     return surface if cost.ceiling is None else cost.ceiling(template) - surface
 
 
-def _sad(template: Picture, region: Picture) -> Floats:
+def _sad(template: Picture, region: Picture) -> NDArray:
     return _absolute(template, region)
 
 
-def _ssd(template: Picture, region: Picture) -> Floats:
+def _ssd(template: Picture, region: Picture) -> NDArray:
     return cv2.matchTemplate(region, template, cv2.TM_SQDIFF)
 
 
-def _zsad(template: Picture, region: Picture) -> Floats:
+def _zsad(template: Picture, region: Picture) -> NDArray:
     """The sum of |(I_1 - i_1) - (I_2 - i_2)|; the table lacks a pair of parentheses."""
     mean = _sums(template, region)[0] / template.size
     return _absolute(template, region, offset=template.mean() - mean)
 
 
-def _zssd(template: Picture, region: Picture) -> Floats:
+def _zssd(template: Picture, region: Picture) -> NDArray:
     """The sum of ((I_1 - i_1) - (I_2 - i_2))^2; the table lacks a pair of parentheses."""
     template, region = _leveled(template, region)
     total, squares = _sums(template, region)
@@ -66,32 +65,32 @@ def _zssd(template: Picture, region: Picture) -> Floats:
     return np.maximum(_energy(template) - 2 * product + variation, 0)
 
 
-def _lsad(template: Picture, region: Picture) -> Floats:
+def _lsad(template: Picture, region: Picture) -> NDArray:
     return _absolute(template, region, gain=_gain(template, _sums(template, region)[0]))
 
 
-def _lssd(template: Picture, region: Picture) -> Floats:
+def _lssd(template: Picture, region: Picture) -> NDArray:
     total, squares = _sums(template, region)
     gain = _gain(template, total)
     product = gain * _cc(template, region)
     return np.maximum(_energy(template) - 2 * product + gain**2 * squares, 0)
 
 
-def _cc(template: Picture, region: Picture) -> Floats:
+def _cc(template: Picture, region: Picture) -> NDArray:
     return cv2.matchTemplate(region, template, cv2.TM_CCORR)
 
 
-def _ncc(template: Picture, region: Picture) -> Floats:
+def _ncc(template: Picture, region: Picture) -> NDArray:
     return cv2.matchTemplate(region, template, cv2.TM_CCORR_NORMED)
 
 
-def _zncc(template: Picture, region: Picture) -> Floats:
+def _zncc(template: Picture, region: Picture) -> NDArray:
     surface = cv2.matchTemplate(*_leveled(template, region)[::-1], cv2.TM_CCOEFF_NORMED)
     # For a template without texture OpenCV returns 1 everywhere.
     return surface if np.ptp(template) > 0 else np.zeros_like(surface)
 
 
-def _ssd_frequency(template: Picture, region: Picture) -> Floats:
+def _ssd_frequency(template: Picture, region: Picture) -> NDArray:
     """SSD, with the correlation as a product of transforms (3.7)."""
     size = [fft.next_fast_len(n, real=True) for n in region.shape]
     spectrum = fft.rfft2(region.astype(float), size)
@@ -104,9 +103,9 @@ def _ssd_frequency(template: Picture, region: Picture) -> Floats:
 def _absolute(
     template: Picture,
     region: Picture,
-    gain: Floats | None = None,
-    offset: Floats | None = None,
-) -> Floats:
+    gain: NDArray | None = None,
+    offset: NDArray | None = None,
+) -> NDArray:
     """The sum of |I_1 - gain I_2 - offset|, one row of positions at a time.
 
     :param gain, offset: of each position.
@@ -122,7 +121,7 @@ def _absolute(
     return surface
 
 
-def _sums(template: Picture, region: Picture) -> tuple[Floats, Floats]:
+def _sums(template: Picture, region: Picture) -> tuple[NDArray, NDArray]:
     """The sum and the sum of squares of the window at each position."""
     h, w = template.shape
     tables = cv2.integral2(region, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
@@ -130,7 +129,7 @@ def _sums(template: Picture, region: Picture) -> tuple[Floats, Floats]:
     return total, squares
 
 
-def _gain(template: Picture, total: Floats) -> Floats:
+def _gain(template: Picture, total: NDArray) -> NDArray:
     """i_1 / i_2."""
     dark = total <= 0
     return np.where(dark, 0.0, template.sum(dtype=float) / np.where(dark, 1.0, total))
