@@ -60,6 +60,23 @@ def arcs(times: ArrayLike, points: ArrayLike, acceleration: ArrayLike) -> Curve:
     return Curve(t[:-1], np.stack([p[:-1], c1, half, np.zeros_like(half)], axis=1))
 
 
+def to_and_fro(start: float, ends: ArrayLike, straight: float, turn: float, ways: int) -> Curve:
+    """Return a path straight from one of two points to the other and back, over and over.
+
+    :param start: time when it leaves the first [s].
+    :param ends: (2, columns).
+    :param straight, turn: how long each way, and each turn, lasts [s].
+    """
+    both = np.asarray(ends, float)
+    times, points, accelerations = [start], [both[0]], []
+    for n in range(ways):
+        here, there = both[n % 2], both[(n + 1) % 2]
+        times += [times[-1] + straight, times[-1] + straight + turn]
+        points += [there, there]
+        accelerations += [0 * here, (here - there) * (2 / (straight * turn))]
+    return arcs(times, points, np.stack(accelerations))
+
+
 def spline(times: ArrayLike, points: ArrayLike) -> Curve:
     """Return a smooth curve through the points: cubic Hermite pieces, Catmull-Rom slopes."""
     p, t = np.asarray(points, float), np.asarray(times, float)[:, None]

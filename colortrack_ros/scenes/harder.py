@@ -108,22 +108,13 @@ def juggle(options: Options) -> Scene:
     fall = [0.0, gravity, 0.0]
     inside, outside = (0.44, 0.56), (0.32, 0.68)  # x of throw and catch: left, right hand
 
-    def ball_path(first: int) -> Curve:
+    def path(throws: range, radius: float, after: list[float]) -> Curve:
         times, points, accelerations = [], [], []
-        for n in range(first - 10, 90, 5):
+        for n in throws:
             throw = n * beat
             times += [throw - hold, throw]
-            points += [(outside[n % 2], hand_y, 0.035), (inside[n % 2], hand_y, 0.035)]
-            accelerations += [carry, fall]
-        return _scaled_arcs(options, times, points, accelerations[:-1])
-
-    def hand_path(hand: int) -> Curve:
-        times, points, accelerations = [], [], []
-        for n in range(hand - 10, 90, 2):
-            throw = n * beat
-            times += [throw - hold, throw]
-            points += [(outside[hand], hand_y, 0.06), (inside[hand], hand_y, 0.06)]
-            accelerations += [carry, [0.0, 0.0, 0.0]]
+            points += [(outside[n % 2], hand_y, radius), (inside[n % 2], hand_y, radius)]
+            accelerations += [carry, after]
         return _scaled_arcs(options, times, points, accelerations[:-1])
 
     size, still = np.array([options.width, options.height]), np.zeros(2)
@@ -131,8 +122,9 @@ def juggle(options: Options) -> Scene:
     half = options.height * np.array([0.12, 0.26])
     draw_rectangle(background, size * [0.5, 0.86], still, half, SHIRT[::-1])
     draw_ball(background, size * 0.5, still, 0.085 * options.height, SKIN[::-1])
-    balls = [Ball(ball_path(i), 'red') for i in range(5)]
-    hands = [Prop(hand_path(hand), SKIN, round=True) for hand in (0, 1)]
+    balls = [Ball(path(range(i - 10, 90, 5), 0.035, fall), 'red') for i in range(5)]
+    paths = [path(range(hand - 10, 90, 2), 0.06, [0.0, 0.0, 0.0]) for hand in (0, 1)]
+    hands = [Prop(each, SKIN, round=True) for each in paths]
     return Scene('juggle', options, background, COLORS, [*balls, *hands], exposure=0.25)
 
 

@@ -12,6 +12,7 @@ from colortrack_ros.scenes.curves import arcs
 from colortrack_ros.scenes.curves import Curve
 from colortrack_ros.scenes.curves import polyline
 from colortrack_ros.scenes.curves import spline
+from colortrack_ros.scenes.curves import to_and_fro
 from colortrack_ros.scenes.options import Options
 from colortrack_ros.scenes.pegoretti import COLORS
 from colortrack_ros.scenes.pegoretti import in_pixels
@@ -69,13 +70,7 @@ def red_hidden(options: Options) -> Scene:
     """Return one object on straight paths that a board hides for half a second (figures 12, 13)."""
     way, turn, rows = 2.6, 0.9, (0.32, 0.68)
     ends = in_pixels(options, [(0.15, rows[0], BALL_RADIUS), (0.85, rows[1], BALL_RADIUS)])
-    times, points, accelerations = [-0.5], [ends[0]], []
-    for n in range(7):
-        here, there = ends[n % 2], ends[(n + 1) % 2]
-        times += [times[-1] + way, times[-1] + way + turn]
-        points += [there, there]
-        accelerations += [0 * here, (here - there) * (2 / (way * turn))]
-    path = arcs(times, points, np.stack(accelerations))
+    path = to_and_fro(-0.5, ends, way, turn, 7)
     speed = 0.7 * options.width / way
     return _hiding('red_hidden', options, path, speed)
 

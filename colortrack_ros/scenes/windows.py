@@ -9,11 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.scenes.curves import arcs
 from colortrack_ros.scenes.curves import constant
 from colortrack_ros.scenes.curves import Curve
 from colortrack_ros.scenes.curves import polyline
 from colortrack_ros.scenes.curves import spline
+from colortrack_ros.scenes.curves import to_and_fro
 from colortrack_ros.scenes.options import Options
 from colortrack_ros.scenes.patches import Patch
 from colortrack_ros.scenes.patches import relief
@@ -131,13 +131,7 @@ def _lanes(name: str, options: Options, bars: Sequence[tuple[float, float]]) -> 
 def _to_and_fro(options: Options, start: tuple[float, float], end: tuple[float, float]) -> Curve:
     """Return the path straight from start to end and back, over and over."""
     ends = in_pixels(options, [(*start, PATCH_RADIUS), (*end, PATCH_RADIUS)])
-    times, points, accelerations = [0.0], [ends[0]], []
-    for n in range(5):
-        here, there = ends[n % 2], ends[(n + 1) % 2]
-        times += [times[-1] + LANE_SECONDS, times[-1] + LANE_SECONDS + TURN_SECONDS]
-        points += [there, there]
-        accelerations += [0 * here, (here - there) * (2 / (LANE_SECONDS * TURN_SECONDS))]
-    return arcs(times, points, np.stack(accelerations))
+    return to_and_fro(0.0, ends, LANE_SECONDS, TURN_SECONDS, 5)
 
 
 def _patch(
