@@ -32,12 +32,14 @@ from colortrack_ros.scenes import BLACKOUT
 from colortrack_ros.tracking import adaptation
 from colortrack_ros.tracking import disappearances
 from colortrack_ros.tracking import extents
+from colortrack_ros.tracking import merge_split
 from colortrack_ros.tracking import noise
 from colortrack_ros.tracking import prediction
 from colortrack_ros.tracking import process_noise
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import tracker
 from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.tracking import turns
 from colortrack_ros.tracking import update
 
 OUT = Path(__file__).parents[1] / 'out' / 'ablation.json'
@@ -101,6 +103,11 @@ WITHOUT = {
     ),
     'strays': ({}, [replaced(tracker, 'take_strays', lambda *given: given[2])]),
     'doubted turns': ({}, [replaced(tracker, 'doubt', lambda *_: None)]),
+    'undecided turns': ({}, [replaced(turns, 'WIDER', np.inf)]),
+    'duplicates': (
+        {},
+        [replaced(merge_split, 'leave_out_duplicates', lambda *given: given[2:0:-1])],
+    ),
     'crossings': ({}, [replaced(tracker, 'defer', lambda *_: None)]),
     'fast starts': ({}, [replaced(tracker, 'start_fast', lambda *given: given[3])]),
     'learned disappearances': (
