@@ -108,13 +108,15 @@ def _count_sizes(
     """Add the log-likelihood ratio of sizes to ratios, (K,), where it may decide.
 
     That is where several tracks compete for a blob, or none is likely. A blob of nobody's size is
-    merged, cut or broken, and may belong to any of them.
+    merged, cut or broken, and may belong to any of them, unless the detector finds whole objects.
     """
     open_ = ((ratio < UNDOUBTED) | (np.bincount(blob)[blob] > 1)).nonzero()[0]
     if not len(open_):
         return
     track, blob = track[open_], blob[open_]
     fit = prediction.log_fit(track, blobs.size.take(blob, axis=0))
-    best = np.zeros(len(blobs)) - np.inf
-    np.maximum.at(best, blob, fit)
-    ratio[open_] += fit - np.minimum(best[blob], 0.0)
+    ratio[open_] += fit
+    if not prediction.finds_whole:
+        best = np.zeros(len(blobs)) - np.inf
+        np.maximum.at(best, blob, fit)
+        ratio[open_] -= np.minimum(best[blob], 0.0)

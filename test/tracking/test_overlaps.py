@@ -76,6 +76,17 @@ def test_a_small_box_beside_a_person_is_one_of_its_own():
     assert len(tracks[tracks['state'] != COASTING]) == 7
 
 
+@pytest.mark.parametrize('size', [(10, 20), (14, 30), (70, 40)])
+def test_a_person_who_is_missed_is_not_taken_for_a_box_of_another_size(size):
+    tracker = Tracker(TrackerConfig(image_size=(640, 480)))
+    for k, rows in enumerate(walkers(2.0, count=21)):
+        if k == 20:  # the first one is missed, and something else found 38 px away
+            rows[:1] = points([(180, 238)], size=size).rows
+        tracks = tracker.update(Detections(rows, round(k * 1e9 / RATE))).rows
+    assert tracks['track_id'].tolist()[:6] == [1, 2, 3, 4, 5, 6]
+    assert np.count_nonzero(tracks['state'] == COASTING) == 1
+
+
 @pytest.mark.parametrize('seed', range(3))
 def test_centers_of_boxes_are_good_whose_sizes_are_not(seed):
     """For moments some boxes show half a person or one and a half, about the same center."""
