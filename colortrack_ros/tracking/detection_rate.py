@@ -1,8 +1,8 @@
-"""Detection probability: how often a visible object is detected."""
+"""Detection probability: how often a visible object is detected, and what that tells of a track."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from colortrack_ros.data import Floats
 from colortrack_ros.tracking.resolution import LEFT
 
 RATE_PRIOR = 30.0
@@ -10,6 +10,10 @@ RATE_PRIOR = 30.0
 
 LEAST_RATE = 0.3
 """Least estimate: objects detected less often cannot be told from clutter. Assumed."""
+
+OBJECT_ODDS = 4.0
+"""Odds that a confirmed track is an object rather than clutter. Assumed; with 1 and 9, mean IDF1 of
+five sets of detections of networks changes by 0.007 at most."""
 
 
 class DetectionRate:
@@ -23,7 +27,7 @@ class DetectionRate:
     def __init__(self) -> None:
         self._next, self._second = 0.0, 0.0
 
-    def learn(self, frames: NDArray[np.float64]) -> None:
+    def learn(self, frames: Floats) -> None:
         """Add the frames, (K,), since the previous detections of objects detected now."""
         following = np.count_nonzero(frames < 1.5)
         self._next = LEFT * self._next + following
@@ -36,3 +40,18 @@ class DetectionRate:
         first = self._next + RATE_PRIOR / (2 - most)
         second = self._second + RATE_PRIOR * (1 - most) / (2 - most)
         return min(most, max(1 - second / first, LEAST_RATE))
+
+
+def flickering(hits: Floats, misses: Floats, detected: float) -> Floats:
+    """Probability, (K,), that confirmed tracks are clutter that flickers in its place.
+
+    The probabilities p with which objects are detected have the density a p^(a - 1), whose mean is
+    a / (a + 1); those of such clutter are anything. Of a track, p is estimated by Laplace's rule of
+    succession.
+
+    :param hits, misses: (K,) frames in which each was measured, and was not.
+    :param detected: mean probability of detecting a visible object, below 1.
+    """
+    a = detected / (1 - detected)
+    p = (hits + 1) / (hits + misses + 2)
+    return np.asarray(1 / (1 + OBJECT_ODDS * a * p ** (a - 1)))

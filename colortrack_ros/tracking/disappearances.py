@@ -12,6 +12,7 @@ from colortrack_ros.estimation.existence import HIDDEN_SHARE
 from colortrack_ros.estimation.existence import weigh_hidden
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.records import Records
+from colortrack_ros.tracking.detection_rate import flickering
 
 REMEMBERED = 200
 """Number of recent disappearances that are kept: at one a second, those of three minutes."""
@@ -186,7 +187,7 @@ class Disappearances:
         missed = detected * (1 - detected) ** (np.round(gap / period) - 1)
         return np.asarray((missed + back) / away)
 
-    def existence(self, records: Records, area: float, *, finds_whole: bool) -> Floats:
+    def existence(self, records: Records, area: float, detected: float | None) -> Floats:
         """Probabilities of existence, (N,), given what seems to have become of all lost objects.
 
         The records of those that are lost are updated.
@@ -196,7 +197,8 @@ class Disappearances:
 
         :param records: (N,) of all tracks, see records.FIELDS.
         :param area: of the picture [px^2].
-        :param finds_whole: see Adaptation.
+        :param detected: probability of detecting a visible object, of a detector that finds whole
+            objects, see Adaptation; else None.
         """
         visible, hidden = records['visible'], records['hidden']
         existence = visible + hidden
@@ -210,7 +212,12 @@ class Disappearances:
             share = self.share(records['seen'][lost], area, kinds)
             seen, unseen = weigh_hidden(seen, unseen, share, records['hidden_share'][lost])
             visible[lost], hidden[lost], records['hidden_share'][lost] = seen, unseen, share
-            existence[lost] = seen + unseen * (OWN_SHARE if finds_whole else 1.0)
+            if detected is None:
+                existence[lost] = seen + unseen
+            else:
+                hits, misses = (records[name][lost].astype(float) for name in ('hits', 'misses'))
+                false = flickering(hits, misses, detected)
+                existence[lost] = (1 - false) * (seen + unseen * OWN_SHARE)
         return existence
 
 

@@ -170,9 +170,9 @@ class Tracker:
     ) -> Tracks:
         """The tracks, with the header of the detections."""
         learned, config, population = self._adaptation, self.config, self._population
-        existence = learned.disappearances.existence(
-            tracks.records, learned.area, finds_whole=finds_whole
-        )
+        usual = config.detection_probability
+        detected = learned.detection_rate.estimate(usual) if finds_whole else None
+        existence = learned.disappearances.existence(tracks.records, learned.area, detected)
         speed = speed * config.maneuvers
         rows = published(tracks, detections.stamp, config, population, speed, existence)
         learned.camera.publish(rows, tracks)

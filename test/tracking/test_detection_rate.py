@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from support.silhouettes import points
 
+from colortrack_ros.data import COASTING
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.detection_rate import DetectionRate
+from colortrack_ros.tracking.detection_rate import flickering
 
 PLACES = np.array([[100.0, 100.0], [300.0, 110.0], [500.0, 105.0], [200.0, 300.0], [450.0, 310.0]])
 
@@ -32,6 +34,15 @@ def test_what_was_hidden_for_long_does_not_count():
     rate = DetectionRate()
     rate.learn(np.array([1.0] * 100 + [40.0] * 100))
     assert rate.estimate(0.95) == 0.95
+
+
+def test_what_is_missed_more_often_than_others_is_clutter_rather_than_what_is_missed_as_often():
+    hits, misses = np.array([60.0, 95.0, 60.0]), np.array([40.0, 5.0, 0.0])
+    clutter, object_, never = flickering(hits, misses, 0.95)
+    assert clutter > 0.9
+    assert object_ < 0.05
+    assert never < object_
+    assert flickering(hits[:1], misses[:1], 0.6) < 0.25
 
 
 def boxes(seen, jitter, k, rng):
@@ -63,3 +74,14 @@ def test_what_a_network_loses_is_shown_for_a_few_frames_only(jitter, least, most
         tracks = tracker.update(boxes(seen, jitter, k, rng)).rows
         shown += k >= 80 and len(tracks) == 5
     assert least <= shown <= most
+
+
+def test_clutter_of_a_network_that_flickers_is_not_shown_while_it_is_missed():
+    """It is found in half of the frames in one place, where objects are found in all but a few."""
+    rng, tracker, shown = np.random.default_rng(9), Tracker(TrackerConfig(image_size=(640, 400))), 0
+    for k in range(200):
+        chance = np.array([0.97, 0.97, 0.97, 0.97, 0.5])
+        tracks = tracker.update(boxes(PLACES[rng.random(5) < chance], 0.15, k, rng)).rows
+        clutter = np.hypot(tracks['u'] - PLACES[4, 0], tracks['v'] - PLACES[4, 1]) < 30
+        shown += k >= 60 and bool((tracks['state'][clutter] == COASTING).any())
+    assert shown < 10
