@@ -35,6 +35,12 @@ LAST_FRAME = 1.5
 FEWEST_SIZES = 2
 """Number of sizes from which on they say who is near and who is far. One has nothing to compare."""
 
+LEAST_SIZE_SLACK = 0.15
+"""Least tolerance of the size of whole boxes, as a share of it. Networks have few sizes to choose
+from: a tenth of the boxes of three detectors differ by 0.17 to 0.19 from what was learned, most by
+little, so that their typical change says less than what they may do. With 0.25, mean IDF1 of
+three runs of MOT16-09 is 0.016 lower."""
+
 
 class Step(NamedTuple):
     """From the last message to this one.
@@ -110,7 +116,8 @@ class Prediction:
     @cached_property
     def slack(self) -> Floats:
         """(N, 2) tolerance of the size of a complete blob [px]."""
-        return self.sizes.slack(self.size)
+        slack = self.sizes.slack(self.size)
+        return np.maximum(slack, LEAST_SIZE_SLACK * self.size) if self.finds_whole else slack
 
     @cached_property
     def best_fit(self) -> Floats:

@@ -103,3 +103,18 @@ def test_centers_of_boxes_are_good_whose_sizes_are_not(seed):
             variance.append(tracks['covariance'][:, [0, 1], [0, 1]])
     assert np.sqrt(np.mean(np.square(off))) < 2.5
     assert np.sqrt(np.mean(variance)) < 2.5
+
+
+def test_a_box_a_fifth_larger_that_is_off_is_still_that_of_the_person():
+    """Boxes of networks hardly change for a long time, and then by a step."""
+    rng, tracker = np.random.default_rng(5), Tracker(TrackerConfig(image_size=(640, 480)))
+    for k in range(41):
+        u = [100 + 4 * k, 120 + 4 * k, 300 + 2 * k, 325 + 2 * k, 500, 520]
+        z = np.stack([u, [200, 206, 300, 306, 100, 106]], axis=1) + rng.normal(0, 1, (6, 2))
+        size = np.array([40, 90]) * rng.lognormal(0, 0.01, (6, 2))
+        if k == 40:
+            size[0] *= 1.22
+            z[0, 1] += 30
+        tracks = tracker.update(Detections(points(z, size=size).rows, round(k * 1e9 / RATE))).rows
+    assert len(tracks) == 6
+    assert not (tracks['state'] == COASTING).any()
