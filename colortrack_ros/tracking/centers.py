@@ -13,6 +13,7 @@ from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.gaussian import TINY
+from colortrack_ros.tracking.growth import FASTEST_GROWTH
 from colortrack_ros.tracking.measurements import by_axis
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.merged import EDGE_VARIANCE
@@ -20,8 +21,10 @@ from colortrack_ros.tracking.merged import sides_of_several
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.sizes import OTHER_SIZE
 from colortrack_ros.tracking.sizes import Sizes
+from colortrack_ros.tracking.sizes import TOLERANCE
 from colortrack_ros.tracking.sizes import tolerance
 from colortrack_ros.tracking.sizes import TOLERANCE_SHARE
+from colortrack_ros.tracking.sizes import total
 
 TIED = 0.75
 """Largest deviation of a box, relative to its centroid, from the learned extent at which its sides
@@ -63,14 +66,25 @@ def measure_centers(
         either |= shared
     some = either.nonzero()[0]
     if len(some):
-        center = _possible(prediction, blobs, track[some], blob[some])
-        free = _are_free(center) if shared is None else _are_free(center) | shared[some]
-        some, center = some[free], center[:, free]
+        scaled = are_scaled(prediction, blobs, track[some], blob[some])
+        scaled &= True if shared is None else ~shared[some]
+        R[some[scaled]] = blobs.R[blob[some[scaled]]]
+        some, center = _apart(prediction, blobs, track, blob, shared, some[~scaled])
     if len(some):
         ours = None if shared is None else shared[some]
         pairs = track[some], blob[some], size[some], of_side[some]
         z[some], R[some] = _take_sides(prediction, blobs, *pairs, ours, center, R[some])
     return z, R
+
+
+def _apart(
+    prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices,
+    shared: Bools | None, some: Indices,
+) -> tuple[Indices, Floats]:  # fmt: skip
+    """Those of some pairs, (K,), whose centers lie apart or whose blob is shared; (3, K, 2)."""
+    center = _possible(prediction, blobs, track[some], blob[some])
+    free = _are_free(center) if shared is None else _are_free(center) | shared[some]
+    return some[free], center[:, free]
 
 
 def _possible(prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices) -> Floats:
@@ -83,6 +97,34 @@ def _are_free(center: Floats) -> Bools:
     """Which centers, (3, K, 2), lie apart: sides that are not TIED to the centroid, (K,)."""
     apart = np.maximum.reduce(center) - np.minimum.reduce(center) > TIED
     return np.asarray(apart[:, 0] | apart[:, 1])
+
+
+def are_scaled(prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices) -> Bools:
+    """Which blobs, (K,), are their objects as seen from nearer or farther.
+
+    Both axes change by one factor, and the centroid keeps its place within the box. Of what is cut,
+    or merged with another, one side alone moves, which changes the aspect. A change within the
+    tolerance does not show the aspect: there the centroid has to be where it is expected. Boxes
+    that jitter do not show any of it.
+
+    :param track, blob: (K,) indices of objects and blobs.
+    """
+    if not prediction.sizes.are_steady:
+        return np.zeros(len(track), bool)
+    extent, reach = prediction.records['extent'].take(track, axis=0), blobs.reach(blob)
+    size, visible = np.maximum(total(extent), 1.0), np.maximum(total(reach), 1.0)
+    factor = visible / size
+    log = np.log(factor)
+    rounded = TOLERANCE * np.hypot(*(1 / visible.T)) / math.sqrt(2)
+    most = FASTEST_GROWTH * prediction.step.period + rounded
+    one = (np.abs(log[:, 0] - log[:, 1]) <= rounded) & (np.abs(log[:, 0]) <= most)
+    one &= ~(blobs.cut.any(axis=1) | blobs.mixed)[blob]
+    one &= (np.abs(reach[:, 0] - factor * extent[:, 0]) <= TOLERANCE).all(axis=1)
+    expected = prediction.center.take(track, axis=0)
+    aside = np.abs(_possible(prediction, blobs, track, blob) - expected)
+    shown = (np.abs(visible - size) > TOLERANCE).all(axis=1)
+    nearest = (aside[1] <= np.minimum(aside[0], aside[2])).all(axis=1)
+    return np.asarray(one & (shown | nearest))
 
 
 def _variance_of_odd(sizes: Sizes, size: Floats, blob: Floats) -> Floats:

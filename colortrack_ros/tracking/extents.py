@@ -7,15 +7,19 @@ from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.track_table import TrackTable
+from colortrack_ros.tracking.centers import are_scaled
 from colortrack_ros.tracking.centers import centers
 from colortrack_ros.tracking.growth import FOLLOWING_SHARE
 from colortrack_ros.tracking.growth import learn_growth
+from colortrack_ros.tracking.growth import learn_scaling
 from colortrack_ros.tracking.growth import STEADY_SIDE
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.sizes import TOLERANCE
 from colortrack_ros.tracking.sizes import total
+
+NONE_SCALED: Indices = np.zeros(0, np.intp)
 
 # Constants marked "assumed" were set by hand; benchmark/ablation.py --constants extents.NAME shows
 # what IDF1 becomes with half and twice the value.
@@ -41,21 +45,17 @@ def update_extents(
     away = np.abs(excess)
     other = away > prediction.slack[rows]
     unlike = other[:, 0] | other[:, 1]
-    reach = blobs.reach(blob)
-    now = extent + FOLLOWING_SHARE * (reach - extent)
-    one = unlike.nonzero()[0]
-    if len(one):
-        beyond = np.where(other, excess, 0.0)[one]
-        of_one = taken.track[one], taken.blob[one], extent[one], reach[one]
-        now[one] = _learn_unlike(prediction, blobs, *of_one, beyond)
-    now = _uncut(prediction, blobs, blob, now, extent)
+    grows = np.count_nonzero(away > 2 * STEADY_SIDE)
+    scaled = _scaled(prediction, blobs, taken, away, unlike) if grows else NONE_SCALED
+    now = _followed(prediction, blobs, taken, extent, excess, unlike, scaled)
     if np.count_nonzero(blobs.mixed):
         mixed = blobs.mixed[blob]
         now[mixed] = extent[mixed]
         unlike |= mixed
-    grows = np.count_nonzero(away > 2 * STEADY_SIDE)
     if grows or np.count_nonzero(records['growth']):
-        _learn_growth(prediction, blobs, track, blob, unlike)
+        _learn_growth(prediction, blobs, track, blob, unlike, scaled)
+    if len(scaled):
+        learn_scaling(records, track[scaled], excess[scaled], prediction.step.period)
     records['extent'][rows] = now
     if np.count_nonzero(records['partial']):
         records['partial'][track] &= blobs.cut[blob] | unlike[:, None]
@@ -64,6 +64,43 @@ def update_extents(
         growth[growth < prediction.slack[rows]] = 0.0
         tracks.filters.doubt_velocity(track, (growth / 2 / prediction.step.period) ** 2)
     return ~unlike
+
+
+def _followed(
+    prediction: Prediction, blobs: Measurements, taken: Hypotheses, extent: Floats,
+    excess: Floats, unlike: Bools, scaled: Indices,
+) -> Floats:  # fmt: skip
+    """Extents, (K, 2, 2), that follow those of the blobs, see update_extents().
+
+    :param excess: (K, 2) of their sizes [px].
+    :param unlike, scaled: which have another size, and indices of those with another scale.
+    """
+    reach = blobs.reach(taken.blob)
+    now = extent + FOLLOWING_SHARE * (reach - extent)
+    if len(scaled):
+        now[scaled] = reach[scaled] + (now - reach)[scaled].clip(-TOLERANCE / 2, TOLERANCE / 2)
+    one = unlike.nonzero()[0]
+    if len(one):
+        track = taken.track[one]
+        beyond = np.where(np.abs(excess[one]) > prediction.slack[track], excess[one], 0.0)
+        of_one = track, taken.blob[one], extent[one], reach[one]
+        now[one] = _learn_unlike(prediction, blobs, *of_one, beyond)
+    return _uncut(prediction, blobs, taken.blob, now, extent)
+
+
+def _scaled(
+    prediction: Prediction, blobs: Measurements, taken: Hypotheses, away: Floats, unlike: Bools
+) -> Indices:
+    """Indices of those whose blobs are seen from nearer or farther, which are not unlike then.
+
+    :param away: (K, 2) difference of their sizes [px].
+    :param unlike: (K,) changed here.
+    """
+    both = (away > TOLERANCE).all(axis=1).nonzero()[0]
+    if len(both):
+        both = both[are_scaled(prediction, blobs, taken.track[both], taken.blob[both])]
+        unlike[both] = False
+    return both
 
 
 def _uncut(
@@ -77,14 +114,16 @@ def _uncut(
 
 
 def _learn_growth(
-    prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices, unlike: Bools
-) -> None:
+    prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices, unlike: Bools,
+    scaled: Indices,
+) -> None:  # fmt: skip
     """Learn the growth of objects, (K,), from how far the sides of their blobs have moved."""
     records = prediction.records
     moved = blobs.box[blob] - prediction.center[track][:, None]
     np.negative(moved[:, 0], out=moved[:, 0])
     moved -= records['extent'][track]
     cut = blobs.cut[blob] | records['partial'][track]
+    cut[scaled] = True
     learn_growth(records, track, moved, cut, unlike, prediction.step.period)
 
 

@@ -20,6 +20,12 @@ GROWTH_SHARE = FOLLOWING_SHARE**2 / (2 - FOLLOWING_SHARE)
 """Weight of a blob's difference in size in the learned growth: beta = alpha^2 / (2 - alpha)
 (Benedict and Bordner 1962)."""
 
+SCALING_SHARE = 0.1
+"""The same for a blob that differs by one factor on both axes, beyond the tolerance: more, as its
+sides say it four times, but one sudden change shall not look like growth. Assumed: with 0.022 the
+RMSE of the scene `red_object` is 0.23 instead of 0.17 px, with 0.4 0.22, and ellipses of `worlds
+"behind covers, smaller"` hold 82 instead of 87 %."""
+
 STEADY_SIDE = 0.5
 """Sides this close to their prediction say nothing about growth, unless the object has grown before
 [px]: boxes consist of whole pixels. With half of it the scene `swarm` loses 0.8 points of IDF1."""
@@ -69,6 +75,21 @@ def learn_growth(
     change = share * both / np.maximum(extent[:, 0] + extent[:, 1], 1.0) / _lasting(period)
     change += np.where(odd[:, None], math.expm1(-period / GROWTH_TIME) * before, 0.0)
     records['growth'][track] = (before + change).clip(-FASTEST_GROWTH, FASTEST_GROWTH)
+
+
+def learn_scaling(records: Records, track: Indices, excess: Floats, period: float) -> None:
+    """Learn from blobs that are larger or smaller than predicted by one factor on both axes.
+
+    :param records: (N,) of all tracks, see records.FIELDS.
+    :param track: (K,) which were measured, each once.
+    :param excess: (K, 2) of the sizes [px].
+    :param period: since the last frame [s].
+    """
+    extent = records['extent'][track]
+    factor = np.log1p(excess / (extent[:, 0] + extent[:, 1])).mean(axis=1, keepdims=True)
+    growth = records['growth'][track].mean(axis=1, keepdims=True)
+    growth += SCALING_SHARE * factor / _lasting(period)
+    records['growth'][track] = growth.clip(-FASTEST_GROWTH, FASTEST_GROWTH)
 
 
 def _lasting(dt: float) -> float:

@@ -22,10 +22,17 @@ def frames_of(growth, seed, first_size):
     """
     rng = np.random.default_rng(seed)
     count = min(90, int(np.log(5) / np.abs(growth).max()))
+    scale = (1 + np.array(growth)) ** np.arange(count)[:, None]
+    return seen_as(scale, rng, first_size)
+
+
+def seen_as(scale, rng, first_size):
+    """Return places and detections as frames_of() does, given the scale in each frame, (K, 2)."""
+    count = len(scale)
     k, angle = np.arange(count)[:, None, None], rng.uniform(0, 2 * np.pi, 4)
     start = np.array([[250, 200], [950, 200], [250, 520], [950, 520]])
     place = start + k * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    size = first_size * rng.uniform(0.8, 1.25, (4, 1)) * (1 + np.array(growth)) ** k
+    size = first_size * rng.uniform(0.8, 1.25, (4, 1)) * scale[:, None]
     low, high = np.round(place - size / 2), np.round(place + size / 2)
     z = place + rng.normal(0, NOISE, place.shape)
     rows = np.zeros((count, 4), DETECTION)
@@ -63,6 +70,14 @@ def test_boxes_that_grow_or_shrink_do_not_draw_tracks_aside(growth, first_size):
         np.mean([rmse(*scene, use_boxes=boxes) for scene in scenes]) for boxes in (True, False)
     )
     assert with_boxes <= 1.15 * without
+
+
+@pytest.mark.parametrize('aspect', [1.0, 1.6])
+def test_what_approaches_and_recedes_by_turns_is_where_its_centroid_is(aspect):
+    """Its growth changes from 0.8 to -0.8 a second within two seconds."""
+    depth = np.exp(0.5 * np.sin(2 * np.pi * np.arange(180) / (4 * RATE)))[:, None]
+    scene = seen_as(depth * [1.0, aspect], np.random.default_rng(0), 60)
+    assert rmse(*scene) <= 1.15 * rmse(*scene, use_boxes=False)
 
 
 def test_a_blob_that_one_side_of_is_covered_has_not_shrunk():
