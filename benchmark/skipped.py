@@ -1,8 +1,9 @@
 """What becomes of tracks when pictures are skipped, as on a machine that is too slow.
 
-python benchmark/skipped.py [CLIP...] [--backwards] [--folder FOLDER]: clips, colors, and truth as
-of colors.py, the color of one pixel and nothing else. Pictures are left out by chance, or all but
-one in two or three. --backwards shows each clip from its end: another clip to a tracker.
+python benchmark/skipped.py [CLIP...] [--backwards] [--scale S] [--folder FOLDER]: clips, colors,
+and truth as of colors.py, the color of one pixel and nothing else. Pictures are left out by chance,
+or all but one in two or three. --backwards shows each clip from its end: another clip to a tracker;
+--scale enlarges the pictures.
 """
 
 import argparse
@@ -14,6 +15,7 @@ from colors import CLIPS
 from colors import REAL
 from colors import sought
 from colors import truth_of
+import cv2
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -43,7 +45,14 @@ def ways(count: int) -> Iterator[tuple[str, np.ndarray]]:
             yield f'one in {step}', np.arange(count) % step == first
 
 
-def track(clip: str, frames: list[Frame], shown: np.ndarray, folder: Path, back: bool) -> Score:
+def scaled(frame: Frame, scale: float) -> Frame:
+    image = cv2.resize(frame.image, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)
+    return replace(frame, image=image)
+
+
+def track(
+    clip: str, frames: list[Frame], shown: np.ndarray, folder: Path, back: bool, scale: float
+) -> Score:
     """How well the things of a clip are followed."""
     color, (_, radius, things) = sought(clip, 0.0), CLIPS[clip]
     truth: dict[int, list[dict[str, float]]] = {}
@@ -52,7 +61,7 @@ def track(clip: str, frames: list[Frame], shown: np.ndarray, folder: Path, back:
     judged = set(np.loadtxt(folder / f'{clip}.frames', int, ndmin=1).tolist())
     height, width = frames[0].image.shape[:2]
     chain = ColorTracker(DetectorConfig(colors=(color,)), TrackerConfig(image_size=(width, height)))
-    tally = Tally(radius)
+    tally = Tally(scale * radius)
     for time, place in enumerate(range(len(frames))[:: -1 if back else 1]):
         if not shown[place]:
             continue
@@ -62,7 +71,7 @@ def track(clip: str, frames: list[Frame], shown: np.ndarray, folder: Path, back:
         rows = rows[rows['state'] != TENTATIVE]
         there = truth.get(place, [])
         due = [r for r in there if r['id'] in things and r['visible'] >= SEEN]
-        objects = [(r['id'], r['u'], r['v']) for r in due]
+        objects = [(r['id'], *(scale * (r[name] + 0.5) - 0.5 for name in 'uv')) for r in due]
         tracks = np.stack([rows['track_id'], rows['u'], rows['v']], axis=1)
         tally.add(objects, tracks, hidden=len(there) - len(due))
     return tally.score()
@@ -72,14 +81,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('clips', nargs='*', default=['cups'])
     parser.add_argument('--backwards', action='store_true')
+    parser.add_argument('--scale', type=float, default=1.0)
     parser.add_argument('--folder', type=Path, default=REAL)
     options = parser.parse_args()
     table = Table('clip', 'pictures', 'IDF1', 'switches', 'recall', 'precision')
     for clip in options.clips:
-        frames = list(open_source(str(options.folder / f'{clip}.mp4')))
+        film = open_source(str(options.folder / f'{clip}.mp4'))
+        frames = [scaled(frame, options.scale) for frame in film]
         scores: dict[str, list[Score]] = {}
         for name, shown in ways(len(frames)):
-            one = track(clip, frames, shown, options.folder, options.backwards)
+            one = track(clip, frames, shown, options.folder, options.backwards, options.scale)
             scores.setdefault(name, []).append(one)
         for name, some in scores.items():
             means = np.mean([(s.idf1, s.switches, s.recall, s.precision) for s in some], axis=0)

@@ -1,6 +1,8 @@
 """Templates of objects, fitted jointly to the single blob that touching objects make."""
 
 from dataclasses import dataclass
+from dataclasses import field
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -18,7 +20,8 @@ MOST_PIXELS = 4000
 
 HIDDEN_COST = 0.5
 """Cost of a template pixel outside the blob, relative to that of a blob pixel in no template. A
-hand may cause the former, but only an object the latter. Assumed."""
+hand may cause the former, but only an object the latter. What was covered in the last frame costs
+nothing: hands stay. Assumed."""
 
 PRIOR_COST = 1.0
 """Factor in the cost of an offset d from the expected place, PRIOR_COST / 2 side / sigma^2 ln(1 +
@@ -42,6 +45,8 @@ class BlobTemplate:
     :param box: (4,) u, v from its centroid to the corner of its box, width and height [px].
     :param covariance: (2, 2) of the centroid then [px^2].
     :param area: number of its pixels.
+    :param covered: (H, W) 1 for its pixels that a hand, say, covered in the last frame, if known.
+    :param offset: (2,) from the centroid of what was visible of it then to its own [px].
     """
 
     mask: Mask
@@ -49,6 +54,8 @@ class BlobTemplate:
     box: Floats
     covariance: Floats
     area: float
+    covered: Mask | None = None
+    offset: Floats = field(default_factory=lambda: np.zeros(2))
 
     @property
     def side(self) -> float:
@@ -64,12 +71,14 @@ class Fit:
     :param visible: (K,) pixels of each that are in the blob and in no other object.
     :param unexplained: pixels of the blob that are in none of them.
     :param step: side of the squares over which pixels were averaged [px].
+    :param placed: the templates of the K objects, with what covers them now.
     """
 
     center: Floats
     visible: Floats
     unexplained: float
     step: int
+    placed: list[BlobTemplate]
 
 
 def mask_of(blobs: BlobTable, k: int) -> Mask:
@@ -150,7 +159,8 @@ def fit_templates(
             break
     center = expected + step * (board.place - board.expected)
     visible = [board.visible(i) for i in range(len(templates))]
-    return Fit(center, step**2 * np.array(visible), step**2 * board.unexplained(), step)
+    placed = [board.placed(i, template) for i, template in enumerate(templates)]
+    return Fit(center, step**2 * np.array(visible), step**2 * board.unexplained(), step, placed)
 
 
 class _Board:
@@ -171,7 +181,10 @@ class _Board:
         step: int,
     ) -> None:
         self._masks = [_reduced(template.mask, step) for template in templates]
-        self._radius = radius.astype(int)
+        self._covered = [
+            None if t.covered is None else _reduced(t.covered, step) for t in templates
+        ]
+        self._radius, self._step = radius.astype(int), step
         self._smeared = [
             _smeared(mask, way) for mask, way in zip(self._masks, smear / step, strict=True)
         ]
@@ -192,11 +205,15 @@ class _Board:
     def place_best(self, i: int, weight: float, sigma: float) -> None:
         """Place a mask to subpixel accuracy where the pixels left by the others are worth most."""
         mask, radius, expected = self._masks[i], int(self._radius[i]), self.expected[i]
-        worth = ((1 + HIDDEN_COST) * self._blob - HIDDEN_COST) * (1 - self._others(i))
+        left, covered = 1 - self._others(i), self._covered[i]
+        worth = ((1 + HIDDEN_COST) * self._blob - HIDDEN_COST) * left
         u, v = np.round(expected).astype(int)
         height, width = mask.shape
-        window = worth[v - radius : v + radius + height, u - radius : u + radius + width]
-        total = cv2.matchTemplate(window, mask, cv2.TM_CCORR)
+        window = slice(v - radius, v + radius + height), slice(u - radius, u + radius + width)
+        total = cv2.matchTemplate(worth[window], mask, cv2.TM_CCORR)
+        if covered is not None:
+            hidden = HIDDEN_COST * (left - self._blob * left)[window]
+            total = total + cv2.matchTemplate(hidden, covered, cv2.TM_CCORR)
         way = np.arange(-radius, radius + 1)
         du, dv = way + (u - expected[0]), way + (v - expected[1])
         total = total - weight * np.log1p((du**2 + dv[:, None] ** 2) / sigma**2)
@@ -210,6 +227,16 @@ class _Board:
         """Pixels of a mask that are in the blob and in no other mask."""
         part = self._blob * (1 - self._others(i))
         return float((part[self._under(i)] * self._masks[i]).sum())
+
+    def placed(self, i: int, template: BlobTemplate) -> BlobTemplate:
+        """A template with what covers it now; behind other masks, with what did so before."""
+        under = self._under(i)
+        others, before = self._others(i)[under], self._covered[i]
+        covered = (1 - self._blob[under]) * (1 - others)
+        if before is not None:
+            covered = covered + others * before
+        mask = _enlarged(np.asarray(covered * self._masks[i]), template.mask.shape, self._step)
+        return replace(template, covered=mask, offset=np.zeros(2))
 
     def unexplained(self) -> float:
         """Pixels of the blob that are in no mask."""
@@ -254,6 +281,11 @@ def _reduced(mask: Mask, step: int) -> Mask:
     mask = np.pad(mask, ((0, -height % step), (0, -width % step)))
     size = mask.shape[1] // step, mask.shape[0] // step
     return np.asarray(cv2.resize(mask, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def _enlarged(mask: Mask, shape: tuple[int, ...], step: int) -> Mask:
+    """The mask, (H, W), of averages over squares."""
+    return mask.repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]]
 
 
 def _between(values: Floats, k: int) -> float:
