@@ -19,8 +19,6 @@ from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.sizes import TOLERANCE
 from colortrack_ros.tracking.sizes import total
 
-NONE_SCALED: Indices = np.zeros(0, np.intp)
-
 # Constants marked "assumed" were set by hand; benchmark/ablation.py --constants extents.NAME shows
 # what IDF1 becomes with half and twice the value.
 
@@ -46,7 +44,7 @@ def update_extents(
     other = away > prediction.slack[rows]
     unlike = other[:, 0] | other[:, 1]
     grows = np.count_nonzero(away > 2 * STEADY_SIDE)
-    scaled = _scaled(prediction, blobs, taken, away, unlike) if grows else NONE_SCALED
+    scaled = _scaled(prediction, blobs, taken, away, unlike) if grows else None
     now = _followed(prediction, blobs, taken, extent, excess, unlike, scaled)
     if np.count_nonzero(blobs.mixed):
         mixed = blobs.mixed[blob]
@@ -54,7 +52,7 @@ def update_extents(
         unlike |= mixed
     if grows or np.count_nonzero(records['growth']):
         _learn_growth(prediction, blobs, track, blob, unlike, scaled)
-    if len(scaled):
+    if scaled is not None:
         learn_scaling(records, track[scaled], excess[scaled], prediction.step.period)
     records['extent'][rows] = now
     if np.count_nonzero(records['partial']):
@@ -68,19 +66,19 @@ def update_extents(
 
 def _followed(
     prediction: Prediction, blobs: Measurements, taken: Hypotheses, extent: Floats,
-    excess: Floats, unlike: Bools, scaled: Indices,
+    excess: Floats, unlike: Bools, scaled: Indices | None,
 ) -> Floats:  # fmt: skip
     """Extents, (K, 2, 2), that follow those of the blobs, see update_extents().
 
     :param excess: (K, 2) of their sizes [px].
-    :param unlike, scaled: which have another size, and indices of those with another scale.
+    :param unlike, scaled: which have another size, and indices of those with another scale, if any.
     """
     reach = blobs.reach(taken.blob)
     now = extent + FOLLOWING_SHARE * (reach - extent)
-    if len(scaled):
+    if scaled is not None:
         now[scaled] = reach[scaled] + (now - reach)[scaled].clip(-TOLERANCE / 2, TOLERANCE / 2)
-    one = unlike.nonzero()[0]
-    if len(one):
+    if np.count_nonzero(unlike):
+        one = unlike.nonzero()[0]
         track = taken.track[one]
         beyond = np.where(np.abs(excess[one]) > prediction.slack[track], excess[one], 0.0)
         of_one = track, taken.blob[one], extent[one], reach[one]
@@ -90,7 +88,7 @@ def _followed(
 
 def _scaled(
     prediction: Prediction, blobs: Measurements, taken: Hypotheses, away: Floats, unlike: Bools
-) -> Indices:
+) -> Indices | None:
     """Indices of those whose blobs are seen from nearer or farther, which are not unlike then.
 
     :param away: (K, 2) difference of their sizes [px].
@@ -100,7 +98,7 @@ def _scaled(
     if len(both):
         both = both[are_scaled(prediction, blobs, taken.track[both], taken.blob[both])]
         unlike[both] = False
-    return both
+    return both if len(both) else None
 
 
 def _uncut(
@@ -115,7 +113,7 @@ def _uncut(
 
 def _learn_growth(
     prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices, unlike: Bools,
-    scaled: Indices,
+    scaled: Indices | None,
 ) -> None:  # fmt: skip
     """Learn the growth of objects, (K,), from how far the sides of their blobs have moved."""
     records = prediction.records
@@ -123,7 +121,8 @@ def _learn_growth(
     np.negative(moved[:, 0], out=moved[:, 0])
     moved -= records['extent'][track]
     cut = blobs.cut[blob] | records['partial'][track]
-    cut[scaled] = True
+    if scaled is not None:
+        cut[scaled] = True
     learn_growth(records, track, moved, cut, unlike, prediction.step.period)
 
 
