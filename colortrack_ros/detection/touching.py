@@ -239,12 +239,11 @@ class TouchingThings:
         for blob in np.flatnonzero(np.bincount(claim[claim >= 0]) > 1):
             inside = np.flatnonzero(claim == blob)
             templates = [self._template(k) for k in inside.tolist()]
-            side = np.array([template.side for template in templates])
             met = self._have_met(inside, expected[inside], templates)
             if met.any():
                 found.append((int(blob), inside[met]))
             else:
-                met[side.argmax()] = True
+                met[np.argmax([template.side for template in templates])] = True
             claim[inside[~met]] = PIECE
         return found
 

@@ -66,25 +66,18 @@ def measure_centers(
         either |= shared
     some = either.nonzero()[0]
     if len(some):
-        scaled = are_scaled(prediction, blobs, track[some], blob[some])
-        scaled &= True if shared is None else ~shared[some]
+        scaled, free, center = _compared(prediction, blobs, track[some], blob[some])
+        if shared is not None:
+            scaled &= ~shared[some]
+            free |= shared[some]
         R[some[scaled]] = blobs.R[blob[some[scaled]]]
-        some, center = _apart(prediction, blobs, track, blob, shared, some[~scaled])
+        free &= ~scaled
+        some, center = some[free], center[:, free]
     if len(some):
         ours = None if shared is None else shared[some]
         pairs = track[some], blob[some], size[some], of_side[some]
         z[some], R[some] = _take_sides(prediction, blobs, *pairs, ours, center, R[some])
     return z, R
-
-
-def _apart(
-    prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices,
-    shared: Bools | None, some: Indices,
-) -> tuple[Indices, Floats]:  # fmt: skip
-    """Those of some pairs, (K,), whose centers lie apart or whose blob is shared; (3, K, 2)."""
-    center = _possible(prediction, blobs, track[some], blob[some])
-    free = _are_free(center) if shared is None else _are_free(center) | shared[some]
-    return some[free], center[:, free]
 
 
 def _possible(prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices) -> Floats:
@@ -100,12 +93,11 @@ def _are_free(center: Floats) -> Bools:
 
 
 def are_scaled(prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices) -> Bools:
-    """Which blobs, (K,), are their objects as seen from nearer or farther.
+    """Which blobs, (K,), may be their objects as seen from nearer or farther.
 
     Both axes change by one factor, and the centroid keeps its place within the box. Of what is cut,
-    or merged with another, one side alone moves, which changes the aspect. A change within the
-    tolerance does not show the aspect: there the centroid has to be where it is expected. Boxes
-    that jitter do not show any of it.
+    or merged with another, one side alone moves, which changes the aspect. Boxes that jitter do not
+    show it, nor do changes within the tolerance, see _compared().
 
     :param track, blob: (K,) indices of objects and blobs.
     """
@@ -120,11 +112,23 @@ def are_scaled(prediction: Prediction, blobs: Measurements, track: Indices, blob
     one = (np.abs(log[:, 0] - log[:, 1]) <= rounded) & (np.abs(log[:, 0]) <= most)
     one &= ~(blobs.cut.any(axis=1) | blobs.mixed)[blob]
     one &= (np.abs(reach[:, 0] - factor * extent[:, 0]) <= TOLERANCE).all(axis=1)
-    expected = prediction.center.take(track, axis=0)
-    aside = np.abs(_possible(prediction, blobs, track, blob) - expected)
-    shown = (np.abs(visible - size) > TOLERANCE).all(axis=1)
-    nearest = (aside[1] <= np.minimum(aside[0], aside[2])).all(axis=1)
-    return np.asarray(one & (shown | nearest))
+    return np.asarray(one)
+
+
+def _compared(
+    prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices
+) -> tuple[Bools, Bools, Floats]:
+    """Which pairs, (K,), are scaled, which of their centers lie apart, and the centers, (3, K, 2).
+
+    A size within the tolerance does not show the scale: there the centroid has to be nearest to
+    where it is expected.
+    """
+    center = _possible(prediction, blobs, track, blob)
+    away = blobs.size.take(blob, axis=0) - prediction.size.take(track, axis=0)
+    aside = np.abs(center - prediction.center.take(track, axis=0))
+    shown = (np.abs(away) > TOLERANCE).all(axis=1)
+    shown |= (aside[1] <= np.minimum(aside[0], aside[2])).all(axis=1)
+    return are_scaled(prediction, blobs, track, blob) & shown, _are_free(center), center
 
 
 def _variance_of_odd(sizes: Sizes, size: Floats, blob: Floats) -> Floats:
