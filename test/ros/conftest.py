@@ -3,7 +3,15 @@ from pathlib import Path
 import signal
 
 import pytest
+from support.ros_domain import remove_orphans
 from support.ros_domain import Ros
+
+
+@pytest.fixture(scope='session', autouse=True)
+def shared_memory() -> Iterator[None]:
+    """What nodes leave that tests have killed is removed when all tests are done."""
+    yield
+    remove_orphans()
 
 
 @pytest.fixture

@@ -18,6 +18,8 @@ from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 from support.mjpeg import free_port
 from support.mjpeg import serve
+from support.ros_domain import remove_orphans
+from support.ros_domain import segments
 from support.waiting import PATIENCE
 from support.waiting import slowness
 from support.waiting import wait_until
@@ -61,6 +63,17 @@ def test_a_stream_that_goes_and_comes_back_is_taken_up_again(ros):
 
 
 OUTPUTS = {'camera': 'camera/image_raw', 'detector': 'detections', 'tracker': 'tracks'}
+
+
+@pytest.mark.slow
+def test_tests_remove_the_shared_memory_of_killed_nodes_alone(ros):
+    lives, killed = ros.start('detector'), ros.start('tracker')
+    wait_until(lambda: segments(lives.popen.pid) and segments(killed.popen.pid))
+    of_living, of_killed = segments(lives.popen.pid), segments(killed.popen.pid)
+    killed.popen.kill()
+    killed.end()
+    wait_until(lambda: remove_orphans() or not any(path.exists() for path in of_killed))
+    assert all(path.exists() for path in of_living)
 
 
 @pytest.mark.slow

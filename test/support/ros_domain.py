@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 import contextlib
+import fcntl
 import itertools
 import os
 from pathlib import Path
@@ -33,8 +34,8 @@ from colortrack_ros.node_kit.runtime import use_transport_profile
 use_transport_profile()
 _domains = itertools.count(os.getpid())
 
-NEW = 10.0
-"""Age of a segment of shared memory that its node may not have mapped yet [s]."""
+NEW = 1.0
+"""Age up to which a lock file may not be locked yet, between two calls of the system [s]."""
 
 
 def executable(name: str) -> str:
@@ -63,28 +64,24 @@ def free_domain() -> tuple[int, socket.socket]:
             return domain, lock
 
 
-def segments() -> set[Path]:
-    """The shared memory of Fast DDS on this machine."""
-    return {path for path in Path('/dev/shm').glob('fastrtps_*') if 'port' not in path.name}
+def segments(pid: int) -> set[Path]:
+    """The shared memory that a process has made, by the lock files that it keeps open."""
+    files = [os.readlink(path) for path in Path(f'/proc/{pid}/fd').iterdir() if path.is_symlink()]
+    names = [re.fullmatch('(/dev/shm/fastrtps_[0-9a-f]+)_el', file) for file in files]
+    return {Path(name[1]) for name in names if name}
 
 
-def remove_orphans(before: set[Path]) -> None:
-    """Remove the shared memory of nodes that a test has killed, 64 MiB each.
+def remove_orphans() -> None:
+    """Remove the shared memory of nodes that were killed, up to 70 MB each.
 
-    What other tests have just made is not mapped yet, and what other users map cannot be seen.
-
-    :param before: what was there when the test began.
+    Beside each segment there is a file that its node keeps locked.
     """
-    mapped = set()
-    for maps in Path('/proc').glob('[0-9]*/maps'):
-        with contextlib.suppress(OSError):
-            mapped.update(re.findall(r'/dev/shm/(fastrtps_[0-9a-f]+)', maps.read_text()))
-    for segment in segments() - before:
-        with contextlib.suppress(OSError):
-            status = segment.stat()
-            gone = time.time() - status.st_mtime > NEW and status.st_uid == os.getuid()
-            if gone and segment.name.partition('_el')[0] not in mapped:
-                segment.unlink()
+    for lock in Path('/dev/shm').glob('fastrtps_[0-9a-f]*_el'):
+        with contextlib.suppress(OSError), lock.open() as file:
+            if time.time() - os.fstat(file.fileno()).st_mtime > NEW:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                lock.with_name(lock.name.removesuffix('_el')).unlink(missing_ok=True)
+                lock.unlink()
 
 
 class Process:
@@ -132,7 +129,6 @@ class Ros:
         self.folder = folder
         self.domain, self._lock = free_domain()
         self.processes: list[Process] = []
-        self._before = segments()
         self.context = Context()
         rclpy.init(context=self.context, domain_id=self.domain)
         self.node = Node('test', context=self.context)
@@ -247,8 +243,6 @@ class Ros:
             except subprocess.TimeoutExpired:
                 process.popen.kill()
                 process.popen.wait()
-        if any(process.popen.returncode == -signal.SIGKILL for process in self.processes):
-            remove_orphans(self._before)
         self.executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
