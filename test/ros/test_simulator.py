@@ -120,7 +120,7 @@ def test_a_locator_by_tf_finds_what_the_simulator_has(ros):
     def rows():
         return locations_of_cloud(found[-1]).rows if found else []
 
-    assert ros.spin(lambda: len(rows()) > 0, 30.0), ros.outputs()
+    assert ros.spin(lambda: truth and len(rows()) > 0, 30.0), ros.outputs()
     (row,) = rows()
     true = locations_of_cloud(truth[-1]).rows
     away = np.hypot(true['x'] - row['x'], true['y'] - row['y'])
