@@ -163,7 +163,8 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         if not -AHEAD <= age <= self.setup.config.stop_within:
             raise MessageError(
                 f'they are {age:.2f} s old: expected 0 to stop_within, '
-                f'{self.setup.config.stop_within:g} s (use_sim_time, or clocks of two machines?)'
+                f'{self.setup.config.stop_within:g} s '
+                '(slow nodes, use_sim_time, or clocks of two machines?)'
             )
 
     def _step(self) -> None:
