@@ -97,6 +97,10 @@ LEVEL_VARIANCE, RATIO_VARIANCE = 3.06, 4.0
 """Variances, per difference, of the log squared length, and of half the log ratio of the squares by
 axis. Found by drawing white errors, whose successive differences are correlated."""
 
+UNSTATED = math.exp(LEVEL_VARIANCE / PRIOR / 2)
+"""First factor where no variance is stated: the mean over the median of a log-normal one that is as
+unsure as PRIOR says."""
+
 CHANGED = 4.0
 """Standard errors by which two successive looks must deviate from what was learned, in the same
 direction, to discard it: once in 10^8 looks at white errors."""
@@ -116,6 +120,8 @@ class MeasurementNoise:
     """Learns factors on the covariance of the detections, by color, axis and track."""
 
     def __init__(self) -> None:
+        self.guessed: set[int] = set()
+        """Colors of detections that state no covariance."""
         self._colors = np.zeros(0, np.uint32)
         self._evidence = np.zeros((0, SUMS))
         self._off = np.zeros(0)
@@ -129,20 +135,25 @@ class MeasurementNoise:
         The typical variance is 0 while unknown. A given variance above it marks an unusual
         detection, and no factor takes that away.
 
-        :param colors: (M,); unknown ones have a factor of 1.
+        :param colors: (M,); unknown ones have a factor of 1, or UNSTATED.
         :param variance: (M,) given, the mean of both axes [px^2].
         """
         if not len(self._colors):
-            return np.ones((len(colors), 2)), np.zeros((len(colors), 2))
+            return self._first(colors), np.zeros((len(colors), 2))
         row, known = self._look_up(colors)
         factor, usual = self._factors.take(row, axis=0), self._usual.take(row)
         if np.count_nonzero(known) < len(known):
-            factor[~known], usual[~known] = 1.0, 0.0
+            factor[~known], usual[~known] = self._first(colors[~known]), 0.0
         of_usual = factor * usual[:, None]
         if self._shrinks:
             unusual = np.minimum(usual / np.maximum(variance, 1e-12), 1.0)[:, None]
             factor = np.where(factor < 1, 1 - (1 - factor) * unusual, factor)
         return factor, of_usual
+
+    def _first(self, colors: NDArray[np.uint32]) -> Floats:
+        """Return the factors by axis, (M, 2), of colors of which nothing has been learned."""
+        guessed = np.isin(colors, list(self.guessed))
+        return np.where(guessed, UNSTATED, 1.0)[:, None].repeat(2, axis=1)
 
     def _look_up(self, colors: NDArray[np.uint32]) -> tuple[Indices, Bools]:
         """Return the rows of colors, (M,), and whether each color is known, (M,)."""
@@ -229,6 +240,8 @@ class MeasurementNoise:
         # the mean of a variance whose log is normal, not its median
         level += LEVEL_VARIANCE / (count + PRIOR) / 2
         level *= count / (count + PRIOR)
+        guessed = np.isin(self._colors, list(self.guessed))
+        level += guessed * math.log(UNSTATED) * (PRIOR / (count + PRIOR)) ** 2
         rise = rise + weight @ (RISES[0] - RISES)
         factor = _factor(level, rise, count)
         factor *= self._hidden.sum(axis=1)
@@ -269,8 +282,8 @@ def _factor(log_level: Floats, rise: Floats, count: Floats) -> Floats:
     off = rise[:, None] - WANDERING - NOISE_SHARES * (RISES[0] - WANDERING)
     weight = np.exp(-count[:, None] * off**2 / (2 * COSINE_VARIANCE))
     weight[:, -1] *= UNDISTURBED * (len(NOISE_SHARES) - 1) / np.maximum(count, 1e-9)
-    weight /= weight.sum(axis=1, keepdims=True)
     log_noise = log_level[:, None] + np.log(np.maximum(NOISE_SHARES, LEAST_NOISE_SHARE))
     belief = ((NOISE_SHARES - DOUBTED) / (BELIEVED - DOUBTED)).clip(0, 1)
     log_factor = belief * log_noise + (1 - belief) * np.minimum(log_level, 0.0)[:, None]
-    return np.asarray((weight * np.exp(log_factor)).sum(axis=1))
+    # Sums divided: where all factors are 1, their mean is exactly that.
+    return np.asarray((weight * np.exp(log_factor)).sum(axis=1) / weight.sum(axis=1))

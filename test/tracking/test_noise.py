@@ -165,6 +165,23 @@ def test_what_is_said_to_be_known_is_not_learned():
     assert learned > 2 * not_learned
 
 
+def test_the_noise_that_nobody_states_is_doubted_until_it_shows():
+    """One object, noise of 3 px where 1 px is assumed; differences tell from the tenth frame on."""
+    inside, off = [], []
+    for seed in range(16):
+        rng, tracker = np.random.default_rng(seed), Tracker()
+        x, v = rng.uniform(200, 400, 2), rng.uniform(-100, 100, 2)
+        for k in range(14):
+            z = x + v * k / 24 + rng.normal(0, 3, 2)
+            rows = tracker.update(points(z, k * FRAME)).rows
+            if len(rows):
+                inside += errors_squared(rows, x[None] + v * k / 24)
+                off.append(np.hypot(rows['du'][0] - v[0], rows['dv'][0] - v[1]))
+    assert len(off) > 16 * 8
+    assert np.mean(np.array(inside) < 5.991) > 0.75
+    assert np.sqrt(np.mean(np.square(off))) < 100
+
+
 @pytest.mark.slow
 def test_unusual_detections_leave_it_finite():
     """One object is exactly at rest, another jumps across the picture."""

@@ -37,7 +37,9 @@ def test_detections_of_one_moment_may_come_in_several_messages():
             tracks = parts.update(points(part, k * FRAME))
             assert tracks.restarted == ''
         for name in ('u', 'v', 'du', 'dv', 'state', 'hits', 'age', 'time_since_update'):
-            np.testing.assert_allclose(np.sort(tracks.rows[name]), np.sort(rows[name]), rtol=0.02)
+            np.testing.assert_allclose(
+                np.sort(tracks.rows[name]), np.sort(rows[name]), rtol=0.02, atol=1e-9
+            )
 
 
 def test_what_is_in_the_padding_of_a_repeated_row_does_not_matter():
