@@ -51,12 +51,12 @@ TRACK = np.dtype(
     {
         'names': [
             'u', 'v', 'du', 'dv', 'covariance', 'track_id', 'color', 'state',
-            'age', 'time_since_update', 'hits', 'area', 'box_w', 'box_h', 'score',
+            'age', 'time_since_update', 'hits', 'area', 'box_w', 'box_h', 'score', 'box_u', 'box_v',
         ],
         'formats': (
-            ['<f8'] * 4 + [('<f8', (4, 4)), '<u4', '<u4', 'u1', '<f4', '<f4', '<u4'] + ['<f4'] * 4
+            ['<f8'] * 4 + [('<f8', (4, 4)), '<u4', '<u4', 'u1', '<f4', '<f4', '<u4'] + ['<f4'] * 6
         ),
-        'offsets': [0, 8, 16, 24, 32, 160, 164, 168, 172, 176, 180, 184, 188, 192, 196],
+        'offsets': [0, 8, 16, 24, 32, 160, 164, 168, 172, 176, 180, 184, 188, 192, 196, 200, 204],
         'itemsize': 208,
     }
 )  # fmt: skip
@@ -67,8 +67,18 @@ of (u, v, du, dv); track_id: from 1, never used twice in a run; color: of the tr
 TENTATIVE, CONFIRMED or COASTING; age: since the first detection [s]; time_since_update: since the
 last detection [s], 0 when measured in this frame; hits: number of detections assigned to it; area,
 box_w, box_h: of the last detection of this object alone, not of a blob of several [px]; score:
-0..1, existence confidence.
+0..1, existence confidence; box_u, box_v: top left corner of that box, which lies around the
+estimated position as it lay around the detection's centroid [px].
 """
+
+CORNER = ('box_u', 'box_v')
+"""Fields of the top left corner of a box."""
+
+DETECTION_BOX, TRACK_BOX = (
+    np.dtype({'names': ['corner', 'size'], 'formats': [kind] * 2, 'offsets': at, 'itemsize': size})
+    for kind, at, size in ((('<f4', 2), [44, 52], 72), (('<f4', 2), [200, 188], 208))
+)
+"""Boxes as views of these rows, (N, 2) by axis: top left corner, and size [px]."""
 
 LOCATION = np.dtype(
     {

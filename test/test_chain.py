@@ -2,6 +2,7 @@
 
 import doctest
 
+import cv2
 import numpy as np
 import pytest
 
@@ -10,9 +11,11 @@ from colortrack_ros.chain import ColorChain
 from colortrack_ros.chain import ColorTracker
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.scenes import open_scene
 from colortrack_ros.sources import open_source
@@ -38,6 +41,19 @@ def test_every_frame_gives_its_tracks_and_the_balls_are_found():
     for ball in truth:
         distances = np.hypot(confirmed['u'] - ball['u'], confirmed['v'] - ball['v'])
         assert distances.min() < 0.5
+
+
+def test_the_box_of_what_is_not_symmetric_fits():
+    track = ColorTracker(DetectorConfig(colors=(ReferenceColor.from_rgb('red', (220, 20, 20)),)))
+    for k in range(20):
+        picture = np.full((200, 300, 3), 90, np.uint8)
+        u, v = 100 + 4 * k, 80 + k
+        cv2.ellipse(picture, (u, v), (40, 40), 0, 180, 360, (20, 20, 220), cv2.FILLED)  # a cap,
+        cv2.rectangle(picture, (u, v), (u + 80, v + 8), (20, 20, 220), cv2.FILLED)  # and its peak
+        (row,) = track(Frame(picture, stamp=round(k * NANOSECONDS / 30))).rows
+    found = [row[name] for name in ('box_u', 'box_v', 'box_w', 'box_h')]
+    assert found == pytest.approx([u - 40, v - 40, 121, 49], abs=1.5)
+    assert np.hypot(row['u'] - u - 20, row['v'] - v + 16) > 10  # where its middle would be
 
 
 def test_configurations_are_those_of_the_nodes():

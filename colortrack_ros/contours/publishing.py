@@ -55,4 +55,5 @@ def published(
     young = ~tracks.records['told'] & (rows['age'] < config.learn_seconds)
     rows['state'][young & foreground.is_learning] = TENTATIVE
     rows['box_w'], rows['box_h'] = np.ptp(outlines, axis=1).T
+    rows['box_u'], rows['box_v'] = outlines.min(axis=1).T + 0.5
     return rows, outlines

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import TRACK_BOX
 from colortrack_ros.data import Tracks
 from colortrack_ros.drawing.trails import TRAIL_LENGTH
 from colortrack_ros.drawing.trails import Trails
@@ -39,7 +40,7 @@ clearly."""
 LUMA = (0.114, 0.587, 0.299)
 """Weights of blue, green and red in the luma (ITU-R BT.601)."""
 
-_CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) / 2
+_CORNERS = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)])
 
 BGR = tuple[int, int, int]
 
@@ -90,9 +91,10 @@ def track_color(track_id: int) -> BGR:
 
 
 def _boxes(rows: NDArray[np.void]) -> NDArray[np.float64]:
-    """Return (N, 5, 2), the closed outlines of the boxes around the estimated positions."""
-    size = np.stack([rows['box_w'], rows['box_h']], axis=1).astype(float)
-    return _centers(rows)[:, None] + _CORNERS * size[:, None, :]
+    """Return (N, 5, 2), the closed outlines of the boxes."""
+    box = rows.view(TRACK_BOX)
+    corner, size = box['corner'].astype(float), box['size'].astype(float)
+    return corner[:, None] - 0.5 + _CORNERS * size[:, None]
 
 
 def _centers(rows: NDArray[np.void]) -> NDArray[np.float64]:
@@ -144,7 +146,7 @@ def _draw_label(
     it.
     """
     height, width = image.shape[:2]
-    left, top = row['u'] - row['box_w'] / 2, row['v'] - row['box_h'] / 2
+    left, top = row['box_u'] - 0.5, row['box_v'] - 0.5
     if not (-row['box_w'] < left < width and -row['box_h'] < top < height):
         return
     size, stroke, margin = max(0.4, 0.6 * scale), max(1, round(1.6 * scale)), round(3 * scale) + 1

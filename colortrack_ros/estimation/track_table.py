@@ -15,6 +15,7 @@ from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import TRACK
+from colortrack_ros.data import TRACK_BOX
 from colortrack_ros.estimation.records import Fields
 from colortrack_ros.estimation.records import Records
 
@@ -24,7 +25,6 @@ COMMON = [('track_id', 'u4'), ('state', 'u1'), ('born', 'i8'), ('updated', 'i8')
 born, updated: stamps of the first and the last measurement [ns]; hits: number of measurements;
 state: TENTATIVE, CONFIRMED or COASTING.
 """
-
 
 Filters = TypeVar('Filters', bound=Columns)
 
@@ -54,6 +54,7 @@ class TrackTable(Columns, Generic[Filters]):
         self.records = Records([*COMMON, *fields])
         self.next_id = next_id
         self._published = set(TRACK.names or ()) & set(self.records.names)
+        self._has_corner = 'corner' in self.records.names
 
     def __len__(self) -> int:
         return len(self.records)
@@ -95,7 +96,8 @@ class TrackTable(Columns, Generic[Filters]):
 
     def unmeasured(self, stamp: int) -> Floats:
         """Time since the last measurement of each, (N,) [s]."""
-        return np.asarray((stamp - self.records['updated']) / NANOSECONDS)
+        since: Floats = (stamp - self.records['updated']) / NANOSECONDS
+        return since
 
     def is_overdue(self, stamp: int, longest: float) -> Bools:
         """Which were last measured more than that long ago, (N,).
@@ -103,7 +105,8 @@ class TrackTable(Columns, Generic[Filters]):
         :param stamp: now [ns].
         :param longest: [s].
         """
-        return np.asarray(stamp - self.records['updated'] > round(longest * NANOSECONDS))
+        overdue: Bools = stamp - self.records['updated'] > round(longest * NANOSECONDS)
+        return overdue
 
     def freshness(self, stamp: int, longest: float) -> Floats:
         """Falls from 1 for what is measured now to 0 for what was last measured longest [s] ago."""
@@ -112,7 +115,8 @@ class TrackTable(Columns, Generic[Filters]):
     def rows(self, stamp: int, mean: Floats, covariance: Floats) -> NDArray[np.void]:
         """The tracks in their published form, (N,) of dtype TRACK.
 
-        Fields are filled from records of the same name; the others are 0.
+        Fields are filled from records of the same name; the others are 0. The box's corner is
+        recorded relative to the position; otherwise the box is centered on it.
 
         :param stamp: now [ns].
         :param mean: (N, 4) u, v [px], du, dv [px/s].
@@ -124,6 +128,12 @@ class TrackTable(Columns, Generic[Filters]):
         doubles[:, :4], doubles[:, 4:20] = mean, covariance.reshape(-1, 16)
         for name in self._published:
             rows[name] = records[name]
+        box = rows.view(TRACK_BOX)
+        if self._has_corner:
+            box['size'], corner = records['box_size'], records['corner']
+        else:
+            corner = (1 - box['size']) / 2
+        np.add(doubles[:, :2], corner, out=box['corner'], casting='same_kind')
         rows['age'] = (stamp - records['born']) / NANOSECONDS
         rows['time_since_update'] = self.unmeasured(stamp)
         return rows

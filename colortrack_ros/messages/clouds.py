@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs.msg import PointField
 
+from colortrack_ros.data import CORNER
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import LOCATION
 from colortrack_ros.data import OUTLINE_POINT
 from colortrack_ros.data import TRACK
+from colortrack_ros.data import TRACK_BOX
 from colortrack_ros.data import Tracks
 from colortrack_ros.messages.errors import MessageError
 from colortrack_ros.messages.header import header_of
@@ -78,9 +80,15 @@ def detections_of_cloud(message: PointCloud2) -> Detections:
 def tracks_of_cloud(message: PointCloud2) -> Tracks:
     """The tracks in a message, whose fields may have any order; other fields are ignored.
 
+    In recordings without the corners of the boxes, these are centered on the positions.
+
     :raises MessageError: a field is missing or has another type, or sizes do not agree.
     """
-    return Tracks(rows_of_cloud(message, TRACK), stamp_of(message.header), message.header.frame_id)
+    rows = rows_of_cloud(message, TRACK)
+    if len(rows) and not {*CORNER} <= {field.name for field in message.fields}:
+        box = rows.view(TRACK_BOX)
+        box['corner'] = np.stack([rows['u'], rows['v']], axis=1) - (box['size'] - 1) / 2
+    return Tracks(rows, stamp_of(message.header), message.header.frame_id)
 
 
 def detections_of_serialized_cloud(cdr: bytes) -> Detections:
@@ -178,7 +186,7 @@ def rows_of_cloud(message: PointCloud2, dtype: np.dtype[Any]) -> NDArray[np.void
         return np.frombuffer(message.data, dtype)
     given = np.frombuffer(message.data, _dtype_of(message, dtype))
     rows = np.zeros(message.width, dtype)
-    for name in dtype.names or ():
+    for name in given.dtype.names or ():
         rows[name] = given[name].reshape(rows[name].shape)
     return rows
 
@@ -190,9 +198,11 @@ def _dtype_of(message: PointCloud2, expected: np.dtype[Any]) -> np.dtype[Any]:
     """
     order = '>' if message.is_bigendian else '<'
     given = {field.name: field for field in message.fields}
-    formats, offsets = [], []
+    names, formats, offsets = [], [], []
     for wanted in _FIELDS[expected]:
         field = given.get(wanted.name)
+        if field is None and expected == TRACK and wanted.name in CORNER:
+            continue
         if field is None:
             raise MessageError(f'point cloud without the field {wanted.name!r}')
         if (field.datatype, field.count) != (wanted.datatype, wanted.count):
@@ -206,11 +216,12 @@ def _dtype_of(message: PointCloud2, expected: np.dtype[Any]) -> np.dtype[Any]:
                 f'point cloud field {field.name!r} at offset {field.offset}: expected to end '
                 f'within the point_step of {message.point_step}'
             )
+        names.append(field.name)
         formats.append(kind)
         offsets.append(field.offset)
     return np.dtype(
         {
-            'names': [field.name for field in _FIELDS[expected]],
+            'names': names,
             'formats': formats,
             'offsets': offsets,
             'itemsize': message.point_step,

@@ -28,8 +28,9 @@ def detections_2d_of_tracks(tracks: Tracks, names: Sequence[str]) -> Any:
     message = vision.Detection2DArray(header=header_of(tracks.stamp, tracks.frame_id))
     for row in tracks.rows[tracks.rows['state'] != TENTATIVE]:
         one = vision.Detection2D(header=message.header, id=str(int(row['track_id'])))
-        one.bbox.center.position.x, one.bbox.center.position.y = float(row['u']), float(row['v'])
         one.bbox.size_x, one.bbox.size_y = float(row['box_w']), float(row['box_h'])
+        one.bbox.center.position.x = float(row['box_u']) + (one.bbox.size_x - 1) / 2
+        one.bbox.center.position.y = float(row['box_v']) + (one.bbox.size_y - 1) / 2
         one.results = [_hypothesis_of(row, names)]
         message.detections.append(one)
     return message

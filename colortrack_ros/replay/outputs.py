@@ -15,6 +15,7 @@ from sensor_msgs.msg import PointCloud2
 
 from colortrack_ros.bags import BagWriter
 from colortrack_ros.bags import canonical
+from colortrack_ros.data import CORNER
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.data import TENTATIVE
@@ -43,7 +44,7 @@ MESSAGE_TYPES = {
 
 STATE = ('u', 'v', 'du', 'dv')
 BEFORE = ('track_id', 'color', 'state')
-AFTER = ('age', 'time_since_update', 'hits', 'area', 'box_w', 'box_h', 'score')
+AFTER = ('age', 'time_since_update', 'hits', 'area', 'box_w', 'box_h', 'score', *CORNER)
 UPPER = np.triu_indices(len(STATE))
 COLUMNS = (
     'stamp',
@@ -162,8 +163,7 @@ class MotOutput(Output):
     """A file in MOTChallenge format: frame, id, left, top, width, height, score, -1, -1, -1.
 
     Frames count from 1, and so do pixels: the center of the top left one is (1, 1). Only confirmed
-    and coasting tracks are written; the box has the size of the last detection and is centered on
-    the estimate.
+    and coasting tracks are written; the box is that of the last detection, moved with the estimate.
     """
 
     def __init__(self, path: Path) -> None:
@@ -173,8 +173,7 @@ class MotOutput(Output):
         """The tracks."""
         for row in tracks.rows[tracks.rows['state'] != TENTATIVE]:
             width, height = float(row['box_w']), float(row['box_h'])
-            left = float(row['u']) - (width - 1) / 2 + 1
-            top = float(row['v']) - (height - 1) / 2 + 1
+            left, top = float(row['box_u']) + 1, float(row['box_v']) + 1
             self._file.write(
                 f'{number},{row["track_id"]},{left:.3f},{top:.3f},{width:.3f},{height:.3f},'
                 f'{row["score"]:.4f},-1,-1,-1\n'

@@ -218,7 +218,7 @@ def _sum_up_sizes(records: Records, track: Indices, sizes: Sizes, stamp: int) ->
     """
     mine = track[(records['rival'][track] > 0) & (records['apart'][track] < stamp)]
     theirs, _ = rows_of(records, records['rival'][mine])
-    size = np.stack([records['box_w'][mine], records['box_h'][mine]], axis=1).astype(float)
+    size = records['box_size'][mine]
     own, other = (sizes.log_fit(records['before_size'][rows], size) for rows in (mine, theirs))
     records['size_log_ratio'][mine] += own - other
 

@@ -148,7 +148,7 @@ def _learn_unlike(
     :return: (K, 2, 2) [px].
     """
     records = prediction.records
-    last = np.stack([records['box_w'], records['box_h']], axis=1)[track]
+    last = records['box_size'][track]
     aside = centers(blobs.z[blob], blobs.box[blob], extent) - prediction.center[track]
     small = excess < 4 * TOLERANCE + _farthest(prediction, track)[:, None]
     growing = (excess > 0) & (small[:, :1] & small[:, 1:])

@@ -99,7 +99,7 @@ def _start(
         ('extent', blobs.reach(lines.blob)), ('visible', 1 - lines.by_chance), ('hidden', 0.0),
     ):  # fmt: skip
         records[name][track] = value
-    record_size(records, track, blobs.rows[lines.blob])
+    record_size(records, track, blobs.rows[lines.blob], z)
     records['misses'][lines.second] = ENDED
 
 

@@ -52,7 +52,7 @@ def initiate(
         _note_repeated(records, prediction)
     else:
         note_hosts(records, prediction)
-    record_size(records, slice(None), blobs.rows[new])
+    record_size(records, slice(None), blobs.rows[new], z)
 
 
 def _note_repeated(records: Records, prediction: Prediction) -> None:

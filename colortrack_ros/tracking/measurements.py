@@ -124,7 +124,8 @@ def by_axis(R: Floats) -> Floats:
 
 def mean_of_axes(variance: Floats) -> Floats:
     """Means over the axes, (M,), of variances, (M, 2)."""
-    return np.asarray((variance[:, 0] + variance[:, 1]) / 2)
+    mean: Floats = (variance[:, 0] + variance[:, 1]) / 2
+    return mean
 
 
 class Screening:

@@ -264,7 +264,8 @@ def process_variance(records: Records, learned: Adaptation, config: TrackerConfi
     """sigma_s^2 of tracks, equal on both axes, (N, 1) [px^2/s^4]."""
     if config.process_noise:
         return np.full((len(records), 1), config.process_noise**2)
-    return np.asarray(learned.noise**2 * np.exp(2 * records['log_noise'])[:, None])
+    noise: Floats = learned.noise**2 * np.exp(2 * records['log_noise'])[:, None]
+    return noise
 
 
 def assumed_speed(learned: Adaptation, config: TrackerConfig) -> Floats:

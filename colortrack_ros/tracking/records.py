@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import DETECTION_BOX
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
@@ -27,8 +28,8 @@ FIELDS = [
     ('seen', 'f8', 2),
     ('misses', 'u4'),
     ('area', 'f4'),
-    ('box_w', 'f4'),
-    ('box_h', 'f4'),
+    ('box_size', 'f8', 2),
+    ('corner', 'f8', 2),
     ('extent', 'f8', (2, 2)),
     ('systematic', 'f8', 2),
     ('growth', 'f8', 2),
@@ -60,7 +61,8 @@ FIELDS = [
 
 origin, seen: where it started and where it was last measured [px].
 misses: frames without a detection.
-area, box_w, box_h: of the last detection of this object alone [px].
+area, box_size: of the last detection of this object alone [px].
+corner: of its box, top left, from its centroid [px].
 extent: reach of the object to the low and high side, by axis [px], see extents.
 systematic: variance by axis of the error that its centroids have in common [px^2].
 growth: of the extent [1/s].
@@ -78,10 +80,16 @@ unsettled: covariance of the velocity due to maneuvers that hardly show yet [px^
 """
 
 
-def record_size(records: Records, track: Indices | slice, rows: NDArray[np.void]) -> None:
-    """Record the sizes of the detections rows, (K,), that tracks have taken."""
-    for name in ('area', 'box_w', 'box_h'):
-        records[name][track] = rows[name]
+def record_size(
+    records: Records, track: Indices | slice, rows: NDArray[np.void], z: Floats
+) -> None:
+    """Record sizes and boxes of the detections rows, (K,), with centroids z, that tracks took."""
+    records['area'][track] = rows['area']
+    box = rows.view(DETECTION_BOX)
+    size, corner = box['size'], box['corner'] - z
+    if not size.all():
+        corner[size <= 0] = 0.5  # a point
+    records['box_size'][track], records['corner'][track] = size, corner
 
 
 def published(

@@ -118,11 +118,11 @@ def _record_hits(
     tracks.record_hits(track, prediction.step.now)
     records['seen'][track] = taken.z
     records['systematic'][track] = blobs.systematic.take(taken.blob, axis=0)
-    blob = taken.blob
+    blob, z = taken.blob, taken.z
     if np.count_nonzero(blobs.mixed):
         alone = np.bincount(blob)[blob] == 1
-        track, blob = taken.track[alone], blob[alone]
-    record_size(records, track, blobs.rows.take(blob))
+        track, blob, z = taken.track[alone], blob[alone], z[alone]
+    record_size(records, track, blobs.rows.take(blob), z)
 
 
 def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses, *, every: bool) -> None:
@@ -258,7 +258,7 @@ def _learn_more(
     """Learn what is not learned in every frame, from pairs, (K,)."""
     records, period = prediction.records, prediction.step.period
     if prediction.sized:
-        last = np.stack([records['box_w'][track], records['box_h'][track]], axis=1)
+        last = records['box_size'][track]
         # the size of a shared blob against the object's own would seem to be jitter
         again = (prediction.unseen[track] <= period) & ~blobs.mixed[blob]
         _learn_jitter(learned, last, blobs.size[blob], again, period)

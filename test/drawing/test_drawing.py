@@ -22,6 +22,7 @@ def tracks_of(*positions, state=CONFIRMED, size=40.0, variance=9.0, first_id=1):
     rows['u'], rows['v'] = np.array(positions, float).reshape(-1, 2).T
     rows['state'] = state
     rows['box_w'] = rows['box_h'] = size
+    rows['box_u'], rows['box_v'] = rows['u'] - (size - 1) / 2, rows['v'] - (size - 1) / 2
     rows['covariance'][:, :2, :2] = variance * np.eye(2)
     return Tracks(rows)
 
@@ -43,6 +44,15 @@ def test_box_and_ellipse_are_where_the_track_is():
     ellipse = np.flatnonzero(image[120, 112:209]) + 112
     radius = np.sqrt(5.991 * 100)
     assert (ellipse[0], ellipse[-1]) == pytest.approx((160 - radius, 160 + radius), abs=2)
+
+
+def test_a_box_is_drawn_where_it_is_not_around_the_centroid():
+    tracks = tracks_of((160, 120), size=100.0, variance=0.01, state=TENTATIVE)
+    tracks.rows['box_u'] -= 30
+    tracks.rows['box_v'] += 40
+    v, u = np.nonzero(drawn(tracks).any(axis=2))
+    assert (u.min(), u.max()) == pytest.approx((80, 180), abs=2)
+    assert (v[u < 150].min(), v.max()) == pytest.approx((110, 210), abs=2)
 
 
 @pytest.mark.parametrize('state', [TENTATIVE, CONFIRMED, COASTING])
@@ -137,7 +147,7 @@ def test_anything_finite_can_be_drawn(position, size, variance):
 
 def test_a_box_much_wider_than_the_picture_crosses_it():
     tracks = tracks_of((160, 120))
-    tracks.rows['box_w'] = 1e12
+    tracks.rows['box_u'], tracks.rows['box_w'] = -5e11, 1e12
     image = drawn(tracks).any(axis=2)
     assert image[100].all()
     assert image[140].all()

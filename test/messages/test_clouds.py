@@ -41,7 +41,7 @@ def test_rows_come_back_from_their_message(count, stamp, frame_id):
     np.testing.assert_array_equal(tracks_of_cloud(cloud_of_tracks(tracks)).rows, tracks.rows)
 
 
-def test_the_layout_is_that_of_the_contract():
+def test_the_layout_of_tracks_is_that_of_the_contract():
     cloud = cloud_of_tracks(Tracks(random_rows(TRACK, 3)))
     assert (cloud.height, cloud.width, cloud.point_step, cloud.row_step) == (1, 3, 208, 624)
     assert cloud.is_dense
@@ -62,7 +62,12 @@ def test_the_layout_is_that_of_the_contract():
         ('box_w', 188, 7, 1),
         ('box_h', 192, 7, 1),
         ('score', 196, 7, 1),
+        ('box_u', 200, 7, 1),
+        ('box_v', 204, 7, 1),
     ]
+
+
+def test_the_layout_of_detections_is_that_of_the_contract():
     cloud = cloud_of_detections(Detections(random_rows(DETECTION, 2)))
     assert (cloud.point_step, cloud.row_step) == (72, 144)
     assert [(f.name, f.offset, f.datatype) for f in cloud.fields] == [
@@ -103,6 +108,17 @@ def test_another_order_of_fields_and_bytes_is_read_by_name():
         for f in reversed(fields)
     ]
     np.testing.assert_array_equal(detections_of_cloud(cloud).rows, rows)
+
+
+def test_boxes_of_recordings_that_do_not_say_where_they_are_lie_around_the_positions():
+    tracks = Tracks(random_rows(TRACK, 3))
+    cloud = cloud_of_tracks(tracks)
+    cloud.fields = [field for field in cloud.fields if field.name not in ('box_u', 'box_v')]
+    rows = tracks_of_cloud(cloud).rows
+    np.testing.assert_allclose(rows['box_u'] + (rows['box_w'] - 1) / 2, tracks.rows['u'])
+    np.testing.assert_allclose(rows['box_v'] + (rows['box_h'] - 1) / 2, tracks.rows['v'])
+    for name in set(TRACK.names) - {'box_u', 'box_v'}:
+        np.testing.assert_array_equal(rows[name], tracks.rows[name])
 
 
 @pytest.mark.parametrize(

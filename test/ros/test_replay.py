@@ -222,10 +222,9 @@ def test_the_tables_hold_the_tracks(replay, bag):
     confirmed = [row for _, row in rows if row['state'] > 0]
     assert mot.shape == (len(confirmed), 10)
     assert set(mot[:, 0]) <= set(range(1, 73))
-    # the middle of the box, with the center of the top left pixel at (1, 1)
-    np.testing.assert_allclose(
-        mot[:, 2] + (mot[:, 4] - 1) / 2, [row['u'] + 1 for row in confirmed], atol=0.001
-    )
+    # with the center of the top left pixel at (1, 1)
+    corners = [(row['box_u'] + 1, row['box_v'] + 1) for row in confirmed]
+    np.testing.assert_allclose(mot[:, 2:4], corners, atol=0.001)
 
 
 def test_the_video_shows_every_frame_with_its_tracks(replay, bag, images):

@@ -44,6 +44,20 @@ def test_a_track_is_tentative_then_confirmed_then_coasting_then_gone():
     assert seen == [[TENTATIVE]] * 2 + [[CONFIRMED]] * 2 + [[COASTING]] * 3 + [[]] * 2
 
 
+@pytest.mark.parametrize('boxes', [True, False])
+def test_the_box_lies_around_the_position_as_it_lay_around_the_centroid(boxes):
+    tracker = Tracker(TrackerConfig(use_boxes=boxes))
+    for k in range(9):
+        detections = points([(40.0 + 2 * k, 30)] if k < 8 else [], k * FRAME, 0.1)
+        for name, value in (('box_u', 30 + 2 * k), ('box_v', 27), ('box_w', 40), ('box_h', 25)):
+            detections.rows[name] = value
+        row = tracker.update(detections).rows[0]
+        assert row['box_u'] - row['u'] == pytest.approx(-10)
+        assert row['box_v'] - row['v'] == pytest.approx(-3)
+    assert row['state'] == COASTING
+    assert row['box_u'] == pytest.approx(46, abs=1)
+
+
 def test_what_a_row_says():
     tracker = Tracker()
     for k in range(6):

@@ -215,9 +215,9 @@ function drawTrack(track, thin) {
   }
   if (layers.tracks) {
     pen.beginPath();
-    pen.rect(track.u - track.box_w / 2, track.v - track.box_h / 2, track.box_w, track.box_h);
+    pen.rect(track.box_u - 0.5, track.box_v - 0.5, track.box_w, track.box_h);
     line(color, 2 * thin, dash);
-    if (track.state) words(String(track.track_id), track.u - track.box_w / 2, track.v - track.box_h / 2 - 4 * thin, color, thin);
+    if (track.state) words(String(track.track_id), track.box_u - 0.5, track.box_v - 0.5 - 4 * thin, color, thin);
   }
 }
 
