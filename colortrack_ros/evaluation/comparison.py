@@ -152,11 +152,18 @@ def _distance(objects: NDArray[np.void], shown: NDArray[np.void], radius: float)
     if radius:
         return np.hypot(a['u'] - b['u'], a['v'] - b['v'])
     both = np.ones((len(objects), len(shown)))
-    for center, size in (('u', 'w'), ('v', 'h')):
-        low = np.maximum(a[center] - a[size] / 2, b[center] - b[size] / 2)
-        high = np.minimum(a[center] + a[size] / 2, b[center] + b[size] / 2)
+    for k, size in enumerate('wh'):
+        mine, theirs = _middle(a, k), _middle(b, k)
+        low = np.maximum(mine - a[size] / 2, theirs - b[size] / 2)
+        high = np.minimum(mine + a[size] / 2, theirs + b[size] / 2)
         both = both * np.maximum(high - low, 0)
     return 1 - both / np.maximum(a['w'] * a['h'] + b['w'] * b['h'] - both, np.finfo(float).tiny)
+
+
+def _middle(rows: NDArray[np.void], axis: int) -> Floats:
+    """The middles of their boxes along u or v, rows of any shape [px]."""
+    middle = rows['middle'][..., axis]
+    return np.where(np.isnan(middle), rows['uv'[axis]], middle)
 
 
 def _similarity(far: Floats, radius: float) -> Floats:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.data import TRACK_BOX
 from colortrack_ros.data import Tracks
 from colortrack_ros.scenes import Scene
 
@@ -16,14 +17,14 @@ ROW = np.dtype(
     [
         ('frame', 'i8'), ('stamp', 'i8'), ('id', 'i8'), ('u', 'f8'), ('v', 'f8'), ('w', 'f8'),
         ('h', 'f8'), ('visible', 'f8'), ('du', 'f8'), ('dv', 'f8'), ('covariance', 'f8', (4, 4)),
-        ('coasting', '?'),
+        ('coasting', '?'), ('middle', 'f8', 2),
     ]
 )  # fmt: skip
 """One object or track in one frame.
 
 frame: from 0; stamp: of the frame [ns], -1: unknown; u, v: center [px]; w, h: box [px]; visible:
 visible share, 0..1; du, dv: velocity [px/s]; covariance: of (u, v, du, dv); coasting: not measured
-in this frame. NaN: unknown.
+in this frame; middle: of the box, if that is not the center [px]. NaN: unknown.
 """
 
 
@@ -65,7 +66,7 @@ class Record:
 def empty_rows(count: int) -> NDArray[np.void]:
     """Rows with all values unknown."""
     rows = np.zeros(count, ROW)
-    for name in ('u', 'v', 'w', 'h', 'du', 'dv', 'covariance'):
+    for name in ('u', 'v', 'w', 'h', 'du', 'dv', 'covariance', 'middle'):
         rows[name] = np.nan
     rows['stamp'], rows['visible'] = -1, 1.0
     return rows
@@ -78,6 +79,8 @@ def rows_of_tracks(tracks: Tracks, frame: int) -> NDArray[np.void]:
     for name in ('u', 'v', 'du', 'dv', 'covariance'):
         rows[name] = shown[name]
     rows['id'], rows['w'], rows['h'] = shown['track_id'], shown['box_w'], shown['box_h']
+    box = shown.view(TRACK_BOX)
+    rows['middle'] = box['corner'] + (box['size'] - 1) / 2
     rows['frame'], rows['stamp'] = frame, tracks.stamp
     rows['coasting'] = shown['state'] == COASTING
     return rows

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import COASTING
+from colortrack_ros.data import CORNER
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.evaluation.record import empty_rows
 from colortrack_ros.evaluation.record import Record
@@ -78,6 +79,9 @@ def _of_tracks(table: Mapping[str, NDArray[np.float64]]) -> Record:
     rows = empty_rows(int(np.count_nonzero(shown)))
     rows['frame'], rows['id'] = table['frame'][shown] - 1, table['track_id'][shown]
     rows['w'], rows['h'] = table['box_w'][shown], table['box_h'][shown]
+    for k, (corner, side) in enumerate(zip(CORNER, 'wh', strict=True)):
+        if corner in table:  # not in tables of before
+            rows['middle'][:, k] = table[corner][shown] + (rows[side] - 1) / 2
     for name in ('stamp', *STATE_COLUMNS):
         rows[name] = table[name][shown]
     rows['coasting'] = table['state'][shown] == COASTING
