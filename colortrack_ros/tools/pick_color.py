@@ -136,6 +136,11 @@ def _checked(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> 
             setattr(arguments, name, [(s, int(n), float(u), float(v)) for s, n, u, v in given])
     except ValueError:
         parser.error('expected SOURCE FRAME U V, three numbers after the source')
+    places = [*arguments.also, *arguments.also_other]
+    if min([arguments.frame, *(number for _, number, _, _ in places)]) < 0:
+        parser.error('expected frames from 0')
+    if not np.isfinite([*arguments.pixels, *np.ravel(arguments.other)]).all():
+        parser.error('expected finite numbers')
     return arguments
 
 

@@ -116,6 +116,21 @@ sys.exit(pick_color.main())
 """
 
 
+@pytest.mark.parametrize(
+    ('arguments', 'said'),
+    [
+        (['3', '4', '--frame', '-1'], 'expected frames from 0'),
+        (['3', '4', '--also', SCENE, '-2', '3', '4'], 'expected frames from 0'),
+        (['nan', '4'], 'expected finite numbers'),
+        (['3', '4', '--not', 'inf', '4'], 'expected finite numbers'),
+    ],
+)
+def test_frames_before_the_first_and_pixels_nowhere_are_refused(tmp_path, capsys, arguments, said):
+    with pytest.raises(SystemExit):
+        main([SCENE, *arguments, '--output', str(tmp_path / 'picture.png')])
+    assert said in capsys.readouterr().err
+
+
 def test_a_topic_is_read(ros, tmp_path):
     ros.start('camera', source=SCENE, loop='true')
     assert ros.spin(lambda: ros.node.count_publishers('camera/image_raw') == 1), ros.outputs()
