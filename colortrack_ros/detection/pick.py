@@ -18,6 +18,7 @@ from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import LEAST_SPREAD
+from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.detection.reference import expect
@@ -55,12 +56,14 @@ class PickedColor:
     :param area: expected area [px], that of the blob detected where the color was picked.
     :param share: share of the picture that the color covers.
     :param telling: limits, by parameter, that reject similarly colored objects.
+    :param runs_on: whether its pixels run into those of other colors without a gap.
     """
 
     color: ReferenceColor
     area: int
     share: float
     telling: Mapping[str, float] = field(default_factory=dict)
+    runs_on: bool = False
 
     @property
     def limits(self) -> dict[str, Any]:
@@ -102,7 +105,8 @@ def pick_color(
     found = detector.detect(frame).rows
     away = np.hypot(found['u'] - u, found['v'] - v)
     area = int(found['area'][away.argmin()] if len(found) else _stable_region(rgb, u, v).sum())
-    return PickedColor(color, area, float(np.mean(detector.mask > 0)))
+    runs_on = extent is not None and extent.growth > MOST_GROWTH
+    return PickedColor(color, area, float(np.mean(detector.mask > 0)), runs_on=runs_on)
 
 
 def _of_extent(extent: Extent, name: str) -> ReferenceColor:

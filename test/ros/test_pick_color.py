@@ -116,6 +116,18 @@ sys.exit(pick_color.main())
 """
 
 
+@pytest.mark.parametrize('runs_on', [False, True])
+def test_a_color_that_runs_into_others_is_told(tmp_path, capsys, runs_on):
+    picture = np.full((480, 640, 3), (60, 160, 90), np.uint8)
+    spread = 110 if runs_on else 6
+    noise = np.random.default_rng(5).integers(-spread, spread, (200, 300, 3))
+    picture[100:300, 100:400] = np.clip(np.add(noise, (90, 90, 160)), 0, 255)
+    path = str(tmp_path / 'picture.png')
+    cv2.imwrite(path, picture)
+    assert main([path, '250', '200', '--output', str(tmp_path / 'mask.png')]) == 0
+    assert ('runs into other colors' in capsys.readouterr().err) == runs_on
+
+
 @pytest.mark.parametrize(
     ('arguments', 'said'),
     [
