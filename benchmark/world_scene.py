@@ -142,8 +142,9 @@ def measure(view, truth, kinds, method, motion, rng):
     noise = rng.normal(size=z.shape) * sigma
     noise[:, PLANE] = 0.0
     measured = Measured(
-        np.where(used, z + noise, 0.0), np.square(sigma)[:, :, None] * np.eye(5), used
-    )
+        np.where(used, z + noise, 0.0), np.square(sigma)[:, :, None] * np.eye(5), used,
+        np.zeros(z.shape),
+    )  # fmt: skip
     return measured, seen
 
 

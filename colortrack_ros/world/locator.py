@@ -212,7 +212,8 @@ class Locator:
         :param found: (K,) IDs of the measured tracks, whether linked to an object or not.
         """
         objects = self._objects
-        all_measured = measured.aligned(found, objects.track_id[:, camera])
+        since = (self._stamp - objects.updates[:, camera]) / NANOSECONDS
+        all_measured = measured.aligned(found, objects.track_id[:, camera]).after(since)
         refused = objects.belief.update(
             all_measured, view, objects.kinds, self._config.ground_height, camera
         )

@@ -176,4 +176,4 @@ def _without_sizes(measured: Measured, kinds: Kinds) -> Measured:
     used, R = measured.used.copy(), measured.R.copy()
     used[:, BLOB], used[:, PLANE] = False, used[:, U] & kinds.bound
     R[:, PLANE, PLANE] = PLANE_SIGMA**2
-    return Measured(measured.z, R, used)
+    return replace(measured, R=R, used=used)

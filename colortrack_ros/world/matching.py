@@ -86,9 +86,7 @@ def measured_of(
     R[:, U, V] = R[:, V, U] = rows['cov_uv']
     z[:, BLOB] = seen_sizes(rows, config)
     disc = round_blobs(rows, z[:, BLOB])
-    partly = (kinds.diameter > 0) & ~disc
-    if partly.any():
-        R[:, [U, V], [U, V]] += hidden_halves(rows, partly) ** 2
+    lasting = hidden_halves(rows, kinds.diameter > 0) ** 2
     used[:, [U, V]] = whole[:, None]
     used[:, PLANE] = whole & kinds.bound & (config.method in ('ground', 'fused'))
     R[:, PLANE, PLANE] = PLANE_SIGMA**2
@@ -100,7 +98,8 @@ def measured_of(
         used[:, DEPTH] = whole & np.isfinite(measured)
         z[:, DEPTH] = np.where(used[:, DEPTH], measured, 0.0)
         R[:, DEPTH, DEPTH] = np.square(config.depth_noise * z[:, DEPTH])
-    return Measured(z, _only(R, used), used)
+    R[:, np.arange(5), np.arange(5)] += lasting
+    return Measured(z, _only(R, used), used, lasting * used)
 
 
 def _only(R: Floats, used: Bools) -> Floats:
@@ -136,15 +135,20 @@ def round_blobs(rows: NDArray[np.void], size: Floats) -> Bools:
     return np.asarray(even & full)
 
 
-def hidden_halves(rows: NDArray[np.void], partly: Bools) -> Floats:
-    """Return how far centers of partly hidden discs may be from blob centers, (N, 2) [px].
+def hidden_halves(rows: NDArray[np.void], discs: Bools) -> Floats:
+    """Return how far measurements of discs may be off because they are partly hidden, (N, 5) [px].
 
-    Half of what the box lacks, since one side may be covered.
+    One side may be covered: the center is off by up to half of what the box lacks, and so is the
+    diameter of a disc of the same area. Boxes are whole pixels, so one pixel is no evidence.
 
-    :param partly: (N,) which blobs are partly hidden.
+    :param discs: (N,) which objects are seen as discs.
     """
     box = np.stack([rows['box_w'], rows['box_h']], axis=1).astype(float)
-    return np.asarray((box.max(axis=1, keepdims=True) - box) / 2 * partly[:, None])
+    lacks = (box.max(axis=1, keepdims=True) - box) * discs[:, None]
+    off = np.zeros((len(rows), 5))
+    off[:, [U, V]] = np.where(lacks > 1, lacks / 2, 0.0)
+    off[:, BLOB] = off.max(axis=1)
+    return off
 
 
 def depths_of(

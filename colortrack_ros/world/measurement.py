@@ -7,6 +7,7 @@ distortion, the center is off by up to 2 % of the blob's diameter.
 """
 
 from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,24 +38,48 @@ PLANE_SIGMA = 1e-3
 biases. Small against the height's own standard deviation of 5 mm."""
 
 
+LASTS, SHORTEST = 1.0, 1e-3
+"""Time constant of errors that last, and least time between pictures [s]. Centers of the boxes of
+people in KITTI tracking 0016 are correlated by 0.9 after 0.1 s, 0.74 after 0.3 s and 0.3 after 1 s,
+those of a simulated ball that a pillar covers by degrees by 0.5 after 0.2 s and 0.2 after 0.5 s.
+The other is that of any camera."""
+
+
 @dataclass
 class Measured(Columns):
     """Measurements of N objects in one picture.
 
     :ivar z: (N, 5), see U to DEPTH.
-    :ivar R: (N, 5, 5) covariance.
+    :ivar R: (N, 5, 5) covariance, as if there were no other picture.
     :ivar used: (N, 5) which rows are measured.
+    :ivar lasting: (N, 5) the part of the variances in R that is of errors that last.
     """
 
     z: Floats
     R: Floats
     used: Bools
+    lasting: Floats
 
     @classmethod
     def none(cls, count: int) -> 'Measured':
         """Return empty measurements of count objects."""
         used = np.zeros((count, 5), bool)
-        return cls(np.zeros((count, 5)), np.repeat(np.eye(5)[None], count, axis=0), used)
+        R = np.repeat(np.eye(5)[None], count, axis=0)
+        return cls(np.zeros((count, 5)), R, used, np.zeros((count, 5)))
+
+    def after(self, dt: Floats) -> 'Measured':
+        """Return what these tell beside measurements that were made some time before, (N,) [s].
+
+        Errors with autocorrelation rho = exp(-dt / LASTS) tell as much of what is constant as
+        independent ones with (1 + rho) / (1 - rho) times the variance (Bartlett 1935). With the
+        first at its own variance, that is exact for any number of them.
+        """
+        if not self.lasting.any():
+            return self
+        more = 1 / np.tanh(np.maximum(dt, SHORTEST) / (2 * LASTS)) - 1
+        R, each = self.R.copy(), np.arange(5)
+        R[:, each, each] += more[:, None] * self.lasting
+        return replace(self, R=R)
 
     def aligned(self, found: NDArray[np.integer], own: NDArray[np.integer]) -> 'Measured':
         """Return the measurements of objects, empty ones for those that are not measured.
