@@ -95,7 +95,8 @@ def find_guests(
 ) -> tuple[Indices, Indices]:
     """Find known objects without a blob inside a blob that is too wide for its track.
 
-    Splinters of that track's object are none: it has grown, or was seen only in part before.
+    Splinters of that track's object are none: it has grown, or was seen only in part before. If the
+    detector finds whole objects, there are none either: nobody's box is that of two.
 
     :param prediction: of N tracks.
     :param blobs: of the frame.
@@ -116,8 +117,9 @@ def find_guests(
     blob, track = _once(wide[blob], lost[track], blobs.rows['color'][wide[blob]], records['color'])
     owner = np.zeros(len(blobs), records['track_id'].dtype)
     owner[taken[host]] = records['track_id'][host]
-    piece = mark_pieces(prediction, lost, track, owner[blob])
-    return track[~piece], blob[~piece]
+    guest = ~mark_pieces(prediction, lost, track, owner[blob])
+    guest &= not prediction.finds_whole
+    return track[guest], blob[guest]
 
 
 def _join(blobs: Measurements, piece: Indices, whole: Indices) -> Measurements:

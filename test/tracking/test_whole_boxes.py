@@ -1,0 +1,37 @@
+"""Boxes of networks are whole, also where none overlap: what is missed shares nobody's box."""
+
+import numpy as np
+from support.silhouettes import points
+
+from colortrack_ros.data import CONFIRMED
+from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
+
+RATE = 25
+SIZE = (640, 480)
+
+
+def walkers(k, rng):
+    """Centers and sizes of four people in a row, whose boxes jitter; none overlap [px]."""
+    z = np.array([[100.0 + 120 * n + k, 240.0] for n in range(4)]) + rng.normal(0, 1, (4, 2))
+    return z, np.array([50.0, 110.0]) * rng.lognormal(0, 0.3, (4, 2))
+
+
+def measured_in_excess(seed):
+    """Frames in which more tracks are measured than there are boxes, once somebody has left."""
+    rng, tracker, count = np.random.default_rng(seed), Tracker(TrackerConfig(image_size=SIZE)), 0
+    for k in range(100):
+        z, size = walkers(k, rng)
+        if k >= 70:  # the second has left, where the first one's box is much wider
+            z, size = np.delete(z, 1, axis=0), np.delete(size, 1, axis=0)
+            z[0, 0], size[0, 0] = 160 + k, 190
+        tracks = tracker.update(points(z, round(k * 1e9 / RATE), size=size)).rows
+        count += np.count_nonzero(tracks['state'] == CONFIRMED) > len(z)
+    assert tracker._adaptation.finds_whole
+    assert not tracker._adaptation.overlaps.are_resolved
+    return count
+
+
+def test_who_is_missed_beside_a_larger_box_is_not_measured_in_it():
+    """Of boxes that overlap many networks suppress all but the best, and so never show any."""
+    assert sum(measured_in_excess(seed) for seed in range(6)) == 0
