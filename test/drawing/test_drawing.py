@@ -22,7 +22,8 @@ def tracks_of(*positions, state=CONFIRMED, size=40.0, variance=9.0, first_id=1):
     rows['u'], rows['v'] = np.array(positions, float).reshape(-1, 2).T
     rows['state'] = state
     rows['box_w'] = rows['box_h'] = size
-    rows['box_u'], rows['box_v'] = rows['u'] - (size - 1) / 2, rows['v'] - (size - 1) / 2
+    with np.errstate(over='ignore'):  # some are farther away than singles reach
+        rows['box_u'], rows['box_v'] = rows['u'] - (size - 1) / 2, rows['v'] - (size - 1) / 2
     rows['covariance'][:, :2, :2] = variance * np.eye(2)
     return Tracks(rows)
 

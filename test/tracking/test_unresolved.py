@@ -97,11 +97,14 @@ def compare(monkeypatch, count, frames, rate, seeds=3, **detector):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ('count', 'rate', 'noise', 'touch'),
-    [(20, 20, 2.0, 25.0), (12, 60, 0.5, 45.0), (40, 15, 1.0, 12.0)],
+    ('count', 'rate', 'noise', 'touch', 'seeds'),
+    # Few are lost of the last: in most seeds sharing changes nothing, and six may show any ratio.
+    [(20, 20, 2.0, 25.0, 6), (12, 60, 0.5, 45.0, 6), (40, 15, 1.0, 12.0, 14)],
 )
-def test_a_crowd_that_merges_and_splits_keeps_its_ids(monkeypatch, count, rate, noise, touch):
-    _, idf1, before = compare(monkeypatch, count, 10 * rate, rate, 6, noise=noise, touch=touch)
+def test_a_crowd_that_merges_and_splits_keeps_its_ids(
+    monkeypatch, count, rate, noise, touch, seeds
+):
+    _, idf1, before = compare(monkeypatch, count, 10 * rate, rate, seeds, noise=noise, touch=touch)
     assert idf1 > 0.93
     assert 1 - idf1 < 0.75 * (1 - before)
 
