@@ -240,7 +240,7 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
     z, R = doubles[:, :2].copy(), doubles.take(COVARIANCE, axis=1).reshape(-1, 2, 2)
     if not (known and config.detection_covariance):
         R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
-        learned.noisiness.guessed.update(rows['color'][~definite].tolist())
+        learned.noisiness.guessed = rows['color'][~definite]
     box, usual = _boxes(singles, z, config), np.zeros_like(z)
     if config.use_boxes:
         given = doubles[:, 2::2] if config.detection_covariance else usual

@@ -120,9 +120,9 @@ class MeasurementNoise:
     """Learns factors on the covariance of the detections, by color, axis and track."""
 
     def __init__(self) -> None:
-        self.guessed: set[int] = set()
-        """Colors of detections that state no covariance."""
-        self._colors = np.zeros(0, np.uint32)
+        self.guessed = np.zeros(0, np.uint32)
+        """Colors of the last detections that stated no covariance."""
+        self._colors, self._were_guessed = np.zeros(0, np.uint32), np.zeros(0, bool)
         self._evidence = np.zeros((0, SUMS))
         self._off = np.zeros(0)
         self._factors, self._usual, self._lean = np.zeros((0, 2)), np.zeros(0), np.zeros(0)
@@ -152,8 +152,7 @@ class MeasurementNoise:
 
     def _first(self, colors: NDArray[np.uint32]) -> Floats:
         """Return the factors by axis, (M, 2), of colors of which nothing has been learned."""
-        guessed = np.isin(colors, list(self.guessed))
-        return np.where(guessed, UNSTATED, 1.0)[:, None].repeat(2, axis=1)
+        return np.where(np.isin(colors, self.guessed), UNSTATED, 1.0)[:, None].repeat(2, axis=1)
 
     def _look_up(self, colors: NDArray[np.uint32]) -> tuple[Indices, Bools]:
         """Return the rows of colors, (M,), and whether each color is known, (M,)."""
@@ -240,8 +239,7 @@ class MeasurementNoise:
         # the mean of a variance whose log is normal, not its median
         level += LEVEL_VARIANCE / (count + PRIOR) / 2
         level *= count / (count + PRIOR)
-        guessed = np.isin(self._colors, list(self.guessed))
-        level += guessed * math.log(UNSTATED) * (PRIOR / (count + PRIOR)) ** 2
+        level += self._were_guessed * math.log(UNSTATED) * (PRIOR / (count + PRIOR)) ** 2
         rise = rise + weight @ (RISES[0] - RISES)
         factor = _factor(level, rise, count)
         factor *= self._hidden.sum(axis=1)
@@ -262,8 +260,9 @@ class MeasurementNoise:
         self._colors = np.union1d(known, colors)
         old = self._colors.searchsorted(known)
         evidence, off = np.zeros((len(self._colors), SUMS)), np.zeros(len(self._colors))
-        evidence[old], off[old] = self._evidence, self._off
-        self._evidence, self._off = evidence, off
+        guessed = np.isin(self._colors, self.guessed)
+        evidence[old], off[old], guessed[old] = self._evidence, self._off, self._were_guessed
+        self._evidence, self._off, self._were_guessed = evidence, off, guessed
         self._conclude()
         return self._colors.searchsorted(colors)
 

@@ -182,6 +182,16 @@ def test_the_noise_that_nobody_states_is_doubted_until_it_shows():
     assert np.sqrt(np.mean(np.square(off))) < 100
 
 
+def test_colors_that_are_seen_once_are_not_kept():
+    """Of whom nothing is learned nothing is remembered, however many there are."""
+    rng, tracker = np.random.default_rng(0), Tracker()
+    for k in range(20):
+        detections = points(rng.uniform(0, 1000, (50, 2)), k * FRAME)
+        detections.rows['color'] = np.arange(50) + 50 * k
+        tracker.update(detections)
+    assert len(tracker._adaptation.noisiness.guessed) <= 50
+
+
 @pytest.mark.slow
 def test_unusual_detections_leave_it_finite():
     """One object is exactly at rest, another jumps across the picture."""
