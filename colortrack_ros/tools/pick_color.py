@@ -158,13 +158,15 @@ def _save(path: Path, picture: NDArray[np.uint8]) -> None:
 def _advice(picked: PickedColor) -> str:
     """How much of the picture the color covers, and what to do if that is too much."""
     said = f'{picked.color.name} covers {picked.share:.1%} of the picture'
-    if picked.share <= LARGEST_SHARE and picked.runs_on:
+    if picked.share > LARGEST_SHARE:
+        return (
+            f'{said}: pick another side of the thing, or set moving_only if the thing alone moves.'
+        )
+    if picked.runs_on:
         return (
             f'{said}, and runs into other colors: pick another side, or pixels that are --not it.'
         )
-    if picked.share <= LARGEST_SHARE:
-        return f'{said}.'
-    return f'{said}: pick another side of the thing, or set moving_only if the thing alone moves.'
+    return f'{said}.'
 
 
 def _frame_of(source: str, number: int) -> Frame:
