@@ -38,7 +38,8 @@ def inconsistency(belief: Belief, camera: int, sizes: BlobSizes, reported: bool 
     """Return a description of the inconsistency; empty if there is none.
 
     :param sizes: of objects that sizes do not locate.
-    :param reported: whether there was one, and it is to be seen whether there still is.
+    :param reported: whether there was one, and it is to be seen whether there still is, or sizes
+        have spoken against the setup before.
     """
     own = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
     if belief.errors.scaled:

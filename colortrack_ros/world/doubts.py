@@ -27,10 +27,13 @@ be of another kind than its color says. Chosen: the majority."""
 
 
 class Doubts:
-    """Evidence against the cameras, and thus against the objects that they see."""
+    """Evidence against the cameras, and thus against the objects that they see.
 
-    def __init__(self, config: LocatorConfig, cameras: int) -> None:
-        self._config = config
+    :param suspect: whether blobs were too small for where their objects were by other ranges.
+    """
+
+    def __init__(self, config: LocatorConfig, cameras: int, suspect: bool = False) -> None:
+        self._config, self._suspect = config, suspect
         self._mistakes = [
             Mistakes(config.camera_pose_sigma, config.odometry_sigma, config.way_sigma)
             for _ in range(cameras)
@@ -112,7 +115,8 @@ class Doubts:
         # an object whose measurement was refused may have been moved
         unused = objects.updates[:, camera] == self._stamp
         unused &= (bound & (method == 'ground')) | (method == 'depth')
-        reported, sizes = bool(self._unfit[camera]), sizes.take(unused)
+        reported = self._suspect or bool(self._unfit[camera])
+        sizes = sizes.take(unused)
         self._fit(camera, inconsistency(objects.belief, camera, sizes, reported))
         made = self._made()
         odometry = self._mistakes[camera].odometry

@@ -82,7 +82,7 @@ class Locator:
         belief = Belief.of(self._config, self._cameras)
         self._objects = Objects.none(self._kinds, self._cameras, belief)
         self._heard = np.zeros(self._cameras, np.int64)
-        self._doubts = Doubts(self._config, self._cameras)
+        self._doubts = Doubts(self._config, self._cameras, self._margins.smaller)
         self._stamp = self._before = 0
         self._view: View | None = None
 

@@ -67,10 +67,12 @@ class Margins:
     """Evidence, over all objects, that their sizes have a margin.
 
     :ivar config: the configuration of the locator that follows from it.
+    :ivar smaller: whether sizes are not trusted as they are too small, which no margin explains.
     """
 
     def __init__(self, config: LocatorConfig, cameras: int) -> None:
         self.config, self._doubted = config, config.method not in ('fused', 'size')
+        self.smaller = False
         self._odds, self._ratios = SELDOM, deque[float](maxlen=MOST_SIZES)
         self._sizes = dict[tuple[int, int], float]()
         self._stamps = [0] * cameras
@@ -140,7 +142,7 @@ class Margins:
 
     def _changed(self, ratio: float, depth: bool) -> str:
         """Go on without sizes, or with uncertain ones if there is nothing else; say so."""
-        self._doubted = True
+        self._doubted, self.smaller = True, ratio < 1
         if self.config.method == 'fused':
             self.config = replace(self.config, method='depth' if depth else 'ground')
             then = f'located by {self.config.method} alone'

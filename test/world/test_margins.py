@@ -30,11 +30,11 @@ OUTSIDE = 13.8
 """The 99.9 % ellipse."""
 
 
-def located(method, enlarged, view=LOW):
-    """The last of ten pictures of balls whose blobs are enlarged; what was told."""
+def located(method, enlarged, view=LOW, pictures=10):
+    """The last of some pictures of balls whose blobs are enlarged; what was told."""
     kind, lines = Kind('ball', KindConfig(diameter=2 * RADIUS)), []
     locator = Locator(LocatorConfig(method=method, colors=(kind,), eroded=0.0), lines.append)
-    for k in range(10):
+    for k in range(pictures):
         tracks, detections = seen(view, POINTS, 10**9 + k * FRAME, radius=RADIUS)
         for rows in (tracks.rows, detections.rows):
             rows['box_w'] = rows['box_h'] = enlarged(rows['box_w'] + LocatorConfig().eroded)
@@ -58,6 +58,15 @@ def test_sizes_that_contradict_the_ground_are_not_used_and_it_is_told(enlarged, 
     assert len(found) == published
     assert off(found)[0] == pytest.approx(0, abs=0.02)
     assert [line for line in lines if 'boxes are larger' in line and 'by ground alone' in line]
+
+
+@pytest.mark.parametrize(('share', 'published'), [(0.6, 0), (1.3, 3)])
+def test_boxes_that_are_smaller_than_objects_speak_against_the_camera(share, published):
+    """No detector's boxes are; larger ones may be all that is wrong."""
+    found, lines = located('fused', lambda w: share * w, pictures=60)
+    assert 'by ground alone' in lines[0]
+    assert len(found) == published
+    assert any('nothing is published' in line for line in lines) == (not published)
 
 
 def test_by_size_covariances_are_as_large_as_boxes_are_wrong_and_it_is_told():
