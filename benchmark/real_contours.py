@@ -4,9 +4,10 @@ FOLDER holds videos NAME.mp4, beside each a NAME.csv with the columns frame (fro
 h (center and size of the box of the whole object [px]) and visible (0..1), and a NAME.frames with
 the numbers of the frames that are judged, in which every object is labeled. It may also hold
 folders of MOTChallenge (seqinfo.ini, img1, gt/gt.txt), of which every frame is judged, and of which
-other things than people need not be found. An object is found by a box that overlaps its own by
-``--iou`` of their union; one visible by less than VISIBLE need not be found. Told are confirmed
-targets alone, those that coast as well.
+other things than people need not be found. Where such a folder has gt/label.txt, labels of KITTI's
+tracking benchmark, boxes that lie in its DontCare regions for more than half are not judged, as
+there. An object is found by a box that overlaps its own by ``--iou`` of their union; one visible by
+less than VISIBLE need not be found. Told are confirmed targets alone, those that coast as well.
 
 ``--constants regions.SLACK ...`` compares constants of the room with half and twice their values.
 
@@ -35,6 +36,7 @@ from colortrack_ros.data import TENTATIVE
 VISIBLE, IOU = 0.3, 0.3
 FIGURES = ('idf1', 'mota', 'precision', 'recall', 'num_switches')
 MIN_AREA = ContourConfig().min_area
+NOWHERE = np.zeros((0, 4))
 
 Boxes = np.ndarray
 """(N, 5): id, u, v, w, h."""
@@ -97,6 +99,16 @@ class Clip:
         count = len(list((self.path / 'img1').iterdir()))
         return {k: rows[table[:, 0] == k + 1] for k in range(count)}
 
+    def ignored(self) -> dict[int, np.ndarray]:
+        """Regions of each frame in which nothing is judged, (N, 4): left, top, right, bottom."""
+        labels = self.path / 'gt' / 'label.txt'
+        rows = [line.split() for line in labels.read_text().splitlines()] if labels.exists() else []
+        regions: dict[int, list[list[float]]] = {}
+        for row in rows:
+            if row[2] == 'DontCare':
+                regions.setdefault(int(row[0]), []).append([float(x) for x in row[6:10]])
+        return {k: np.array(own) for k, own in regions.items()}
+
 
 def clips_of(folder: Path) -> list[Clip]:
     """The clips of a folder."""
@@ -148,14 +160,26 @@ def mog2_with_norfair(rate: float) -> Callable:
     return step
 
 
+def share_in(boxes: np.ndarray, regions: np.ndarray) -> np.ndarray:
+    """Largest share of each box u, v, w, h that lies in one of regions, (N,)."""
+    low = np.maximum((boxes[:, :2] - boxes[:, 2:] / 2)[:, None], regions[:, :2])
+    high = np.minimum((boxes[:, :2] + boxes[:, 2:] / 2)[:, None], regions[:, 2:])
+    common = np.clip(high - low, 0, None).prod(axis=-1).max(axis=1, initial=0.0)
+    return common / np.maximum(boxes[:, 2:].prod(axis=1), 1e-9)
+
+
 def compare(
-    book: motmetrics.MOTAccumulator, truth: np.ndarray, boxes: np.ndarray, iou: float
+    book: motmetrics.MOTAccumulator,
+    truth: np.ndarray,
+    boxes: np.ndarray,
+    iou: float,
+    ignored: np.ndarray = NOWHERE,
 ) -> bool:
     """Add a picture: its truth, and rows of ID and box that were told; whether any is found."""
     value = overlaps(truth[:, 1:5], boxes[:, 1:])
     free = truth[:, 5] < VISIBLE
     bound = (value[~free] >= iou).any(axis=0)
-    kept = bound | ~(value[free] >= iou).any(axis=0)
+    kept = bound | ~(value[free] >= iou).any(axis=0) & (share_in(boxes[:, 1:], ignored) <= 0.5)
     value = np.where(value >= iou, 1 - value, np.nan)[~free][:, kept]
     book.update(truth[~free, 0].astype(int), boxes[kept, 0].astype(int), value)
     return bool(np.isfinite(value).any())
@@ -163,14 +187,14 @@ def compare(
 
 def judge(step: Callable, clip: Clip, iou: float) -> tuple[motmetrics.MOTAccumulator, np.ndarray]:
     """What a tracker finds on a clip, and its times [ms]."""
-    truth, times = clip.truth(), []
+    truth, ignored, times = clip.truth(), clip.ignored(), []
     book = motmetrics.MOTAccumulator(auto_id=True)
     for k, image in enumerate(clip.pictures()):
         begin = time.perf_counter()
         boxes = step(image, k)
         times.append((time.perf_counter() - begin) * 1e3)
         if k in truth:
-            compare(book, truth[k], boxes, iou)
+            compare(book, truth[k], boxes, iou, ignored.get(k, NOWHERE))
     return book, np.array(times)
 
 
