@@ -19,8 +19,8 @@ CONTOUR_FIELDS = [
     ('edge_share', 'f4'), ('placed_area', 'f8'), ('misfit', 'f8'), ('by_area', '?'),
     ('inner', '?'), ('agreed', 'i8'), ('placed', 'i8'), ('moved', '?'), ('from', 'i8'),
     ('from_u', 'f8'), ('from_v', 'f8'), ('told', '?'), ('seen_w', 'f8'), ('seen_h', 'f8'),
-    ('single', '?'), ('alone', 'f8'), ('proven', '?'), ('first_at', 'i4', (AREA_PIXELS, 2)),
-    ('first_level', 'f4', (AREA_PIXELS,)),
+    ('single', '?'), ('alone', 'f8'), ('high', 'f8'), ('piece', '?'), ('proven', '?'),
+    ('first_at', 'i4', (AREA_PIXELS, 2)), ('first_level', 'f4', (AREA_PIXELS,)),
 ]  # fmt: skip
 """Fields of a target, in addition to those of every track.
 
@@ -36,6 +36,8 @@ from, from_u, from_v: start of its motion, stamp and place [ns, px].
 told: whether it was started by a box; it may stand still.
 seen_w, seen_h: size of its foreground until recently, 0 without one [px].
 single, alone: whether it was a separate area for ALONE_SECONDS, and for how long it was [s].
+high: its mean height as a separate area lately [px].
+piece: whether it is above or below a much larger target in an area that both share.
 proven: whether it has moved, and has existed long enough for its size.
 first_at, first_level: places, row and column, and levels of AREA_PIXELS pixels when it began.
 """

@@ -151,6 +151,17 @@ def is_double(own: Floats, regions: OwnAreas, records: Records, velocity: Floats
     return np.asarray(rest | piece | ~single & _are_stacked(own, regions, 1.0).any(axis=1))
 
 
+def is_piece(own: Floats, regions: OwnAreas) -> Bools:
+    """Return which targets are less than PART of one above or below them in the same area, (N,).
+
+    They may be parts of it, or pass it: what moves with it, is_double ends.
+
+    :param own: (N, 4) boxes of the predicted targets [px].
+    """
+    fits = _fits(own, regions) & regions.shared
+    return np.asarray(_are_stacked(own, regions, PART).any(axis=1) & ~fits)
+
+
 def _are_stacked(own: Floats, regions: OwnAreas, share: float) -> Bools:
     """Return which targets are above or below which other one in the same area, (N, N), and less
     than this share of its size.

@@ -183,7 +183,8 @@ class ContourTracker:
         records['edge_share'][measured] = share[measured]
         if regions is not None and len(contours):
             before, after = (boxes(self._spline.outline(c.nodes)) for c in (predicted, contours))
-            past = history(records, regions, now, self.config.max_time_since_update, seconds)
+            longest = self.config.max_time_since_update
+            past = history(records, before, regions, now, longest, seconds)
             hidden, clear = is_hidden(before, regions), share >= self.config.start_found
             found = (regions.first >= 0) & ~hidden
             good = measured & ~hidden & believed(before, after, regions, past, clear)

@@ -29,7 +29,7 @@ def changes(widths, rate=RATE, height=90.0, shared=False):
         first = np.array([-1 if width is None else 0])
         no = np.zeros((1, 4), bool)
         regions = OwnAreas(box, np.array([shared]), no, first, no[:, 0])
-        said.append(bool(history(records, regions, 0, 1.0, 1 / rate).changing[0, 0]))
+        said.append(bool(history(records, box, regions, 0, 1.0, 1 / rate).changing[0, 0]))
     return said
 
 
@@ -100,6 +100,21 @@ def test_a_second_contour_of_one_thing_is_not_seen_and_ends():
     assert all(own.get(1) == CONFIRMED for own in states[40:])
     assert COASTING in {own.get(2) for own in states}
     assert not any(2 in own for own in states[40 + round(1.7 * RATE) :])
+
+
+def test_a_piece_of_somebody_is_not_told_whatever_its_speed():
+    def spoil(tracker):
+        tracks = tracker._tracks
+        foot = tracks.filters.take(np.arange(1))
+        center = foot.nodes.mean(axis=1, keepdims=True)
+        foot.nodes[:] = center + [0.0, 18.0] + 0.25 * (foot.nodes - center)
+        foot.motion[:, 1] = 3.0
+        record = begin(tracks, foot, tracker._spline, tracker._clock.now)
+        record['state'], record['hits'] = CONFIRMED, 9
+        record['moved'] = record['proven'] = record['single'] = True
+
+    results = followed(42, spoil, 40)
+    assert [t.rows['track_id'].tolist() for t in results[39:]] == [[1]] * 3
 
 
 @pytest.mark.slow

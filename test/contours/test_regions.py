@@ -6,6 +6,7 @@ from colortrack_ros.contours.records import CONTOUR_FIELDS
 from colortrack_ros.contours.regions import in_common
 from colortrack_ros.contours.regions import is_double
 from colortrack_ros.contours.regions import is_hidden
+from colortrack_ros.contours.regions import is_piece
 from colortrack_ros.contours.regions import match
 from colortrack_ros.contours.regions import resized
 from colortrack_ros.contours.regions import shifts
@@ -150,6 +151,18 @@ def test_what_the_larger_one_passes_by_is_no_piece_of_it():
     person, bus = (60, 60, 70, 100), (10, 10, 120, 90)
     for speed, ends in ((0.0, True), (200.0, False)):
         assert double([person, bus], [True] * 2, (10, 10, 120, 100), speed=speed) == [ends, False]
+
+
+def test_a_piece_is_much_smaller_than_what_is_above_or_below_it_in_the_same_area():
+    def pieces(*own, within):
+        own = np.array(own, float)
+        return is_piece(own, match(own, areas(*within))[0]).tolist()
+
+    foot, body, all_of_it = (10, 88, 20, 100), (10, 10, 36, 86), (10, 10, 36, 100)
+    assert pieces(foot, body, within=[all_of_it]) == [True, False]
+    assert pieces(foot, body, within=[foot, body]) == [False, False]
+    assert pieces((10, 50, 36, 100), body, within=[all_of_it]) == [False, False]
+    assert pieces((42, 80, 50, 100), body, within=[(10, 10, 50, 100)]) == [False, False]
 
 
 def test_what_is_as_large_as_the_area_is_no_piece_of_what_strays_into_it():

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from support.contour_pictures import EMPTY
 from support.contour_pictures import follow
+from support.contour_pictures import known
 from support.contour_pictures import picture
 from support.contour_pictures import pictures
 from support.contour_pictures import QUICK
@@ -51,3 +53,24 @@ def test_what_comes_out_elsewhere_is_something_else():
     _, results = reappears(90.0)
     assert every_id(results) == {1, 2}
     assert 1 not in results[-1].rows['track_id'][results[-1].rows['state'] == CONFIRMED]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('speed', [2.5, -2.5])
+def test_the_feet_of_somebody_behind_a_sign_are_not_told(speed):
+    """A person stops behind a sign for 2.5 s, comes out, and is told again with the same ID.
+
+    Its contour holds its height for 0.8 s more.
+    """
+
+    def place(k):
+        walked = np.clip(k - EMPTY, 0, 44) + np.clip(k - 110, 0, None)
+        return (170.0 + speed * (walked - 44), 120.0), 40.0
+
+    cover = (np.s_[:148, 130:210], 215)
+    results = follow(pictures('person', 136, place, cover=cover), QUICK)
+    before, behind, after = results[40], results[75:93], results[-1]
+    assert before.rows['box_h'].tolist() == pytest.approx([90.0], abs=2.0)
+    assert not any(known(tracks).any() for tracks in behind)
+    assert after.rows['track_id'][known(after)].tolist() == [1]
+    assert after.rows['box_h'][known(after)].tolist() == pytest.approx([90.0], abs=4.0)
