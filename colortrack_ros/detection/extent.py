@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -168,29 +169,64 @@ def find_extent(
     is_gray = np.hypot(*lab[1:]) < NEAR
     most_gray = most if is_gray else min(most, max(MOST_SHADES_OF_ONE * near, allowed))
     limits = most, most_gray
-    found = _deepest_valley(number, color, lab, limits, apart)
-    return found or (_deepest_valley(number, color, lab, limits, ()) if apart else None)
+    found = _ValleySearch(number, color, limits, apart).deepest(lab)
+    return found or (_ValleySearch(number, color, limits, ()).deepest(lab) if apart else None)
 
 
-def _deepest_valley(
-    number: NDArray[np.float64],
-    color: NDArray[np.float64],
-    lab: Triple,
-    limits: tuple[float, float],
-    apart: Sequence[Triple],
-) -> Extent | None:
-    """Find the valley around one color; center and shape adapt to the pixels inside.
+@dataclass(frozen=True)
+class _ValleySearch:
+    """A search for the valley around one color.
 
+    :param number, color: (N,), (N, 3) pixels of each color.
     :param limits: largest number of pixels, without gray and with gray among them.
     :param apart: colors that are left outside.
     """
-    center, shape = np.array(lab), SHAPE
-    best = whole = None
-    for _ in range(SHAPE_ROUNDS):
+
+    number: NDArray[np.float64]
+    color: NDArray[np.float64]
+    limits: tuple[float, float]
+    apart: Sequence[Triple]
+
+    def deepest(self, lab: Triple) -> Extent | None:
+        """The extent that ends in the deepest valley.
+
+        The shape is none of the color's own at first, so that valleys hardly differ in depth, and
+        noise decides which is the deepest. So each up to there is tried, and its depth compared
+        when center and shape have adapted to the pixels inside.
+        """
+        center = np.array(lab)
+        growth, count = self._growth(center, SHAPE)
+        found = [
+            self._adapted(_reaching(valley, growth, count, center, SHAPE))
+            for valley in _valleys(growth)
+        ]
+        return min(found, key=lambda both: both[0].growth)[1] if found else None
+
+    def _adapted(self, found: tuple[Extent, Extent]) -> tuple[Extent, Extent]:
+        """An extent of :func:`_valley` with center and shape of its pixels while that is deeper."""
+        for _ in range(SHAPE_ROUNDS - 1):
+            best, color, number = found[0], self.color, self.number
+            inside = (((color - best.lab) / best.axes) ** 2).sum(axis=1) < 1
+            center = np.average(color[inside], axis=0, weights=number[inside])
+            variance = np.average((color[inside] - center) ** 2, axis=0, weights=number[inside])
+            spread = np.maximum(np.sqrt(variance), LEAST_SPREAD)
+            # Keep the volume of the initial shape.
+            shape = spread * np.cbrt(LIGHTNESS_AXIS / spread.prod())
+            both = _valley(*self._growth(center, shape), center, shape)
+            if both is None or both[0].growth > best.growth - DEEPER:
+                break
+            found = both
+        return found
+
+    def _growth(
+        self, center: NDArray[np.float64], shape: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The growth around a center up to colors of another hue, and the count, both (S,)."""
+        number, color, limits = self.number, self.color, self.limits
         distance = nearest_sample(color, (center,), shape)
         most = np.where(np.hypot(*(center / shape)[1:]) < SIZES, limits[1], limits[0])
-        if apart:
-            other = nearest_sample(center[None], apart, shape)
+        if self.apart:
+            other = nearest_sample(center[None], self.apart, shape)
             most[other <= SIZES] = 0.0
         growth, count = _growth_within(number, distance, most)
         end = other_hue(growth, number, color, distance, center)
@@ -198,17 +234,15 @@ def _deepest_valley(
         within = SIZES[SLOPE_STEPS : SLOPE_STEPS + end] < NEAR
         if (growth[~within] < MOST_GROWTH).any():  # as in other_hue, a gap within the color itself
             growth[within] = np.inf
-        both = _valley(growth, count, center, shape)
-        if both is None or (best is not None and both[0].growth > best.growth - DEEPER):
-            break
-        best, whole = both
-        inside = (((color - center) / best.axes) ** 2).sum(axis=1) < 1
-        center = np.average(color[inside], axis=0, weights=number[inside])
-        variance = np.average((color[inside] - center) ** 2, axis=0, weights=number[inside])
-        spread = np.maximum(np.sqrt(variance), LEAST_SPREAD)
-        # Keep the volume of the initial shape.
-        shape = spread * np.cbrt(LIGHTNESS_AXIS / spread.prod())
-    return whole
+        return growth, count
+
+
+def _valleys(growth: NDArray[np.float64]) -> list[int]:
+    """The valleys up to the deepest: what has no less growth among the sizes that it counts."""
+    deepest = int(growth.argmin())
+    lowest = cv2.erode(growth[None], np.ones((1, 4 * SLOPE_STEPS + 1)))[0]
+    is_one = np.isfinite(growth) & (growth == lowest)
+    return np.flatnonzero(is_one[: deepest + 1]).tolist()
 
 
 def _growth_within(
@@ -235,13 +269,24 @@ def _valley(
     center: NDArray[np.float64],
     shape: NDArray[np.float64],
 ) -> tuple[Extent, Extent] | None:
-    """The extent at whose surface the count grows least, and one that holds the outline as well.
+    """What :func:`_reaching` the deepest valley is; None if no size can be the color's."""
+    valley = int(growth.argmin())
+    return _reaching(valley, growth, count, center, shape) if np.isfinite(growth[valley]) else None
+
+
+def _reaching(
+    valley: int,
+    growth: NDArray[np.float64],
+    count: NDArray[np.float64],
+    center: NDArray[np.float64],
+    shape: NDArray[np.float64],
+) -> tuple[Extent, Extent]:
+    """The extent that ends in a valley, and one that holds the outline as well.
 
     The latter reaches half-way to where the count grows more than an outline explains.
+
+    :param valley: index of its size.
     """
-    valley = int(growth.argmin())
-    if not np.isfinite(growth[valley]):
-        return None
     outer = max(valley, outline_end(growth, float(count[valley]), valley))
 
     def reaching(k: int) -> Extent:
