@@ -8,6 +8,7 @@ from colortrack_ros.tools.color_params import write_color
 from colortrack_ros.tools.color_params import yaml_of
 
 BALL = ReferenceColor('ball', (44.0, 64.0, 34.5), 20.0, (50.0, 20.0, 18.5))
+ALONE = ReferenceColor('ball', BALL.lab)
 ENTRY = {'lab': [44.0, 64.0, 34.5], 'tolerance_lab': [50.0, 20.0, 18.5]}
 LIMITS = {'min_area': 70}
 
@@ -15,7 +16,7 @@ LIMITS = {'min_area': 70}
 def written(tmp_path, text, color=BALL, limits=None):
     path = tmp_path / 'my.yaml'
     path.write_text(text)
-    write_color(path, color, limits or LIMITS)
+    write_color(path, color, LIMITS if limits is None else limits)
     (detector,) = yaml.safe_load(path.read_text()).values()
     return path.read_text(), detector['ros__parameters']
 
@@ -102,3 +103,16 @@ def test_samples_take_the_place_of_a_shade_and_a_shade_that_of_samples(tmp_path)
     write_color(path, BALL, LIMITS)
     entry = yaml.safe_load(path.read_text())['/**/detector']['ros__parameters']['ball']
     assert set(entry) == {'lab', 'tolerance_lab'}
+
+
+@pytest.mark.parametrize(
+    ('others', 'min_area'), [('', None), ('    blue: {preset: blue}\n    colors: [blue]\n', 30)]
+)
+def test_a_color_alone_takes_out_what_the_color_before_had(tmp_path, others, min_area):
+    """The least area of all goes with it, unless other colors have it, too."""
+    ball = '    ball: {samples: [9.0, 9.0, 9.0], tolerance_lab: [9.0, 9.0, 9.0], min_area: 900}\n'
+    text = f'detector:\n  ros__parameters:\n{ball}    min_area: 30\n{others}'
+    _, given = written(tmp_path, text, ALONE, {})
+    assert given['ball'] == {'lab': [44.0, 64.0, 34.5]}
+    assert given.get('min_area') == min_area
+    assert yaml.safe_load(yaml_of(ALONE, {})) == {'colors': ['ball'], 'ball': given['ball']}

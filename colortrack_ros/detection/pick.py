@@ -1,6 +1,7 @@
 """Picks a reference color from a picture."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from dataclasses import dataclass
 from dataclasses import field
 from dataclasses import replace
@@ -25,6 +26,7 @@ from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import Triple
+from colortrack_ros.detection.shape import ShapeConfig
 from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
 from colortrack_ros.encodings import writable_bgr
@@ -52,7 +54,7 @@ NEARLY_ALL = 98.0
 class PickedColor:
     """A picked color, and what the detector finds with it in the same picture.
 
-    :param color: with an ellipsoid.
+    :param color: with an ellipsoid, unless the detector finds that in each picture.
     :param area: expected area [px], that of the blob detected where the color was picked.
     :param share: share of the picture that the color covers.
     :param telling: limits, by parameter, that reject similarly colored objects.
@@ -67,10 +69,12 @@ class PickedColor:
 
     @property
     def limits(self) -> dict[str, Any]:
-        """Limits for the detector, by parameter.
+        """Limits for the detector, by parameter; none if it finds the least area itself.
 
         The least area admits objects of half the size, or half hidden, but no glints.
         """
+        if self.color.is_sought:
+            return {}
         least = max(self.area // 4, self.telling.get('min_area', 1))
         return {**self.telling, 'min_area': least}
 
@@ -81,16 +85,21 @@ def pick_color(
     v: int,
     name: str = 'picked',
     config: DetectorConfig | None = None,
+    fixed: bool = False,
 ) -> PickedColor:
     """Pick the color of the object at a pixel.
 
-    The color extends to where others begin in the picture (:func:`find_extent`). If there is no
-    such limit, it is that of the first region around the pixel that hardly grows with the tolerance
-    (a maximally stable region, Matas 2004).
+    One picture does not tell how light, how dark, and how far away the object will be. So its color
+    has no tolerance and no least area: the detector finds both in each picture. Only if it misses
+    the object in this one, as beside a much larger one, the color extends to where others begin
+    (:func:`find_extent`), or else is that of the first region around the pixel that hardly grows
+    with the tolerance (a maximally stable region, Matas 2004).
 
     :param u, v: the pixel [px].
     :param name: of the color.
-    :param config: of the detector that measures the area; its colors are ignored.
+    :param config: of the detector that looks for the object; its colors, and its limits of sizes
+        and shapes, are ignored.
+    :param fixed: whether to give the tolerance and the least area of this picture anyway.
     :raises ValueError: if the pixel is outside the picture.
     """
     check(frame)
@@ -100,13 +109,28 @@ def pick_color(
     expect(valid, 'pixel', (u, v), f'u, v in the picture of {columns} x {rows} px')
     rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
     extent = find_extent(count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v))
-    color = _of_extent(extent, name) if extent else _color_of(rgb, _stable_region(rgb, u, v), name)
-    detector = Detector(replace(config or DetectorConfig(), colors=(color,)))
-    found = detector.detect(frame).rows
-    away = np.hypot(found['u'] - u, found['v'] - v)
-    area = int(found['area'][away.argmin()] if len(found) else _stable_region(rgb, u, v).sum())
+    whole = _of_extent(extent, name) if extent else _color_of(rgb, _stable_region(rgb, u, v), name)
+    config = config or DetectorConfig()
+    colors = (ReferenceColor(name, whole.lab), whole)[fixed:]
+    tried = [(color, *_found_at(frame, u, v, replace(config, colors=(color,)))) for color in colors]
+    color, area, share = max(tried, key=lambda one: one[1] > 0)
     runs_on = extent is not None and extent.growth > MOST_GROWTH
-    return PickedColor(color, area, float(np.mean(detector.mask > 0)), runs_on=runs_on)
+    return PickedColor(color, area or int(_stable_region(rgb, u, v).sum()), share, runs_on=runs_on)
+
+
+def _found_at(frame: Frame, u: int, v: int, config: DetectorConfig) -> tuple[int, float]:
+    """Area of the largest blob at a pixel, 0 if there is none, and share of the picture found.
+
+    One picture shows nothing that moves, and what is clicked may have any size and shape.
+    """
+    detector = Detector(replace(config, moving_only=False, **asdict(ShapeConfig())))
+    detector.detect(frame)
+    blobs = detector.blobs
+    row, left, right = blobs.runs.ends()
+    near = (abs(row - v) <= SEED_REACH) & (left <= u + SEED_REACH) & (u - SEED_REACH < right)
+    parts = zip(blobs.first_run, blobs.run_count, strict=True)
+    holds = [bool(near[first : first + count].any()) for first, count in parts]
+    return int(blobs.area[holds].max(initial=0)), float(np.mean(detector.mask > 0))
 
 
 def _of_extent(extent: Extent, name: str) -> ReferenceColor:

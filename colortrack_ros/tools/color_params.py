@@ -20,7 +20,7 @@ from colortrack_ros.parameters.params_file import with_values
 SHADES = ('lab', 'rgb', 'preset', 'samples')
 """The entries of which one says what color a name is."""
 
-REPLACED = (*SHADES, 'others', 'tolerance', 'min_area', 'max_area')
+REPLACED = (*SHADES, 'others', 'tolerance', 'tolerance_lab', 'min_area', 'max_area')
 """What another color has no use for."""
 
 
@@ -67,16 +67,19 @@ def color_values(
     own = {
         f'{color.name}.' * (bool(names) and key in REPLACED) + key: limits[key] for key in limits
     }
-    gone = {f'{color.name}.{key}': None for key in REPLACED if f'{color.name}.{key}' in old}
+    mine = [f'{color.name}.{key}' for key in REPLACED] + ['min_area'] * (not names)
+    gone = dict.fromkeys(key for key in mine if key in old)
     new = {f'{color.name}.{key}': value for key, value in _entry(color).items()}
     return {'colors': [*names, color.name], **gone, **new, **own}
 
 
 def _entry(color: ReferenceColor) -> dict[str, Any]:
-    if not color.is_sampled:
-        return {'lab': list(color.lab), 'tolerance_lab': list(color.axes)}
-    entry = {'samples': _levels([color.lab, *color.samples]), 'others': _levels(color.others)}
-    return {k: v for k, v in entry.items() if v} | {'tolerance_lab': list(color.axes)}
+    entry: dict[str, Any] = {'lab': list(color.lab)}
+    if color.is_sampled:
+        samples = [color.lab, *color.samples]
+        entry = {'samples': _levels(samples), 'others': _levels(color.others)}
+    axes = [] if color.is_sought else list(color.axes)
+    return {key: value for key, value in (entry | {'tolerance_lab': axes}).items() if value}
 
 
 def _levels(labs: Sequence[tuple[float, float, float]]) -> list[float]:

@@ -41,5 +41,6 @@ def taught(samples: tuple[Sample, ...], name: str, config: DetectorConfig) -> Pi
         raise ValueError(f'{name}: expected at most {MOST_SAMPLES} samples; undo some')
     if len(mine) == 1 and mine[0].is_pixel and not others:
         u, v = mine[0].box[:2]
-        return pick_color(mine[0].frame, u, v, name, config)
+        # The page shows one picture, and sliders for what is found in it.
+        return pick_color(mine[0].frame, u, v, name, config, fixed=True)
     return teach_color(mine, others, name, config)

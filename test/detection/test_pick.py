@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
+from support.lit_balls import draw_lit_ball
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import pick_color
@@ -22,10 +24,61 @@ def test_the_color_picked_from_a_shaded_ball_finds_that_ball(clutter):
         picked = pick_color(frame, int(ball['u']) + 4, int(ball['v']) - 3, name='ball')
         assert picked.color.name == 'ball'
         assert picked.area == pytest.approx(np.pi * (ball['radius'] - 1) ** 2, rel=0.25)
-        rows = Detector(DetectorConfig(colors=(picked.color,))).detect(frame).rows
+        config = DetectorConfig(colors=(picked.color,), **picked.limits)
+        rows = Detector(config).detect(frame).rows
         distance = np.hypot(rows['u'] - ball['u'], rows['v'] - ball['v'])
         assert distance.min() < 1
         assert len(rows) <= 6, 'the furniture of this color, but no noise'
+
+
+RED, WALL = (200, 20, 60), (190, 190, 180)
+
+
+def picture(*balls, light=1.0, seed=0):
+    image = np.full((240, 320, 3), WALL[::-1], float)
+    for ball in balls:
+        draw_lit_ball(image, *ball, RED)
+    image = light * image + np.random.default_rng(seed).normal(0, 3, image.shape)
+    return np.clip(image, 0, 255).astype(np.uint8)
+
+
+def test_what_one_click_gives_keeps_a_ball_that_goes_away_into_the_shade():
+    picked = pick_color(Frame(picture((80, 80, 25))), 80, 80)
+    detector = Detector(DetectorConfig(colors=(picked.color,), **picked.limits))
+    for k in range(60):
+        image = picture((80 + 2 * k, 80, 25 - k / 4), light=1 - k / 120, seed=k)
+        rows = detector.detect(Frame(image, stamp=k * NANOSECONDS // 10)).rows
+        assert rows['u'] == pytest.approx([80 + 2 * k], abs=2)
+        assert rows['box_h'] == pytest.approx([2 * (25 - k / 4)], rel=0.2)
+
+
+def test_a_thing_that_the_detector_takes_for_a_speck_has_what_one_click_knows_of_it():
+    frame = Frame(picture((200, 120, 80), (40, 40, 8)))
+    picked = pick_color(frame, 40, 40)
+    rows = Detector(DetectorConfig(colors=(picked.color,), **picked.limits)).detect(frame).rows
+    assert sorted(rows['u']) == pytest.approx([40, 200], abs=2)
+    assert picked.area == pytest.approx(np.pi * 7**2, rel=0.5)
+
+
+def test_a_fixed_color_has_the_tolerance_and_the_least_area_of_its_picture():
+    """Who clicks on one picture wants the mask of that one, also where the thing has just come."""
+    picked = pick_color(Frame(picture((80, 80, 25))), 80, 80, fixed=True)
+    assert picked.color.tolerance_lab is not None
+    assert picked.limits == {'min_area': picked.area // 4}
+
+
+def test_a_thing_that_is_too_far_away_to_be_found_yet_is_picked_by_its_color_alone():
+    picked = pick_color(Frame(picture((40, 40, 3))), 40, 40)
+    assert picked.color.is_sought
+    assert picked.limits == {}
+
+
+def test_what_else_is_set_for_the_detector_does_not_hide_what_is_clicked():
+    config = DetectorConfig(moving_only=True, min_area=5000, min_aspect=0.99)
+    picked = pick_color(Frame(picture((80, 80, 25))), 80, 80, config=config)
+    assert picked.color.is_sought
+    assert picked.limits == {}
+    assert picked.area == pytest.approx(np.pi * 24**2, rel=0.1)
 
 
 def test_in_a_picture_of_one_color_that_color_is_picked():

@@ -4,6 +4,10 @@ import pytest
 from support.waiting import PATIENCE
 import yaml
 
+from colortrack_ros.data import Frame
+from colortrack_ros.detection import Detector
+from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.scenes import open_scene
 from colortrack_ros.tools.pick_color import main
 
@@ -38,10 +42,14 @@ def test_a_pixel_gives_the_yaml_of_its_color_and_a_picture(tmp_path, capsys):
     assert 30 < lightness < 60
     assert a > 30
     assert b > 20
-    assert all(4 <= axis <= 80 for axis in given['ball']['tolerance_lab'])
-    assert 20 < given['min_area'] < 2000
+    assert given == {'colors': ['ball'], 'ball': {'lab': [lightness, a, b]}}, 'the rest is found'
     assert '# expected area:' in said
-    assert cv2.imread(str(picture)).shape == (240, 960, 3)
+    shown = cv2.imread(str(picture))
+    assert shown.shape == (240, 960, 3)
+    detector = Detector(DetectorConfig(colors=(ReferenceColor('ball', (lightness, a, b)),)))
+    detector.detect(Frame(shown[:, :320].copy()))
+    assert detector.mask.any()
+    assert (shown[:, 320:640, 0] == detector.mask).all()
 
 
 def test_writing_changes_that_color_alone_and_keeps_the_comments(tmp_path, capsys):
@@ -56,7 +64,7 @@ def test_writing_changes_that_color_alone_and_keeps_the_comments(tmp_path, capsy
             assert line in text, line
     detector = yaml.safe_load(text)['/**/detector']['ros__parameters']
     assert detector['colors'] == ['blue', 'red']
-    assert set(detector['red']) == {'lab', 'tolerance_lab', 'min_area'}
+    assert set(detector['red']) == {'lab'}
 
 
 @pytest.mark.parametrize('name', ['picture.png', 'video.avi'])
