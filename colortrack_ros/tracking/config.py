@@ -17,8 +17,8 @@ class TrackerConfig(TimeLimits):
     max_hidden: float = parameter(
         6.0,
         'A deleted track is remembered until it has not been measured for longer: if its object '
-        'comes back, by color, size, place and motion, its ID does. Not those that left the '
-        'picture. max_time_since_update or less: none is remembered.',
+        'comes back, by color, size, place and motion, its ID does. If it left the picture, for '
+        'max_time_since_update. That or less: none is remembered.',
         unit='s',
         limits=(0.0, 3600.0),
     )

@@ -18,7 +18,10 @@ loses 33 objects a second."""
 
 
 class Memory:
-    """Tracks that have been unmeasured for longer than a live track may be.
+    """Tracks that have been unmeasured for longer than a live one may be, or have left the picture.
+
+    What seems to have left may have been missed as it turned back at the border: it is remembered
+    for as long as a live track may be unmeasured.
 
     :param none: an empty table with the columns of the live one.
     :param population: tracks of a color whose number of objects is known are never forgotten.
@@ -46,6 +49,8 @@ class Memory:
         if not len(self.tracks):
             return
         keep = ~self.tracks.is_overdue(stamp, config.max_hidden)
+        left = self.tracks.records['outside']
+        keep &= ~(left & self.tracks.is_overdue(stamp, config.max_time_since_update))
         keep[:-MOST_REMEMBERED] = False
         keep |= self._population.is_counted(self.tracks.records['color'])
         self.tracks.keep(keep)

@@ -253,11 +253,11 @@ class Tracker:
         )
         false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
         keep &= is_present(tracks, now, self._period, learned.image_size, config)
-        has_left = records['outside'] & ~overdue & (not learned.camera.is_known)
-        hidden = ~has_left & (config.max_hidden > config.max_time_since_update)
-        hidden |= self._population.is_counted(records['color'])
-        hidden &= ~keep & (records['state'] == COASTING)
+        hidden = ~keep & (records['state'] == COASTING)
+        if config.max_hidden <= config.max_time_since_update:
+            hidden &= self._population.is_counted(records['color'])
         if hidden.any():
+            records['outside'] &= ~overdue & (not learned.camera.is_known)
             self._memory.remember(tracks.take(hidden), now, learned, config)
         new = np.flatnonzero(keep & (before == TENTATIVE) & (records['state'] == CONFIRMED))
         stitched = self._stitch(keep, new) if len(new) else new

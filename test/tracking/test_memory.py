@@ -85,6 +85,26 @@ def test_what_has_left_the_picture_does_not_come_back_as_what_enters_elsewhere()
     assert after != [1]
 
 
+@pytest.mark.parametrize('seed', range(4))
+def test_what_turns_back_at_the_border_keeps_its_id_though_it_is_missed_there(seed):
+    """Four points go back and forth for 8 s between the borders of the picture."""
+    rng, size = np.random.default_rng(seed), np.array([320, 240])
+    start, velocity = rng.uniform(0, size, (4, 2)), rng.uniform(40, 100, (4, 2))
+    tracker, names = Tracker(TrackerConfig(image_size=(320, 240))), set()
+    for k in range(8 * 60):
+        z = size - np.abs((start + velocity * k / 60) % (2 * size) - size)
+        z = (z + rng.normal(0, 1, z.shape))[rng.random(4) < 0.7]
+        rows = tracker.update(points(z, round(k / 60 * 1e9))).rows
+        names |= set(rows['track_id'][rows['state'] != TENTATIVE])
+    assert len(names) == 4
+
+
+def test_what_enters_where_another_has_just_left_is_a_new_object():
+    _, after = ids(lambda k: (560 + 3.0 * k, 200), 0.6, other=lambda k: (639 - 2 * (k - 55), 290))
+    assert len(after) == 1
+    assert after != [1]
+
+
 def test_two_that_were_hidden_together_come_back_as_themselves():
     tracker = Tracker()
     for k in range(SEEN + 70 + SEEN):
