@@ -15,6 +15,11 @@ OBJECT_ODDS = 4.0
 """Odds that a confirmed track is an object rather than clutter. Assumed; with 1 and 9, mean IDF1 of
 five sets of detections of networks changes by 0.007 at most."""
 
+BLOB_EXPONENT = 4.0
+"""The exponent a of flickering() for blobs: those that shade or others cover in part are missed
+more often than the rest, and are no clutter. What is found 0.4 times as often as the others then is
+as likely clutter. Assumed."""
+
 
 class DetectionRate:
     """Learns the probability from the number of frames between two detections of an object.
@@ -42,16 +47,19 @@ class DetectionRate:
         return min(most, max(1 - second / first, LEAST_RATE))
 
 
-def flickering(hits: Floats, misses: Floats, detected: float) -> Floats:
+def flickering(hits: Floats, misses: Floats, detected: float, *, whole: bool) -> Floats:
     """Probability, (K,), that confirmed tracks are clutter that flickers in its place.
 
     The probabilities p with which objects are detected have the density a p^(a - 1), whose mean is
-    a / (a + 1); those of such clutter are anything. Of a track, p is estimated by Laplace's rule of
-    succession.
+    a / (a + 1); those of such clutter 2 (1 - p): mostly it is not there. Of a track, p is estimated
+    by Laplace's rule of succession; of blobs, relative to that of the others.
 
     :param hits, misses: (K,) frames in which each was measured, and was not.
     :param detected: mean probability of detecting a visible object, below 1.
+    :param whole: whether the detector finds whole objects.
     """
-    a = detected / (1 - detected)
-    p = (hits + 1) / (hits + misses + 2)
-    return np.asarray(1 / (1 + OBJECT_ODDS * a * p ** (a - 1)))
+    p, a = (hits + 1) / (hits + misses + 2), detected / (1 - detected)
+    if not whole:
+        p, a = np.minimum(p / detected, 1.0), BLOB_EXPONENT
+    clutter = 2 - 2 * p
+    return np.asarray(clutter / (clutter + OBJECT_ODDS * a * p ** (a - 1)))

@@ -7,6 +7,8 @@ import numpy as np
 from colortrack_ros.data import Bools
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.estimation.existence import DISAPPEARING
 from colortrack_ros.estimation.existence import HIDDEN_SHARE
 from colortrack_ros.estimation.existence import weigh_hidden
@@ -45,6 +47,11 @@ OWN_SHARE = 0.4
 """Share of the objects lost by a network that are hidden, and not second tracks of other objects.
 Assumed: with two detectors, 0.34 and 0.33 of the coasting tracks of pedestrians are on somebody who
 has no other track. With 0.2 and 0.8, IDF1 of all published tracks is 0.1 and 2 points lower."""
+
+COUNTED_MISSES = 9.0
+"""Frames after which an object that is still missed is hidden, and being missed tells no more about
+how often it is detected. Clutter that is found in a quarter of the frames is missed for longer once
+in thirteen times."""
 
 
 class Disappearances:
@@ -187,18 +194,28 @@ class Disappearances:
         missed = detected * (1 - detected) ** (np.round(gap / period) - 1)
         return np.asarray((missed + back) / away)
 
-    def existence(self, records: Records, area: float, detected: float | None) -> Floats:
+    def existence(
+        self,
+        records: Records,
+        area: float,
+        detected: float,
+        now: int,
+        period: float,
+        *,
+        whole: bool,
+    ) -> Floats:
         """Probabilities of existence, (N,), given what seems to have become of all lost objects.
 
-        The records of those that are lost are updated.
-
-        If none of several has reappeared yet, that says more with every frame, long before they are
-        deleted (expectation maximization, Dempster, Laird and Rubin 1977, one step a frame).
+        The records of those that are lost are updated. If none of several has reappeared yet, that
+        says more with every frame, long before they are deleted (expectation maximization,
+        Dempster, Laird and Rubin 1977, one step a frame).
 
         :param records: (N,) of all tracks, see records.FIELDS.
         :param area: of the picture [px^2].
-        :param detected: probability of detecting a visible object, of a detector that finds whole
-            objects, see Adaptation; else None.
+        :param detected: probability of detecting a visible object.
+        :param now: stamp of the last frame [ns].
+        :param period: of the frames [s].
+        :param whole: whether the detector finds whole objects, see Adaptation.finds_whole.
         """
         visible, hidden = records['visible'], records['hidden']
         existence = visible + hidden
@@ -212,13 +229,21 @@ class Disappearances:
             share = self.share(records['seen'][lost], area, kinds)
             seen, unseen = weigh_hidden(seen, unseen, share, records['hidden_share'][lost])
             visible[lost], hidden[lost], records['hidden_share'][lost] = seen, unseen, share
-            if detected is None:
-                existence[lost] = seen + unseen
-            else:
-                hits, misses = (records[name][lost].astype(float) for name in ('hits', 'misses'))
-                false = flickering(hits, misses, detected)
-                existence[lost] = (1 - false) * (seen + unseen * OWN_SHARE)
+            gap = (now - records['updated'][lost]) / (period * NANOSECONDS)
+            false = _flickering(records, lost, detected, None if whole else gap)
+            existence[lost] = (1 - false) * (seen + unseen * (OWN_SHARE if whole else 1.0))
         return existence
+
+
+def _flickering(records: Records, lost: Indices, detected: float, gap: Floats | None) -> Floats:
+    """Probability, (K,), that lost tracks are clutter that flickers.
+
+    :param gap: (K,) frames for which blobs are lost, and may be hidden; None for whole objects.
+    """
+    hits, misses = (records[name][lost].astype(float) for name in ('hits', 'misses'))
+    if gap is not None:
+        misses = np.maximum(misses - np.minimum(np.rint(gap), COUNTED_MISSES), 0.0)
+    return flickering(hits, misses, detected, whole=gap is None)
 
 
 def _kernel(one: Floats, other: Floats) -> Floats:

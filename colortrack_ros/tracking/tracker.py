@@ -150,7 +150,7 @@ class Tracker:
             new = start_fast(tracks, prediction, blobs, free, learned)
             initiate(tracks, prediction, blobs, new)
         self._manage(again=step.again)
-        return self._published(tracks, detections, prediction.speed, prediction.finds_whole)
+        return self._published(tracks, detections, prediction.speed)
 
     def _between(self, detections: Detections) -> Tracks:
         """The tracks at the stamp of a repeated picture; they and all that is learned stay."""
@@ -158,21 +158,18 @@ class Tracker:
         self.repeats += 1
         dt = (detections.stamp - self._clock.now) / NANOSECONDS
         tracks = coast(self._tracks, dt, learned, config)
-        speed = assumed_speed(learned, config)
-        return self._published(tracks, detections, speed, learned.finds_whole)
+        return self._published(tracks, detections, assumed_speed(learned, config))
 
     def _published(
-        self,
-        tracks: TrackTable[Bank],
-        detections: Detections,
-        speed: NDArray[np.float64],
-        finds_whole: bool,
+        self, tracks: TrackTable[Bank], detections: Detections, speed: NDArray[np.float64]
     ) -> Tracks:
         """The tracks, with the header of the detections."""
         learned, config, population = self._adaptation, self.config, self._population
-        usual = config.detection_probability
-        detected = learned.detection_rate.estimate(usual) if finds_whole else None
-        existence = learned.disappearances.existence(tracks.records, learned.area, detected)
+        detected = learned.detection_rate.estimate(config.detection_probability)
+        now, whole = self._clock.now, learned.finds_whole
+        existence = learned.disappearances.existence(
+            tracks.records, learned.area, detected, now, self._period, whole=whole
+        )
         speed = speed * config.maneuvers
         rows = published(tracks, detections.stamp, config, population, speed, existence)
         learned.camera.publish(rows, tracks)

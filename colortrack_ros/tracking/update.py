@@ -15,6 +15,7 @@ from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.disappearances import COUNTED_MISSES
 from colortrack_ros.tracking.disappearances import LOST
 from colortrack_ros.tracking.extents import update_extents
 from colortrack_ros.tracking.hypotheses import Association
@@ -113,8 +114,12 @@ def _record_hits(
     records = tracks.records
     track = slice(None) if every else taken.track
     if (prediction.step.again or not every) and not prediction.step.pauses:
-        records['misses'] += not prediction.step.again
-        records['misses'][track] -= 1
+        missed = prediction.unmeasured < (COUNTED_MISSES + 0.5) * prediction.step.period
+        if prediction.step.again:
+            records['misses'][track] -= missed[track]
+        else:
+            missed[track] = False
+            records['misses'] += missed
     tracks.record_hits(track, prediction.step.now)
     records['seen'][track] = taken.z
     records['systematic'][track] = blobs.systematic.take(taken.blob, axis=0)

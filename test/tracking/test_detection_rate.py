@@ -38,11 +38,11 @@ def test_what_was_hidden_for_long_does_not_count():
 
 def test_what_is_missed_more_often_than_others_is_clutter_rather_than_what_is_missed_as_often():
     hits, misses = np.array([60.0, 95.0, 60.0]), np.array([40.0, 5.0, 0.0])
-    clutter, object_, never = flickering(hits, misses, 0.95)
+    clutter, object_, never = flickering(hits, misses, 0.95, whole=True)
     assert clutter > 0.9
     assert object_ < 0.05
     assert never < object_
-    assert flickering(hits[:1], misses[:1], 0.6) < 0.25
+    assert flickering(hits[:1], misses[:1], 0.6, whole=True) < 0.25
 
 
 def boxes(seen, jitter, k, rng):
@@ -85,3 +85,25 @@ def test_clutter_of_a_network_that_flickers_is_not_shown_while_it_is_missed():
         clutter = np.hypot(tracks['u'] - PLACES[4, 0], tracks['v'] - PLACES[4, 1]) < 30
         shown += k >= 60 and bool((tracks['state'][clutter] == COASTING).any())
     assert shown < 10
+
+
+@pytest.mark.parametrize(('others', 'most'), [(0.7, 0.15), (0.98, 0.02)])
+def test_points_that_flicker_in_their_places_are_not_shown_while_they_are_missed(others, most):
+    """Four of seven are found in a quarter of the frames; one is out of sight half of the time."""
+    rng, shown, hidden = np.random.default_rng(11), 0, 0
+    tracker = Tracker(TrackerConfig(image_size=(640, 400)))
+    places = np.concatenate([PLACES, [[560.0, 200.0], [80.0, 220.0]]])
+    chance = np.array([others, others, others, 0.25, 0.25, 0.25, 0.25])
+    for k in range(400):
+        found = rng.random(7) < chance
+        found[0] &= k % 30 < 15
+        z = places[found] + rng.normal(0, 1, (found.sum(), 2))
+        tracks = tracker.update(points(z, round(k / 30 * 1e9))).rows
+        coasting = tracks[tracks['state'] == COASTING]
+        at = np.stack([coasting['u'], coasting['v']], axis=1)
+        away = np.hypot(*np.moveaxis(places[:, None] - at, 2, 0))
+        near = (away < 30).any(axis=1)
+        shown += k >= 200 and int(near[3:].sum())
+        hidden += k >= 200 and near[0] and k % 30 >= 15
+    assert shown < most * 4 * 200
+    assert hidden > 0.9 * 100
