@@ -1,5 +1,6 @@
 """Disappearances: where lost objects have reappeared, after how long, and where they have not."""
 
+from collections.abc import Callable
 import math
 
 import numpy as np
@@ -198,11 +199,9 @@ class Disappearances:
         self,
         records: Records,
         area: float,
-        detected: float,
         now: int,
         period: float,
-        *,
-        whole: bool,
+        detector: Callable[[], tuple[float, bool]],
     ) -> Floats:
         """Probabilities of existence, (N,), given what seems to have become of all lost objects.
 
@@ -212,10 +211,10 @@ class Disappearances:
 
         :param records: (N,) of all tracks, see records.FIELDS.
         :param area: of the picture [px^2].
-        :param detected: probability of detecting a visible object.
         :param now: stamp of the last frame [ns].
         :param period: of the frames [s].
-        :param whole: whether the detector finds whole objects, see Adaptation.finds_whole.
+        :param detector: asked if something is lost: probability of detecting a visible object, and
+            whether it finds whole objects, see Adaptation.finds_whole.
         """
         visible, hidden = records['visible'], records['hidden']
         existence = visible + hidden
@@ -229,6 +228,7 @@ class Disappearances:
             share = self.share(records['seen'][lost], area, kinds)
             seen, unseen = weigh_hidden(seen, unseen, share, records['hidden_share'][lost])
             visible[lost], hidden[lost], records['hidden_share'][lost] = seen, unseen, share
+            detected, whole = detector()
             gap = (now - records['updated'][lost]) / (period * NANOSECONDS)
             false = _flickering(records, lost, detected, None if whole else gap)
             existence[lost] = (1 - false) * (seen + unseen * (OWN_SHARE if whole else 1.0))

@@ -165,10 +165,13 @@ class Tracker:
     ) -> Tracks:
         """The tracks, with the header of the detections."""
         learned, config, population = self._adaptation, self.config, self._population
-        detected = learned.detection_rate.estimate(config.detection_probability)
-        now, whole = self._clock.now, learned.finds_whole
+        now, usual = self._clock.now, config.detection_probability
         existence = learned.disappearances.existence(
-            tracks.records, learned.area, detected, now, self._period, whole=whole
+            tracks.records,
+            learned.area,
+            now,
+            self._period,
+            lambda: (learned.detection_rate.estimate(usual), learned.finds_whole),
         )
         speed = speed * config.maneuvers
         rows = published(tracks, detections.stamp, config, population, speed, existence)
