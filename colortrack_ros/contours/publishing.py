@@ -11,6 +11,7 @@ from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 
 CORRELATED_MISFIT = 0.35
@@ -51,11 +52,12 @@ def published(
         brief = tracks.freshness(now, min(GONE_SECONDS, longest))
         fresh = np.where(told, fresh, brief)
     score = np.clip(tracks.records['edge_share'], 0, 1) * fresh
-    score[_are_parts(tracks, spline) & ~told] = 0.0
+    outlines = spline.outline(tracks.filters.nodes)
+    score[_are_parts(tracks.records, outlines) & ~told] = 0.0
     shown = (score >= config.min_score) | (tracks.records['state'] == TENTATIVE)
-    tracks, score = tracks.take(shown), score[shown]
+    tracks, score, outlines = tracks.take(shown), score[shown], outlines[shown]
     contours = tracks.filters
-    area, outlines = spline.area(contours.nodes), spline.outline(contours.nodes)
+    area = spline.area(contours.nodes)
     misfit = (CORRELATED_MISFIT * tracks.records['misfit']) ** 2 * np.maximum(area, 0.0)
     rows = tracks.rows(now, *positions(contours, spline, config.rate, misfit))
     rows['area'], rows['score'] = area, score
@@ -66,9 +68,9 @@ def published(
     return rows, outlines
 
 
-def _are_parts(tracks: TrackTable[Contours], spline: Spline) -> Bools:
+def _are_parts(records: Records, outlines: Floats) -> Bools:
     """Return which targets, (N,), show a part of a thing: a foot in front of its body, or what is
     left of somebody behind a sign.
     """
-    height = np.ptp(spline.outline(tracks.filters.nodes)[..., 1], axis=1)
-    return np.asarray(tracks.records['piece'] | (height < LEAST_HEIGHT * tracks.records['high']))
+    height = np.ptp(outlines[..., 1], axis=1)
+    return np.asarray(records['piece'] | (height < LEAST_HEIGHT * records['high']))
