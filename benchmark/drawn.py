@@ -7,6 +7,7 @@ drawn. Objects bounce off the borders, or pass through. Peers are told the large
 frame.
 """
 
+from dataclasses import replace
 from functools import partial
 import sys
 
@@ -17,12 +18,9 @@ from scipy.sparse.csgraph import connected_components
 from worlds.rivals import boxed
 from worlds.rivals import run
 from worlds.world import judge
+from worlds.world import message
 from worlds.world import places
 from worlds.world import play
-
-from colortrack_ros.data import DETECTION
-from colortrack_ros.data import Detections
-from colortrack_ros.data import NANOSECONDS
 
 SIZES = ((320, 240), (640, 480), (1280, 720), (1920, 1080), (3840, 2160))
 MOTIONS = ('straight', 'ballistic', 'drifting', 'stop and go', 'turning', 'weaving', 'passing')
@@ -123,20 +121,6 @@ def merge(z, box):
     return np.reshape(centers, (-1, 2)), np.reshape(sizes, (-1, 2))
 
 
-def message(z, box, k, world):
-    """Detections in frame k."""
-    rows = np.zeros(len(z), DETECTION)
-    rows['u'], rows['v'] = z.T
-    rows['score'] = 1.0
-    rows['cov_uu'] = rows['cov_vv'] = (world['noise'] * world['given over true']) ** 2
-    if world['boxes']:
-        rows['box_w'], rows['box_h'] = box.T
-        rows['box_u'], rows['box_v'] = (z - box / 2).T
-        rows['area'] = box.prod(axis=1)
-    stamp = round(k * NANOSECONDS / world['rate'])
-    return Detections(rows, stamp, 'camera', world['size'])
-
-
 def draw(seed):
     """A world by its seed: its settings, and the sequence."""
     rng = np.random.default_rng(seed)
@@ -145,9 +129,10 @@ def draw(seed):
     seen, error = look(path, exists, world, rng)
     width = world['width'] * np.exp(rng.normal(0, 0.3, world['count']) * rng.integers(0, 2))
     spots = rng.uniform((0, 0), world['size'], (max(1, int(4 * world['clutter'])), 2))
+    sigma = world['noise'] * world['given over true']
     detections = []
     for k, ids in enumerate(map(np.flatnonzero, seen)):
-        z = (path + error)[k, ids]
+        z = path[k, ids] + error[k, ids]
         box = width[ids, None] * np.exp(rng.normal(0, world['jitter'], z.shape))
         if world['boxes'] and world['merging']:
             z, box = merge(z, box)
@@ -157,7 +142,9 @@ def draw(seed):
         other = world['width'] * np.exp(rng.normal(0, 0.3, false.shape))
         order = rng.permutation(len(z) + len(false))
         z, box = np.concatenate([z, false])[order], np.concatenate([box, other])[order]
-        detections.append(message(z, box, k, world))
+        box = box if world['boxes'] else None
+        told = message(z, k, sigma, box, world['rate'])
+        detections.append(replace(told, image_size=world['size']))
     names = np.arange(world['count'])
     truth = [np.column_stack([names, z])[s] for z, s in zip(path, seen, strict=True)]
     way = np.hypot(*np.diff(path, axis=0).T).T[exists[1:]]
