@@ -32,7 +32,7 @@ class Doubts:
     :param suspect: whether blobs were too small for where their objects were by other ranges.
     """
 
-    def __init__(self, config: LocatorConfig, cameras: int, suspect: bool = False) -> None:
+    def __init__(self, config: LocatorConfig, cameras: int, suspect: bool) -> None:
         self._config, self._suspect = config, suspect
         self._mistakes = [
             Mistakes(config.camera_pose_sigma, config.odometry_sigma, config.way_sigma)
