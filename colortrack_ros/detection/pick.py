@@ -5,6 +5,7 @@ from dataclasses import asdict
 from dataclasses import dataclass
 from dataclasses import field
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import cv2
@@ -109,13 +110,14 @@ def pick_color(
     expect(valid, 'pixel', (u, v), f'u, v in the picture of {columns} x {rows} px')
     rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
     extent = find_extent(count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v))
-    whole = _of_extent(extent, name) if extent else _color_of(rgb, _stable_region(rgb, u, v), name)
+    region = cache(lambda: _stable_region(rgb, u, v))  # slow, and rarely needed
+    whole = _of_extent(extent, name) if extent else _color_of(rgb, region(), name)
     config = config or DetectorConfig()
     colors = (ReferenceColor(name, whole.lab), whole)[fixed:]
     tried = [(color, *_found_at(frame, u, v, replace(config, colors=(color,)))) for color in colors]
     color, area, share = max(tried, key=lambda one: one[1] > 0)
     runs_on = extent is not None and extent.growth > MOST_GROWTH
-    return PickedColor(color, area or int(_stable_region(rgb, u, v).sum()), share, runs_on=runs_on)
+    return PickedColor(color, area or int(region().sum()), share, runs_on=runs_on)
 
 
 def _found_at(frame: Frame, u: int, v: int, config: DetectorConfig) -> tuple[int, float]:

@@ -7,6 +7,7 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import pick
 from colortrack_ros.detection import pick_color
 from colortrack_ros.detection import side_by_side
 from colortrack_ros.scenes import open_scene
@@ -86,6 +87,14 @@ def test_in_a_picture_of_one_color_that_color_is_picked():
     picked = pick_color(frame, 0, 19)
     assert picked.color.lab == pytest.approx((47.1, 56.5, 47.1), abs=0.1)
     assert picked.area == 600
+
+
+def test_what_has_neither_a_gap_nor_a_blob_is_segmented_once(monkeypatch):
+    segment, seen = pick._stable_region, []
+    monkeypatch.setattr(pick, '_stable_region', lambda *a: seen.append(a) or segment(*a))
+    image = np.random.default_rng(0).integers(0, 255, (40, 40, 3), np.uint8)
+    assert pick_color(Frame(image), 20, 20).area == segment(*seen[0]).sum()
+    assert len(seen) == 1
 
 
 @pytest.mark.parametrize('pixel', [(-1, 0), (30, 0), (0, 20)])
