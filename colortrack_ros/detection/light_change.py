@@ -38,6 +38,11 @@ LEAST_LIGHT_CHANGE = 0.03
 """Change of L + 16 that is told, relative; smaller ones are summed up until they are as large.
 Assumed: at L = 50 it is the just noticeable difference of 2 (Mahy 1994)."""
 
+MOST_UNEVEN = 2 * LEAST_LIGHT_CHANGE
+"""Median difference of the changes of L + 16 from their median, relative, above which another scene
+is in sight: light changes all of it alike. In real changes it is up to 0.03, at cuts from 0.3
+(benchmark/notes/detector.md, Light that is not)."""
+
 SAME_LIGHT = np.ones(3)
 
 
@@ -64,11 +69,14 @@ class LightChange:
         if not known.any() or (gains == 0).any():
             return SAME_LIGHT
         gains = self._rest * np.where(known, gains, np.nanmean(gains))
-        if np.abs(np.cbrt(gains) - 1).max() > LEAST_LIGHT_CHANGE:
-            self._rest = SAME_LIGHT
-            return gains
-        self._rest = gains
-        return SAME_LIGHT
+        if np.abs(np.cbrt(gains) - 1).max() <= LEAST_LIGHT_CHANGE:
+            self._rest = gains
+            return SAME_LIGHT
+        risen = _limits_passed(now) - _limits_passed(last)
+        if (risen * np.sign(gains - 1) <= -LEAST_SHOWN).any():
+            return SAME_LIGHT
+        self._rest = SAME_LIGHT
+        return gains
 
 
 def _means(frame: Frame) -> NDArray[np.float32]:
@@ -88,9 +96,20 @@ def _gain(last: NDArray[np.float32], now: NDArray[np.float32]) -> float:
     if ratio.size < LEAST_SHOWN * now.size:
         return float(np.nan)
     gain = float(np.median(ratio))
-    if max(np.count_nonzero(ratio > 1), np.count_nonzero(ratio < 1)) >= MAJORITY * ratio.size:
-        return gain
-    return 1.0 if abs(np.cbrt(gain) - 1) <= LEAST_LIGHT_CHANGE else 0.0
+    is_little = abs(np.cbrt(gain) - 1) <= LEAST_LIGHT_CHANGE
+    if max(np.count_nonzero(ratio > 1), np.count_nonzero(ratio < 1)) < MAJORITY * ratio.size:
+        return 1.0 if is_little else 0.0
+    is_even = is_little or np.median(np.abs(np.cbrt(ratio / gain) - 1)) <= MOST_UNEVEN
+    return gain if is_even else 0.0
+
+
+def _limits_passed(picture: NDArray[np.float32]) -> Floats:
+    """(3,) mean number of limits, of two, below the values of a channel, (n, 3).
+
+    A color that changes past a limit cannot be compared, but tells whether there is more light.
+    """
+    above = [np.count_nonzero(picture >= limit, axis=0) for limit in (DARKEST, LIGHTEST)]
+    return np.asarray(sum(above) / len(picture))
 
 
 def in_light(extent: Extent, gains: Floats) -> Extent:

@@ -188,3 +188,31 @@ def test_a_thing_before_white_is_no_change_of_light():
         image = np.full((224, 224, 3), 255, np.uint8)
         cv2.rectangle(image, (17 * k, 20), (17 * k + 33, 53), (0, 0, 255 - 8 * k), cv2.FILLED)
         assert changes(change, image) == [1, 1, 1]
+
+
+LEVELS = (100, 240), (15, 60)
+
+
+@pytest.mark.parametrize('levels', [LEVELS, LEVELS[::-1]])
+def test_a_cut_to_another_scene_is_no_change_of_light(levels):
+    scenes = [np.interp(textured(k), (30, 220), each) for k, each in enumerate(levels)]
+    assert changes(LightChange(), *scenes) == [1, 1, 1]
+
+
+def test_a_thing_that_is_in_the_next_scene_of_a_film_is_found_there():
+    light, dark = (np.interp(textured(k), (30, 220), each) for k, each in enumerate(LEVELS))
+    detector = sought((190, 19, 57))
+    for k in range(12):
+        shown = (light, dark)[k >= 6].copy()
+        draw_lit_ball(shown, 150, 120, 30, (200, 20, 60))
+        rows = detector.detect(Frame(noisy(shown, seed=k), stamp=k * NANOSECONDS // 4)).rows
+    assert rows['area'].tolist() == pytest.approx([np.pi * 29**2], rel=0.1)
+
+
+def test_neither_is_a_thing_of_another_color_before_white():
+    """Red and green rise where the other thing is, but blue falls, beyond what can be compared."""
+    change = LightChange()
+    for k, color in enumerate([(255, 33, 77), (17, 245, 245)] * 2):
+        image = np.full((240, 320, 3), 255, np.uint8)
+        cv2.circle(image, (150 + 5 * k, 120), 80, color, cv2.FILLED)
+        assert changes(change, image) == [1, 1, 1]
