@@ -22,6 +22,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.task import Future
 from support.forks import Fork
 from support.forks import nursery
 from support.forks import PATIENT
@@ -205,11 +206,24 @@ class Ros:
         it knows all the others. How far nodes know each other nobody tells: they get some time.
         """
         assert self.spin(self._all_named), self.outputs()
-        for name, namespace in self._others():
-            service = f'{namespace.rstrip("/")}/{name}/get_parameters'
-            self.call(GetParameters, service, GetParameters.Request())
+        for node in self._others():
+            assert self._answers(*node), self.outputs()
         if len(self._others()) > 1:
             self.spin(lambda: False, 2.0)
+
+    def _answers(self, name: str, namespace: str) -> bool:
+        """Whether a node answers in time, or is gone: a killed one is known for a while yet."""
+        service = f'{namespace.rstrip("/")}/{name}/get_parameters'
+        client = self.node.create_client(GetParameters, service)
+        futures: list[Future] = []
+        for _ in range(60):  # a node that is slow to learn of the client answers nobody
+            if client.service_is_ready():
+                futures.append(client.call_async(GetParameters.Request()))
+            over = self.spin(lambda: any(f.done() for f in futures), PATIENCE / 60)
+            if over or (name, namespace) not in self._others():
+                self.node.destroy_client(client)
+                return True
+        return False
 
     def _others(self) -> set[tuple[str, str]]:
         """Names and namespaces of the nodes that are known here: later than their topics are."""
