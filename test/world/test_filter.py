@@ -51,6 +51,16 @@ def test_the_covariance_says_how_far_off_the_object_is(method, motion, drives):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize('motion', ['rests', 'rolls'])
+@pytest.mark.parametrize('method', ['ground', 'size'])
+def test_covariances_hold_before_a_robot_that_drives_where_all_happens_as_told(method, motion):
+    """What rests all the time, as none is told, has 1.3 of 3."""
+    outcome = world.run(method, motion, True, runs=50, seed=7, as_told=True)
+    low, high = outcome.bounds
+    assert low < outcome.mean_nees < high
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(('name', 'most'), [('60 Hz', 5.0), ('straight down', 4.5)])
 def test_what_rolls_slowly_is_not_taken_for_what_stands_before_a_camera_that_is_off(name, most):
     """As if it were, NEES is 5.4 at 60 Hz and 4.9 straight down, of 4 states."""
