@@ -18,9 +18,9 @@ from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import two_ranges
 from colortrack_ros.world.state import CameraErrors
-from colortrack_ros.world.state import columns_of
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
+from colortrack_ros.world.state import OF_CAMERA
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import STANDS
@@ -261,7 +261,7 @@ def _linearized(
     :param at: (N, 8); known: (N, 8 C) estimated camera errors.
     :param rows: (M,) the measured rows.
     """
-    of = columns_of(camera)[OF_OBJECT:] - OF_OBJECT
+    of = slice(OF_CAMERA * camera, OF_CAMERA * (camera + 1))
     state = np.concatenate([at, known[:, of]], axis=1)
     state[:, POSITION], J = to_points(view.optical, at[:, POSITION])
     z, H = expected(view, state, kinds.diameter, ground + kinds.height, BLOB in rows)

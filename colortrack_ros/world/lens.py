@@ -96,8 +96,10 @@ class BrownConrady(Lens):
         with np.errstate(divide='ignore', invalid='ignore'):
             depth = np.where(points[:, 2] > 0, points[:, 2], np.nan)
             flat = points[:, :2] / depth[:, None]
-        flat[np.square(flat).sum(axis=1) > self._limit] = np.nan
-        seen, J = self._distort_flat(flat)
+        r2 = _squared(flat)
+        unseen = r2 > self._limit
+        flat[unseen], r2[unseen] = np.nan, np.nan
+        seen, J = self._distort_flat(flat, r2)
         # d(X/Z)/dX = 1/Z, d(X/Z)/dZ = -(X/Z)/Z
         to_flat = np.zeros((len(points), 2, 3))
         to_flat[:, 0, 0] = to_flat[:, 1, 1] = 1
@@ -113,7 +115,7 @@ class BrownConrady(Lens):
         error = np.full(len(seen), np.inf)
         with np.errstate(all='ignore'):
             for _ in range(ITERATIONS):
-                again, J = self._distort_flat(flat)
+                again, J = self._distort_flat(flat, _squared(flat))
                 rest = again - seen
                 error = np.abs(rest).max(axis=1, initial=0.0)
                 if np.all((error < CONVERGED) | ~np.isfinite(error)):
@@ -140,9 +142,11 @@ class BrownConrady(Lens):
         g = above[0] / below[0]
         return g, (above[1] - g * below[1]) / below[0]
 
-    def _distort_flat(self, flat: Floats) -> tuple[Floats, Floats]:
-        """Return the points x', y', (N, 2), and their Jacobian by x and y, (N, 2, 2)."""
-        r2 = np.square(flat).sum(axis=1)
+    def _distort_flat(self, flat: Floats, r2: Floats) -> tuple[Floats, Floats]:
+        """Return the points x', y', (N, 2), and their Jacobian by x and y, (N, 2, 2).
+
+        :param r2: (N,) squared lengths of the points.
+        """
         g, slope = self._radial(r2)
         cross = flat[:, 0] * flat[:, 1]
         p = self._p[::-1]  # x' takes p2, y' takes p1, with their own squares
@@ -232,10 +236,15 @@ LENSES: dict[str, type[Lens]] = {
 image_geometry, the number of coefficients tells the first two apart: drivers mix up the names."""
 
 
+def _squared(flat: Floats) -> Floats:
+    """Return the squared lengths of points in a plane, (N, 2)."""
+    return flat[:, 0] * flat[:, 0] + flat[:, 1] * flat[:, 1]
+
+
 def _polynomial(coefficients: Floats, x: Floats) -> tuple[Floats, Floats]:
     """Return the value of a polynomial, lowest power first, and its derivative."""
-    value, slope = np.zeros_like(x), np.zeros_like(x)
-    for c in coefficients[::-1]:
+    value, slope = np.full_like(x, coefficients[-1]), np.zeros_like(x)
+    for c in coefficients[-2::-1]:
         slope = slope * x + value
         value = value * x + c
     return value, slope

@@ -18,6 +18,9 @@ from colortrack_ros.world.measurement import U
 from colortrack_ros.world.measurement import V
 from colortrack_ros.world.state import Kinds
 
+RAY = slice(U, PLANE)
+"""The rows U and V of a measurement."""
+
 DISC = np.pi / 4
 """Share of its box that a disc fills."""
 
@@ -57,9 +60,9 @@ def taken_detections(ours: NDArray[np.void], detections: Detections) -> Indices:
     away[one, other] = np.hypot(
         ours['u'][one] - theirs['u'][other], ours['v'][one] - theirs['v'][other]
     )
-    nearest = away.argmin(axis=1)
-    mutual = away.argmin(axis=0)[nearest] == np.arange(len(ours))
-    return np.where(mutual & np.isfinite(away.min(axis=1)), nearest, -1)
+    nearest, each = away.argmin(axis=1), np.arange(len(ours))
+    mutual = away.argmin(axis=0)[nearest] == each
+    return np.where(mutual & np.isfinite(away[each, nearest]), nearest, -1)
 
 
 def measured_of(
@@ -75,39 +78,32 @@ def measured_of(
     :param depth: (H, W) [m], aligned with the picture; NaN or 0 in its holes.
     """
     count = len(rows)
-    z, R = np.zeros((count, 5)), np.zeros((count, 5, 5))
-    used = np.zeros((count, 5), bool)
-    high = np.stack([rows['box_u'] + rows['box_w'], rows['box_v'] + rows['box_h']], axis=1)
-    inside = (high < [camera.width - 1, camera.height - 1]).all(axis=1)
-    whole = (rows['box_u'] > 0) & (rows['box_v'] > 0) & inside
+    z, used, R = np.zeros((count, 5)), np.zeros((count, 5), bool), np.zeros((count, 5, 5))
+    left, top = rows['box_u'], rows['box_v']
+    right, bottom = left + rows['box_w'], top + rows['box_h']
+    whole = (left > 0) & (top > 0) & (right < camera.width - 1) & (bottom < camera.height - 1)
     z[:, U], z[:, V] = rows['u'], rows['v']
     R[:, U, U] = rows['cov_uu'] + config.pixel_noise**2
     R[:, V, V] = rows['cov_vv'] + config.pixel_noise**2
     R[:, U, V] = R[:, V, U] = rows['cov_uv']
     z[:, BLOB] = seen_sizes(rows, config)
-    disc = round_blobs(rows, z[:, BLOB])
     lasting = hidden_halves(rows, kinds.diameter > 0) ** 2
-    used[:, [U, V]] = whole[:, None]
+    used[:, RAY] = whole[:, None]
     used[:, PLANE] = whole & kinds.bound & (config.method in ('ground', 'fused'))
     R[:, PLANE, PLANE] = PLANE_SIGMA**2
     R[:, BLOB, BLOB] = config.size_noise**2
     by_size = (config.method in ('size', 'fused')) | ((config.method == 'ground') & ~kinds.bound)
-    used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & disc
+    used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & round_blobs(rows, z[:, BLOB])
     if depth is not None and config.method in ('depth', 'fused'):
         measured = depths_of(rows, z[:, BLOB], camera, depth)
         used[:, DEPTH] = whole & np.isfinite(measured)
         z[:, DEPTH] = np.where(used[:, DEPTH], measured, 0.0)
         R[:, DEPTH, DEPTH] = np.square(config.depth_noise * z[:, DEPTH])
-    R[:, np.arange(5), np.arange(5)] += lasting
-    return Measured(z, _only(R, used), used, lasting * used)
-
-
-def _only(R: Floats, used: Bools) -> Floats:
-    """Return the covariances, (N, 5, 5), with 1 for unmeasured rows, changed in place."""
-    R[~used[:, U]] = np.eye(5)
-    for row in (PLANE, BLOB, DEPTH):
-        R[~used[:, row], row, row] = 1.0
-    return R
+    own = np.einsum('nii->ni', R)  # a view
+    own += lasting
+    R[~whole] = np.eye(5)
+    own[~used] = 1.0
+    return Measured(z, R, used, lasting * used)
 
 
 def seen_sizes(rows: NDArray[np.void], config: LocatorConfig) -> Floats:
@@ -146,7 +142,7 @@ def hidden_halves(rows: NDArray[np.void], discs: Bools) -> Floats:
     box = np.stack([rows['box_w'], rows['box_h']], axis=1).astype(float)
     lacks = (box.max(axis=1, keepdims=True) - box) * discs[:, None]
     off = np.zeros((len(rows), 5))
-    off[:, [U, V]] = np.where(lacks > 1, lacks / 2, 0.0)
+    off[:, RAY] = np.where(lacks > 1, lacks / 2, 0.0)
     off[:, BLOB] = off.max(axis=1)
     return off
 

@@ -31,8 +31,6 @@ U, V, PLANE, BLOB, DEPTH = range(5)
 """Rows of a measurement: pixel u and v of the ray [px], height above the plane of the center [m],
 measured as 0, diameter of the blob [px], and depth of the center [m]."""
 
-RAY_AND_RANGES = [U, V, BLOB, DEPTH]
-
 PLANE_SIGMA = 1e-3
 """Standard deviation [m] of the height above the plane, independent by picture; constant errors are
 biases. Small against the height's own standard deviation of 5 mm."""
@@ -122,22 +120,21 @@ def expected(
         middle = q.copy()
         middle[:, 2] -= rho * flat
         z[:, :2], J = view.camera.linearized(middle)
-        by_q = np.zeros((len(mean), 4, 3))
+        by_q = np.zeros((len(mean), 5, 3))
         by_q[:, :2] = J
         by_q[:, :2, 2] *= (1 + flat * flat)[:, None]
         H[:, :2, DIAMETER] = -J[:, :, 2] * flat[:, None] * known[:, None]
         if sized:
-            size, by_q[:, 2] = _blob(q, middle, J, rho)
+            size, by_q[:, BLOB] = _blob(q, middle, J, rho)
             H[:, BLOB, DIAMETER] = np.where(known, size / (2 * rho), 0.0)
             z[:, BLOB], H[:, BLOB, EDGE] = size + mean[:, EDGE], 1.0
     scale = 1 + mean[:, SCALE]
     z[:, DEPTH], H[:, DEPTH, SCALE] = q[:, 2] * scale, q[:, 2]
-    by_q[:, 3, 2] = scale
+    by_q[:, DEPTH, 2] = scale
     by_state = by_q @ by_state
-    H[:, RAY_AND_RANGES, POSITION] = by_state[:, :, :3]
-    H[:, RAY_AND_RANGES, SHIFT.start : TILT.stop] = by_state[:, :, 3:]
+    H[:, :, POSITION], H[:, :, SHIFT.start : TILT.stop] = by_state[:, :, :3], by_state[:, :, 3:]
     z[:, PLANE] = mean[:, 2] - plane - mean[:, HEIGHT]
-    H[:, PLANE, 2], H[:, PLANE, HEIGHT] = 1.0, -1.0
+    H[:, PLANE], H[:, PLANE, 2], H[:, PLANE, HEIGHT] = 0.0, 1.0, -1.0
     return z, H
 
 
