@@ -7,6 +7,7 @@ correlation filter and by colors (Staple, Bertinetto et al. 2016).
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from colortrack_ros.data import Floats
@@ -16,10 +17,11 @@ from colortrack_ros.windows.colors import mean_inside
 from colortrack_ros.windows.correlation import CorrelationFilter
 from colortrack_ros.windows.correlation import Spectrum
 from colortrack_ros.windows.features import CELL
+from colortrack_ros.windows.features import cut
+from colortrack_ros.windows.features import Cutout
 from colortrack_ros.windows.features import describe
 from colortrack_ros.windows.features import Features
 from colortrack_ros.windows.features import Pixels
-from colortrack_ros.windows.features import sample
 from colortrack_ros.windows.peaks import vertex
 from colortrack_ros.windows.scale import ScaleFilter
 
@@ -77,10 +79,12 @@ LEAST_DIVISOR = 1e-6
 class Glimpse(NamedTuple):
     """A part of a frame in which the target was searched.
 
-    center: (u, v) [px]; patch: its pixels; spectrum: see CorrelationFilter.transform.
+    center: (u, v) [px]; cell: width and height of a cell [px]; patch: its pixels; spectrum: see
+    CorrelationFilter.transform.
     """
 
     center: Floats
+    cell: Floats
     patch: Pixels
     spectrum: Spectrum
 
@@ -115,8 +119,10 @@ class Appearance:
         self._cells = np.minimum(cells, 2 * SIDE) | 1  # odd: one is in the middle
         self._size, self._target = size, size / self._pitch
         self._scale = ScaleFilter(frame, center, size)
-        patch = self._patch(frame, center)
-        self._filter = CorrelationFilter(describe(patch, frame.encoding), self._target)
+        part = self._part(frame, center)
+        patch, place = self._resampled(part), (center - part.center) / (part.size / self._cells)
+        self._filter = CorrelationFilter(describe(patch, frame.encoding), self._target, place)
+        self._nearness = 1 - NEARNESS * (1 - self._filter.window)
         self._colors = Colors(patch, self._target * CELL)
         self._sightings = 0
         first = self.look(frame, center)
@@ -139,10 +145,10 @@ class Appearance:
         likely = self._colors.likelihood(glimpse.patch)
         colors = mean_inside(likely, answer.shape[::-1], self._target)
         both = (1 - COLOR_SHARE) * answer + COLOR_SHARE * colors
-        both *= 1 - NEARNESS * (1 - self._filter.window)
+        both *= self._nearness
         v, u = np.unravel_index(int(both.argmax()), both.shape)
         cell = np.array([vertex(both[v], int(u)), vertex(both[:, u], int(v))])
-        z = center + (cell - self._cells // 2) * self._cell
+        z = glimpse.center + (cell - self._cells // 2) * glimpse.cell
         peak, contrast = float(answer[v, u]), float(colors[v, u] - colors.mean())
         # Noise in the filter's bandwidth shifts a peak of width sigma by sigma / (peak / noise).
         sigma = self._filter.sigma / max(peak / (float(answer.std()) + LEAST_DIVISOR), 1.0)
@@ -192,7 +198,7 @@ class Appearance:
             glimpse = seen.glimpse
         if seen is not None:
             self._unlearn_distractor(frame, center, seen)
-        self._filter.learn(glimpse.spectrum, (center - glimpse.center) / self._cell)
+        self._filter.learn(glimpse.spectrum, (center - glimpse.center) / glimpse.cell)
         self._colors.learn(glimpse.patch)
         if seen is not None:
             self._sightings += 1
@@ -202,7 +208,7 @@ class Appearance:
     def _unlearn_distractor(self, frame: Frame, center: Floats, seen: Sighting) -> None:
         """Unlearn what responds most beside the target, if it does so clearly."""
         rows, columns = seen.answer.shape
-        middle = self._cells // 2 + (center - seen.glimpse.center) / self._cell
+        middle = self._cells // 2 + (center - seen.glimpse.center) / seen.glimpse.cell
         beside_u, beside_v = (
             np.abs(np.arange(n) - at) >= DISTRACTOR_DISTANCE * side
             for n, at, side in zip((columns, rows), middle, self._target, strict=True)
@@ -210,8 +216,9 @@ class Appearance:
         others = np.where(beside_v[:, None] | beside_u, seen.answer, -1.0)
         v, u = np.unravel_index(int(others.argmax()), others.shape)
         if others[v, u] >= LEAST_DISTRACTOR * seen.peak:
-            place = seen.glimpse.center + ((u, v) - self._cells // 2) * self._cell
-            self._filter.unlearn(self._glimpse(frame, place).spectrum)
+            place = seen.glimpse.center + ((u, v) - self._cells // 2) * seen.glimpse.cell
+            glimpse = self._glimpse(frame, place)
+            self._filter.unlearn(glimpse.spectrum, (place - glimpse.center) / glimpse.cell)
 
     @property
     def _cell(self) -> float:
@@ -219,10 +226,13 @@ class Appearance:
         return self._pitch * self._scale.scale
 
     def _glimpse(self, frame: Frame, center: Floats) -> Glimpse:
-        patch = self._patch(frame, center)
+        part = self._part(frame, center)
+        patch = self._resampled(part)
         spectrum = self._filter.transform(describe(patch, frame.encoding))
-        return Glimpse(np.array(center), patch, spectrum)
+        return Glimpse(part.center, part.size / self._cells, patch, spectrum)
 
-    def _patch(self, frame: Frame, center: Floats) -> Pixels:
-        region = self._cells * self._cell
-        return sample(frame, center, region, tuple((self._cells * CELL).tolist()))
+    def _part(self, frame: Frame, center: Floats) -> Cutout:
+        return cut(frame, center, self._cells * self._cell, self._cell / CELL)
+
+    def _resampled(self, part: Cutout) -> Pixels:
+        return np.asarray(cv2.resize(part.pixels, tuple((self._cells * CELL).tolist())), np.uint8)

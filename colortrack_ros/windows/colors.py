@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.windows.features import Features
@@ -33,40 +32,49 @@ class Colors:
         v = np.abs(np.arange(rows) - (rows - 1) / 2)[:, None] / target[1]
         u = np.abs(np.arange(columns) - (columns - 1) / 2) / target[0]
         outward = 2 * np.maximum(u, v)
-        part = np.where(outward > OUTER, 1, np.where(outward <= INNER, 0, 2)).ravel()  # 2: either
-        self._pixels = np.maximum(np.bincount(part, minlength=3)[:2, None], 1)
-        self._first_bin = part * LEVELS ** (3 if patch.ndim == 3 else 1)
+        self._part = np.where(
+            outward > OUTER, 1, np.where(outward <= INNER, 0, 2)
+        ).ravel()  # 2: either
+        self._pixels = np.maximum(np.bincount(self._part, minlength=3)[:2, None], 1)
+        count = LEVELS ** (3 if patch.ndim == 3 else 1)
+        self._column, self._seen = np.full(count, -1), np.zeros(0, np.intp)
+        self._shares, self._table = np.zeros((2, 0)), np.full(count, 0.5, np.float32)
         counts = self._counts(patch)
-        self._seen: Bools = np.asarray(counts.any(axis=0))
-        self._shares = counts / self._pixels
-        self._table = np.full(len(self._seen), 0.5, np.float32)
-        self._renew_table(np.flatnonzero(self._seen))
+        self._shares[:] = counts / self._pixels
+        self._renew_table()
 
     def learn(self, patch: Pixels) -> None:
         """Update the histograms from a patch with the target in the middle."""
         counts = self._counts(patch)
-        self._seen |= counts.any(axis=0)
-        seen = np.flatnonzero(self._seen)  # a few hundred of 32,768
-        before = self._shares[:, seen]
-        self._shares[:, seen] = before + COLOR_RATE * (counts[:, seen] / self._pixels - before)
-        self._renew_table(seen)
+        self._shares += COLOR_RATE * (counts / self._pixels - self._shares)
+        self._renew_table()
 
     def likelihood(self, patch: Pixels) -> Features:
         """Return the probability, (rows, columns), that a pixel is the target's by its color."""
         return np.asarray(self._table.take(_index(patch)))
 
-    def _renew_table(self, seen: Indices) -> None:
+    def _renew_table(self) -> None:
         """Recompute the probabilities of the bins that have been seen."""
-        target, beside = self._shares[:, seen]
+        target, beside = self._shares
         both = target + beside
-        half = np.full(len(seen), 0.5)
-        self._table[seen] = np.divide(target, both, out=half, where=both > 0)
+        half = np.full(len(both), 0.5)
+        self._table[self._seen] = np.divide(target, both, out=half, where=both > 0)
 
     def _counts(self, patch: Pixels) -> Indices:
-        """Count the pixels of each color, target and surroundings: (2, LEVELS ** channels)."""
-        count = LEVELS ** (3 if patch.ndim == 3 else 1)
-        bins = _index(patch).ravel() + self._first_bin
-        return np.bincount(bins, minlength=3 * count).reshape(3, count)[:2]
+        """Count the pixels of each color that has been seen, target and surroundings: (2, n).
+
+        These are a few hundred of 32,768. New ones are added.
+        """
+        bins = _index(patch).ravel()
+        columns = self._column.take(bins)
+        if (new := np.unique(bins[columns < 0])).size:
+            self._column[new] = len(self._seen) + np.arange(len(new))
+            self._seen = np.concatenate([self._seen, new])
+            self._shares = np.pad(self._shares, ((0, 0), (0, len(new))))
+            columns = self._column.take(bins)
+        count = len(self._seen)
+        both = np.bincount(columns + count * self._part, minlength=3 * count)
+        return both.reshape(3, count)[:2]
 
 
 def mean_inside(likelihood: Features, size: tuple[int, int], target: Floats) -> Features:

@@ -36,13 +36,14 @@ class CorrelationFilter:
     of their mean numerator is subtracted, which leaves in what distinguishes the target (cf. Zhu et
     al. 2018, "Distractor-aware Siamese networks", (4)).
 
-    :param features: (channels, rows, columns) with the target in the middle.
+    :param features: (channels, rows, columns) with the target near the middle.
     :param target: its width and height [cells].
+    :param place: (u, v) of the target relative to the middle [cells].
     :ivar window: (rows, columns) weights of the cells, 1 in the middle, falling to 0 past the rim.
     :ivar sigma: width of the peak [cells].
     """
 
-    def __init__(self, features: Features, target: Floats) -> None:
+    def __init__(self, features: Features, target: Floats, place: Floats) -> None:
         rows, columns = features.shape[1:]
         self.window = np.outer(_taper(rows), _taper(columns))
         self.sigma = PEAK_SIGMA * float(np.sqrt(target.prod()))
@@ -54,7 +55,7 @@ class CorrelationFilter:
         near = (np.minimum(x, n - x) for x, n in ((v, height), (u, width)))  # the filter's origin
         self._inside = np.outer(*map(_share, near, target[::-1]))
         self._frequencies = fft.rfftfreq(width), fft.fftfreq(height)[:, None]
-        self._numerator, self._energy = self._lesson(self.transform(features), np.zeros(2))
+        self._numerator, self._energy = self._lesson(self.transform(features), place)
         self._distractors = np.zeros_like(self._numerator)
         self._filter = self._cut_off()
 
@@ -77,13 +78,15 @@ class CorrelationFilter:
         self._energy += FILTER_RATE * (energy - self._energy)
         self._filter = self._cut_off()
 
-    def unlearn(self, spectrum: Spectrum) -> None:
-        """Update the filter with a distractor in the middle of the features.
+    def unlearn(self, spectrum: Spectrum, place: Floats) -> None:
+        """Update the filter with a distractor.
 
         It takes effect with the next learn, and lasts until others have come: what covers the
         target has been beside it before.
+
+        :param place: (u, v) of the distractor relative to the middle of the features [cells].
         """
-        numerator, _ = self._lesson(spectrum, np.zeros(2))
+        numerator, _ = self._lesson(spectrum, place)
         numerator -= self._distractors
         numerator *= DISTRACTOR_RATE
         self._distractors += numerator

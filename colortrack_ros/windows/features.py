@@ -1,6 +1,7 @@
 """Appearance of a part of a picture: oriented gradients and colors on a grid of cells."""
 
 from functools import cache
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -27,46 +28,61 @@ FLAT = 4.0
 """Sum of gradients in a cell that counts as none: a quarter of a gray level at each pixel, as
 rounding causes."""
 
-COARSE = 2.0
-"""Pixels of the picture per pixel of the patch from which on interpolation would skip some:
-it mixes two on each axis."""
+
+class Cutout(NamedTuple):
+    """A part of a picture.
+
+    pixels: (rows, columns) gray, or (rows, columns, 3); center: (u, v) of its middle [px]; times:
+    side, in pixels of the picture, of the square that each of them averages.
+    """
+
+    pixels: Pixels
+    center: Floats
+    times: int
+
+    @property
+    def size(self) -> Indices:
+        """Width and height [px of the picture]."""
+        return self.times * np.array(self.pixels.shape[1::-1])
 
 
-def sample(frame: Frame, center: Floats, size: Floats, out: tuple[int, int]) -> Pixels:
-    """Return the part of a picture around a center, resampled.
+def cut(frame: Frame, center: Floats, size: Floats, step: float) -> Cutout:
+    """Return about the part of a picture around a center, at whole pixels.
 
     Outside the picture, its border is repeated.
 
     :param center: (u, v) [px].
     :param size: width and height of the part [px].
-    :param out: columns and rows of the result.
-    :return: (rows, columns) gray, or (rows, columns, 3).
+    :param step: pixels of the picture per sample that will be taken of it. Interpolation mixes two
+        on each axis; where it would skip some, the part is halved, by means.
     """
-    limit = np.array(frame.image.shape[1::-1])
-    step = size / out
-    low = np.floor(center - size / 2).astype(int) - 1
-    part, rim = _cut(frame.image, low, low + np.ceil(size).astype(int) + 3, limit)
-    corner = center - step * (np.array(out) - 1) / 2 - low - rim
-    while step.min() >= COARSE and min(part.shape[:2]) > 1:  # against aliases: halve it, by means
-        columns, rows = part.shape[1] // 2, part.shape[0] // 2
-        part = part[: 2 * rows, : 2 * columns]
-        part = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA), np.uint8)
-        step, corner = step / 2, (corner - 0.5) / 2
-    matrix = np.array([[step[0], 0, corner[0]], [0, step[1], corner[1]]])
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    warped = cv2.warpAffine(part, matrix, out, flags=flags, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(warped, np.uint8)
+    halvings = int(np.log2(max(step, 1.0)))
+    times = 1 << halvings
+    side = times * np.maximum(np.rint(size / times).astype(int), 1)
+    if times == 1:  # odd around pixels, even around borders of pixels
+        side += (side + np.rint(2 * center).astype(int) + 1) % 2
+    low = np.rint(center - (side - 1) / 2).astype(int)
+    pixels = _between(frame.image, low, low + side)
+    for _ in range(halvings):
+        half = pixels.shape[1] // 2, pixels.shape[0] // 2
+        pixels = np.asarray(cv2.resize(pixels, half, interpolation=cv2.INTER_AREA), np.uint8)
+    return Cutout(pixels, low + (side - 1) / 2, times)
 
 
-def _cut(image: Pixels, low: Indices, high: Indices, limit: Indices) -> tuple[Pixels, Indices]:
-    """Return what of the part from low to high, (u, v), excluded, is inside the picture.
-
-    :return: the part, and how much is missing to the left and above, (u, v).
-    """
-    first = np.clip(low, 0, limit - 1)
-    last = np.clip(high, first + 1, limit)
-    part = image[first[1] : last[1], first[0] : last[0]]
-    return part[..., :3] if image.ndim == 3 else part, first - low
+def _between(image: Pixels, low: Indices, high: Indices) -> Pixels:
+    """Return the part of a picture from low to high, (u, v), excluded."""
+    limit = np.array(image.shape[1::-1])
+    # Farther outside there is nothing but the same border.
+    out = np.clip(low, 1 - (high - low), limit - 1) - low
+    low, high = low + out, high + out
+    left, top = np.maximum(low, 0).tolist()
+    right, bottom = np.minimum(high, limit).tolist()
+    part = image[top:bottom, left:right]
+    part = part[..., :3] if image.ndim == 3 else part
+    missing = top - low[1], high[1] - bottom, left - low[0], high[0] - right
+    if not any(missing):
+        return part
+    return np.asarray(cv2.copyMakeBorder(part, *missing, cv2.BORDER_REPLICATE), np.uint8)
 
 
 def to_gray(patch: Pixels, encoding: str) -> Features:
@@ -89,33 +105,36 @@ def oriented_gradients(gray: Features) -> tuple[Features, Features]:
         CELL) each.
     """
     rows, columns = gray.shape
-    count, cell = 2 * ORIENTATIONS, _cells(rows, columns)
-    cells = rows // CELL * (columns // CELL)
-    du = cv2.Sobel(gray, cv2.CV_32F, 1, 0, ksize=1)
-    dv = cv2.Sobel(gray, cv2.CV_32F, 0, 1, ksize=1)
+    count, cells = 2 * ORIENTATIONS, rows // CELL * (columns // CELL)
+    du, dv = np.zeros((2, rows, columns), np.float32)  # none is known at the borders
+    np.subtract(gray[:, 2:], gray[:, :-2], out=du[:, 1:-1])
+    np.subtract(gray[2:], gray[:-2], out=dv[1:-1])
     # The last bit of cartToPolar's magnitude depends on the alignment of its arrays (OpenCV 4.6).
     magnitude = np.sqrt(du * du + dv * dv)
     angle = np.asarray(cv2.phase(du, dv)) * np.float32(count / (2 * np.pi))
     lower = np.floor(angle)
     upper_share = magnitude * (angle - lower)
-    bins = (lower.astype(np.intp) * cells + cell).ravel()
+    bins = (lower * np.float32(cells) + _cells(rows, columns)).ravel().astype(np.intp)
     sums = np.bincount(bins, (magnitude - upper_share).ravel(), (count + 2) * cells)
     sums[cells:] += np.bincount(bins, upper_share.ravel(), (count + 1) * cells)  # the next bins
     sums[: 2 * cells] += sums[count * cells :]  # past a whole turn
     signed = sums[: count * cells].astype(np.float32)
     signed = signed.reshape(count, rows // CELL, columns // CELL)
     half = signed[:ORIENTATIONS] + signed[ORIENTATIONS:]
-    energy = cv2.boxFilter((half**2).sum(axis=0), -1, (3, 3), normalize=False)
+    energy = cv2.boxFilter((half * half).sum(axis=0), -1, (3, 3), normalize=False)
     norm = 1 / np.sqrt(energy + np.float32(FLAT**2))
-    signed = np.minimum(signed * norm, np.float32(CLIP))
-    difference = signed[:ORIENTATIONS] - signed[ORIENTATIONS:]
-    return np.minimum(half * norm, np.float32(CLIP)), difference
+    signed *= norm
+    half *= norm
+    for histogram in (signed, half):
+        np.minimum(histogram, np.float32(CLIP), out=histogram)
+    return half, signed[:ORIENTATIONS] - signed[ORIENTATIONS:]
 
 
 @cache
-def _cells(rows: int, columns: int) -> Indices:
-    """Return the index of each pixel's cell, (rows, columns)."""
-    return np.arange(rows)[:, None] // CELL * (columns // CELL) + np.arange(columns) // CELL
+def _cells(rows: int, columns: int) -> Features:
+    """Return the index of each pixel's cell, (rows, columns). Floats hold it, and each bin."""
+    cell = np.arange(rows)[:, None] // CELL * (columns // CELL) + np.arange(columns) // CELL
+    return cell.astype(np.float32)
 
 
 def describe(patch: Pixels, encoding: str) -> Features:

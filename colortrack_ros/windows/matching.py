@@ -1,5 +1,6 @@
 """Matching: where a template is in the next picture (WM; Vidal 2009, 3.4), and how sure (3.2.3)."""
 
+from collections.abc import Collection
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -78,8 +79,12 @@ class Matches(NamedTuple):
     def are_valid(self, last_similarity: Floats, config: WindowConfig) -> Bools:
         """Which matches are valid, (M,) (3.4.1, "Validação da Correspondência").
 
+        Without drift compensation, those that are found.
+
         :param last_similarity: (M,) of the last valid match.
         """
+        if not config.drift_compensation:
+            return np.asarray(~np.isnan(self.similarity))
         drop_by_noise = (1 - last_similarity) / 2
         least = np.maximum(last_similarity - drop_by_noise - config.max_drop, config.min_similarity)
         return self.are_sharp(config.max_deviation) & (self.similarity >= least)
@@ -94,7 +99,7 @@ class Matches(NamedTuple):
 
 def match_templates(
     frame: Frame, templates: Sequence[Template], predicted: Floats, half: Floats,
-    mean_innovation: Floats, config: WindowConfig,
+    mean_innovation: Floats, config: WindowConfig, skipped: Collection[int] = (),
 ) -> Matches:  # fmt: skip
     """Search for each template around its predicted position.
 
@@ -102,9 +107,12 @@ def match_templates(
     :param predicted: (M, 2) u, v [px].
     :param half: (M, 2) half the width and height of the search regions [px].
     :param mean_innovation: (M,) mean norm of the innovations so far [px].
+    :param skipped: indices of templates that are not searched for, as if they were not found.
     """
     found = [
-        _search(frame, t, predicted[i], half[i], float(mean_innovation[i]), config)
+        None
+        if i in skipped
+        else _search(frame, t, predicted[i], half[i], float(mean_innovation[i]), config)
         for i, t in enumerate(templates)
     ]
     count = len(found)

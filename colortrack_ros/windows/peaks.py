@@ -15,7 +15,8 @@ def vertex(values: NDArray[np.floating[Any]], k: int) -> float:
     """
     if not 0 < k < len(values) - 1:
         return float(k)
-    curvature = values[k - 1] + values[k + 1] - 2 * values[k]
+    before, here, after = values[k - 1 : k + 2].tolist()
+    curvature = before + after - 2 * here
     if curvature >= 0:
         return float(k)
-    return k + float(np.clip((values[k - 1] - values[k + 1]) / (2 * curvature), -0.5, 0.5))
+    return k + min(max((before - after) / (2 * curvature), -0.5), 0.5)

@@ -8,9 +8,10 @@ from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.windows.correlation import Spectrum
 from colortrack_ros.windows.features import CELL
+from colortrack_ros.windows.features import cut
 from colortrack_ros.windows.features import Features
 from colortrack_ros.windows.features import oriented_gradients
-from colortrack_ros.windows.features import sample
+from colortrack_ros.windows.features import Pixels
 from colortrack_ros.windows.features import to_gray
 from colortrack_ros.windows.peaks import vertex
 
@@ -66,7 +67,18 @@ class ScaleFilter:
             np.rint(size * (PATCH_SIDE / np.sqrt(size.prod()) / CELL)).astype(int), 2
         )
         self._patch = tuple(np.minimum(cells * CELL, 4 * PATCH_SIDE).tolist())
+        self._places = self._grids()
         self._numerator, self._energy = self._lesson(self._spectrum(frame, center))
+
+    def _grids(self) -> tuple[Features, Features]:
+        """Return where the pixels of the patches of all sizes, one below the other, come from."""
+        v, u = (
+            (FINER * n - 1) / 2 + np.outer(self._factors / self._factors[-1], FINER * offset)
+            for n, offset in ((n, np.arange(n) - (n - 1) / 2) for n in self._patch[::-1])
+        )
+        u, v = np.broadcast_arrays(u[:, None], v[:, :, None])
+        columns = self._patch[0]
+        return u.reshape(-1, columns).astype(np.float32), v.reshape(-1, columns).astype(np.float32)
 
     def update(self, frame: Frame, center: Floats) -> None:
         """Find the size of the target around a center, and learn its appearance."""
@@ -88,17 +100,24 @@ class ScaleFilter:
         """Return the transform, over the sizes, of each gradient: (COUNT / 2 + 1, n)."""
         greatest = self._size * (self.scale * self._factors[-1])
         rows, columns = FINER * self._patch[1], FINER * self._patch[0]
-        whole = to_gray(sample(frame, center, greatest, (columns, rows)), frame.encoding)
-        middle = np.array([columns - 1, rows - 1]) / 2
-        patches = []
-        for step in FINER * self._factors / self._factors[-1]:
-            corner = middle - step * (np.array(self._patch) - 1) / 2
-            matrix = np.array([[step, 0, corner[0]], [0, step, corner[1]]])
-            flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-            patches.append(cv2.warpAffine(whole, matrix, self._patch, flags=flags))
-        gradients = oriented_gradients(np.concatenate(patches))[0]
+        whole = to_gray(_sample(frame, center, greatest, (columns, rows)), frame.encoding)
+        patches = cv2.remap(whole, *self._places, cv2.INTER_LINEAR)
+        gradients = oriented_gradients(np.asarray(patches))[0]
         gradients = gradients.reshape(len(gradients), COUNT, -1).swapaxes(0, 1).reshape(COUNT, -1)
         return np.asarray(fft.rfft(gradients * self._taper, axis=0))
 
     def _lesson(self, spectrum: Spectrum) -> tuple[Spectrum, Features]:
         return self._wanted * spectrum, (spectrum.real**2 + spectrum.imag**2).sum(axis=1)
+
+
+def _sample(frame: Frame, center: Floats, size: Floats, out: tuple[int, int]) -> Pixels:
+    """Return the part of a picture of that size [px] around a center, resampled."""
+    step = size / out
+    part = cut(frame, center, size + 2, float(step.min()))
+    step = step / part.times
+    middle = (np.array(part.pixels.shape[1::-1]) - 1) / 2 + (center - part.center) / part.times
+    corner = middle - step * (np.array(out) - 1) / 2
+    matrix = np.array([[step[0], 0, corner[0]], [0, step[1], corner[1]]])
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    warped = cv2.warpAffine(part.pixels, matrix, out, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(warped, np.uint8)

@@ -5,6 +5,7 @@ import numpy as np
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
+from colortrack_ros.data import Indices
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.windows.appearance import Appearance
@@ -22,9 +23,24 @@ picture."""
 DISAGREEMENT = 9.0
 """Gate on the squared Mahalanobis distance of a template match from the sighting: 3 sigma."""
 
+UNFOUND = 10
+"""Frames for which a template is searched for in each before it is only in every other one.
+Assumed: a third of a second, as in USUAL_FRAMES."""
+
 _GRID = np.stack(np.meshgrid(*2 * [np.arange(-RINGS, RINGS + 1)]), axis=-1).reshape(-1, 2)
 SPIRAL = _GRID[np.hypot(*_GRID.T).argsort(kind='stable')].astype(float)
 """The places, (n, 2) by u and v, nearest first, in units of Appearance.reach."""
+
+
+def left_out(records: Records) -> list[int]:
+    """Return the templates that are not searched for in this frame.
+
+    While a target is seen for sure and its template has not been found for some time, the template
+    takes turns with what takes longest, to learn.
+    """
+    learned = ~_are_sized(records['hits'] + 1) & (records['looks'] == 0)
+    indices: list[int] = np.flatnonzero(learned & (records['unfound'] >= UNFOUND)).tolist()
+    return indices
 
 
 def sight(
@@ -45,11 +61,12 @@ def sight(
     :return: sightings by index of the track.
     """
     sightings, looks, hits = {}, records['looks'], records['hits']
+    records['unfound'] = np.where(valid, 0, records['unfound'] + 1)
     inside = is_inside(predicted, *frame.image.shape[:2])
     for i, appearance in enumerate(records['appearance']):
         if not inside[i]:
             valid[i], looks[i] = False, max(looks[i], 1)
-        elif valid[i] and looks[i] == 0 and _is_sized(hits[i] + 1):
+        elif valid[i] and looks[i] == 0 and _are_sized(hits[i] + 1):
             continue
         seen = _seek(frame, records, i, matches.z[i] if valid[i] else None, predicted[i])
         if seen is None:
@@ -115,7 +132,7 @@ def learn(
     for i in np.flatnonzero(accepted).tolist():
         appearance: Appearance = records['appearance'][i]
         seen = sightings.get(i)
-        if _is_sized(records['hits'][i]):
+        if _are_sized(records['hits'][i]):
             appearance.resize(frame, matches.z[i])
         elif found[i] or seen is None or appearance.is_sure(seen):
             appearance.learn(frame, matches.z[i], seen)
@@ -123,12 +140,12 @@ def learn(
         records['area'][i] = appearance.size.prod()
 
 
-def _is_sized(hits: int) -> bool:
-    """Return whether to estimate the size of a target that has been seen this many times.
+def _are_sized(hits: Indices) -> Bools:
+    """Return of which targets, seen this many times, to estimate the size.
 
     Size and appearance take turns, and each costs half of the time.
     """
-    return hits % 2 == 1
+    return np.asarray(hits % 2 == 1)
 
 
 def _elsewhere(frame: Frame, appearance: Appearance, last: Floats, looks: int) -> Floats:

@@ -20,6 +20,17 @@ def centers(boxes: Floats) -> Floats:
     return boxes[:, :2] + (boxes[:, 2:] - 1) / 2
 
 
+def are_centered_in(boxes: Floats, position: Floats, size: Floats) -> Bools:
+    """Return which boxes, (N,), have their center inside one of others.
+
+    :param boxes: (N, 4) [px].
+    :param position: (M, 2) centers of the others [px].
+    :param size: (M, 2) their width and height [px].
+    """
+    inside = np.all(np.abs(centers(boxes)[:, None] - position) <= size / 2, axis=2)
+    return np.asarray(np.any(inside, axis=1))
+
+
 def are_followable(frame: Frame, boxes: Floats, config: WindowConfig) -> Bools:
     """Return which boxes, (N,), can be told from their surroundings.
 

@@ -115,8 +115,9 @@ class Template:
             position = position + self.times * step
         residual = self._residual(crop, position)
         window = self.picture.ravel() + residual
-        residual = residual + (solver @ residual) @ jacobian
-        unexplained, total = float(np.dot(residual, residual)), float(window.var() * window.size)
+        window -= window.mean()
+        residual += (solver @ residual) @ jacobian
+        unexplained, total = float(np.dot(residual, residual)), float(np.dot(window, window))
         correlation = self.correlation(window)
         if correlation <= 0 or total <= unexplained:
             return position, 0.0, correlation

@@ -18,14 +18,15 @@ from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 from colortrack_ros.windows.appearance import Appearance
-from colortrack_ros.windows.appearance import Sighting
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.motion import Motion
 from colortrack_ros.windows.sighting import are_doubtful
 from colortrack_ros.windows.sighting import learn
+from colortrack_ros.windows.sighting import left_out
 from colortrack_ros.windows.sighting import sight
+from colortrack_ros.windows.starting import are_centered_in
 from colortrack_ros.windows.starting import are_followable
 from colortrack_ros.windows.starting import centers
 from colortrack_ros.windows.starting import LEAST_SIDE
@@ -49,6 +50,7 @@ WINDOW_FIELDS = [
     ('steps', 'f8', (STEPS, 2)),
     ('seen', 'f8', 2),
     ('looks', 'i8'),
+    ('unfound', 'i8'),
     ('followed', 'i8'),
 ]
 """Fields of a target in addition to those of every track.
@@ -58,7 +60,8 @@ the box [px]; similarity: of the last valid match, 0 before the first; mean_inno
 [px], infinite before the first; last: (u, v) by matching and by the filter in the last frame [px];
 drift: covariance of the template's drift on the object [px^2]; steps: the last velocities by
 matching [px/s], NaN: none; seen: (u, v) of the last match [px]; looks: frames without a match since
-the target was last seen for certain; followed: when it was last seen, even if in doubt [ns]."""
+the target was last seen for certain; unfound: since its template was last found; followed: when it
+was last seen, even if in doubt [ns]."""
 
 
 class WindowTracker:
@@ -119,10 +122,10 @@ class WindowTracker:
         dt = self._clock.advance(frame.stamp, self.config.max_dt, self.reset)
         predicted = self._tracks.filters.predict(dt, self.config)
         matches = self._match(frame, predicted)
-        valid, self.surfaces = self._validate(matches), matches.surfaces
-        sightings: dict[int, Sighting] = {}
-        if self._is_learning:
-            sightings = sight(frame, self._tracks.records, matches, valid, predicted)
+        valid = matches.are_valid(self._tracks.records['similarity'], self.config)
+        self.surfaces = matches.surfaces
+        given = frame, self._tracks.records, matches, valid, predicted
+        sightings = sight(*given) if self._is_learning else {}
         accepted = self._supervise(matches, valid, predicted)
         certain = accepted & ~are_doubtful(self._tracks.records, matches, sightings)
         self._correct(matches, accepted, certain, dt)
@@ -138,17 +141,13 @@ class WindowTracker:
     def _match(self, frame: Frame, predicted: Floats) -> Matches:
         records, regions = self._tracks.records, self._tracks.filters.search_regions(self.config)
         templates, innovation = records['template'].tolist(), records['mean_innovation']
-        return match_templates(frame, templates, predicted, regions, innovation, self.config)
+        skipped = left_out(records) if self._is_learning else ()
+        given = predicted, regions, innovation, self.config, skipped
+        return match_templates(frame, templates, *given)
 
     @property
     def _is_learning(self) -> bool:
         return self.config.appearance and self.config.drift_compensation
-
-    def _validate(self, matches: Matches) -> Bools:
-        """Which template matches are valid, (N,)."""
-        if self.config.drift_compensation:
-            return matches.are_valid(self._tracks.records['similarity'], self.config)
-        return np.asarray(~np.isnan(matches.similarity))
 
     def _supervise(self, matches: Matches, valid: Bools, predicted: Floats) -> Bools:
         """Which targets are measured, (N,): True for the match, False for the prediction alone.
@@ -263,9 +262,8 @@ class WindowTracker:
         if not len(boxes):
             return boxes
         records, position = self._tracks.records, self._tracks.filters.bank.estimate()[0][:, :2]
-        half = np.stack([records['box_w'], records['box_h']], axis=1) / 2
-        inside = np.all(np.abs(centers(boxes)[:, None] - position) <= half, axis=2)
-        return boxes[~np.any(inside, axis=1)]
+        size = np.stack([records['box_w'], records['box_h']], axis=1)
+        return boxes[~are_centered_in(boxes, position, size)]
 
     def _initiate(self, frame: Frame, boxes: Floats) -> None:
         """Start targets on boxes."""

@@ -6,8 +6,12 @@ from support.window_pictures import frame
 from support.window_pictures import texture
 
 from colortrack_ros.windows import appearance
+from colortrack_ros.windows import matching
+from colortrack_ros.windows import WindowTracker
 from colortrack_ros.windows.appearance import Appearance
 from colortrack_ros.windows.features import describe
+from colortrack_ros.windows.matching import Matches
+from colortrack_ros.windows.sighting import UNFOUND
 
 CENTER, SIZE = np.array([160.0, 120.0]), np.array([31.0, 31.0])
 
@@ -41,3 +45,21 @@ def test_what_is_learned_beside_the_middle_is_found_where_it_was():
         target.learn(picture, CENTER, seen)
     seen = target.look(picture, CENTER)
     assert seen.z == pytest.approx(CENTER, abs=0.6)
+
+
+@pytest.mark.parametrize(('likeness', 'searches'), [(1.0, 5), (0.0, 10)])
+def test_a_template_long_unfound_takes_turns_with_learning_while_the_target_is_seen(
+    monkeypatch, likeness, searches
+):
+    """Until then, and while the target is lost, it is searched for in every frame."""
+    searched, search = [], matching._search
+    monkeypatch.setattr(Appearance, 'likeness', lambda *_: likeness)
+    monkeypatch.setattr(Matches, 'are_valid', lambda own, *_: np.zeros(len(own.z), bool))
+    monkeypatch.setattr(matching, '_search', lambda *x: searched.append(1) or search(*x))
+    tracker = WindowTracker(targets=[145, 105, 31, 31])
+    for k in range(UNFOUND + 1):
+        tracker.update(frame(turned_picture(0).image, k))
+    assert len(searched) == UNFOUND
+    for k in range(UNFOUND + 1, UNFOUND + 11):
+        tracker.update(frame(turned_picture(0).image, k))
+    assert len(searched) == UNFOUND + searches
