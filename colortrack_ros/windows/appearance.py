@@ -68,6 +68,10 @@ LEAST_DISTRACTOR, DISTRACTOR_DISTANCE = 0.25, 0.75
 along either axis, as a share of the size. Assumed: one walker answers 0.2 to 0.5 to the filter of
 another (benchmark/notes/windows.md), and those who walk side by side overlap a little."""
 
+CROWDED = 1.6
+"""Multiple of its usual share from which on what responds beside a target is about to cover it.
+Chosen on 20 of 52 public sequences with masks and people (benchmark/notes/windows.md)."""
+
 CENTERED = 1.0
 """Largest offset of a target from the center of a glimpse that is learned from [cells]. Derived:
 INNER leaves 1.3 cells of a square target on either side."""
@@ -127,6 +131,7 @@ class Appearance:
         self._sightings = 0
         first = self.look(frame, center)
         self._usual = FIRST_SHARE * np.array([first.peak, first.contrast])
+        self._usual_share = self._beside(center, first)[0]
 
     @property
     def size(self) -> Floats:
@@ -189,15 +194,22 @@ class Appearance:
     def learn(self, frame: Frame, center: Floats, seen: Sighting | None) -> None:
         """Learn the appearance of the target around its center (u, v) [px].
 
+        Nothing is learned while more than usual responds beside it: somebody who crosses or covers
+        it is part of what is seen then, and would be taken for it in the end.
+
         :param seen: how clearly the target was seen in this frame, if at all. Its glimpse is
             learned if the target is close to the glimpse's center.
         """
+        share, place = (0.0, center) if seen is None else self._beside(center, seen)
+        if seen is not None and self._is_crowded(share):
+            return
         if seen is None or (np.abs(center - seen.glimpse.center) > CENTERED * self._cell).any():
             glimpse = self._glimpse(frame, center)
         else:
             glimpse = seen.glimpse
-        if seen is not None:
-            self._unlearn_distractor(frame, center, seen)
+        if share >= LEAST_DISTRACTOR:
+            other = self._glimpse(frame, place)
+            self._filter.unlearn(other.spectrum, (place - other.center) / other.cell)
         self._filter.learn(glimpse.spectrum, (center - glimpse.center) / glimpse.cell)
         self._colors.learn(glimpse.patch)
         if seen is not None:
@@ -205,8 +217,15 @@ class Appearance:
             new = np.array([seen.peak, seen.contrast])
             self._usual += (new - self._usual) / min(self._sightings, USUAL_FRAMES)
 
-    def _unlearn_distractor(self, frame: Frame, center: Floats, seen: Sighting) -> None:
-        """Unlearn what responds most beside the target, if it does so clearly."""
+    def _is_crowded(self, share: float) -> bool:
+        """Return whether more than usual responds beside the target; note what is usual."""
+        crowded = share > CROWDED * max(self._usual_share, LEAST_DISTRACTOR)
+        rate = 1 / min(self._sightings + 1, USUAL_FRAMES)
+        self._usual_share += rate * (share - self._usual_share)
+        return crowded
+
+    def _beside(self, center: Floats, seen: Sighting) -> tuple[float, Floats]:
+        """Return what responds most beside the target, as a share of it up to 1, and where."""
         rows, columns = seen.answer.shape
         middle = self._cells // 2 + (center - seen.glimpse.center) / seen.glimpse.cell
         beside_u, beside_v = (
@@ -215,10 +234,8 @@ class Appearance:
         )
         others = np.where(beside_v[:, None] | beside_u, seen.answer, -1.0)
         v, u = np.unravel_index(int(others.argmax()), others.shape)
-        if others[v, u] >= LEAST_DISTRACTOR * seen.peak:
-            place = seen.glimpse.center + ((u, v) - self._cells // 2) * seen.glimpse.cell
-            glimpse = self._glimpse(frame, place)
-            self._filter.unlearn(glimpse.spectrum, (place - glimpse.center) / glimpse.cell)
+        place = seen.glimpse.center + ((u, v) - self._cells // 2) * seen.glimpse.cell
+        return min(float(others[v, u]) / max(seen.peak, LEAST_DIVISOR), 1.0), place
 
     @property
     def _cell(self) -> float:

@@ -9,6 +9,7 @@ from colortrack_ros.windows import appearance
 from colortrack_ros.windows import matching
 from colortrack_ros.windows import WindowTracker
 from colortrack_ros.windows.appearance import Appearance
+from colortrack_ros.windows.correlation import CorrelationFilter
 from colortrack_ros.windows.features import describe
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.sighting import UNFOUND
@@ -63,3 +64,21 @@ def test_a_template_long_unfound_takes_turns_with_learning_while_the_target_is_s
     for k in range(UNFOUND + 1, UNFOUND + 11):
         tracker.update(frame(turned_picture(0).image, k))
     assert len(searched) == UNFOUND + searches
+
+
+def test_nothing_is_learned_while_more_than_usual_responds_beside_the_target(monkeypatch):
+    """Until that has become usual: who stands there will not cover it soon."""
+    learned, look = [], texture(31, 61, 21)
+    alone = 0.4 * texture(30, 240, 320) + 70
+    alone[90:151, 150:171] = look
+    beside = alone.copy()
+    beside[90:151, 172:193] = look
+    target = Appearance(frame(alone), CENTER, np.array([21.0, 61.0]))
+    monkeypatch.setattr(CorrelationFilter, 'learn', lambda *_: learned.append(1))
+    counts = []
+    for picture in (*15 * [frame(alone)], *15 * [frame(beside)]):
+        target.learn(picture, CENTER, target.look(picture, CENTER))
+        counts.append(len(learned))
+    assert counts[14] == 15
+    assert counts[15:18] == 3 * [15]
+    assert counts[-1] > 20
