@@ -44,6 +44,11 @@ SUDDEN = 0.1
 Adaptation.sudden_speed), whatever has been learned since. Assumed: with 1 the tracks of real cups
 are the same."""
 
+MOST_STRAYS, TURN_CHANCE = 2, 0.5
+"""Strays on end that are further and further aside, after which the next one is of an object that
+has turned, and the probability of that. Assumed: with 1, Student's noise with 3 degrees of freedom
+passes for turns now and then (benchmark/notes/tracker.md)."""
+
 SETTLED_HITS = 12
 """Hits after which the noise of a track is known: most of those that recent.RING keeps. Assumed."""
 
@@ -98,7 +103,17 @@ def _find_noisy(
     if prediction.sized:
         off = prediction.sizes.difference(prediction.size[track], wide.size[blob])
         mine &= ~off.any(axis=1)
-    return _choose(prediction, wide, track[mine], blob[mine], math.log(STRAYING), missed, config)
+    records, aside = prediction.records, wide.z[blob] - prediction.center[track]
+    strays = _strays_before(prediction)[track] * _is_turn(records['aside'][track], aside)
+    mine &= strays < MOST_STRAYS
+    chosen = _choose(prediction, wide, track[mine], blob[mine], math.log(STRAYING), missed, config)
+    if chosen:
+        found, _ = chosen
+        track, aside = found.track, found.z - prediction.center[found.track]
+        again = _is_turn(records['aside'][track], aside)
+        records['strays'][track] = 1 + _strays_before(prediction)[track] * again
+        records['stray_at'][track], records['aside'][track] = prediction.step.now, aside
+    return chosen
 
 
 def _find_sudden(
@@ -108,17 +123,35 @@ def _find_sudden(
 
     An object that fast is smeared, so its blob need not have its size.
     """
-    chance = SUDDEN * maneuver_chance(np.array(FIRST_RATE), prediction.unmeasured)
+    strays, T = _strays_before(prediction), prediction.unmeasured
+    T = np.where(strays >= MOST_STRAYS, (strays + 1) * T, T)
+    chance = np.where(
+        strays >= MOST_STRAYS, TURN_CHANCE, SUDDEN * maneuver_chance(np.array(FIRST_RATE), T)
+    )
     speed = np.maximum(prediction.speed, prediction.sudden_speed)
-    sudden = replace(prediction, maneuvered=chance, speed=speed)
+    sudden = replace(prediction, maneuvered=chance, speed=speed, unmeasured=T)
     track, blob = gate(sudden, blobs, config)
     mine = missed[track]
     chosen = _choose(sudden, blobs, track[mine], blob[mine], 0.0, missed, config)
     if chosen:
         found, _ = chosen
-        T, maneuvered = prediction.unmeasured[found.track], found.innovations.maneuvered
-        prediction.bank.maneuver(found.track, maneuvered, T, speed)
+        maneuvered = found.innovations.maneuvered
+        prediction.bank.maneuver(found.track, maneuvered, T[found.track], speed)
     return chosen
+
+
+def _strays_before(prediction: Prediction) -> Indices:
+    """How many strays each track, (N,), was last measured by, on end and as it would turn."""
+    records = prediction.records
+    return np.asarray(records['strays'] * (records['stray_at'] == records['updated']), int)
+
+
+def _is_turn(last: Floats, aside: Floats) -> Bools:
+    """Which strays, (K, 2) from where tracks go on, follow the last ones, (K, 2), as turns would.
+
+    What has turned is further aside from frame to frame, on the same side.
+    """
+    return np.asarray(((aside - last) * last).sum(axis=1) > 0)
 
 
 def _choose(

@@ -1,5 +1,7 @@
 """What may have turned is followed both ways: noise is forgotten at once, turns are not missed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.silhouettes import points
@@ -54,3 +56,22 @@ def test_what_may_have_turned_and_is_gone_is_forgotten():
         z = [100.0 + 4 * k + 8 * (k == RATE), 200.0] if k <= RATE else []
         tracks = tracker.update(points(z, round(k * NANOSECONDS / RATE), 1.0))
     assert not len(tracks.rows)
+
+
+@pytest.mark.parametrize('seed', [3, 4, 6])
+def test_what_bounces_amid_heavy_tails_keeps_its_id(seed):
+    """A turn is no stray: its next detections are further and further aside."""
+    rate, size, rng = 120, np.array([640, 480]), np.random.default_rng(seed)
+    z, angle = rng.uniform(0.1, 0.9, (6, 2)) * size, rng.uniform(0, 2 * np.pi, 6)
+    v = 300 * rng.uniform(0.5, 1, (6, 1)) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    tracker, names = Tracker(), set()
+    for k in range(10 * rate):
+        z = z + v / rate
+        v = np.where(z < 0, np.abs(v), np.where(z > size, -np.abs(v), v))
+        z = z.clip(0, size)
+        error = rng.normal(0, 2.5, z.shape) * rng.standard_t(3, (6, 1)).clip(-10, 10)
+        seen = rng.random(6) > 0.02
+        detections = points((z + error)[seen], round(k * NANOSECONDS / rate), 2.5**2)
+        rows = tracker.update(replace(detections, image_size=tuple(size))).rows
+        names.update(rows['track_id'][rows['state'] > 0].tolist())
+    assert len(names) == 6
