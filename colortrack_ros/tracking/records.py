@@ -80,6 +80,8 @@ before, before_cov, before_size: predicted state at the first, its covariance, a
 sums: of the weighted line through its scans measurements since the last, see crossings.
 size_log_ratio: sum over those of the log-likelihood ratio of its sizes, own over rival's.
 unsettled: covariance of the velocity due to maneuvers that hardly show yet [px^2/s^2].
+stray_at, strays, aside: stamp of its last stray [ns], how many on end went further and further
+aside until then, and where that one was from the prediction [px], see strays.
 """
 
 

@@ -104,14 +104,14 @@ def _find_noisy(
         off = prediction.sizes.difference(prediction.size[track], wide.size[blob])
         mine &= ~off.any(axis=1)
     records, aside = prediction.records, wide.z[blob] - prediction.center[track]
-    strays = _strays_before(prediction)[track] * _is_turn(records['aside'][track], aside)
-    mine &= strays < MOST_STRAYS
+    before = _strays_before(prediction)
+    mine &= before[track] * _is_turn(records['aside'][track], aside) < MOST_STRAYS
     chosen = _choose(prediction, wide, track[mine], blob[mine], math.log(STRAYING), missed, config)
     if chosen:
         found, _ = chosen
         track, aside = found.track, found.z - prediction.center[found.track]
         again = _is_turn(records['aside'][track], aside)
-        records['strays'][track] = 1 + _strays_before(prediction)[track] * again
+        records['strays'][track] = 1 + before[track] * again
         records['stray_at'][track], records['aside'][track] = prediction.step.now, aside
     return chosen
 
@@ -124,10 +124,9 @@ def _find_sudden(
     An object that fast is smeared, so its blob need not have its size.
     """
     strays, T = _strays_before(prediction), prediction.unmeasured
-    T = np.where(strays >= MOST_STRAYS, (strays + 1) * T, T)
-    chance = np.where(
-        strays >= MOST_STRAYS, TURN_CHANCE, SUDDEN * maneuver_chance(np.array(FIRST_RATE), T)
-    )
+    turned = strays >= MOST_STRAYS
+    chance = SUDDEN * maneuver_chance(np.array(FIRST_RATE), T)
+    chance, T = np.where(turned, TURN_CHANCE, chance), np.where(turned, (strays + 1) * T, T)
     speed = np.maximum(prediction.speed, prediction.sudden_speed)
     sudden = replace(prediction, maneuvered=chance, speed=speed, unmeasured=T)
     track, blob = gate(sudden, blobs, config)
