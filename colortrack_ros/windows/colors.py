@@ -32,9 +32,8 @@ class Colors:
         v = np.abs(np.arange(rows) - (rows - 1) / 2)[:, None] / target[1]
         u = np.abs(np.arange(columns) - (columns - 1) / 2) / target[0]
         outward = 2 * np.maximum(u, v)
-        self._part = np.where(
-            outward > OUTER, 1, np.where(outward <= INNER, 0, 2)
-        ).ravel()  # 2: either
+        part = np.where(outward > OUTER, 1, np.where(outward <= INNER, 0, 2))  # 2: either
+        self._part = part.ravel()
         self._pixels = np.maximum(np.bincount(self._part, minlength=3)[:2, None], 1)
         count = LEVELS ** (3 if patch.ndim == 3 else 1)
         self._column, self._seen = np.full(count, -1), np.zeros(0, np.intp)
