@@ -1,17 +1,15 @@
 """Messages that lie on every subscription of every node: nothing dies, and each is reported."""
 
-import random
 import signal
 
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import parameter_pages
 import pytest
-from rclpy.serialization import serialize_message
-from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from support.forks import program_of
+from support.mutations import mutations
 from support.packed import packed
 from support.packed import UNPACKING
 from support.paths import DATA
@@ -55,32 +53,6 @@ GOOD = {
 
 NEWEST = GOOD['/raw/tracks'].header.stamp
 
-STAMPS = [-(2**31), -62135596800 % 2**31, 4102444800 - 2**31, -1, 2**31 - 1]
-WRONG_IMAGE = {
-    'width': [0, 1, 2**31],
-    'height': [0, 1, 2**31],
-    'step': [0, 1, 2**31],
-    'encoding': ['', '32FC1', 'bgr8x'],
-    'data': [b'', b'12'],
-    'stamp': STAMPS,
-}
-WRONG_CLOUD = {
-    'width': [0, 1, 2**31],
-    'height': [0, 2, 2**31],
-    'point_step': [0, 1, 73],
-    'row_step': [0, 1],
-    'fields': [[]],
-    'data': [b'', b'12', b'\xff' * (72 * 5)],
-    'is_bigendian': [True],
-    'stamp': STAMPS,
-}
-WRONG = {
-    Image: WRONG_IMAGE,
-    CompressedImage: {'data': [b'', b'1234'], 'format': ['', 'x' * 99], 'stamp': STAMPS},
-    PointCloud2: WRONG_CLOUD,
-}
-
-
 HEARD = {
     **{f'/raw/{name}': ['/raw/camera/image_raw'] for name in TAKERS},
     **{f'/jpeg/{name}': ['/jpeg/camera/image_raw/compressed'] for name in TAKERS},
@@ -117,44 +89,6 @@ def parameters(node: str) -> dict[str, object]:
     if name == 'camera':
         values |= {'source': 'scene:single?width=64&height=48', 'rate': -1.0, 'loop': 'true'}
     return values
-
-
-def lies(good) -> list:
-    """Copies of a message, each with one field changed."""
-    copies = []
-    for name, values in WRONG[type(good)].items():
-        for value in values:
-            copy = type(good)(**{f: getattr(good, f) for f in good.get_fields_and_field_types()})
-            if name == 'stamp':
-                copy.header = type(good.header)(frame_id='x')
-                copy.header.stamp.sec = value
-            else:
-                setattr(copy, name, value)
-            copies.append(copy)
-    return copies
-
-
-def mutations(good, seed: int) -> list[bytes]:
-    """Serialized messages that lie, and others with bytes changed, cut out and put in."""
-    chance = random.Random(seed)
-    wrong = [bytes(serialize_message(message)) for message in lies(good)]
-    originals = [bytes(serialize_message(good)), *wrong]
-    for _ in range(COUNT - len(wrong)):
-        cdr = bytearray(chance.choice(originals))
-        for _ in range(chance.randint(1, 6)):
-            # most of what can be wrong stands at the beginning
-            at = chance.randrange(4, min(len(cdr), chance.choice([60, 120, 900])))
-            kind = chance.random()
-            if kind < 0.7:
-                cdr[at] = chance.choice([0, 1, 127, 255, chance.randrange(256)])
-            elif kind < 0.85:
-                del cdr[at : at + chance.randint(1, 40)]
-            else:
-                cdr[at:at] = chance.randbytes(chance.randint(1, 40))
-            if len(cdr) < 20:
-                break
-        wrong.append(bytes(cdr))
-    return wrong
 
 
 class Crowd:
@@ -229,19 +163,33 @@ def crowd(tmp_path_factory):
         ros.close()
 
 
+def leaks(held: list[dict[str, int]]) -> dict[str, float]:
+    """Of the nodes that leak, how much by COUNT messages [bytes].
+
+    :param held: memory of each node after each DEPTH messages [bytes].
+
+    A leak grows with every message, also with the later ones; what Python, C and DDS keep to use it
+    again is there by then. The largest picture of all that pass for one leaves a step.
+    """
+    growth = np.diff([list(each.values()) for each in held], axis=0)
+    late = np.median(growth[len(growth) // 2 : -1], axis=0) * COUNT / DEPTH
+    return {name: leak for name, leak in zip(held[0], late, strict=True) if leak > 2 * 2**20}
+
+
 def test_ten_thousand_mutated_messages_on_each_subscription_do_no_harm(crowd):
-    wrong = {topic: mutations(good, seed) for seed, (topic, good) in enumerate(GOOD.items())}
-    held = []
-    for start in range(0, COUNT, DEPTH):
+    wrong = {topic: mutations(good, COUNT, seed) for seed, (topic, good) in enumerate(GOOD.items())}
+    held: list[dict[str, int]] = []
+    starts = range(0, COUNT, DEPTH)
+    # What is kept for use again comes in pieces as large as a message of 30 pictures, 108 kB, and
+    # where others hold up a node, still so in the later batches. That ends; a leak does not.
+    for start in (*starts, *starts, *starts):
+        if len(held) >= len(starts) and not leaks(held):
+            break
         some = {topic: all_of_it[start : start + DEPTH] for topic, all_of_it in wrong.items()}
-        crowd.publish(some, together=TOGETHER if start else 1)
-        held.append(list(crowd.memory().values()))
-    growth = np.diff(held, axis=0)
-    # A leak grows with every message, also with the later ones; what Python and C keep to use it
-    # again is there by then. The largest picture of all that pass for one leaves a step.
-    late = np.median(growth[len(growth) // 2 : -1], axis=0)
-    leaks = dict(zip(crowd.processes, late * len(growth), strict=True))
-    assert {name: leak for name, leak in leaks.items() if leak > 2 * 2**20} == {}
+        crowd.publish(some, together=TOGETHER if held else 1)
+        held.append(crowd.memory())
+    assert leaks(held) == {}
+    growth = np.diff([list(each.values()) for each in held], axis=0)
     steps = dict(zip(crowd.processes, growth.sum(axis=0), strict=True))
     assert {name: step for name, step in steps.items() if step > 32 * 2**20} == {}
     for name, process in crowd.processes.items():
