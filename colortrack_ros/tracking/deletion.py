@@ -23,8 +23,8 @@ def go_on(tracks: TrackTable[Bank], stamp: int, config: TrackerConfig) -> bool:
     :param config: the limits.
     """
     records, limit = tracks.records, config.max_position_sigma**2
-    measured = np.count_nonzero(records['updated'] == stamp)
-    if min(measured, np.count_nonzero(records['state'] != TENTATIVE)) < len(records):
+    sure = (records['updated'] == stamp) & (records['state'] != TENTATIVE)
+    if np.count_nonzero(sure) < len(records):
         return False
     variance = tracks.filters.estimate()[1].diagonal(axis1=1, axis2=2)[:, :2]
     if np.maximum.reduce(variance, None, initial=0) > limit:

@@ -10,6 +10,7 @@ from colortrack_ros.data import COASTING
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.existence import DISAPPEARING
 from colortrack_ros.estimation.existence import HIDDEN_SHARE
 from colortrack_ros.estimation.existence import weigh_hidden
@@ -213,34 +214,48 @@ class Disappearances:
         :param area: of the picture [px^2].
         :param now: stamp of the last frame [ns].
         :param period: of the frames [s].
-        :param detector: asked if something is lost: probability of detecting a visible object, and
-            whether it finds whole objects, see Adaptation.finds_whole.
+        :param detector: asked if something is lost, or seldom measured: probability of detecting a
+            visible object, and whether it finds whole objects, see Adaptation.finds_whole.
         """
-        visible, hidden = records['visible'], records['hidden']
-        existence = visible + hidden
-        lost = (records['state'] == COASTING).nonzero()[0]
-        if len(lost):
-            lost = lost[(records['hidden_share'][lost] > 0) & ~records['outside'][lost]]
-            lost = lost[records['updated'][lost].argsort(kind='stable')[-REMEMBERED:]]
-            seen, unseen = visible[lost], hidden[lost]
-            kinds = np.stack([unseen, np.maximum(1 - seen - unseen, 0.0)], axis=1)
-            kinds *= (records['hits'][lost] >= TELLING_HITS)[:, None]
-            share = self.share(records['seen'][lost], area, kinds)
-            seen, unseen = weigh_hidden(seen, unseen, share, records['hidden_share'][lost])
-            visible[lost], hidden[lost], records['hidden_share'][lost] = seen, unseen, share
+        existence: Floats = records['visible'] + records['hidden']
+        doubted = (records['state'] == COASTING) | (records['misses'] > records['hits'])
+        if np.count_nonzero(doubted):
             detected, whole = detector()
-            gap = (now - records['updated'][lost]) / (period * NANOSECONDS)
-            false = _flickering(records, lost, detected, None if whole else gap)
-            existence[lost] = (1 - false) * (seen + unseen * (OWN_SHARE if whole else 1.0))
+            self._weigh_lost(records, existence, area, OWN_SHARE if whole else 1.0)
+            # What is found in most frames is shown when it is: the dim and the half covered ones
+            # are found less often than others.
+            track = (doubted & (records['state'] != TENTATIVE)).nonzero()[0]
+            gap = (now - records['updated'][track]) / (period * NANOSECONDS)
+            false = _flickering(records, track, detected, None if whole else gap)
+            existence[track] *= 1 - false
         return existence
 
+    def _weigh_lost(self, records: Records, existence: Floats, area: float, own: float) -> None:
+        """Update the records of lost tracks and their existence, (N,), by what became of others.
 
-def _flickering(records: Records, lost: Indices, detected: float, gap: Floats | None) -> Floats:
-    """Probability, (K,), that lost tracks are clutter that flickers.
+        :param own: share of hidden objects that have no other track.
+        """
+        lost = (records['state'] == COASTING) & (records['hidden_share'] > 0) & ~records['outside']
+        track = lost.nonzero()[0]
+        if not track.size:
+            return
+        track = track[records['updated'][track].argsort(kind='stable')[-REMEMBERED:]]
+        seen, unseen = records['visible'][track], records['hidden'][track]
+        kinds = np.stack([unseen, np.maximum(1 - seen - unseen, 0.0)], axis=1)
+        kinds *= (records['hits'][track] >= TELLING_HITS)[:, None]
+        share = self.share(records['seen'][track], area, kinds)
+        seen, unseen = weigh_hidden(seen, unseen, share, records['hidden_share'][track])
+        for name, values in (('visible', seen), ('hidden', unseen), ('hidden_share', share)):
+            records[name][track] = values
+        existence[track] = seen + unseen * own
+
+
+def _flickering(records: Records, track: Indices, detected: float, gap: Floats | None) -> Floats:
+    """Probability, (K,), that confirmed tracks, (K,), are clutter that flickers.
 
     :param gap: (K,) frames for which blobs are lost, and may be hidden; None for whole objects.
     """
-    hits, misses = (records[name][lost].astype(float) for name in ('hits', 'misses'))
+    hits, misses = (records[name][track].astype(float) for name in ('hits', 'misses'))
     if gap is not None:
         misses = np.maximum(misses - np.minimum(np.rint(gap), COUNTED_MISSES), 0.0)
     return flickering(hits, misses, detected, whole=gap is None)

@@ -127,6 +127,7 @@ def published(
     if np.count_nonzero(since):
         coasting = ((since > 0) & ~absent).nonzero()[0]
         astray, rate = records['astray'][coasting], records['rate'][coasting]
+        speed = speed * config.maneuvers
         covariance[coasting] = _unseen(rows.take(coasting), astray, rate, speed)
     covariance[:, 2:, 2:] += records['unsettled']
     covariance.reshape(-1, 16)[:, :6:5] += records['systematic'] + bias**2

@@ -173,7 +173,6 @@ class Tracker:
             self._period,
             lambda: (learned.detection_rate.estimate(usual), learned.finds_whole),
         )
-        speed = speed * config.maneuvers
         rows = published(tracks, detections.stamp, config, population, speed, existence)
         learned.camera.publish(rows, tracks)
         return Tracks(rows, detections.stamp, detections.frame_id, self._clock.tell_restart())

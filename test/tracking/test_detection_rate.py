@@ -87,6 +87,35 @@ def test_clutter_of_a_network_that_flickers_is_not_shown_while_it_is_missed():
     assert shown < 10
 
 
+@pytest.mark.parametrize('jitter', [None, 0.15])
+def test_what_flickers_in_its_place_is_not_shown_when_it_is_found_either(jitter):
+    """Points of objects that are missed now and then, and boxes of a network."""
+    rng, shown = np.random.default_rng(10), 0
+    tracker = Tracker(TrackerConfig(image_size=(640, 400)))
+    chance = np.array([0.95, 0.95, 0.95, 0.25, 0.25])
+    for k in range(400):
+        seen = PLACES[rng.random(5) < chance]
+        found = points(seen, round(k / 30 * 1e9)) if jitter is None else boxes(seen, jitter, k, rng)
+        tracks = tracker.update(found).rows
+        tracks = tracks[tracks['state'] != TENTATIVE]
+        at = np.stack([tracks['u'], tracks['v']], axis=1)
+        near = (np.hypot(*(PLACES[:, None] - at).T) < 30).any(axis=0)
+        shown += (k >= 200) * near
+    assert (shown[:3] > 195).all()
+    assert (shown[3:] < 10).all()
+
+
+def test_a_point_that_is_found_in_half_of_the_frames_is_shown():
+    rng, shown = np.random.default_rng(12), 0
+    tracker = Tracker(TrackerConfig(image_size=(640, 400)))
+    for k in range(400):
+        seen = PLACES[rng.random(5) < [0.95, 0.95, 0.95, 0.95, 0.5]]
+        tracks = tracker.update(points(seen, round(k / 30 * 1e9))).rows
+        measured = tracks[(tracks['state'] != TENTATIVE) & (tracks['time_since_update'] == 0)]
+        shown += len(measured) == len(seen) and k >= 100
+    assert shown > 290
+
+
 @pytest.mark.parametrize(('others', 'most'), [(0.7, 0.15), (0.98, 0.02)])
 def test_points_that_flicker_in_their_places_are_not_shown_while_they_are_missed(others, most):
     """Four of seven are found in a quarter of the frames; one is out of sight half of the time."""
