@@ -34,7 +34,7 @@ FRAMES = 300
 ROOMS = (
     'agreement', 'areas', 'background', 'boxes', 'changes', 'displaced', 'filters', 'foreground',
     'gating', 'initiation', 'lines', 'placing', 'publishing', 'records', 'regions', 'scene_change',
-    'shadows', 'spline', 'told', 'tracker', 'weak',
+    'shadows', 'spline', 'told', 'tracker', 'usual', 'weak',
 )  # fmt: skip
 EMPTY, INSIDE = 24, {'silhouette': 65, 'approach': 85}
 """Frames of the background alone, and the first one in which all have come in."""

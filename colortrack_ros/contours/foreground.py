@@ -15,11 +15,14 @@ from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.displaced import is_displaced
 from colortrack_ros.contours.scene_change import SceneChange
 from colortrack_ros.contours.shadows import without_shadows
+from colortrack_ros.contours.usual import UsualArea
 from colortrack_ros.contours.weak import with_weak
 from colortrack_ros.data import Bools
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection.background_model import Picture
 from colortrack_ros.detection.blobs import find_blobs
@@ -27,6 +30,7 @@ from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.methods import BackgroundSubtraction
 from colortrack_ros.detection.morphology import open_
 from colortrack_ros.detection.pixels import channels_of
+from colortrack_ros.estimation.records import Records
 
 MAX_FOREGROUND = 0.3
 """If a larger share of the picture differs, the background itself moves, since most of a picture is
@@ -69,6 +73,7 @@ class Foreground:
 
     :ivar is_new: whether another scene starts with this frame.
     :ivar is_seen: whether this frame was compared with a background that is not covered.
+    :ivar usual: how large things usually are.
     :ivar trouble: why there have been no areas for long, empty if there were.
     :ivar is_busy: whether this frame, and not the last one, updated the background, so that other
         work that takes time can wait for the next one.
@@ -104,7 +109,7 @@ class Foreground:
         self._earlier: list[Frame] = []
         self._change.restart()
         self.trouble, self._saw = '', -1
-        self._clutter = np.zeros((0, 0), np.float32)
+        self._clutter, self.usual = np.zeros((0, 0), np.float32), UsualArea()
 
     @property
     def is_learning(self) -> bool:
@@ -168,19 +173,24 @@ class Foreground:
         displaced = is_displaced(areas, picture, self._background.recent, threshold)
         return displaced & ~(intersections(known, areas.box) > 0).any(axis=0)
 
-    def learn_clutter(self, moving: Floats, seconds: float) -> None:
-        """Learn where something differs, but nothing moves on: flicker, or a thing put there.
+    def learn(self, own: Floats, records: Records, seconds: float) -> None:
+        """Learn where something differs, but nothing moves on: flicker, or a thing put there; and
+        how large things usually are.
 
-        :param moving: (N, 4) boxes of what does move on [px].
+        :param own: (N, 4) boxes of targets [px].
+        :param records: (N,) with CONTOUR_FIELDS.
         :param seconds: time since the last frame [s].
         """
         if not self._mask.size:
             return
         usual, share = self._clutter.copy(), min(seconds / CLUTTER_SECONDS, 1.0)
         cv2.accumulateWeighted(self._mask // 255, self._clutter, share)
+        moving = own[records['state'] != TENTATIVE]
         for left, top, right, bottom in np.maximum(moving.astype(int), 0).tolist():
             part = np.s_[top : bottom + 1, left : right + 1]
             self._clutter[part] = usual[part]
+        whole = (records['state'] == CONFIRMED) & records['single'] & ~records['piece']
+        self.usual.learn(own[whole], self._mask.shape, seconds)
 
     def _subtract(self, frame: Frame) -> Mask:
         """Return what differs from the background, and learn the background from the frame."""

@@ -151,8 +151,8 @@ class ContourTracker:
             self._place_anew(frame, areas, regions)
             self._delete(frame)
             self._initiate(areas.take(nobodys), predicted, channels_of(frame))
-            outlines = self._spline.outline(self._tracks.filters.nodes[self._is_known()])
-            self._foreground.learn_clutter(boxes(outlines), dt)
+            own = boxes(self._spline.outline(self._tracks.filters.nodes))
+            self._foreground.learn(own, self._tracks.records, dt)
         begin_told(self._tracks, self.waiting, frame, self._spline, self.config, self._clock.now)
         now, foreground = self._clock.now, self._foreground
         rows, outlines = published(self._tracks, self._spline, self.config, now, foreground)
