@@ -4,7 +4,6 @@ import numpy as np
 from scipy.special import ndtr
 
 from colortrack_ros.data import Floats
-from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.state import add_white
 from colortrack_ros.world.state import CameraErrors
@@ -35,6 +34,28 @@ FRICTION = 0.2
 """Standard deviation of the relative change of horizontal speed at a bounce, due to spin; a ball
 without spin that then rolls loses at most 2/7."""
 
+FALLS = np.array([2, 5])
+"""Height and vertical speed in a state."""
+
+LEAST_FALL = 1e-10
+"""Added to the variances of both [m^2], [m^2/s^2], so that they can be inverted."""
+
+
+def _normal_points() -> tuple[Floats, Floats]:
+    """Return points of two independent normal variables, (2, 441), and their weights, (441,).
+
+    They reach as far as LEAST_BOUNCE, and are so many that bounces are as likely as they should be
+    to 7 %. Chosen.
+    """
+    steps = np.linspace(-3.5, 3.5, 21)
+    points = np.stack(np.meshgrid(steps, steps)).reshape(2, -1)
+    weights = np.exp(-np.square(points).sum(axis=0) / 2)
+    weights /= weights.sum()
+    return points / np.sqrt(weights @ np.square(points[0])), weights
+
+
+FALL_POINTS, FALL_WEIGHTS = _normal_points()
+
 
 def fall(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float) -> None:
     """Apply air, gravity, and bounces to the falling ones of objects that have moved, in place.
@@ -43,11 +64,10 @@ def fall(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt
     :param dt: time for which they have moved [s].
     """
     _brake(objects, kinds, dt)
-    mean, cov, slope = (a[:, MOVES] for a in (objects.mean, objects.cov, objects.slope))
-    mean[:, 2] -= GRAVITY * dt * dt / 2 * kinds.falls
-    mean[:, 5] -= GRAVITY * dt * kinds.falls
-    P = np.repeat(errors.cov, len(mean) // len(errors.cov), axis=0)
-    _bounce(mean, slope, cov, P, kinds, ground)
+    moved = objects.whole[:, MOVES]
+    moved[:, 2, -1] -= GRAVITY * dt * dt / 2 * kinds.falls
+    moved[:, 5, -1] -= GRAVITY * dt * kinds.falls
+    _bounce(moved, errors, kinds, ground)
 
 
 def _brake(objects: Motions, kinds: Kinds, dt: float) -> None:
@@ -80,35 +100,42 @@ def _brake(objects: Motions, kinds: Kinds, dt: float) -> None:
     objects.whole[falls, MOVES] = whole
 
 
-def _bounce(
-    mean: Floats, slope: Floats, cov: Floats, P: Floats, kinds: Kinds, ground: float
-) -> None:
+def _bounce(moved: Floats, errors: CameraErrors, kinds: Kinds, ground: float) -> None:
     """Reflect falling objects that may have reached the ground, in place.
 
-    Whether an object touched the ground within this step is as uncertain as its height; the result
-    is the mixture of both cases, moment-matched.
+    Whether an object touched the ground within this step is as uncertain as its height, and what
+    rises already does not touch it again. So height and vertical speed x are reflected point by
+    point, and the result is linearized statistically (Gelb 1974, 6.2): it is A x and a rest that is
+    not correlated with x.
 
-    :param mean: (N, 8); slope: (N, 8, 8 C); cov: (N, 8, 8).
-    :param P: (N, 8 C, 8 C) covariance of the camera errors.
+    :param moved: (N, 8, 8 + 8 C + 1) covariances, slopes, and means, side by side.
     """
-    (rows,) = (kinds.falls & (mean[:, 5] < 0)).nonzero()
-    floor, P, B = ground + kinds.diameter[rows] / 2, P[rows], slope[rows]
-    whole = cov[rows] + B @ P @ B.swapaxes(1, 2)
-    weight = ndtr((floor - mean[rows, 2]) / np.sqrt(np.maximum(whole[:, 2, 2], TINY)))
-    near = weight > LEAST_BOUNCE
+    (rows,) = kinds.falls.nonzero()
+    whole, robot = moved[rows], rows // (len(moved) // len(errors.cov))
+    B, above = whole[:, FALLS, OF_OBJECT:-1], whole[:, FALLS, -1]
+    above[:, 0] -= ground + kinds.diameter[rows] / 2
+    S = whole[:, FALLS[:, None], FALLS] + B @ errors.cov[robot] @ B.swapaxes(1, 2)
+    S += LEAST_FALL * np.eye(2)
+    near = ndtr(-above / np.sqrt(S[:, [0, 1], [0, 1]])).prod(axis=1) > LEAST_BOUNCE
     if not near.any():
         return
-    rows, weight, floor, P, B, whole = (a[near] for a in (rows, weight, floor, P, B, whole))
-    share = kinds.bounce[rows]
-    means, covs = np.stack([mean[rows]] * 2), np.stack([whole] * 2)
-    means[1, :, 2] = floor + share * np.maximum(floor - mean[rows, 2], 0.0)
-    means[1, :, 5] *= -share
-    for at in (2, 5):
-        covs[1, :, at] *= -share[:, None]
-        covs[1, :, :, at] *= -share[:, None]
-        B[:, at] *= (1 - weight - weight * share)[:, None]
-    covs[1, :, 5, 5] += np.square(RESTITUTION * mean[rows, 5])
+    rows, whole, S, above = rows[near], whole[near], S[near], above[near]
+    x = np.linalg.cholesky(S) @ FALL_POINTS
+    there = above[..., None] + x
+    hits = (there < 0).all(axis=1, keepdims=True)
+    back = -there * hits
+    rest = np.where(hits, kinds.bounce[rows, None, None] * back, there)
+    whole[:, FALLS, -1] += rest @ FALL_WEIGHTS - above
+    rest -= (rest @ FALL_WEIGHTS)[..., None]
+    A = np.linalg.solve(S, x * FALL_WEIGHTS @ rest.swapaxes(1, 2)).swapaxes(1, 2)
+    rest -= A @ x
+    F = np.tile(np.eye(OF_OBJECT), (len(rows), 1, 1))
+    F[:, FALLS[:, None], FALLS] = A
+    whole[..., :-1] = F @ whole[..., :-1]
+    cov = whole[..., :OF_OBJECT]
+    cov[...] = cov @ F.swapaxes(1, 2)
+    cov[:, FALLS[:, None], FALLS] += rest * FALL_WEIGHTS @ rest.swapaxes(1, 2)
+    cov[:, FALLS[:, None], FALLS] += RESTITUTION**2 * (back * FALL_WEIGHTS) @ back.swapaxes(1, 2)
     for at in (3, 4):
-        covs[1, :, at, at] += np.square(FRICTION * mean[rows, at])
-    mean[rows], whole = mixture(np.stack([1 - weight, weight]), means, covs)
-    slope[rows], cov[rows] = B, whole - B @ P @ B.swapaxes(1, 2)
+        cov[:, at, at] += (hits @ FALL_WEIGHTS)[:, 0] * np.square(FRICTION * whole[:, at, -1])
+    moved[rows] = whole
