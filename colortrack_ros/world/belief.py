@@ -30,6 +30,7 @@ from colortrack_ros.world.cases import divided
 from colortrack_ros.world.cases import is_low
 from colortrack_ros.world.cases import LIFT
 from colortrack_ros.world.cases import PITCH
+from colortrack_ros.world.conditional import COUNTED
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.filter import forget
 from colortrack_ros.world.filter import in_front
@@ -191,7 +192,9 @@ class Belief(Columns):
         )  # fmt: skip
         if len(self.log_weight) == 1:
             return refused
-        log = self.log_weight + likely.reshape(self.log_weight.shape)
+        # beside a height, pictures that are linearized at one wrong place tell of cases alike, too
+        counted = COUNTED if LIFT in self._divided else 1.0
+        log = self.log_weight + counted * likely.reshape(self.log_weight.shape)
         log -= log.max(axis=0)
         log = np.maximum(log - np.log(np.exp(log).sum(axis=0)), np.log(LEAST_CASE))
         self.log_weight = log - np.log(np.exp(log).sum(axis=0))

@@ -31,13 +31,12 @@ def divided(errors: CameraErrors, log_weight: Floats, error: int) -> tuple[Camer
     :param error: which one.
     """
     count, before = len(CASE_PITCHES), len(errors.mean)
-    first = errors.first.copy()
-    sigma = np.sqrt(first[error, error])
-    first[error, error] *= CASE_WIDTH**2
-    mean = np.tile(errors.mean, (count, 1))
+    sigma = np.sqrt(errors.first[error, error])
+    mean, cov = np.tile(errors.mean, (count, 1)), np.tile(errors.cov, (count, 1, 1))
     mean[:, error] += np.repeat(np.sqrt(1 - CASE_WIDTH**2) * sigma * CASE_PITCHES, before)
+    cov[:, error, error] *= CASE_WIDTH**2
     weights = np.concatenate([log_weight + w for w in np.log(CASE_WEIGHTS)])
-    return CameraErrors(mean, np.tile(first, (len(mean), 1, 1)), first), weights
+    return CameraErrors(mean, cov, errors.first), weights
 
 
 def is_low(view: View, kinds: Kinds, ground: float, cov: Floats) -> bool:

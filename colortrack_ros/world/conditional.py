@@ -44,9 +44,10 @@ is off by 0.5 px puts an object 5 m away 1.2 % too far. With 0, `python benchmar
 objects that stand on the ground before a standing robot a NEES of 8 in place of 3.2, of 3."""
 
 COUNTED = 0.5
-"""Share of the information about the camera errors that counts. Successive pictures are linearized
-at nearly the same, wrong place. With 1, `python benchmark/world.py` gives rolling objects before a
-standing robot a NEES of 6.3 in place of 4.7, of 4, by fused."""
+"""Share of the information about the camera errors that counts, and, where the height of the camera
+is split, of what pictures tell of its cases. Successive pictures are linearized at nearly the same,
+wrong place. With 1, `python benchmark/world.py` gives rolling objects before a standing robot a
+NEES of 6.3 in place of 4.7, of 4, by fused."""
 
 SURELY = 64
 """Standing objects tell much more about the camera errors than rolling ones do, but an object that

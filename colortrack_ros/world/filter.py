@@ -105,7 +105,7 @@ def update(
     )
     refused[rows[~right]] = True
     there = in_space(states, view.optical)
-    keep_on_ground(there, measured, view.optical.t, ground + kinds.height)
+    keep_on_ground(there, measured, view.optical, kinds, ground)
     if right.sum() < len(objects):
         each = np.repeat(change, len(objects) // len(change), axis=0)
         objects.whole = objects.shifted(each).whole

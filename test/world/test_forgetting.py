@@ -83,3 +83,15 @@ def test_a_pitch_that_parts_two_ranges_is_not_taken_for_the_heights_of_objects()
         assert (np.abs(mean[:, HEIGHT]) < 0.012).all()
     pitch = belief.errors.mean[0, PITCH - 8]
     assert pitch == pytest.approx(np.radians(2.7), abs=np.radians(0.6))
+
+
+def test_errors_change_in_each_case_by_as_much_as_in_all():
+    """Cases are narrower as to where the errors were, and not as to how far they change."""
+    belief = before_a_camera('ground', 1.0)
+    assert len(belief.log_weight) > 1
+    known = belief.errors.cov.copy()
+    belief.forget(ERROR_MEMORY / 1e4)
+    change = (belief.errors.cov - known)[:, PITCH - 8, PITCH - 8] / np.radians(1.0) ** 2
+    share = (1 - np.exp(-2e-4)) * (1 - known[:, PITCH - 8, PITCH - 8] / np.radians(1.0) ** 2)
+    assert change == pytest.approx(share, rel=1e-6)
+    assert (change > 1e-4).all()

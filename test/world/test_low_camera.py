@@ -3,6 +3,7 @@
 import sys
 
 import numpy as np
+import pytest
 from support.paths import ROOT
 
 sys.path.append(str(ROOT / 'benchmark'))
@@ -28,6 +29,14 @@ def test_no_case_in_which_an_object_is_above_the_horizon_prevails():
     """It fits once the object's height was learned from there; what was before still counts."""
     out = world.run('ground', 'stands', False, runs=40, seed=4141, scene=LOW)
     assert out.mean_nees < out.bounds[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('seed', [21, 717])
+def test_a_camera_that_stands_learns_nothing_as_its_errors_change(seed):
+    """It stands 6 s, in which errors change by 6 % of their deviations, half a pixel."""
+    out = world.run('ground', 'stands', False, runs=30, seed=seed, scene=LOW, as_told=True)
+    assert out.bounds[0] < out.mean_nees < out.bounds[1]
 
 
 def test_cases_of_the_height_are_those_of_low_cameras_only():
