@@ -17,6 +17,7 @@ from colortrack_ros.estimation.existence import weigh_hidden
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.tracking.detection_rate import flickering
+from colortrack_ros.tracking.detection_rate import LEAST_RATE
 
 REMEMBERED = 200
 """Number of recent disappearances that are kept: at one a second, those of three minutes."""
@@ -68,7 +69,7 @@ class Disappearances:
         self._place, self._time = np.zeros((0, 2)), np.zeros(0)
         self._returned = np.zeros((0, 2), bool)
         self._kinds, self._spread = np.zeros((0, 2)), PRIOR_SPREAD / PRIOR_COUNT
-        self._is_new = True
+        self._is_new, self._best = True, LEAST_RATE
 
     @property
     def median(self) -> float:
@@ -223,12 +224,21 @@ class Disappearances:
             detected, whole = detector()
             self._weigh_lost(records, existence, area, OWN_SHARE if whole else 1.0)
             # What is found in most frames is shown when it is: the dim and the half covered ones
-            # are found less often than others.
+            # are found less often than others. A detector that has found nothing more often may
+            # miss much; but what coasts has to be where it is expected, too.
             track = (doubted & (records['state'] != TENTATIVE)).nonzero()[0]
             gap = (now - records['updated'][track]) / (period * NANOSECONDS)
-            false = _flickering(records, track, detected, None if whole else gap)
+            usual = np.where(gap > 0, detected, self._usual(records, detected))
+            false = _flickering(records, track, usual, None if whole else gap)
             existence[track] *= 1 - false
         return existence
+
+    def _usual(self, records: Records, detected: float) -> float:
+        """How often visible objects are detected, as far as any of them has shown by now."""
+        hits, misses = (records[name].astype(float) for name in ('hits', 'misses'))
+        rate = hits / (hits + misses + 1) * (hits >= TELLING_HITS)
+        self._best = max(self._best, float(rate.max()))
+        return min(detected, self._best)
 
     def _weigh_lost(self, records: Records, existence: Floats, area: float, own: float) -> None:
         """Update the records of lost tracks and their existence, (N,), by what became of others.
@@ -250,15 +260,16 @@ class Disappearances:
         existence[track] = seen + unseen * own
 
 
-def _flickering(records: Records, track: Indices, detected: float, gap: Floats | None) -> Floats:
+def _flickering(records: Records, track: Indices, usual: Floats, gap: Floats | None) -> Floats:
     """Probability, (K,), that confirmed tracks, (K,), are clutter that flickers.
 
+    :param usual: (K,) probability of detecting a visible object, for each.
     :param gap: (K,) frames for which blobs are lost, and may be hidden; None for whole objects.
     """
     hits, misses = (records[name][track].astype(float) for name in ('hits', 'misses'))
     if gap is not None:
         misses = np.maximum(misses - np.minimum(np.rint(gap), COUNTED_MISSES), 0.0)
-    return flickering(hits, misses, detected, whole=gap is None)
+    return flickering(hits, misses, usual, whole=gap is None)
 
 
 def _kernel(one: Floats, other: Floats) -> Floats:

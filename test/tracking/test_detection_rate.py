@@ -116,6 +116,19 @@ def test_a_point_that_is_found_in_half_of_the_frames_is_shown():
     assert shown > 290
 
 
+@pytest.mark.parametrize('count', [1, 5])
+def test_what_is_found_in_a_quarter_of_the_frames_is_shown_if_nothing_is_found_more_often(count):
+    rng, shown, found = np.random.default_rng(13), 0, 0
+    tracker = Tracker(TrackerConfig(image_size=(640, 400)))
+    for k in range(600):
+        seen = PLACES[:count][rng.random(count) < 0.25]
+        tracks = tracker.update(points(seen, round(k / 30 * 1e9))).rows
+        measured = tracks[(tracks['state'] != TENTATIVE) & (tracks['time_since_update'] == 0)]
+        shown += len(measured) * (k >= 300)
+        found += len(seen) * (k >= 300)
+    assert shown > 0.9 * found
+
+
 @pytest.mark.parametrize(('others', 'most'), [(0.7, 0.15), (0.98, 0.02)])
 def test_points_that_flicker_in_their_places_are_not_shown_while_they_are_missed(others, most):
     """Four of seven are found in a quarter of the frames; one is out of sight half of the time."""
