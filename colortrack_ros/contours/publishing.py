@@ -86,9 +86,8 @@ def _are_parts(records: Records, outlines: Floats, usual: UsualArea) -> Bools:
 
     What has gone far from where it began is small, but a thing: a ball, or somebody among cars.
     """
-    height = np.ptp(outlines[..., 1], axis=1)
-    part = records['piece'] | (height < LEAST_HEIGHT * records['high'])
     own = boxes(outlines)
+    part = records['piece'] | (own[:, 3] - own[:, 1] < LEAST_HEIGHT * records['high'])
     there = usual.at(own)
     gone = outlines.mean(axis=1) - records['first_at'].mean(axis=1)[:, ::-1]
     stays = np.hypot(*gone.T) < GONE_SIDES * np.sqrt(there)

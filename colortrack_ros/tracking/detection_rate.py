@@ -47,7 +47,7 @@ class DetectionRate:
         return min(most, max(1 - second / first, LEAST_RATE))
 
 
-def flickering(hits: Floats, misses: Floats, detected: Floats, *, whole: bool) -> Floats:
+def flickering(hits: Floats, misses: Floats, detected: Floats | float, *, whole: bool) -> Floats:
     """Probability, (K,), that confirmed tracks are clutter that flickers in its place.
 
     The probabilities p with which objects are detected have the density a p^(a - 1), whose mean is
@@ -55,12 +55,14 @@ def flickering(hits: Floats, misses: Floats, detected: Floats, *, whole: bool) -
     by Laplace's rule of succession; of blobs, relative to that of the others.
 
     :param hits, misses: (K,) frames in which each was measured, and was not.
-    :param detected: mean probability of detecting a visible object, below 1, or
-        (K,) of them.
+    :param detected: mean probability of detecting a visible object, or (K,) of them, below 1.
     :param whole: whether the detector finds whole objects.
     """
-    p, a = (hits + 1) / (hits + misses + 2), detected / (1 - detected)
-    if not whole:
-        p, a = np.minimum(p / detected, 1.0), np.array(BLOB_EXPONENT)
+    p = (hits + 1) / (hits + misses + 2)
+    a: Floats | float = BLOB_EXPONENT
+    if whole:
+        a = detected / (1 - detected)
+    else:
+        p = np.minimum(p / detected, 1.0)
     clutter = 2 - 2 * p
     return np.asarray(clutter / (clutter + OBJECT_ODDS * a * p ** (a - 1)))

@@ -67,7 +67,7 @@ class Belief(Columns):
 
     def __init__(self, motion: Motions, errors: CameraErrors, log_weight: Floats) -> None:
         self.motion, self.errors, self.log_weight = motion, errors, log_weight
-        self._whole, self._united = errors.first, np.zeros(log_weight.shape[1], bool)
+        self._united = np.zeros(log_weight.shape[1], bool)
         self._eye, self._fresh, self._divided = np.zeros(3), True, list[int]()
 
     @classmethod
@@ -143,7 +143,7 @@ class Belief(Columns):
     ) -> 'Belief':
         """Return a belief with new objects; see filter.started()."""
         may = self._fresh and not len(self) and len(self.log_weight) == len(CASE_PITCHES)
-        if may and is_low(view, kinds, ground, self._whole):
+        if may and is_low(view, kinds, ground, self.errors.first):
             self._divide(LIFT)
         cases = self._cases(len(position))
         motion = started(
@@ -259,7 +259,7 @@ class Belief(Columns):
         means = errors.mean.reshape(cases, -1, errors.mean.shape[1])
         mean, cov = self.combined_errors()
         parts = self._divided
-        narrow = (cov[:, parts, parts] <= CASE_WIDTH**2 * self._whole[parts, parts]).all(axis=1)
+        narrow = (cov[:, parts, parts] <= CASE_WIDTH**2 * errors.first[parts, parts]).all(axis=1)
         narrow &= ~self._united
         if not narrow.any():
             return
@@ -273,7 +273,7 @@ class Belief(Columns):
             errors.cov[case * len(mean) :][: len(mean)][narrow] = cov[narrow]
         if self._united.all():
             self.motion = one
-            self.errors = CameraErrors(mean, cov, self._whole)
+            self.errors = CameraErrors(mean, cov, errors.first)
             self.log_weight = np.zeros((1, len(mean)))
 
     def _united_motion(self, change: Floats) -> Motions:
