@@ -8,7 +8,6 @@ import numpy as np
 from colortrack_ros.data import Bools
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import Floats
-from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.existence import DISAPPEARING
@@ -16,8 +15,8 @@ from colortrack_ros.estimation.existence import HIDDEN_SHARE
 from colortrack_ros.estimation.existence import weigh_hidden
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.records import Records
-from colortrack_ros.tracking.detection_rate import flickering
-from colortrack_ros.tracking.detection_rate import LEAST_RATE
+from colortrack_ros.tracking.flicker import Flicker
+from colortrack_ros.tracking.flicker import TELLING_HITS
 
 REMEMBERED = 200
 """Number of recent disappearances that are kept: at one a second, those of three minutes."""
@@ -25,10 +24,6 @@ REMEMBERED = 200
 LOST = 4.5
 """Frames after which an object was hidden rather than missed: with 95 % detected, four misses in a
 row happen once in 160,000."""
-
-TELLING_HITS = 10
-"""Hits from which what becomes of a track tells of objects: of clutter few tracks last as long, and
-none of them returns. As crossings.ESTABLISHED."""
 
 BESIDE = 45.0
 """Width of the kernel around each disappearance [px]: its weight is 61 % there. Assumed."""
@@ -51,11 +46,6 @@ OWN_SHARE = 0.4
 Assumed: with two detectors, 0.34 and 0.33 of the coasting tracks of pedestrians are on somebody who
 has no other track. With 0.2 and 0.8, IDF1 of all published tracks is 0.1 and 2 points lower."""
 
-COUNTED_MISSES = 9.0
-"""Frames after which an object that is still missed is hidden, and being missed tells no more about
-how often it is detected. Clutter that is found in a quarter of the frames is missed for longer once
-in thirteen times."""
-
 
 class Disappearances:
     """Learns what became of lost tracks.
@@ -69,7 +59,7 @@ class Disappearances:
         self._place, self._time = np.zeros((0, 2)), np.zeros(0)
         self._returned = np.zeros((0, 2), bool)
         self._kinds, self._spread = np.zeros((0, 2)), PRIOR_SPREAD / PRIOR_COUNT
-        self._is_new, self._best = True, LEAST_RATE
+        self._is_new, self._flicker = True, Flicker()
 
     @property
     def median(self) -> float:
@@ -224,21 +214,11 @@ class Disappearances:
             detected, whole = detector()
             self._weigh_lost(records, existence, area, OWN_SHARE if whole else 1.0)
             # What is found in most frames is shown when it is: the dim and the half covered ones
-            # are found less often than others. A detector that has found nothing more often may
-            # miss much; but what coasts has to be where it is expected, too.
+            # are found less often than others.
             track = (doubted & (records['state'] != TENTATIVE)).nonzero()[0]
             gap = (now - records['updated'][track]) / (period * NANOSECONDS)
-            usual = np.where(gap > 0, detected, self._usual(records, detected))
-            false = _flickering(records, track, usual, None if whole else gap)
-            existence[track] *= 1 - false
+            existence[track] *= 1 - self._flicker.chance(records, track, gap, detected, whole=whole)
         return existence
-
-    def _usual(self, records: Records, detected: float) -> float:
-        """How often visible objects are detected, as far as any of them has shown by now."""
-        hits, misses = (records[name].astype(float) for name in ('hits', 'misses'))
-        rate = hits / (hits + misses + 1) * (hits >= TELLING_HITS)
-        self._best = max(self._best, float(rate.max()))
-        return min(detected, self._best)
 
     def _weigh_lost(self, records: Records, existence: Floats, area: float, own: float) -> None:
         """Update the records of lost tracks and their existence, (N,), by what became of others.
@@ -258,18 +238,6 @@ class Disappearances:
         for name, values in (('visible', seen), ('hidden', unseen), ('hidden_share', share)):
             records[name][track] = values
         existence[track] = seen + unseen * own
-
-
-def _flickering(records: Records, track: Indices, usual: Floats, gap: Floats | None) -> Floats:
-    """Probability, (K,), that confirmed tracks, (K,), are clutter that flickers.
-
-    :param usual: (K,) probability of detecting a visible object, for each.
-    :param gap: (K,) frames for which blobs are lost, and may be hidden; None for whole objects.
-    """
-    hits, misses = (records[name][track].astype(float) for name in ('hits', 'misses'))
-    if gap is not None:
-        misses = np.maximum(misses - np.minimum(np.rint(gap), COUNTED_MISSES), 0.0)
-    return flickering(hits, misses, usual, whole=gap is None)
 
 
 def _kernel(one: Floats, other: Floats) -> Floats:

@@ -22,12 +22,12 @@ from colortrack_ros.tracking.crossings import tell_apart
 from colortrack_ros.tracking.deletion import confirm
 from colortrack_ros.tracking.deletion import go_on
 from colortrack_ros.tracking.deletion import is_present
-from colortrack_ros.tracking.disappearances import TELLING_HITS
 from colortrack_ros.tracking.doubts import doubt
 from colortrack_ros.tracking.doubts import DoubtedTurns
 from colortrack_ros.tracking.doubts import join
 from colortrack_ros.tracking.doubts import reconsider
 from colortrack_ros.tracking.fast_starts import start_fast
+from colortrack_ros.tracking.flicker import TELLING_HITS
 from colortrack_ros.tracking.gating import gate
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses

@@ -15,9 +15,9 @@ from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
-from colortrack_ros.tracking.disappearances import COUNTED_MISSES
 from colortrack_ros.tracking.disappearances import LOST
 from colortrack_ros.tracking.extents import update_extents
+from colortrack_ros.tracking.flicker import COUNTED_MISSES
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import by_axis
