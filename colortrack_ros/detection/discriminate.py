@@ -13,6 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
+from scipy.sparse import csr_array
+from scipy.spatial.distance import cdist
 
 from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.cells import CELLS
@@ -49,12 +51,12 @@ LAB_BIN = 2.0
 LEAST_LAB = np.array([low for _, low, _ in LAB_RANGES])
 """Least L, a, b."""
 
-LAB_BINS = tuple(round((high - low) / LAB_BIN) + 1 for _, low, high in LAB_RANGES)
-"""Number of bins along L, a, b."""
-
 SMOOTHING = 2.3
 """Standard deviation of the smoothing [CIELAB units]: the just noticeable difference (Mahy
 1994)."""
+
+SMOOTHING_REACH = 5
+"""How far a pixel is smoothed [bins]: 4 standard deviations, where gaussian_filter ends."""
 
 SHADE_RADIUS = NEAR / 2
 """Radius within which one shade stands for all [CIELAB units]."""
@@ -125,11 +127,18 @@ def _shares(cells: NDArray[np.uint16]) -> NDArray[np.float64]:
 
 def _density(shares: NDArray[np.float64]) -> NDArray[np.float64]:
     """(65536,) smoothed density of pixels in CIELAB at each cell."""
-    place = np.rint((cell_bounds()[0].T - LEAST_LAB) / LAB_BIN).astype(int)
-    grid = np.zeros(LAB_BINS)
+    bins = np.rint((cell_bounds()[0].T - LEAST_LAB) / LAB_BIN).astype(int)
     (filled,) = shares.nonzero()
-    np.add.at(grid, tuple(place[filled].T), shares[filled])
-    return np.asarray(gaussian_filter(grid, SMOOTHING / LAB_BIN, mode='constant')[tuple(place.T)])
+    low = bins[filled].min(axis=0) - SMOOTHING_REACH
+    size = bins[filled].max(axis=0) + SMOOTHING_REACH + 1 - low
+    bins -= low
+    grid = np.zeros(size)
+    np.add.at(grid, tuple(bins[filled].T), shares[filled])
+    density = np.zeros(len(shares))
+    near = ((bins >= 0) & (bins < size)).all(axis=1)
+    smooth = gaussian_filter(grid, SMOOTHING / LAB_BIN, mode='constant')
+    density[near] = smooth[tuple(bins[near].T)]
+    return density
 
 
 def _shades_of(shares: NDArray[np.float64], share: float) -> Shades:
@@ -141,11 +150,12 @@ def _shades_of(shares: NDArray[np.float64], share: float) -> Shades:
     sums = np.stack([np.bincount(cube, weight * axis) for axis in color.T], axis=1)
     order = np.argsort(-weights, kind='stable')[:MOST_BINS]
     left, means = weights[order], sums[order] / weights[order, None]
-    near = ((means[:, None] - means) ** 2).sum(axis=2) < SHADE_RADIUS**2
+    near = csr_array(cdist(means, means, 'sqeuclidean') < SHADE_RADIUS**2)
     rest = (1 - share) * left.sum()
     shades: list[NDArray[np.float64]] = []
     while left.sum() > rest and len(shades) < MOST_SHADES_TAUGHT:
-        mine = near[int((near @ left).argmax())]
+        center = int((near @ left).argmax())
+        mine = near.indices[near.indptr[center] : near.indptr[center + 1]]
         if not left[mine].any():
             break
         shades.append(np.average(means[mine], axis=0, weights=left[mine]))
@@ -169,11 +179,7 @@ class Discrimination:
     def others_within(self, reach: float) -> Shades:
         """Those of the others that bound the samples' ellipsoids, at least the nearest."""
         away = nearest_sample(self.others, self.samples, SHAPE_OF_SHADES)
-        return (
-            self.others[away <= max(2 * reach, away.min(initial=np.inf))]
-            if len(away)
-            else self.others
-        )
+        return self.others[away <= max(2 * reach, away.min(initial=np.inf))]
 
     def least_reach(self) -> float:
         """Least half axis of a and b around the samples that includes other views of the object.
@@ -235,10 +241,12 @@ def discriminate(mine: Sequence[Part], theirs: Sequence[Part]) -> Discrimination
     shares = np.array([part.shares for part in mine])
     their_shares = np.array([part.shares for part in theirs]).reshape(-1, CELLS)
     their_density = np.max([_density(share) for share in their_shares], axis=0, initial=0.0)
-    spilled = _spilled(mine, shares, their_density)
+    densities = np.array([_density(share) for share in shares])
+    spilled = _spilled(mine, shares, densities, their_density)
     for k in np.flatnonzero(spilled).tolist():
         shares[k] = _shares(mine[k].shown)
-    density = np.mean([_density(share) for share in shares], axis=0)
+        densities[k] = _density(shares[k])
+    density = densities.mean(axis=0)
     whole = [part for part, is_spilled in zip(mine, spilled, strict=True) if not is_spilled]
     best, most = None, -1.0
     for ratio in RATIOS if len(theirs) else RATIOS[-1:]:
@@ -253,7 +261,10 @@ def discriminate(mine: Sequence[Part], theirs: Sequence[Part]) -> Discrimination
 
 
 def _spilled(
-    mine: Sequence[Part], shares: NDArray[np.float64], their_density: NDArray[np.float64]
+    mine: Sequence[Part],
+    shares: NDArray[np.float64],
+    density: NDArray[np.float64],
+    their_density: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
     """(examples,) which of them are mostly surroundings, into which a click's region has run.
 
@@ -266,7 +277,6 @@ def _spilled(
         [np.median(np.delete(area, k)) for k in range(len(area))]
     )
     is_large &= [part.is_grown for part in mine]
-    density = np.array([_density(share) for share in shares])
     rest = (density.sum(axis=0) - density) / (len(mine) - 1)
     doubted = (RATIOS[0] * their_density > density) & (their_density > RATIOS[0] * rest)
     return np.asarray(is_large & ((shares * doubted).sum(axis=1) > 0.5))
