@@ -112,7 +112,8 @@ def run(
     belief = Belief.of(config, robots=runs)
     errors, first = CameraErrors.of(config), begun_as_told if as_told else truths
     truth = first(scene, motion, runs, objects, kinds, errors, rng)
-    known, last, frames, seen = KNOWN[motion], np.zeros(3), [], np.zeros(len(truth), bool)
+    known, last, frames = KNOWN[motion], np.zeros(3), []
+    seen = refused = np.zeros(len(truth), bool)
     for k, base in enumerate(bases(scene, drives)):
         if k and as_told:
             moved_as_told(truth, kinds, errors, objects, scene.dt, ~seen, rng)
@@ -127,9 +128,9 @@ def run(
             begun, belief = there, first_belief(belief, truth, there, measured, view, kinds, rng)
         else:
             belief.forget(scene.dt)
-            belief.predict(kinds, 0.0, scene.dt, ~seen)
+            belief.predict(kinds, 0.0, scene.dt, ~seen | refused)
             belief.drift(base.t, base.t - last, 0.0, np.zeros(2))
-            belief.update(measured, view, kinds, 0.0)
+            refused = belief.update(measured, view, kinds, 0.0)
         judged, last, seen = begun & there & within(scene, distance), base.t, there
         shown = published(truth, rng) if as_told else truth
         frames.append(np.stack([*judge(belief, shown, known, distance), judged, begun]))

@@ -87,7 +87,10 @@ def fly(truth, kinds, dt, rng):
     truth[down, 5] *= -share
     thrown = rng.random((count, 1)) < 1 - np.exp(-dt / FLIGHTS)
     sigma = np.maximum(kinds.speed, [0.0, 0.0, THROWN])
-    truth[:, VELOCITY] += thrown * sigma * rng.normal(size=(count, 3))
+    change = thrown * sigma * rng.normal(size=(count, 3))
+    truth[:, VELOCITY] += change
+    # at any time of the step
+    truth[:, POSITION] += dt * rng.random((count, 1)) * change
 
 
 def published(truth, rng):

@@ -32,6 +32,7 @@ from colortrack_ros.world.cases import LIFT
 from colortrack_ros.world.cases import PITCH
 from colortrack_ros.world.conditional import COUNTED
 from colortrack_ros.world.config import LocatorConfig
+from colortrack_ros.world.filter import doubt
 from colortrack_ros.world.filter import forget
 from colortrack_ros.world.filter import in_front
 from colortrack_ros.world.filter import misfit
@@ -190,6 +191,7 @@ class Belief(Columns):
             self.motion, self.errors, self._in_cases(measured), view, self._in_cases(kinds),
             ground, camera, weigh=len(self.log_weight) > 1,
         )  # fmt: skip
+        doubt(self.motion, refused & self._in_cases(kinds).falls)
         if len(self.log_weight) == 1:
             return refused
         # beside a height, pictures that are linearized at one wrong place tell of cases alike, too

@@ -33,10 +33,12 @@ from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import VELOCITY
 from colortrack_ros.world.view import View
 
-GATE = chdtri(np.arange(1, 6), 1e-4)
-"""Gate of the normalized innovation squared, by the number of measured values. It rejects one
-correct measurement in ten thousand: about one a minute at 150 measurements a second."""
+REFUSED = 1e-4
+"""Share of right measurements that the gate refuses: one in ten thousand, or about one a minute at
+150 measurements a second."""
 
+GATE = chdtri(np.arange(1, 6), REFUSED)
+"""Gate of the normalized innovation squared, by the number of measured values."""
 
 ERROR_MEMORY = 3600.0
 """Time constant of the camera errors [s]: mounts give, loads shift, and light moves the edges of
@@ -112,6 +114,15 @@ def update(
         there, rows = there.take(right), rows[right]
     objects.put(rows, there)
     return refused, likely
+
+
+def doubt(objects: Motions, refused: Bools) -> None:
+    """Weigh the hypotheses of falling objects whose measurements were refused, (N,), in place.
+
+    REFUSED of these would be of what flies on: more often, they were thrown harder than expected.
+    """
+    p = objects.probability[refused] * [1.0, REFUSED]
+    objects.probability[refused] = p / p.sum(axis=1, keepdims=True)
 
 
 def in_front(objects: Motions, view: View) -> Bools:

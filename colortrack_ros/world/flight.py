@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.special import ndtr
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.state import add_white
@@ -14,6 +15,7 @@ from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import MOVES
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
+from colortrack_ros.world.state import STANDS
 from colortrack_ros.world.state import VELOCITY
 
 SPIN = 0.5
@@ -57,30 +59,37 @@ def _normal_points() -> tuple[Floats, Floats]:
 FALL_POINTS, FALL_WEIGHTS = _normal_points()
 
 
-def fall(objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float) -> None:
+def fall(
+    objects: Motions, errors: CameraErrors, kinds: Kinds, ground: float, dt: float, apart: Bools
+) -> None:
     """Apply air, gravity, and bounces to the falling ones of objects that have moved, in place.
 
     :param ground: height of the ground in the fixed frame [m].
     :param dt: time for which they have moved [s].
+    :param apart: (N,) which fall in the hypothesis STANDS as well.
     """
-    _brake(objects, kinds, dt)
-    moved = objects.whole[:, MOVES]
-    moved[:, 2, -1] -= GRAVITY * dt * dt / 2 * kinds.falls
-    moved[:, 5, -1] -= GRAVITY * dt * kinds.falls
-    _bounce(moved, errors, kinds, ground)
+    (moves,), (thrown,) = kinds.falls.nonzero(), apart.nonzero()
+    rows = np.concatenate([moves, thrown])
+    each = rows, np.repeat([MOVES, STANDS], [len(moves), len(thrown)])
+    whole, kinds = objects.whole[each], kinds.take(rows)
+    _brake(whole, kinds, dt)
+    whole[:, 2, -1] -= GRAVITY * dt * dt / 2
+    whole[:, 5, -1] -= GRAVITY * dt
+    _bounce(whole, errors.cov[rows // (len(objects) // len(errors.cov))], kinds, ground)
+    objects.whole[each] = whole
 
 
-def _brake(objects: Motions, kinds: Kinds, dt: float) -> None:
+def _brake(whole: Floats, kinds: Kinds, dt: float) -> None:
     """Slow falling objects down by the drag of the air, k |v| v, in place.
 
     On a straight line, v becomes v / (1 + k |v| dt). Spin adds a force of unknown direction, as
     large as a share of the drag.
+
+    :param whole: (N, 8, 8 + 8 C + 1) covariances, slopes, and means, side by side.
     """
-    falls = kinds.falls
-    whole = objects.whole[:, MOVES][falls]
     v = whole[:, VELOCITY, -1]
     fast = np.linalg.norm(v, axis=1)[:, None]
-    k = np.maximum(kinds.drag[falls] + whole[:, DRAG, -1], 0.0)[:, None]
+    k = np.maximum(kinds.drag + whole[:, DRAG, -1], 0.0)[:, None]
     left = 1 / (1 + k * fast * dt)
     lost, by_drag = (left - 1) * v, -np.square(left) * fast * dt * v
     along = v[:, :, None] * (v / np.maximum(fast, TINY))[:, None]
@@ -97,10 +106,9 @@ def _brake(objects: Motions, kinds: Kinds, dt: float) -> None:
     cov[..., POSITION] += dt / 2 * changes
     force = SPIN**2 * (np.square(k) + cov[:, DRAG, DRAG, None]) * fast**4
     add_white(cov, np.repeat(force * FLIGHT * dt, 3, axis=1), dt)
-    objects.whole[falls, MOVES] = whole
 
 
-def _bounce(moved: Floats, errors: CameraErrors, kinds: Kinds, ground: float) -> None:
+def _bounce(moved: Floats, P: Floats, kinds: Kinds, ground: float) -> None:
     """Reflect falling objects that may have reached the ground, in place.
 
     Whether an object touched the ground within this step is as uncertain as its height, and what
@@ -108,18 +116,18 @@ def _bounce(moved: Floats, errors: CameraErrors, kinds: Kinds, ground: float) ->
     point, and the result is linearized statistically (Gelb 1974, 6.2): it is A x and a rest that is
     not correlated with x.
 
-    :param moved: (N, 8, 8 + 8 C + 1) covariances, slopes, and means, side by side.
+    :param moved: (N, 8, 8 + 8 C + 1), see :func:`_brake`.
+    :param P: (N, 8 C, 8 C) covariance of the camera errors.
     """
-    (rows,) = kinds.falls.nonzero()
-    whole, robot = moved[rows], rows // (len(moved) // len(errors.cov))
-    B, above = whole[:, FALLS, OF_OBJECT:-1], whole[:, FALLS, -1]
-    above[:, 0] -= ground + kinds.diameter[rows] / 2
-    S = whole[:, FALLS[:, None], FALLS] + B @ errors.cov[robot] @ B.swapaxes(1, 2)
+    B, above = moved[:, FALLS, OF_OBJECT:-1], moved[:, FALLS, -1]
+    above[:, 0] -= ground + kinds.diameter / 2
+    S = moved[:, FALLS[:, None], FALLS] + B @ P @ B.swapaxes(1, 2)
     S += LEAST_FALL * np.eye(2)
     near = ndtr(-above / np.sqrt(S[:, [0, 1], [0, 1]])).prod(axis=1) > LEAST_BOUNCE
     if not near.any():
         return
-    rows, whole, S, above = rows[near], whole[near], S[near], above[near]
+    (rows,) = near.nonzero()
+    whole, S, above = moved[rows], S[rows], above[rows]
     x = np.linalg.cholesky(S) @ FALL_POINTS
     there = above[..., None] + x
     hits = (there < 0).all(axis=1, keepdims=True)

@@ -3,7 +3,7 @@
 The interacting multiple model (Blom and Bar-Shalom 1988; Bar-Shalom, Li and Kirubarajan 2001,
 11.6.6) has two hypotheses: an object stands, or it moves like other objects of its color. Falling
 objects do not stand; their hypotheses are that they fly on, or that they have been thrown or hit
-since the last picture.
+since they were last measured.
 """
 
 import math
@@ -46,17 +46,29 @@ def predict(
 
     :param ground: height of the ground in the fixed frame [m].
     :param dt: [s].
-    :param unseen: (N,) whether an object may be kicked or hit a wall without being seen.
+    :param unseen: (N,) whether an object may be thrown, kicked or hit a wall without being seen.
     """
-    _mix(objects, errors, kinds, dt)
+    thrown = _mix(objects, errors, kinds, dt, unseen)
     _maneuver(objects, errors, kinds, dt, unseen & ~kinds.falls)
-    whole, cov = objects.whole[:, MOVES], objects.cov[:, MOVES]
+    _move(objects.whole[:, MOVES], kinds, dt)
+    if kinds.falls.any():
+        apart = kinds.falls & (thrown < 1)
+        other = objects.whole[apart, STANDS]
+        _move(other, kinds.take(apart), dt)
+        objects.whole[apart, STANDS] = other
+        fall(objects, errors, kinds, ground, dt, apart)
+        _throw(objects, kinds, thrown, dt)
+
+
+def _move(whole: Floats, kinds: Kinds, dt: float) -> None:
+    """Move objects at constant velocity, in place.
+
+    :param whole: (N, 8, 8 + 8 C + 1) covariances, slopes, and means, side by side.
+    """
+    cov = whole[..., :OF_OBJECT]
     whole[:, POSITION] += dt * whole[:, VELOCITY]
     cov[:, :, POSITION] += dt * cov[:, :, VELOCITY]
     add_white(cov, np.square(kinds.wander) * dt, dt)
-    if kinds.falls.any():
-        fall(objects, errors, kinds, ground, dt)
-        _throw(objects, kinds, dt)
 
 
 def _maneuver(
@@ -85,14 +97,17 @@ def _maneuver(
     objects.put(rows, moving)
 
 
-def _throw(objects: Motions, kinds: Kinds, dt: float) -> None:
-    """Let falling objects be thrown at any time of the step, in the other hypothesis, in place."""
-    rows, sigma = kinds.falls, kinds.speed[kinds.falls]
-    sigma[:, 2] = np.maximum(sigma[:, 2], THROWN)
-    objects.whole[rows, STANDS] = objects.whole[rows, MOVES]
-    thrown = objects.cov[rows, STANDS]
-    add_white(thrown, np.square(sigma), dt)
-    objects.cov[rows, STANDS] = thrown
+def _throw(objects: Motions, kinds: Kinds, thrown: Floats, dt: float) -> None:
+    """Let falling objects be thrown at any time of the step, in the other hypothesis, in place.
+
+    :param thrown: (N,) share of the objects in that hypothesis that are thrown in this step.
+    """
+    new, rows = kinds.falls & (thrown == 1), kinds.falls
+    objects.whole[new, STANDS] = objects.whole[new, MOVES]
+    sigma = np.maximum(kinds.speed[rows], [0.0, 0.0, THROWN])
+    cov = objects.cov[rows, STANDS]
+    add_white(cov, thrown[rows, None] * np.square(sigma), dt)
+    objects.cov[rows, STANDS] = cov
 
 
 def kicked(objects: Motions, speed: Floats, T: Floats) -> Motions:
@@ -118,28 +133,36 @@ def kicked(objects: Motions, speed: Floats, T: Floats) -> Motions:
     return kicked
 
 
-def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float) -> None:
+def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float, unseen: Bools) -> Floats:
     """Mix the hypotheses in place, as standing objects start to move and moving objects stop.
 
-    For falling objects, an earlier throw does not change the probability of the next one.
+    What was thrown flies on once it is measured. Until then it stays apart: what lies, unless it
+    was thrown, is no Gaussian. Merged, the height of a ball that lies for 2 s out of sight has a
+    deviation of 0.05 m; with those that were thrown, it is 0.08 m.
+
+    :param unseen: (N,) which objects were not measured in the last picture.
+    :return: (N,) share of the objects in the hypothesis STANDS that came from the other one.
     """
-    whole, cov, p = objects.whole, objects.cov, objects.probability
-    change = 1 - np.exp(-dt / np.where(kinds.falls, FLIGHTS, SOJOURN))[:, None]
-    falls, from_moving = kinds.falls[:, None], np.concatenate([change, 1 - change], axis=1)
-    after = np.where(falls, from_moving, (1 - change) * p + change * p[:, ::-1])
+    whole, cov, p, falls = objects.whole, objects.cov, objects.probability, kinds.falls
+    leave = 1 - np.exp(-dt / np.where(falls, FLIGHTS, SOJOURN))[:, None].repeat(2, axis=1)
+    leave[falls, STANDS] = ~unseen[falls]
+    from_moving = p[:, MOVES, None] * np.stack([leave[:, MOVES], 1 - leave[:, MOVES]], axis=1)
+    from_standing = p[:, STANDS, None] * np.stack([1 - leave[:, STANDS], leave[:, STANDS]], axis=1)
+    after = from_standing + from_moving
     # share of the objects in each hypothesis after mixing that moved before
-    moved = np.where(falls, 1.0, from_moving / np.maximum(after, TINY)) * p[:, MOVES, None]
+    moved = from_moving / np.maximum(after, TINY)
     between = whole[:, MOVES, :, OF_OBJECT:] - whole[:, STANDS, :, OF_OBJECT:]
     spread = errors.spread(between[..., :-1], between[..., -1])
     flat = whole.reshape(len(whole), 2, math.prod(whole.shape[2:]))
     flat[:] = np.concatenate([1 - moved[..., None], moved[..., None]], axis=-1) @ flat
     cov += (moved * (1 - moved))[..., None, None] * spread[:, None]
-    begun = (1 - moved[:, MOVES]) * ~kinds.falls
+    begun = (1 - moved[:, MOVES]) * ~falls
     speeds = np.einsum('nii->ni', cov[:, MOVES, VELOCITY, VELOCITY])  # a view
     speeds += begun[:, None] * np.square(kinds.speed)
-    whole[:, STANDS, VELOCITY] = 0.0
-    cov[:, STANDS, :, VELOCITY] = 0.0
+    whole[:, STANDS, VELOCITY] *= falls[:, None, None]
+    cov[:, STANDS, :, VELOCITY] *= falls[:, None, None]
     objects.probability[:] = after
+    return np.asarray(moved[:, STANDS])
 
 
 def drift(

@@ -59,7 +59,7 @@ def one(config, velocity, drag=0.0):
 def fallen(objects, kinds, errors, dt=DT):
     """Mean after one step, (8,), moved as predict() does."""
     objects.whole[..., :3, :] += dt * objects.whole[..., 3:6, :]
-    fall(objects, errors, kinds, 0.0, dt)
+    fall(objects, errors, kinds, 0.0, dt, np.zeros(1, bool))
     return objects.mean[0, 1]
 
 
