@@ -39,9 +39,17 @@ left ones."""
 LEAST_BLUR = 1.0
 """Least width of an outline [px]: a pixel is the mean over its width."""
 
+ENDS = 2
+"""Samples whose mean is the color inside, or outside: fewer have more noise, more have less
+reach."""
+
 REACH_SHARE = 1 / 4
-"""Length of a profile on each side [half axes], at least PROFILE_SAMPLES px. Blur up to twice as
-wide is visible; an object blurred over more than half of itself has no inside to compare with."""
+"""Length of a profile on each side [half axes], at least PROFILE_SAMPLES px, if the blur fits."""
+
+BESIDE_BLUR, LONGER = ENDS, 2
+"""Length of a profile on each side beyond the width of the blur, all of which may be on that side
+[px]: what colors are compared with. How many times as long one becomes whose colors still change at
+its end: longer than need be, it sees other things, and `clutter`, `juggle`, and `light` lose."""
 
 UNSURE = 0.1
 """Shares this close to 0 and 1 are noise and shading, not blur. Of random worlds, blur of 5 to 16
@@ -51,10 +59,6 @@ seem up to a third wider."""
 TO_END, ROUND_UP, BEYOND = np.array([1, -1]), np.array([0, 1]), np.iinfo(np.intp).max
 """Steps outward at the high and at the low end of a profile; of an even number of pixels, the
 middle belongs to the high end. A coordinate beyond all others."""
-
-ENDS = 2
-"""Samples whose mean is the color inside, or outside: fewer have more noise, more have less
-reach."""
 
 
 @dataclass(frozen=True)
@@ -106,19 +110,57 @@ class Profiles(Columns):
         return pixel
 
 
-def profile_levels(
+def fitting_profiles(
     frame: Frame, blobs: BlobTable, profiles: Profiles
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float64]]:
+    """Colors along profiles that reach beyond the blur of outlines, and that blur.
+
+    Profiles of objects that seem to be blurred over all of themselves stay as they are.
+
+    :returns: levels and distances of :func:`profile_levels`, and the blur of :func:`outline_blur`.
+    """
+    minor, major = blobs.axes
+    reach = np.maximum(REACH_SHARE * 2 * np.sqrt(minor), PROFILE_SAMPLES)
+    close = np.ones((len(reach), PROFILE_SAMPLES))
+    close[:, CLOSE:] = ((reach - CLOSE) / (PROFILE_SAMPLES - CLOSE))[:, None]
+    levels, gap = profile_levels(frame, profiles, close, close.cumsum(axis=1))
+    blur = outline_blur(levels, gap)
+    left = np.arange(len(reach))
+    while True:
+        width = np.sqrt(blur[left].diagonal(axis1=1, axis2=2)).max(axis=1)
+        short = (width + BESIDE_BLUR > reach[left]) & (reach[left] < 2 * np.sqrt(major[left]))
+        left = left[short]
+        left = left[_goes_on(levels[:, left])] if len(left) else left
+        if not len(left):
+            return levels, gap, blur
+        reach[left] *= LONGER
+        # Each in the middle of what it stands for: of wide blur none shows more than others.
+        even = reach[left, None].repeat(PROFILE_SAMPLES, axis=1) / PROFILE_SAMPLES
+        place = even.cumsum(axis=1) - (even - 1) / 2
+        longer, between = profile_levels(frame, profiles.take(left), even, place)
+        wider = outline_blur(longer, between)
+        fits = has_inside(minor[left], np.sqrt(wider.diagonal(axis1=1, axis2=2)))
+        left = left[fits]
+        levels[:, left], gap[left], blur[left] = longer[:, fits], between[fits], wider[fits]
+
+
+def _goes_on(levels: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """(N,) whether blur goes on where profiles end outside: their last colors still change."""
+    share = object_share(levels)[..., -2 * ENDS : -ENDS]
+    return np.asarray(share.mean(axis=(2, 3, 4)).max(axis=1) > UNSURE)
+
+
+def profile_levels(
+    frame: Frame, profiles: Profiles, gap: NDArray[np.float64], place: NDArray[np.float64]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Colors along profiles across the outlines of blobs, from the inside out.
 
+    :param gap: (N, PROFILE_SAMPLES) length of a profile that each sample stands for, outward [px].
+    :param place: (N, PROFILE_SAMPLES) pixels from the end of the blob, 1 for the first outside.
     :returns: (channels, N, 2, PROFILES, 2, 2 PROFILE_SAMPLES) levels, BGR or gray, and
-        (N, 2 PROFILE_SAMPLES) distances between samples [px].
+        (N, 2 PROFILE_SAMPLES) the lengths [px].
     """
-    minor, _ = blobs.axes
-    reach = np.maximum(REACH_SHARE * 2 * np.sqrt(minor), PROFILE_SAMPLES)
-    gap = np.ones((len(reach), PROFILE_SAMPLES))
-    gap[:, CLOSE:] = ((reach - CLOSE) / (PROFILE_SAMPLES - CLOSE))[:, None]
-    out = np.rint(gap.cumsum(axis=1)).astype(np.intp).take(BOTH_WAYS, axis=1)
+    out = np.rint(place).astype(np.intp).take(BOTH_WAYS, axis=1)
     out[:, :PROFILE_SAMPLES] *= -1
     out[:, :PROFILE_SAMPLES] += 1
     levels = pixels_at(frame, profiles.across(out, *size_of(frame)))
@@ -168,12 +210,13 @@ def _squares(blur: NDArray[np.float32]) -> NDArray[np.float64]:
     return squares.reshape(-1, 2, 2)
 
 
-def has_inside(blobs: BlobTable, blur: NDArray[np.float64]) -> NDArray[np.bool_]:
+def has_inside(minor: NDArray[np.float64], blur: NDArray[np.float64]) -> NDArray[np.bool_]:
     """(N,) which blobs do not consist of blurred outline alone.
 
+    :param minor: (N,) second moments along their minor axes [px^2].
     :param blur: (N, 2) widths along u and v [px].
     """
-    return np.asarray(blur.max(axis=1) < 2 * np.sqrt(blobs.axes[0]))
+    return np.asarray(blur.max(axis=1) < 2 * np.sqrt(minor))
 
 
 def object_share(levels: NDArray[np.float32]) -> NDArray[np.float32]:

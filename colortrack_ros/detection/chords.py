@@ -74,7 +74,7 @@ class Chords(Columns):
         count = middle.shape[-1]
         shift = middle.sum(axis=-1) / count
         away = middle - shift[..., None]
-        shift *= np.where(has_inside(blobs, blur), 1, MIXED)[:, None]
+        shift *= np.where(has_inside(blobs.axes[0], blur), 1, MIXED)[:, None]
         error = (away * away).sum(axis=(1, 2)) / (2 * count * (count - 1))
         return cls(shift, np.sqrt(error), np.maximum(1 - mixed / LEAST_MIXED, 0))
 

@@ -11,8 +11,7 @@ from colortrack_ros.detection.background_model import BackgroundModel
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.blobs import find_blobs
 from colortrack_ros.detection.blobs import sample_pixels
-from colortrack_ros.detection.blur import outline_blur
-from colortrack_ros.detection.blur import profile_levels
+from colortrack_ros.detection.blur import fitting_profiles
 from colortrack_ros.detection.blur import Profiles
 from colortrack_ros.detection.chords import Chords
 from colortrack_ros.detection.config import DetectorConfig
@@ -192,8 +191,7 @@ class Detector:
         inside = blobs.inside(width, height)
         skewness = self._skewness.beyond(blobs, inside, frame.stamp)
         profiles = Profiles.of(blobs)
-        levels, gap = profile_levels(frame, blobs, profiles)
-        blur = outline_blur(levels, gap)
+        levels, gap, blur = fitting_profiles(frame, blobs, profiles)
         along = np.sqrt(blur.diagonal(axis1=1, axis2=2))
         chords = Chords.of(levels, gap, profiles, blobs, along)
         size = height, width

@@ -8,7 +8,7 @@ from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.blobs import find_blobs
-from colortrack_ros.detection.blur import profile_levels
+from colortrack_ros.detection.blur import fitting_profiles
 from colortrack_ros.detection.blur import PROFILE_SAMPLES
 from colortrack_ros.detection.blur import Profiles
 from colortrack_ros.detection.chords import outside_share
@@ -62,7 +62,7 @@ def shares(image):
     runs.pixels[...] = (image[..., 0] > 150) & (image[..., 1] < 90)
     blobs = find_blobs(runs, 20)
     profiles = Profiles.of(blobs)
-    return outside_share(profile_levels(Frame(image, 'rgb8'), blobs, profiles)[0])[0]
+    return outside_share(fitting_profiles(Frame(image, 'rgb8'), blobs, profiles)[0])[0]
 
 
 def test_the_dark_side_of_an_object_is_the_object():
@@ -84,6 +84,6 @@ def test_a_gray_object_is_told_from_gray_surroundings_by_its_brightness():
     blobs = find_blobs(runs, 20)
     profiles = Profiles.of(blobs)
     for frame in (Frame(image), Frame(image[..., 0].copy(), 'mono8')):
-        share = outside_share(profile_levels(frame, blobs, profiles)[0])
+        share = outside_share(fitting_profiles(frame, blobs, profiles)[0])
         assert (share[..., :PROFILE_SAMPLES] < 0.1).all()
         assert (share[..., PROFILE_SAMPLES:] > 0.9).all()

@@ -10,8 +10,7 @@ from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.blobs import find_blobs
-from colortrack_ros.detection.blur import outline_blur
-from colortrack_ros.detection.blur import profile_levels
+from colortrack_ros.detection.blur import fitting_profiles
 from colortrack_ros.detection.blur import Profiles
 from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.scenes.shapes import draw_ball
@@ -46,7 +45,7 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
         runs.pixels[...] = image[..., 2] > 140
         blobs = find_blobs(runs, 20)
         profiles = Profiles.of(blobs)
-        (blur,) = outline_blur(*profile_levels(Frame(image), blobs, profiles))
+        (*_, (blur,)) = fitting_profiles(Frame(image), blobs, profiles)
         u, v = np.sqrt(blur.diagonal())
         seen.append((u, v) if angle == 0 else (v, u))
     assert seen[0][0] == pytest.approx(smear, abs=2.5)
@@ -58,6 +57,21 @@ def test_the_blur_of_an_outline_is_measured_along_the_way_of_the_exposure(smear)
     even = cv2.blur(even, (round(smear) + 1, 1))
     (row,) = Detector(DetectorConfig()).detect(Frame(even)).rows
     assert row['cov_uu'] > 2 * row['cov_vv']
+
+
+@pytest.mark.parametrize('tolerance', [20.0, 25.0, 30.0])
+@pytest.mark.parametrize('smear', [0.4, 0.5, 0.6])
+def test_a_smear_that_a_tight_tolerance_cuts_off_is_in_the_covariance(smear, tolerance):
+    squared = []
+    for k in range(8):
+        center = np.array([120, 80]) + np.random.default_rng(k).random(2)
+        image = red_ball(center, toward(np.pi * k / 8, 32 * smear), 32.0)
+        color = ReferenceColor.from_rgb('ball', tuple(map(float, image[80, 120, ::-1])), tolerance)
+        (row, *_) = Detector(DetectorConfig(colors=(color,))).detect(Frame(image)).rows
+        error = np.array([row['u'], row['v']]) - center
+        covariance = [[row['cov_uu'], row['cov_uv']], [row['cov_uv'], row['cov_vv']]]
+        squared.append(error @ np.linalg.solve(covariance, error) / 2)
+    assert np.mean(squared) < 1.6
 
 
 @pytest.mark.parametrize('smear', [6.0, 9.0, 12.0])
