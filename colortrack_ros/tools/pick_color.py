@@ -42,6 +42,14 @@ SAME_COLORS = (
     'and shapes are alike, too: moving_only may.'
 )
 
+LOOK_ELSEWHERE = (
+    'Look at other pictures, too: what is found there and is not it is --also-not SOURCE FRAME U V.'
+)
+SHOW_ELSEWHERE = (
+    'These shades are those of one picture: show it in another, --also SOURCE FRAME U V, where '
+    'there is other light on it.'
+)
+
 PLACE_ELSEWHERE = ('SOURCE', 'FRAME', 'U', 'V')
 REPEATED = (
     ('--box', 'box', int, tuple('UVWH'), 'a region'),
@@ -78,6 +86,10 @@ def main(args: Sequence[str] | None = None) -> int:
     elif (arguments.other or arguments.also_other) and not picked.color.others:
         print(SAME_COLORS, file=sys.stderr)
     print(f'Look at {arguments.output}: the picture, the mask and the blobs.', file=sys.stderr)
+    if not arguments.also and not picked.color.is_sought:
+        print(SHOW_ELSEWHERE, file=sys.stderr)
+    elif not arguments.also_other:
+        print(LOOK_ELSEWHERE, file=sys.stderr)
     return 0
 
 

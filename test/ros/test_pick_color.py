@@ -116,6 +116,19 @@ def test_what_cannot_be_done_is_said_in_one_line(tmp_path, capsys, arguments, sa
     assert '\n' not in told
 
 
+@pytest.mark.parametrize(
+    ('more', 'said'),
+    [
+        ((), '--also-not SOURCE'),
+        (('--not', '20', '20'), '--also SOURCE'),
+        (('--not', '20', '20', '--also', SCENE, '5', *center()), '--also-not SOURCE'),
+    ],
+)
+def test_what_one_picture_does_not_tell_is_to_be_shown_in_another(tmp_path, capsys, more, said):
+    assert main([SCENE, *center(), *more, '--output', str(tmp_path / 'picked.png')]) == 0
+    assert said in capsys.readouterr().err
+
+
 PATIENT = f"""
 import sys
 from colortrack_ros.tools import pick_color
