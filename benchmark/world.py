@@ -28,6 +28,7 @@ from world_scene import DT
 from world_scene import ELSEWHERE
 from world_scene import HERE
 from world_scene import KNOWN
+from world_scene import look
 from world_scene import measure
 from world_scene import MOTIONS
 from world_scene import MOUNT
@@ -46,6 +47,7 @@ from colortrack_ros.world import Locator
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.config import RANGE_METHODS
 from colortrack_ros.world.measurement import expected
+from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
@@ -113,7 +115,7 @@ def run(
     errors, first = CameraErrors.of(config), begun_as_told if as_told else truths
     truth = first(scene, motion, runs, objects, kinds, errors, rng)
     known, last, frames = KNOWN[motion], np.zeros(3), []
-    seen = refused = np.zeros(len(truth), bool)
+    seen, each = np.zeros(len(truth), bool), np.arange(len(truth))
     for k, base in enumerate(bases(scene, drives)):
         if k and as_told:
             moved_as_told(truth, kinds, errors, objects, scene.dt, ~seen, rng)
@@ -126,11 +128,9 @@ def run(
         distance = np.linalg.norm(truth[:, :3] - view.optical.t, axis=1)
         if k == 0:
             begun, belief = there, first_belief(belief, truth, there, measured, view, kinds, rng)
+            table = Objects.begun(each, each, 1, belief, kinds)
         else:
-            belief.forget(scene.dt)
-            belief.predict(kinds, 0.0, scene.dt, ~seen | refused)
-            belief.drift(base.t, base.t - last, 0.0, np.zeros(2))
-            refused = belief.update(measured, view, kinds, 0.0)
+            look(table, measured, view, begun, base.t - last, k, scene.dt)
         judged, last, seen = begun & there & within(scene, distance), base.t, there
         shown = published(truth, rng) if as_told else truth
         frames.append(np.stack([*judge(belief, shown, known, distance), judged, begun]))

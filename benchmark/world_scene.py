@@ -7,6 +7,7 @@ import numpy as np
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TRACK
 from colortrack_ros.data import Tracks
 from colortrack_ros.world.camera import CameraModel
@@ -146,6 +147,17 @@ def measure(view, truth, kinds, method, motion, rng):
         np.zeros(z.shape),
     )  # fmt: skip
     return measured, seen
+
+
+def look(table, measured, view, begun, way, k, dt):
+    """Predict by a step to picture k, and update, as the locator does; way: of the robot since."""
+    belief, (before, now) = table.belief, (round(i * dt * NANOSECONDS) for i in (k - 1, k))
+    belief.forget(dt)
+    belief.predict(table.kinds, 0.0, dt, table.updated < before)
+    belief.drift(view.base.t, way, 0.0, np.zeros(2))
+    refused = belief.update(measured, view, table.kinds, 0.0)
+    refused[begun] = table.kick(refused & begun, measured, view, 0.0, 0, (before, now))[begun]
+    table.updates[measured.used.any(axis=1) & ~refused] = now
 
 
 def as_seen(z, seen, config, stamp):

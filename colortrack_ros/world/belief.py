@@ -210,7 +210,7 @@ class Belief(Columns):
 
     def kick(
         self,
-        rows: Indices,
+        may: Bools,
         since: Floats,
         measured: Measured,
         view: View,
@@ -218,17 +218,16 @@ class Belief(Columns):
         ground: float,
         camera: int,
     ) -> Bools:
-        """Apply a kick to those of some objects, (K,), whose measurements it fits.
+        """Apply a kick to those of some objects, (N,), whose measurements it fits.
 
-        :param since: (K,) time span in which the kick may have happened [s].
-        :param measured, kinds: of each, (K,).
-        :return: (K,) which objects it fits.
+        :param since: (N,) time span in which the kick may have happened [s].
+        :return: (N,) which objects it fits.
         """
-        part, cases = self.take(rows), self._cases(len(rows))
-        part.motion = kicked(part.motion, kinds.speed[cases], since[cases])
-        fits = part.misfit(measured, view, kinds, ground, camera) <= 1
-        fits &= part.in_front(view)
-        self.motion.put(self._all(rows[fits]), part.take(fits).motion)
+        after, cases = copy(self), self._cases(len(self))
+        after.motion = kicked(self.motion, kinds.speed[cases], since[cases])
+        fits = may & (after.misfit(measured, view, kinds, ground, camera) <= 1)
+        fits &= after.in_front(view)
+        self.motion.put(self._all(fits), after.take(fits).motion)
         return np.asarray(fits)
 
     def _all(self, rows: Selection) -> Indices:

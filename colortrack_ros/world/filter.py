@@ -183,7 +183,7 @@ def misfit(
 
     :param objects: N, predicted, in front of the camera; measured: N, of each.
     """
-    robot = np.zeros(len(objects), np.intp)
+    robot = np.arange(len(objects)) // max(len(objects) // len(errors.mean), 1)
     part = in_inverse_depth(objects, view.optical)
     step = conditional(part, errors, robot, measured, view, kinds, ground, camera)
     return np.asarray(step.nis / GATE[measured.used.sum(axis=1) - 1])

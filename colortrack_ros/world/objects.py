@@ -123,15 +123,11 @@ class Objects(Columns):
         """
         updated, kinds = self.updated, self.kinds
         may = refused & (updated < times[0]) & kinds.speed.any(axis=1) & ~kinds.falls
-        (rows,) = (may & self.belief.in_front(view)).nonzero()
-        if not len(rows):
+        may &= self.belief.in_front(view)
+        if not may.any():
             return refused
-        since = (times[1] - updated[rows]) / NANOSECONDS
-        rows = rows[
-            self.belief.kick(
-                rows, since, measured.take(rows), view, kinds.take(rows), ground, camera
-            )
-        ]
+        since = (times[1] - updated) / NANOSECONDS
+        (rows,) = self.belief.kick(may, since, measured, view, kinds, ground, camera).nonzero()
         again = Measured.none(len(self))
         again.put(rows, measured.take(rows))
         still = self.belief.update(again, view, kinds, ground, camera)

@@ -10,6 +10,7 @@ sys.path.append(str(ROOT / 'benchmark'))
 import world
 import world_scene
 
+from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.config import RANGE_METHODS
 from colortrack_ros.world.filter import started
 from colortrack_ros.world.filter import update
@@ -176,6 +177,16 @@ def falling(height, speed):
     )  # fmt: skip
     found.mean[..., 2], found.mean[:, MOVES, 5] = height, speed
     return found, errors, kinds
+
+
+def test_what_fits_in_any_case_of_the_pitch_fits():
+    config, rng = world_scene.config_of('ground', 'rolls'), np.random.default_rng(1)
+    kinds, truth = Kinds.of(config), np.zeros((1, 16))
+    truth[0, :3] = VIEW.base.apply(np.array([[2.5, 0, 0.1]]))
+    measured, _ = world_scene.measure(VIEW, truth, kinds, 'ground', 'rolls', rng)
+    belief = Belief.of(config).started(truth[:, :3], np.array([25.0]), measured, VIEW, kinds, 0.0)
+    belief.motion.mean[0, :, :2] += 1.0
+    assert belief.misfit(measured, VIEW, kinds, 0.0) < 1
 
 
 def test_a_thrown_ball_falls_as_gravity_says():

@@ -116,6 +116,22 @@ def test_a_ball_that_hits_a_wall_behind_a_cover_comes_back_within_its_ellipse(me
     assert told == []
 
 
+@pytest.mark.parametrize('method', ['ground', 'size'])
+def test_a_ball_that_sets_off_four_times_as_fast_as_told_is_followed_after_two_pictures(method):
+    """Out of sight from then on, it is within its ellipse."""
+    one, told = locator(method, speed=0.15, wander=0.1)
+    for k in range(1, 21):
+        y = 0.6 * max(k - 7, 0) / 30
+        tracks, detections = seen(view_at(), (2.2, y, RADIUS), k * FRAME)
+        if k > 10:
+            tracks.rows['time_since_update'] = (k - 10) / 30
+            detections = Detections(stamp=tracks.stamp)
+        (row,) = one.update(tracks, detections, view_at()).rows
+    off = np.array([row['x'] - 2.2, row['y'] - y, row['z'] - RADIUS])
+    assert off @ np.linalg.solve(row['covariance'][:3, :3], off) < chdtri(3, 0.001)
+    assert told == []
+
+
 def test_what_the_edge_of_the_picture_cuts_is_no_measurement():
     one, _ = locator()
     view = view_at()
