@@ -101,7 +101,7 @@ def update(
     if len(rows) < len(objects):
         part, measured, kinds = objects.take(rows), measured.take(rows), kinds.take(rows)
     part = in_inverse_depth(part, view.optical)
-    robot = rows // (len(objects) // len(errors.mean))
+    robot = errors.robots(rows, len(objects))
     states, right, change, likely = _jointly(
         part, errors, robot, measured, view, kinds, ground, camera, GATE[number[rows] - 1], weigh
     )
@@ -181,9 +181,9 @@ def misfit(
 ) -> Floats:
     """Return the squared normalized innovations, (N,), over the gate: 1 is its edge.
 
-    :param objects: N, predicted, in front of the camera; measured: N, of each.
+    :param objects: N, predicted, grouped by robot; measured: N, of each.
     """
-    robot = np.arange(len(objects)) // max(len(objects) // len(errors.mean), 1)
+    robot = errors.robots(np.arange(len(objects)), len(objects))
     part = in_inverse_depth(objects, view.optical)
     step = conditional(part, errors, robot, measured, view, kinds, ground, camera)
     return np.asarray(step.nis / GATE[measured.used.sum(axis=1) - 1])
@@ -218,7 +218,7 @@ def started(
     )
     objects.mean[..., POSITION] = position[:, None]
     part = in_inverse_depth(objects, view.optical)
-    robot = np.arange(count) // max(count // len(errors.mean), 1)
+    robot = errors.robots(np.arange(count), count)
     # pitch errors part the range by the ground from the others, by far more than their noise
     used = measured.used.copy()
     used[two_ranges(measured), PLANE] = False

@@ -75,7 +75,7 @@ def fall(
     _brake(whole, kinds, dt)
     whole[:, 2, -1] -= GRAVITY * dt * dt / 2
     whole[:, 5, -1] -= GRAVITY * dt
-    _bounce(whole, errors.cov[rows // (len(objects) // len(errors.cov))], kinds, ground)
+    _bounce(whole, errors.cov[errors.robots(rows, len(objects))], kinds, ground)
     objects.whole[each] = whole
 
 

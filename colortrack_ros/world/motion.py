@@ -87,7 +87,7 @@ def _maneuver(
     moving = objects.take(rows)
     whole, cov = moving.whole[:, MOVES], moving.cov[:, MOVES]
     B, v = whole[:, VELOCITY, OF_OBJECT:-1], whole[:, VELOCITY, -1]
-    P = errors.cov[rows // (len(objects) // len(errors.cov))]
+    P = errors.cov[errors.robots(rows, len(objects))]
     second = cov[:, VELOCITY, VELOCITY] + B @ P @ B.swapaxes(1, 2) + v[:, :, None] * v[:, None, :]
     change, axis = 1 - np.exp(-dt / SOJOURN), np.arange(3, 6)
     whole[:, VELOCITY] *= 1 - change

@@ -118,6 +118,10 @@ class CameraErrors:
         first = np.diag(np.square(sigma))
         return cls(np.zeros((robots, len(sigma))), np.tile(first, (robots, 1, 1)), first)
 
+    def robots(self, rows: Indices, count: int) -> Indices:
+        """Return whose objects these rows of count are, (K,), grouped by robot."""
+        return rows // max(count // len(self.mean), 1)
+
     @property
     def scaled(self) -> bool:
         """Whether the last error is that of the scale of ways."""

@@ -13,6 +13,9 @@ FRAME = NANOSECONDS // 24
 RATE = 30
 """Of frames that have a number [Hz]."""
 
+PLACES = np.array([[100.0, 100.0], [300.0, 110.0], [500.0, 105.0], [200.0, 300.0], [450.0, 310.0]])
+"""Of five objects that stay, far from each other [px]."""
+
 
 def points(z, stamp=0, variance=0.0, color=0, size=None):
     """Detections at z, (N, 2), in boxes of a width and height, (2,) or (N, 2); without if None."""
@@ -27,6 +30,12 @@ def points(z, stamp=0, variance=0.0, color=0, size=None):
         rows['box_w'], rows['box_h'], rows['area'] = *size.T, size.prod(axis=1)
         rows['box_u'], rows['box_v'] = (z - size / 2 + 0.5).T
     return Detections(rows, stamp, 'camera')
+
+
+def jittering(seen, jitter, k, rng):
+    """Return the boxes of frame k around the places seen; the sides jitter by a share."""
+    z, size = seen + rng.normal(0, 1, seen.shape), 60 * rng.lognormal(0, jitter, seen.shape)
+    return points(z, round(k / 30 * 1e9), size=size)
 
 
 def message(z, k, color=0):

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from support.silhouettes import points
+from support.silhouettes import jittering
+from support.silhouettes import PLACES
 
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.detection_rate import DetectionRate
-
-PLACES = np.array([[100.0, 100.0], [300.0, 110.0], [500.0, 105.0], [200.0, 300.0], [450.0, 310.0]])
 
 
 @pytest.mark.parametrize('chance', [0.5, 0.7, 0.85, 0.95])
@@ -34,12 +33,6 @@ def test_what_was_hidden_for_long_does_not_count():
     assert rate.estimate(0.95) == 0.95
 
 
-def boxes(seen, jitter, k, rng):
-    """Return the boxes of frame k around the places seen; the sides jitter by a share."""
-    z, size = seen + rng.normal(0, 1, seen.shape), 60 * rng.lognormal(0, jitter, seen.shape)
-    return points(z, round(k / 30 * 1e9), size=size)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize('jitter', [0.0, 0.15])
 @pytest.mark.parametrize('chance', [0.6, 0.8])
@@ -47,7 +40,7 @@ def test_what_is_often_missed_is_shown_all_the_same(chance, jitter):
     rng, tracker, found = np.random.default_rng(7), Tracker(TrackerConfig(image_size=(640, 400))), 0
     for k in range(300):
         seen = PLACES[rng.random(len(PLACES)) < chance]
-        tracks = tracker.update(boxes(seen, jitter, k, rng)).rows
+        tracks = tracker.update(jittering(seen, jitter, k, rng)).rows
         tracks = tracks[tracks['state'] != TENTATIVE]
         away = np.hypot(*(PLACES[:, None] - np.stack([tracks['u'], tracks['v']], 1)).T)
         found += int((away < 20).any(axis=0).sum()) * (k >= 100)
@@ -60,6 +53,6 @@ def test_what_a_network_loses_is_shown_for_a_few_frames_only(jitter, least, most
     rng, tracker, shown = np.random.default_rng(8), Tracker(TrackerConfig(image_size=(640, 400))), 0
     for k in range(120):
         seen = PLACES[: 5 if k < 80 else 4]
-        tracks = tracker.update(boxes(seen, jitter, k, rng)).rows
+        tracks = tracker.update(jittering(seen, jitter, k, rng)).rows
         shown += k >= 80 and len(tracks) == 5
     assert least <= shown <= most

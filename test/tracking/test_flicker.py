@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from support.silhouettes import jittering
+from support.silhouettes import PLACES
 from support.silhouettes import points
 
 from colortrack_ros.data import COASTING
@@ -9,14 +11,6 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.flicker import flickering
-
-PLACES = np.array([[100.0, 100.0], [300.0, 110.0], [500.0, 105.0], [200.0, 300.0], [450.0, 310.0]])
-
-
-def boxes(seen, jitter, k, rng):
-    """Return the boxes of frame k around the places seen; the sides jitter by a share."""
-    z, size = seen + rng.normal(0, 1, seen.shape), 60 * rng.lognormal(0, jitter, seen.shape)
-    return points(z, round(k / 30 * 1e9), size=size)
 
 
 def test_what_is_missed_more_often_than_others_is_clutter_rather_than_what_is_missed_as_often():
@@ -33,7 +27,7 @@ def test_clutter_of_a_network_that_flickers_is_not_shown_while_it_is_missed():
     rng, tracker, shown = np.random.default_rng(9), Tracker(TrackerConfig(image_size=(640, 400))), 0
     for k in range(200):
         chance = np.array([0.97, 0.97, 0.97, 0.97, 0.5])
-        tracks = tracker.update(boxes(PLACES[rng.random(5) < chance], 0.15, k, rng)).rows
+        tracks = tracker.update(jittering(PLACES[rng.random(5) < chance], 0.15, k, rng)).rows
         clutter = np.hypot(tracks['u'] - PLACES[4, 0], tracks['v'] - PLACES[4, 1]) < 30
         shown += k >= 60 and bool((tracks['state'][clutter] == COASTING).any())
     assert shown < 10
@@ -47,7 +41,9 @@ def test_what_flickers_in_its_place_is_not_shown_when_it_is_found_either(jitter)
     chance = np.array([0.95, 0.95, 0.95, 0.25, 0.25])
     for k in range(400):
         seen = PLACES[rng.random(5) < chance]
-        found = points(seen, round(k / 30 * 1e9)) if jitter is None else boxes(seen, jitter, k, rng)
+        found = (
+            points(seen, round(k / 30 * 1e9)) if jitter is None else jittering(seen, jitter, k, rng)
+        )
         tracks = tracker.update(found).rows
         tracks = tracks[tracks['state'] != TENTATIVE]
         at = np.stack([tracks['u'], tracks['v']], axis=1)

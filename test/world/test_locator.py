@@ -97,6 +97,22 @@ def test_an_object_out_of_sight_coasts_and_is_gone_with_its_track():
     assert len(one.update(Tracks(stamp=later.stamp + FRAME), Detections(), view_at()).rows) == 0
 
 
+def row_of(one, place, k, last):
+    """Return the row of a ball in picture k, which is out of sight after the last."""
+    tracks, detections = seen(view_at(), place, k * FRAME)
+    if k > last:
+        tracks.rows['time_since_update'] = (k - last) / 30
+        detections = Detections(stamp=tracks.stamp)
+    (row,) = one.update(tracks, detections, view_at()).rows
+    return row
+
+
+def is_within(row, place):
+    """Return whether a place is within the ellipse of 99.9 %."""
+    off = np.array([row['x'], row['y'], row['z']]) - place
+    return off @ np.linalg.solve(row['covariance'][:3, :3], off) < chdtri(3, 0.001)
+
+
 @pytest.mark.parametrize('method', ['ground', 'size'])
 def test_a_ball_that_hits_a_wall_behind_a_cover_comes_back_within_its_ellipse(method):
     one, told = locator(method, wander=0.05)
@@ -104,13 +120,8 @@ def test_a_ball_that_hits_a_wall_behind_a_cover_comes_back_within_its_ellipse(me
     for k in range(1, 61):
         speed = -0.7 * 0.6 if k > 40 else 0.6
         y += speed / 30
-        tracks, detections = seen(view_at(), (2.5, y, RADIUS), k * FRAME)
-        if k > 30:
-            tracks.rows['time_since_update'] = (k - 30) / 30
-            detections = Detections(stamp=tracks.stamp)
-        (row,) = one.update(tracks, detections, view_at()).rows
-    off = np.array([row['x'] - 2.5, row['y'] - y, row['z'] - RADIUS])
-    assert off @ np.linalg.solve(row['covariance'][:3, :3], off) < chdtri(3, 0.001)
+        row = row_of(one, (2.5, y, RADIUS), k, 30)
+    assert is_within(row, (2.5, y, RADIUS))
     (row,) = one.update(*seen(view_at(), (2.5, y, RADIUS), 61 * FRAME), view_at()).rows
     assert (row['x'], row['y']) == pytest.approx((2.5, y), abs=0.05)
     assert told == []
@@ -122,13 +133,8 @@ def test_a_ball_that_sets_off_four_times_as_fast_as_told_is_followed_after_two_p
     one, told = locator(method, speed=0.15, wander=0.1)
     for k in range(1, 21):
         y = 0.6 * max(k - 7, 0) / 30
-        tracks, detections = seen(view_at(), (2.2, y, RADIUS), k * FRAME)
-        if k > 10:
-            tracks.rows['time_since_update'] = (k - 10) / 30
-            detections = Detections(stamp=tracks.stamp)
-        (row,) = one.update(tracks, detections, view_at()).rows
-    off = np.array([row['x'] - 2.2, row['y'] - y, row['z'] - RADIUS])
-    assert off @ np.linalg.solve(row['covariance'][:3, :3], off) < chdtri(3, 0.001)
+        row = row_of(one, (2.2, y, RADIUS), k, 10)
+    assert is_within(row, (2.2, y, RADIUS))
     assert told == []
 
 
