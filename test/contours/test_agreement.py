@@ -102,6 +102,7 @@ def test_a_second_contour_of_one_thing_is_not_seen_and_ends():
     assert not any(2 in own for own in states[40 + round(1.7 * RATE) :])
 
 
+@pytest.mark.slow
 def test_a_piece_of_somebody_is_not_told_whatever_its_speed():
     def spoil(tracker):
         tracks = tracker._tracks

@@ -55,10 +55,12 @@ def ghost(k):
     return picture('person', None, 0, background=gray, seed=k)
 
 
+@pytest.mark.slow
 def test_what_the_background_takes_in_bit_by_bit_has_not_moved():
     assert not any(known(tracks).any() for tracks in follow(map(ghost, range(110)), QUICK))
 
 
+@pytest.mark.slow
 def test_what_moves_on_before_a_textured_wall_is_confirmed_as_before():
     pictures = (
         picture('person', *straight(k, radius=30.0), background=WALL, seed=k) for k in range(40)

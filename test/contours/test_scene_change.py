@@ -107,6 +107,7 @@ def test_black_pictures_while_the_background_is_learned_do_no_harm():
     assert len(follow([seen(k) for k in range(24)] + black, ContourConfig())) == 54
 
 
+@pytest.mark.slow
 def test_those_who_walk_on_a_plain_floor_from_the_first_picture_on_are_followed():
     """The only texture of the first picture is theirs: it is no background that has gone."""
     floor = np.full((240, 320), 215.0)

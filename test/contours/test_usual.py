@@ -108,6 +108,7 @@ def test_what_is_much_smaller_than_usual_is_told_when_it_has_gone_far_or_stays(
     assert within[0] < counts.index(person + 1) - 60 < within[1]
 
 
+@pytest.mark.slow
 def test_what_somebody_named_is_told_whatever_its_size():
     tracker, results = ContourTracker(QUICK), []
     for k in range(90):

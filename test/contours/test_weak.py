@@ -45,6 +45,7 @@ def test_what_may_be_left_of_somebody_in_the_background_is_not_joined():
     assert (with_weak(strong, difference, wall, 20.0, settled) == strong).all()
 
 
+@pytest.mark.slow
 def test_who_wears_a_dark_coat_before_a_dark_wall_is_one_target():
     tracker, live = ContourTracker(ContourConfig()), []
     for k in range(110):

@@ -36,6 +36,7 @@ LIGHTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('light', LIGHTS.values(), ids=LIGHTS)
 def test_colors_are_kept_when_the_light_changes(light):
     image, places = wheel(hues(9), 0.7)
@@ -48,6 +49,7 @@ def test_colors_are_kept_when_the_light_changes(light):
     assert len(rows) == len(found) == len(places)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('rate', [0.975, 1.03])
 def test_so_is_one_whose_light_changes_slowly(rate):
     empty = np.random.default_rng(0).uniform(60, 100, (240, 320, 3))
@@ -99,6 +101,7 @@ def glossy_scene(left):
     return cv2.GaussianBlur(image, (0, 0), 0.8)
 
 
+@pytest.mark.slow
 def test_a_thing_that_leaves_takes_no_part_of_its_color_with_it():
     detector = sought(tuple(glossy_scene(200)[120, 200][::-1].astype(int).tolist()))
     ways = [200] * 6 + list(range(200, 360, 10)) + [None] * 48 + list(range(350, 190, -10))
@@ -199,6 +202,7 @@ def test_a_cut_to_another_scene_is_no_change_of_light(levels):
     assert changes(LightChange(), *scenes) == [1, 1, 1]
 
 
+@pytest.mark.slow
 def test_a_thing_that_is_in_the_next_scene_of_a_film_is_found_there():
     light, dark = (np.interp(textured(k), (30, 220), each) for k, each in enumerate(LEVELS))
     detector = sought((190, 19, 57))

@@ -117,6 +117,7 @@ def test_the_shaded_side_of_a_thing_is_found_where_its_light_side_is():
     assert row['area'] > 1700, 'more than its light side'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('count', 'least'), [(8, 0.6), (10, 0.8)])
 def test_among_balls_of_many_hues_the_color_of_one_pixel_finds_its_ball_alone(count, least):
     image, places = wheel(hues(count).round(), least)

@@ -55,6 +55,7 @@ def test_a_color_whose_tolerance_is_estimated_is_left_to_that():
     assert moved[1].lab[0] < 55
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('encoding', ['bgr8', 'yuyv', 'nv12'])
 def test_a_color_alone_follows_the_light_in_any_encoding_seen_or_not(encoding):
     ball = ReferenceColor.from_rgb('ball', (205, 58, 34))

@@ -153,6 +153,7 @@ def stranger(random, radius=20.0, gain=1.0, noise=2.0, sigma=0.0, smear=0.0):
     return Frame(np.clip(levels, 0, 255).astype(np.uint8)), center
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('tolerance', [0.0, 50.0])
 def test_balls_before_cameras_of_no_scene_are_known_as_well_as_is_said(tolerance):
     squared = {}

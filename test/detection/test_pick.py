@@ -43,6 +43,7 @@ def picture(*balls, light=1.0, seed=0):
     return np.clip(image, 0, 255).astype(np.uint8)
 
 
+@pytest.mark.slow
 def test_what_one_click_gives_keeps_a_ball_that_goes_away_into_the_shade():
     picked = pick_color(Frame(picture((80, 80, 25))), 80, 80)
     detector = Detector(DetectorConfig(colors=(picked.color,), **picked.limits))

@@ -227,6 +227,7 @@ def test_the_same_pictures_give_the_same_rows_and_a_jump_in_time_forgets():
         assert len(detector.detect(Frame(image, stamp=stamp)).rows) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('width', [320, pytest.param(1280, marks=pytest.mark.slow)])
 def test_balls_that_collide_are_each_found(width):
     """Of the scene whose balls meet in pairs, all that touch are within a fifth of a radius."""

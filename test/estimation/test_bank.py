@@ -31,6 +31,7 @@ def bank_of(model, tracks=3):
     return bank
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('model', 'driven', 'scale'),
     [(ConstantVelocity(), 1, REFERENCE_PERIOD), (ConstantAcceleration(), 2, 1.0)],

@@ -5,6 +5,7 @@ from copy import deepcopy
 from hypothesis import given
 from hypothesis import strategies
 import numpy as np
+import pytest
 
 from colortrack_ros.estimation.records import Records
 
@@ -32,6 +33,7 @@ def assert_alike(records, rows):
         np.testing.assert_array_equal(records[name], rows[name])
 
 
+@pytest.mark.slow
 @given(strategies.lists(strategies.integers(0, 4), max_size=6), strategies.integers(0, 4))
 def test_rows_are_taken_kept_and_joined_as_those_of_a_structured_array(which, count):
     records, rows = both(5)

@@ -22,6 +22,7 @@ def test_what_is_missed_more_often_than_others_is_clutter_rather_than_what_is_mi
     assert flickering(hits[:1], misses[:1], 0.6, whole=True) < 0.25
 
 
+@pytest.mark.slow
 def test_clutter_of_a_network_that_flickers_is_not_shown_while_it_is_missed():
     """It is found in half of the frames in one place, where objects are found in all but a few."""
     rng, tracker, shown = np.random.default_rng(9), Tracker(TrackerConfig(image_size=(640, 400))), 0
@@ -33,6 +34,7 @@ def test_clutter_of_a_network_that_flickers_is_not_shown_while_it_is_missed():
     assert shown < 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('jitter', [None, 0.15])
 def test_what_flickers_in_its_place_is_not_shown_when_it_is_found_either(jitter):
     """Points of objects that are missed now and then, and boxes of a network."""
@@ -53,6 +55,7 @@ def test_what_flickers_in_its_place_is_not_shown_when_it_is_found_either(jitter)
     assert (shown[3:] < 10).all()
 
 
+@pytest.mark.slow
 def test_a_point_that_is_found_in_half_of_the_frames_is_shown():
     rng, shown = np.random.default_rng(12), 0
     tracker = Tracker(TrackerConfig(image_size=(640, 400)))
@@ -64,6 +67,7 @@ def test_a_point_that_is_found_in_half_of_the_frames_is_shown():
     assert shown > 290
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('count', [1, 5])
 def test_what_is_found_in_a_quarter_of_the_frames_is_shown_if_nothing_is_found_more_often(count):
     rng, shown, found = np.random.default_rng(13), 0, 0
@@ -77,6 +81,7 @@ def test_what_is_found_in_a_quarter_of_the_frames_is_shown_if_nothing_is_found_m
     assert shown > 0.9 * found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('others', 'most'), [(0.7, 0.15), (0.98, 0.02)])
 def test_points_that_flicker_in_their_places_are_not_shown_while_they_are_missed(others, most):
     """Four of seven are found in a quarter of the frames; one is out of sight half of the time."""
@@ -127,10 +132,12 @@ def shown_at_rest(chance, rate, size=None, frames=400):
     return shown / count
 
 
+@pytest.mark.slow
 def test_what_flickers_where_it_lies_is_doubted_sooner_if_objects_move():
     """They are found in 70 % of the frames by a network, and that in a third."""
     assert shown_at_rest(0.7, 0.33, 30.0).max() < 0.3
 
 
+@pytest.mark.slow
 def test_what_lies_is_shown_among_what_moves_if_it_is_found_in_half_of_the_frames():
     assert shown_at_rest(0.95, 0.5).min() > 0.9

@@ -4,12 +4,14 @@ from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
+import pytest
 
 from colortrack_ros.tracking import rectangles as rectangles_module
 from colortrack_ros.tracking.rectangles import nearest_points
 from colortrack_ros.tracking.rectangles import points_inside as candidates
 
 
+@pytest.mark.slow
 @given(
     seed=st.integers(0, 2**32 - 1),
     rectangles=st.integers(0, 60),

@@ -72,6 +72,7 @@ def test_boxes_that_grow_or_shrink_do_not_draw_tracks_aside(growth, first_size):
     assert with_boxes <= 1.15 * without
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('aspect', [1.0, 1.6])
 def test_what_approaches_and_recedes_by_turns_is_where_its_centroid_is(aspect):
     """Its growth changes from 0.8 to -0.8 a second within two seconds."""

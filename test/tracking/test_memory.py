@@ -85,6 +85,7 @@ def test_what_has_left_the_picture_does_not_come_back_as_what_enters_elsewhere()
     assert after != [1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', range(4))
 def test_what_turns_back_at_the_border_keeps_its_id_though_it_is_missed_there(seed):
     """Four points go back and forth for 8 s between the borders of the picture."""

@@ -107,6 +107,7 @@ def test_ellipses_hold_what_they_say_whatever_is_missed(noise, missed):
     assert names == [8, 8, 8, 8]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('given', 'least'), [(0.0, 0.85), (3.0, 0.935)])
 def test_the_noise_of_one_object_alone_is_known_within_a_second(given, least):
     """The few differences of one object hardly tell noise from motion; forty seeds, 3 px."""

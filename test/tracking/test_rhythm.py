@@ -48,6 +48,7 @@ def test_what_is_seen_in_every_second_or_third_frame_is_tracked(every, count, si
     assert len(names) == count
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', range(4))
 def test_rare_clutter_is_no_track(seed):
     rng, tracker, shown = np.random.default_rng(seed), Tracker(), 0

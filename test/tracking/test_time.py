@@ -79,6 +79,7 @@ def ids_of_a_flock(rate, seed):
     return len(ids)
 
 
+@pytest.mark.slow
 def test_a_flock_of_which_a_picture_is_taken_each_second_keeps_its_ids():
     counts = [ids_of_a_flock(1, seed) for seed in range(3)]
     assert max(counts) <= 17, counts

@@ -33,6 +33,7 @@ def off(errors):
     return np.sqrt(np.square(errors).sum(axis=2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('noise', 'variance', 'most'), [(1.5, 2.25, (30, 8)), (3, 9.0, (55, 18)), (3, 0.0, (100, 28))]
 )
@@ -43,6 +44,7 @@ def test_one_object_alone_has_its_velocity_soon(noise, variance, most):
         assert off(errors[:, some]) < limit
 
 
+@pytest.mark.slow
 def test_a_turn_is_followed_as_soon_as_it_shows():
     velocity = np.tile([150.0, 0.0], (FRAMES, 1))
     velocity[TURN:] = 0.0, 150.0
@@ -58,6 +60,7 @@ def test_what_may_have_turned_and_is_gone_is_forgotten():
     assert not len(tracks.rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seed', [3, 4, 6])
 def test_what_bounces_amid_heavy_tails_keeps_its_id(seed):
     """A turn is no stray: its next detections are further and further aside."""

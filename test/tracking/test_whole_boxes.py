@@ -1,6 +1,7 @@
 """Boxes of networks are whole, also where none overlap: what is missed shares nobody's box."""
 
 import numpy as np
+import pytest
 from support.silhouettes import points
 
 from colortrack_ros.data import CONFIRMED
@@ -32,6 +33,7 @@ def measured_in_excess(seed):
     return count
 
 
+@pytest.mark.slow
 def test_who_is_missed_beside_a_larger_box_is_not_measured_in_it():
     """Of boxes that overlap many networks suppress all but the best, and so never show any."""
     assert sum(measured_in_excess(seed) for seed in range(6)) == 0

@@ -3,6 +3,7 @@
 import time
 
 import cv2
+import pytest
 from support.tuner import only
 from support.tuner import talk
 from support.tuner import tuner
@@ -14,6 +15,7 @@ ROUNDS = 3
 """Of the same clicks: the least times are those with the least of others' work beside them."""
 
 
+@pytest.mark.slow
 def test_what_a_thing_is_not_is_learned_in_a_few_times_as_long_as_the_thing(tmp_path):
     scene = open_scene(ROOM)
     ball = scene.truth(FRAME)[0]

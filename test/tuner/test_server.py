@@ -260,6 +260,7 @@ def test_a_browser_that_takes_nothing_keeps_nobody_waiting(served):
     asyncio.run(asyncio.wait_for(watch(), PATIENCE))
 
 
+@pytest.mark.slow
 def test_a_page_that_is_opened_a_hundred_times_leaves_nothing_behind(served):
     async def reload():
         async with aiohttp.ClientSession() as session:

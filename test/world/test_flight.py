@@ -66,6 +66,7 @@ def fallen(objects, kinds, errors, dt=DT):
 velocities = st.tuples(*[st.floats(-10, 10)] * 3)
 
 
+@pytest.mark.slow
 @given(velocities, st.floats(0, 0.3))
 def test_air_slows_it_down_by_its_drag_and_the_square_of_its_speed(velocity, drag):
     config = LocatorConfig(colors=(ball(drag=drag),))
@@ -75,6 +76,7 @@ def test_air_slows_it_down_by_its_drag_and_the_square_of_its_speed(velocity, dra
     np.testing.assert_allclose(got[3:6], then, atol=0.04)
 
 
+@pytest.mark.slow
 @given(velocities, st.floats(0.01, 0.3))
 def test_what_is_lost_in_the_air_is_linearized_as_finite_differences_say(velocity, drag):
     config = LocatorConfig(colors=(ball(drag=0.0),))
@@ -125,6 +127,7 @@ def seen_flying(config, velocity, drag, spin, seed, seconds=0.5):
     return off, weighed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('side', [-1, 1])
 def test_a_light_ball_that_spins_is_where_its_covariance_says(side):
     """As light and as fast as in table tennis: its drag of 0.13/m is by far not the default."""

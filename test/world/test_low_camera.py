@@ -20,11 +20,13 @@ from colortrack_ros.world.view import View
 LOW = world_scene.ELSEWHERE['low, level, near']
 
 
+@pytest.mark.slow
 def test_before_a_robot_that_drives_covariances_hold():
     out = world.run('ground', 'stands', True, runs=60, seed=4141, scene=LOW)
     assert out.mean_nees < out.bounds[1]
 
 
+@pytest.mark.slow
 def test_no_case_in_which_an_object_is_above_the_horizon_prevails():
     """It fits once the object's height was learned from there; what was before still counts."""
     out = world.run('ground', 'stands', False, runs=40, seed=4141, scene=LOW)

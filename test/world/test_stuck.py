@@ -75,6 +75,7 @@ def test_a_robot_that_stands_before_what_rolls_is_not_told():
     assert not told(stands, stands, of_robot(lambda t: BALLS - [0, 0.6, 0] + t * rolls))
 
 
+@pytest.mark.slow
 def test_a_camera_that_is_fixed_in_the_room_has_no_odometry():
     """On a belt, all move alike."""
     turns = swings(0.8)

@@ -16,6 +16,7 @@ from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.consistency import inconsistency
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('method', ['ground', 'size', 'depth', 'fused'])
 def test_what_stands_is_where_it_is_said_to_be(method):
     told = world.run(method, 'stands', True, runs=20, seed=31, ways=0.05)
@@ -25,6 +26,7 @@ def test_what_stands_is_where_it_is_said_to_be(method):
     assert told.rmse(world.SETTLED) < untold.rmse(world.SETTLED)
 
 
+@pytest.mark.slow
 def test_what_rolls_is_located_as_well_as_before():
     known = world.run('size', 'rolls', True, runs=10, seed=31)
     unknown = world.run('size', 'rolls', True, runs=10, seed=31, told=0.05)
@@ -32,6 +34,7 @@ def test_what_rolls_is_located_as_well_as_before():
     assert unknown.rmse() == pytest.approx(known.rmse(), rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('wheels', ['way 0.9', 'right'])
 def test_places_of_a_whole_locator_are_within_their_ellipses(wheels):
     outs = [

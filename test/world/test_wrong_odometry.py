@@ -74,6 +74,7 @@ def ahead_of(lines):
     return [float(word) for word in line.replace(':', ' ').split() if word[0] in '+-']
 
 
+@pytest.mark.slow
 def test_odometry_that_stands_from_the_start_is_told_when_the_robot_drives_straight_ahead():
     poses = way(sets_off, none, 4 * SECOND)
     lines, published = run(poses, 0 * poses)
@@ -84,6 +85,7 @@ def test_odometry_that_stands_from_the_start_is_told_when_the_robot_drives_strai
     assert published == len(BALLS)
 
 
+@pytest.mark.slow
 def test_odometry_that_dies_while_the_robot_drives_straight_ahead_is_told():
     poses = way(lambda t: 0.3, none, 5 * SECOND)
     dies = np.minimum(np.arange(len(poses)), 3 * SECOND)
@@ -92,6 +94,7 @@ def test_odometry_that_dies_while_the_robot_drives_straight_ahead_is_told():
     assert driven > told + 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('speed', 'turn'), [(sets_off, none), (none, sets_off)])
 def test_wheels_that_slip_before_a_picture_that_stands_are_told(speed, turn):
     pictures = 4 * SECOND
@@ -102,6 +105,7 @@ def test_wheels_that_slip_before_a_picture_that_stands_are_told(speed, turn):
     assert max(told, np.radians(told_turn)) > 0.15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('turn', [none, lambda t: 0.5 * np.cos(2 * t)])
 @pytest.mark.parametrize('speed', [none, sets_off])
 def test_odometry_that_is_right_is_not_told(speed, turn):
@@ -109,6 +113,7 @@ def test_odometry_that_is_right_is_not_told(speed, turn):
     assert run(poses, poses)[0] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('speed', [none, sets_off])
 @pytest.mark.parametrize('others', [0.0, 0.2])
 def test_one_that_sets_off_beside_others_is_not_told(speed, others):
@@ -122,6 +127,7 @@ def test_one_that_sets_off_beside_others_is_not_told(speed, others):
     assert run(poses, poses, balls)[0] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('speed', [none, sets_off])
 @pytest.mark.parametrize('velocity', [(0.3, 0.0), (0.25, 0.2), (0.0, -0.2)])
 def test_what_rolls_alike_is_no_mistake_while_all_drive_straight(speed, velocity):
