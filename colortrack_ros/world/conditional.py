@@ -12,15 +12,13 @@ from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.gaussian import TINY
-from colortrack_ros.world.inverse_depth import to_points
-from colortrack_ros.world.measurement import BLOB
-from colortrack_ros.world.measurement import expected
+from colortrack_ros.world.linearized import Linearized
+from colortrack_ros.world.linearized import Prior
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import two_ranges
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
-from colortrack_ros.world.state import OF_CAMERA
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import STANDS
@@ -67,10 +65,6 @@ thrown late in the step has not moved yet. Of throws at any time of it, a share 
 R the way of a throw at its start over the noise, shows as little, 0.2 for 5. The hypothesis, as a
 Gaussian in which velocity and way are correlated by 0.87, leaves those 0.4 of their variance."""
 
-FARTHER = 4.0
-"""Largest factor by which one update step may increase the range of an object: the linearization
-does not hold beyond, where 1/Z comes near 0. Chosen."""
-
 
 @dataclass
 class Updated:
@@ -105,20 +99,6 @@ class Updated:
         return log, log_volume
 
 
-@dataclass
-class _Line:
-    """M measurements of N objects, linearized.
-
-    :ivar H: (N, M, 8) derivative by the state.
-    :ivar rest: (N, M, 8 C + 1) derivative by the camera errors, and predicted minus measured value.
-    :ivar seen: (N,) whether the object is visible to the camera at that state.
-    """
-
-    H: Floats
-    rest: Floats
-    seen: Bools
-
-
 def conditional(
     part: Motions,
     errors: CameraErrors,
@@ -131,62 +111,40 @@ def conditional(
     within: float = LINEAR_WITHIN,
 ) -> Updated:
     """Update states in inverse depth as if the camera errors were as estimated."""
-    rows = np.flatnonzero(measured.used.any(axis=0))
-    P, R = errors.cov[robot], measured.R[:, None, rows[:, None], rows]
-    p, whole, known, falls = part.probability, part.whole, errors.mean[robot], kinds.falls
+    p, P, falls = part.probability, errors.cov[robot], kinds.falls
+    rows = np.flatnonzero(measured.used.any(axis=0)).tolist()
+    prior = Prior(part, errors.mean[robot], P, measured, kinds, view, ground, camera, rows)
     at: Floats = (p[:, None] @ part.mean)[:, 0]
-    far = np.zeros(len(part), bool)
-    for _ in range(LINEARIZATIONS):
-        line = _linearized(at, known, measured, rows, view, kinds, ground, camera)
-        G, S, W, volume, seen = _innovations(line, at, part, R)
-        K = PH = seen[..., :OF_OBJECT].swapaxes(-1, -2)
-        if falls.any():
-            K = _considered(PH, part.slope, seen[..., OF_OBJECT:-1], P * falls[:, None, None])
-        states = Motions(whole - K @ seen, p)
-        states.mean[..., 2] = np.maximum(states.mean[..., 2], part.mean[..., 2] / FARTHER)
-        ahead = (p[:, None] @ states.mean)[:, 0]
-        bent = np.asarray((np.abs(ahead - at)[:, POSITION] > within).any(axis=1))
-        if not bent.any():
+    step = prior.updated(at)
+    bent, far = np.arange(len(part)), np.zeros(len(part), bool)
+    for _ in range(LINEARIZATIONS - 1):
+        bent = bent[(np.abs(step.ahead[bent] - at[bent])[:, POSITION] > within).any(axis=1)]
+        if not len(bent):
             break
-        at, far = np.where(bent[:, None], ahead, at), far | bent
-    if K is not PH or not within:
-        _stabilize(states, K, W @ line.H[:, None], W @ R @ W.swapaxes(-1, -2))
-    white, e = seen[..., OF_OBJECT:-1], -seen[..., -1]
-    nis = np.where(line.seen, _weigh(states, P, white, volume, e, falls), np.nan)
+        at[bent], far[bent] = step.ahead[bent], True
+        step.put(bent, prior.take(bent).updated(at[bent]))
+    if falls.any() or not within:
+        _stabilize(step)
+    states, volume = step.states, step.volume
+    white, e = step.seen[..., OF_OBJECT:-1], -step.seen[..., -1]
+    nis = np.where(step.visible, _weigh(states, P, white, volume, e, falls), np.nan)
     # the joint update linearizes these again at the changed errors
     far &= ~two_ranges(measured)
     counted = np.where(falls | far, 0.0, COUNTED)[:, None] * _shares(states.probability)
-    share = _told(G, line.rest[:, None, :, :-1], S)
+    share = _told(step.G, step.direct[:, None], step.S)
     return Updated(states, nis, *_learned(counted, share * white, e), p, volume, e)
 
 
-def _innovations(
-    line: _Line, at: Floats, part: Motions, R: Floats
-) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Return the innovations of states under both hypotheses.
-
-    :param at: (N, 8) point of linearization; R: (N, 1, M, M) covariance of the measurements.
-    :return: the derivative of the innovations by the camera errors, (N, 2, M, 8 C), their
-        covariance, (N, 2, M, M), its whitening matrix, of the same shape, with its log determinant,
-        (N, 2), and, whitened, (N, 2, M, 8 + 8 C + 1), the cross-covariance with the states, that
-        derivative, and the innovations with opposite sign.
-    """
-    H, beside = line.H[:, None], part.whole.copy()
-    beside[..., -1] -= at[:, None]
-    seen = H @ beside
-    seen[..., OF_OBJECT:] += line.rest[:, None]
-    S = H @ seen[..., :OF_OBJECT].swapaxes(-1, -2) + R
-    W, volume = whitening(S)
-    return seen[..., OF_OBJECT:-1], S, W, volume, W @ seen
-
-
-def _stabilize(states: Motions, K: Floats, H: Floats, R: Floats) -> None:
-    """Turn the covariance (I - KH) P of states into Joseph form, in place.
+def _stabilize(step: Linearized) -> None:
+    """Turn the covariance (I - KH) P of the updated states into Joseph form, in place.
 
     (I - KH) P (I - KH)^T + K R K^T also holds for other gains than Kalman's, and for priors so wide
     that rounding matters.
     """
-    states.cov[...] += (K @ R - states.cov @ H.swapaxes(-1, -2)) @ K.swapaxes(-1, -2)
+    K, H = step.gain, step.W @ step.H[:, None]
+    R = step.W @ step.R @ step.W.swapaxes(-1, -2)
+    cov = step.states.cov
+    cov[...] += (K @ R - cov @ H.swapaxes(-1, -2)) @ K.swapaxes(-1, -2)
 
 
 def _shares(probability: Floats) -> Floats:
@@ -205,20 +163,6 @@ def _learned(counted: Floats, G: Floats, e: Floats) -> tuple[Floats, Floats]:
     weighed = (counted[:, :, None, None] * G).swapaxes(-1, -2)
     vector = (weighed @ e[..., None])[..., 0].sum(axis=1)
     return (weighed @ G).sum(axis=1), vector
-
-
-def _considered(PH: Floats, slope: Floats, G: Floats, P: Floats) -> Floats:
-    """Return the Schmidt-Kalman gain, (N, 2, 8, M), which considers the camera errors.
-
-    Used for falling objects, whose bounces are too nonlinear for the conditional gain: their
-    covariance would hold only if the camera errors were as estimated.
-
-    :param PH: (N, 2, 8, M) Kalman gain for known errors, of whitened innovations.
-    :param P: (N, 8 C, 8 C) covariance of the camera errors, 0 for objects that do not fall.
-    """
-    PG = P[:, None] @ G.swapaxes(-1, -2)
-    S = np.eye(G.shape[-2]) + G @ PG
-    return np.linalg.solve(S, (PH + slope @ PG).swapaxes(-1, -2)).swapaxes(-1, -2)
 
 
 def _told(G: Floats, direct: Floats, S: Floats) -> Floats:
@@ -252,32 +196,3 @@ def _weigh(
     p = np.maximum(p / p.sum(axis=1, keepdims=True), least)
     states.probability = p / p.sum(axis=1, keepdims=True)
     return np.asarray(np.where(states.probability > 0, nis, np.inf).min(axis=1))
-
-
-def _linearized(
-    at: Floats,
-    known: Floats,
-    measured: Measured,
-    rows: Indices,
-    view: View,
-    kinds: Kinds,
-    ground: float,
-    camera: int,
-) -> _Line:
-    """Return predicted minus measured values, and the Jacobians, of states in inverse depth.
-
-    :param at: (N, 8); known: (N, 8 C) estimated camera errors.
-    :param rows: (M,) the measured rows.
-    """
-    of = slice(OF_CAMERA * camera, OF_CAMERA * (camera + 1))
-    state = np.concatenate([at, known[:, of]], axis=1)
-    state[:, POSITION], J = to_points(view.optical, at[:, POSITION])
-    z, H = expected(view, state, kinds.diameter, ground + kinds.height, BLOB in rows)
-    H[:, :, POSITION] = H[:, :, POSITION] @ J
-    off, H, unused = z[:, rows] - measured.z[:, rows], H[:, rows], ~measured.used[:, rows]
-    seen = np.asarray(np.isfinite(off).all(axis=1) & np.isfinite(H).all(axis=(1, 2)))
-    unused |= ~seen[:, None]
-    off[unused], H[unused] = 0.0, 0.0
-    rest = np.zeros((*off.shape, known.shape[1] + 1))
-    rest[:, :, of], rest[:, :, -1] = H[:, :, OF_OBJECT:], off
-    return _Line(H[:, :, :OF_OBJECT], rest, seen)
