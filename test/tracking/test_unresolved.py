@@ -26,8 +26,10 @@ def merged(z, touch):
     """Return the means of all that touch, directly or through others."""
     near = np.hypot(*(z[:, None] - z).T) < touch
     near = np.linalg.matrix_power(near.astype(float), len(z)) > 0
-    groups = near.argmax(axis=1)
-    return np.array([z[groups == group].mean(axis=0) for group in np.unique(groups)])
+    group = near.argmax(axis=1)
+    count = np.bincount(group)
+    sums = np.stack([np.bincount(group, axis) for axis in z.T], axis=1)
+    return sums[count > 0] / count[count > 0, None]
 
 
 def frames_of(position, rng, rate, noise, touch, missed=0.0, clutter=0):
