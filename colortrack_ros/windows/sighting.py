@@ -103,14 +103,19 @@ def _seek(
     return seen
 
 
-def are_doubtful(records: Records, matches: Matches, sightings: dict[int, Sighting]) -> Bools:
+def are_doubtful(
+    records: Records, matches: Matches, sightings: dict[int, Sighting], overdue: Bools
+) -> Bools:
     """Return which targets, (N,), were lost and are seen again, but not for sure.
 
-    They are followed, but not reported as seen: many other things look as similar.
+    They are followed, but not reported as seen: many other things look as similar. Once they are
+    overdue, one of those has been found sooner or later, and only the template tells.
+
+    :param overdue: (N,) which were last seen for sure too long ago.
     """
     unsure = np.zeros(len(records), bool)
     for i, seen in sightings.items():
-        unsure[i] = not records['appearance'][i].is_sure(seen)
+        unsure[i] = overdue[i] or not records['appearance'][i].is_sure(seen)
     return np.asarray(unsure & (records['looks'] > 0) & ~(matches.similarity > 0))
 
 

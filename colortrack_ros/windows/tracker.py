@@ -127,11 +127,12 @@ class WindowTracker:
         given = frame, self._tracks.records, matches, valid, predicted
         sightings = sight(*given) if self._is_learning else {}
         accepted = self._supervise(matches, valid, predicted)
-        certain = accepted & ~are_doubtful(self._tracks.records, matches, sightings)
+        overdue = self._tracks.is_overdue(self._clock.now, self.config.max_time_since_update)
+        certain = accepted & ~are_doubtful(self._tracks.records, matches, sightings, overdue)
         self._correct(matches, accepted, certain, dt)
         if self._is_learning:
             learn(frame, self._tracks.records, certain, matches, sightings)
-        self._renew_templates(frame, matches, accepted)
+        self._renew_templates(frame, matches, accepted & (certain | ~overdue))
         self._delete(frame)
         boxes, offered = self.waiting.take()
         self._initiate(frame, boxes[~offered])

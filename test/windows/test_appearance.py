@@ -107,17 +107,28 @@ def test_every_encoding_is_learned(encoding):
     assert abs(row['u'] - 87) < 2
 
 
-@pytest.mark.parametrize(('likeness', 'state'), [(0.6, COASTING), (0.95, CONFIRMED)])
+@pytest.mark.parametrize(
+    ('seen', 'state'),
+    [
+        ([(0.0, 3), (0.6, 60)], COASTING),  # longer than max_time_since_update
+        ([(0.0, 3), (0.95, 60)], CONFIRMED),
+        ([(0.0, 15), (0.6, 15), (0.95, 10)], CONFIRMED),
+        ([(0.0, 20), (0.6, 30), (0.95, 10)], COASTING),
+    ],
+)
 def test_what_was_lost_is_followed_in_doubt_but_is_said_to_be_seen_only_for_sure(
-    monkeypatch, likeness, state
+    monkeypatch, seen, state
 ):
-    """One in 30 other places is as like as 0.6: it is not the target by that alone."""
+    """One in 30 other places is as like as 0.6: it is not the target by that alone.
+
+    After max_time_since_update any place that is like it may be the best of many.
+    """
     tracker = WindowTracker(targets=around((100, 100)))
     look, beside = texture(35, 31, 31), 0.4 * texture(36, 240, 320) + 70
     for k in range(30):
         rows = tracker.update(frame(shown(look, (100, 100)), k)).rows
     assert rows['state'] == CONFIRMED
-    for value, frames in ((0.0, 3), (likeness, 60)):  # longer than max_time_since_update
+    for value, frames in seen:
         monkeypatch.setattr(Appearance, 'likeness', lambda *_, value=value: value)
         for _ in range(frames):
             k += 1
