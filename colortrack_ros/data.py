@@ -271,13 +271,14 @@ class Columns:
 
     def _chosen(self, rows: Selection) -> dict[str, Any]:
         """All fields by name, with only the selected rows of columns."""
-        index = rows.nonzero()[0] if rows.dtype == bool else rows
-        return {
-            name: field.take(index, axis=self.axis)
-            if isinstance(field, np.ndarray)
-            else (field.take(index) if isinstance(field, Columns) else field)
-            for name, field in vars(self).items()
-        }
+        index, axis = rows.nonzero()[0] if rows.dtype == bool else rows, self.axis
+        chosen = dict(vars(self))
+        for name, column in chosen.items():
+            if isinstance(column, np.ndarray):
+                chosen[name] = column.take(index, axis)
+            elif isinstance(column, Columns):
+                chosen[name] = column.take(index)
+        return chosen
 
 
 def whole_rows(table: NDArray[Any]) -> NDArray[Any]:

@@ -124,7 +124,8 @@ class Bank(Columns):
         """
         every = share is None and len(track) == self.mean.shape[1]
         rows: Indices | slice = slice(None) if every else track
-        x, cov = self.mean[:, rows], self.cov[:, rows]
+        x, cov = self.mean, self.cov
+        x, cov = (x, cov) if every else (x.take(track, axis=1), cov.take(track, axis=1))
         design = cov if self.design is None else self.design[:, rows]
         inverse, det = invert(design[..., :2, :2] + R)
         K = design[..., :2] @ inverse
@@ -197,7 +198,7 @@ class Bank(Columns):
         new.cov[:, :, :2, :2] = R
         new.design = None if self.design is None else new.cov.copy()
         weight = self.model.switching(SETTLED)[0][:, None]
-        new.weight = np.broadcast_to(weight, new.mean.shape[:2])
+        new.weight = np.zeros(new.mean.shape[:2]) + weight
         return new
 
     def move(self, A: Floats, shift: Floats, variance: float) -> None:

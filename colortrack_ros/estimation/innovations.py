@@ -52,7 +52,7 @@ def compare(
     going_on += np.log1p(-chance)
     turning += np.log(np.maximum(chance, TINY))
     if bank.model.modes > 1:
-        weight = np.log(np.maximum(bank.weight[:, track], TINY))
+        weight = np.log(np.maximum(bank.weight.take(track, axis=1), TINY))
         going_on, turning = going_on + weight, turning + weight
         going_on, turning = (np.logaddexp.reduce(log, axis=0) for log in (going_on, turning))
     else:

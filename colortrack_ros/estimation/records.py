@@ -49,7 +49,7 @@ class Records(Columns, dict[str, NDArray[Any]]):
     def __missing__(self, name: str) -> NDArray[Any]:
         block, place = self._places[name]
         view: NDArray[Any] = vars(self)[block][place]
-        super().__setitem__(name, view)
+        dict.__setitem__(self, name, view)
         return view
 
     def __setitem__(self, name: str, values: Any) -> None:
@@ -69,12 +69,12 @@ class Records(Columns, dict[str, NDArray[Any]]):
 
     def grown(self: Some, count: int) -> Some:
         """A table of these rows and so many more below them, whose fields are 0."""
-        table = self.part(slice(None))
-        for name, block in self.columns().items():
-            more = np.zeros((len(block), len(self) + count, *block.shape[2:]), block.dtype)
-            more[:, : len(self)] = block
-            vars(table)[name] = more
-        return table
+        blocks, before = self.columns(), len(self)
+        for name, block in blocks.items():
+            more = np.zeros((len(block), before + count, *block.shape[2:]), block.dtype)
+            more[:, :before] = block
+            blocks[name] = more
+        return self._of(blocks)
 
     def copy(self: Some) -> Some:
         """A table of the same rows, with memory of its own."""
@@ -82,7 +82,10 @@ class Records(Columns, dict[str, NDArray[Any]]):
 
     def part(self: Some, rows: slice) -> Some:
         """A view of neighboring rows, to read from and to write to."""
-        part = type(self).__new__(type(self))
-        vars(part).update(vars(self))
-        vars(part).update({name: block[:, rows] for name, block in self.columns().items()})
-        return part
+        return self._of({name: block[:, rows] for name, block in self.columns().items()})
+
+    def _of(self: Some, blocks: dict[str, NDArray[Any]]) -> Some:
+        """A table of the same fields in other blocks."""
+        table = type(self).__new__(type(self))
+        vars(table).update(vars(self), **blocks)
+        return table

@@ -40,6 +40,13 @@ def rows_of(records: Records, track_id: NDArray[np.uint32]) -> tuple[Indices, Bo
     return row, ids[row] == track_id
 
 
+def marked(rows: Indices, count: int) -> Bools:
+    """A mask, (count,), of some rows."""
+    mask = np.zeros(count, bool)
+    mask[rows] = True
+    return mask
+
+
 class TrackTable(Columns, Generic[Filters]):
     """N live tracks.
 

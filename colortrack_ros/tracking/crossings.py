@@ -178,7 +178,7 @@ def tell_apart(
     _sum_up(records, pairs, stamp)
     if prediction.sized:
         _sum_up_sizes(records, pairs.track, prediction.sizes, stamp)
-    one = np.flatnonzero(records['rival'])
+    one = records['rival'].nonzero()[0]
     other, _ = rows_of(records, records['rival'][one])  # any row for one that is gone
     gone = records['rival'][other] != records['track_id'][one]
     records['rival'][one[gone]] = 0
@@ -194,7 +194,8 @@ def tell_apart(
     ratio += records['size_log_ratio'][one] + records['size_log_ratio'][other]
     decided = (np.abs(ratio) > CLEAR) | (scans >= MOST_SCANS) | (ratio == 0)
     one, other, exchanged = one[decided], other[decided], ratio[decided] < 0
-    _exchange(tracks, one[exchanged], other[exchanged])
+    if np.count_nonzero(exchanged):
+        _exchange(tracks, one[exchanged], other[exchanged])
     records['rival'][one] = records['rival'][other] = 0
 
 
@@ -204,8 +205,8 @@ def _sum_up(records: Records, pairs: Hypotheses, stamp: int) -> None:
     track, z, R = pairs.track[mine], pairs.z[mine], pairs.R[mine]
     t = (stamp - records['apart'][track]) / NANOSECONDS
     weight = 2 / (R[:, 0, 0] + R[:, 1, 1])
-    row = np.stack([np.ones(len(t)), t, t * t, z[:, 0], z[:, 1], t * z[:, 0], t * z[:, 1]], axis=1)
-    records['sums'][track] += weight[:, None] * row
+    u, v = z.T
+    records['sums'][track] += (weight * np.array([np.ones(len(t)), t, t * t, u, v, t * u, t * v])).T
     records['scans'][track] += 1
 
 

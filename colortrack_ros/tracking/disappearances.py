@@ -31,6 +31,9 @@ BESIDE = 45.0
 ANYWHERE_WEIGHT = 2.0
 """Number of disappearances of each kind that count as anywhere in the picture. Assumed."""
 
+FIRST_SHARES = np.array([HIDDEN_SHARE, 1 - HIDDEN_SHARE])
+"""Of both kinds, hidden and gone, before any is known."""
+
 PRIOR_COUNT, PRIOR_SPREAD = np.array([30.0, 2.0]), np.array([0.0, 1.0])
 """Weight of the prior on the share of each kind, hidden and gone, that may happen anywhere, and the
 number of them that did. Assumed: what hides objects stays in its place."""
@@ -59,6 +62,7 @@ class Disappearances:
         self._place, self._time = np.zeros((0, 2)), np.zeros(0)
         self._returned = np.zeros((0, 2), bool)
         self._kinds, self._spread = np.zeros((0, 2)), PRIOR_SPREAD / PRIOR_COUNT
+        self._in_time, self._count = np.zeros((0, 2)), np.zeros(2)
         self._is_new, self._flicker = True, Flicker()
 
     @property
@@ -112,14 +116,12 @@ class Disappearances:
         if self._is_new:
             self._conclude(area)
         lost = np.zeros((len(place), 2)) if lost is None else lost
-        in_time = self._returned[:, 1]
-        known = np.stack([in_time, ~in_time], axis=1)
-        near = _kernel(place, self._place) @ known
-        if lost.any():
+        near = _kernel(place, self._place) @ self._in_time
+        if np.count_nonzero(lost):
             beside = _kernel(place, place)
             np.fill_diagonal(beside, 0.0)
             near += beside @ lost
-        count = known.sum(axis=0) + lost.sum(axis=0) - lost
+        count = self._count + lost.sum(axis=0) - lost
         return _share(near, count, self._spread, area)
 
     def share_of_deleted(self, place: Floats, area: float) -> Floats:
@@ -157,7 +159,9 @@ class Disappearances:
             told = alone.sum(axis=0), kinds.sum(axis=0)
             spread = (1 + told[0]) / (2 + told[1])
             self._spread = (PRIOR_SPREAD + told[0]) / (PRIOR_COUNT + told[1])
-        self._kinds = kinds
+        self._kinds, in_time = kinds, self._returned[:, 1]
+        self._in_time = np.stack([in_time, ~in_time], axis=1).astype(float)
+        self._count = self._in_time.sum(axis=0)
 
     def still_hidden(self, time: Floats) -> Floats:
         """Probability, (K,), that what is hidden has not come back within a time, (K,) [s].
@@ -231,9 +235,9 @@ class Disappearances:
             return
         track = track[records['updated'][track].argsort(kind='stable')[-REMEMBERED:]]
         seen, unseen = records['visible'][track], records['hidden'][track]
-        kinds = np.stack([unseen, np.maximum(1 - seen - unseen, 0.0)], axis=1)
-        kinds *= (records['hits'][track] >= TELLING_HITS)[:, None]
-        share = self.share(records['seen'][track], area, kinds)
+        kinds = np.array([unseen, np.maximum(1 - seen - unseen, 0.0)])
+        kinds *= records['hits'][track] >= TELLING_HITS
+        share = self.share(records['seen'].take(track, axis=0), area, kinds.T.copy())
         seen, unseen = weigh_hidden(seen, unseen, share, records['hidden_share'][track])
         for name, values in (('visible', seen), ('hidden', unseen), ('hidden_share', share)):
             records[name][track] = values
@@ -242,8 +246,8 @@ class Disappearances:
 
 def _kernel(one: Floats, other: Floats) -> Floats:
     """Density, (K, M) [1/px^2], of a disappearance at one, (K, 2), by those at other, (M, 2)."""
-    away = one[:, None] - other
-    d2 = (away * away).sum(axis=2) / BESIDE**2
+    u, v = one[:, :1] - other[:, 0], one[:, 1:] - other[:, 1]
+    d2 = (u * u + v * v) / BESIDE**2
     return np.asarray(np.exp(-d2 / 2) / (2 * np.pi * BESIDE**2))
 
 
@@ -260,7 +264,6 @@ def _share(near: Floats, count: Floats, spread: Floats, area: float) -> Floats:
     :param spread: (2,) share of each kind that may be anywhere.
     :param area: of the picture [px^2].
     """
-    first = np.array([HIDDEN_SHARE, 1 - HIDDEN_SHARE])
-    uniform = ANYWHERE_WEIGHT * (count + first) / (count + 1) + spread * count
+    uniform = ANYWHERE_WEIGHT * (count + FIRST_SHARES) / (count + 1) + spread * count
     density = (1 - spread) * near + uniform / area
     return np.asarray(density[:, 0] / density.sum(axis=1))

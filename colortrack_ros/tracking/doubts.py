@@ -123,5 +123,5 @@ def _nearest(bank: Bank, blobs: Measurements) -> Floats:
     center = bank.mean[0, :, :2]
     blob = nearest_points(blobs.z, center)
     S = bank.cov[0, :, :2, :2] + blobs.R[blob]
-    fit, best = log_density(blobs.z[blob] - center, S), log_density(np.zeros_like(center), S)
+    fit, best = log_density(blobs.z[blob] - center, S), log_density(np.zeros(center.shape), S)
     return np.where(2 * (best - fit) > SURPRISING, -np.inf, fit)

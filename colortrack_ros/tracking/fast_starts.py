@@ -19,6 +19,7 @@ from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.measurements import median
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.records import record_size
 from colortrack_ros.tracking.rectangles import points_inside
@@ -117,7 +118,7 @@ def _find(
     """
     records, now = prediction.records, prediction.step.now
     seen, since = records['seen'], (now - records['updated']) / NANOSECONDS
-    noise = 6 * float(np.median(blobs.variance[new]))  # 1 + 4 + 1 variances
+    noise = 6 * float(median(blobs.variance[new].ravel()))  # 1 + 4 + 1 variances
     rare = COINCIDENCES / (np.pi * density) ** 2
     reach = np.full((len(first), 2), np.sqrt(rare / noise))
     one, other = points_inside(seen[first], reach, seen[second], MOST_NEXT)

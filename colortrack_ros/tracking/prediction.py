@@ -20,11 +20,13 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.adaptation import LEAST_SPEED
 from colortrack_ros.tracking.config import TrackerConfig
+from colortrack_ros.tracking.ego_motion import FEWEST
 from colortrack_ros.tracking.ego_motion import find_ego_motion
 from colortrack_ros.tracking.ego_motion import find_jump
 from colortrack_ros.tracking.growth import grow
 from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
+from colortrack_ros.tracking.measurements import median
 from colortrack_ros.tracking.sizes import log_fit
 from colortrack_ros.tracking.sizes import Sizes
 from colortrack_ros.tracking.sizes import total
@@ -124,9 +126,9 @@ class Prediction:
         """(N,) log-likelihood ratio of a blob of exactly that size, see Sizes.log_fit()."""
         return self.sizes.most_fitting(self.size, self.slack)
 
-    def turn_speed(self, track: Indices | slice) -> Floats:
+    def turn_speed(self, track: Indices) -> Floats:
         """Standard deviation of the velocity after a maneuver, (1, 2), or of each, (K, 2)."""
-        return self.turn[track] if self.is_scaled else self.turn
+        return self.turn.take(track, axis=0) if self.is_scaled else self.turn
 
     def log_fit(self, track: Indices, size: Floats) -> Floats:
         """Log-likelihood ratio of blobs' sizes, (K, 2) [px], for tracks, (K,): (K,)."""
@@ -179,7 +181,7 @@ def predict_with_camera(
     :param tracks: as predicted with a camera that stands.
     :return: None if the camera stands, or has been followed already.
     """
-    if config.ego_motion != 'auto' or learned.camera.is_watched:
+    if config.ego_motion != 'auto' or learned.camera.is_watched or len(tracks) < FEWEST:
         return None
     _follow_camera(tracks, measurements, learned, step, config)
     if learned.camera.stands:
@@ -287,7 +289,7 @@ def _follow_camera(
     mean, cov = tracks.filters.estimate()
     variance = np.minimum(cov.diagonal(axis1=1, axis2=2)[fresh, :2], (LEAST_SPEED * step.dt) ** 2)
     if len(measurements):
-        variance += np.median(measurements.variance, axis=0)
+        variance += median(measurements.variance)
     always = config.ego_motion == 'detections' or learned.camera.is_watched
     find = find_ego_motion if always else find_jump
     learned.camera.follow(mean[fresh, :2], variance, measurements.z, step.dt, find)

@@ -92,7 +92,7 @@ def record_size(
     records['area'][track] = rows['area']
     box = rows.view(DETECTION_BOX)
     size, corner = box['size'], box['corner'] - z
-    if not size.all():
+    if np.count_nonzero(size) < size.size:
         corner[size <= 0] = 0.5  # a point
     records['box_size'][track], records['corner'][track] = size, corner
 
@@ -156,7 +156,7 @@ def _unseen(rows: NDArray[np.void], astray: Floats, rate: Floats, speed: Floats)
     entries[:, 10::5] += astray
     if not speed.any():
         return P
-    going_on = np.stack([rows[name] for name in ('u', 'v', 'du', 'dv')], axis=1)
+    going_on = rows.view(np.float64).reshape(-1, TRACK.itemsize // 8)[:, :4]  # u, v, du, dv
     chance = maneuvers.maneuver_chance(rate, T)
     mean, P = maneuvering(going_on, P, chance, T, speed)
     aside = mean - going_on

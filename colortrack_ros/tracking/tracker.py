@@ -12,6 +12,7 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.motion import MOTION_MODELS
+from colortrack_ros.estimation.track_table import marked
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.adaptation import SLOW_PERIOD
@@ -230,8 +231,7 @@ class Tracker:
         chosen, probability = associate(hypotheses.track, hypotheses.blob, gain)
         pairs = hypotheses if len(chosen) == len(hypotheses) else hypotheses.take(chosen)
         hard = np.count_nonzero(probability == 1) == len(probability)
-        free = np.ones(count, bool)
-        free[pairs.blob if hard else pairs.blob[probability > 0.5]] = False
+        free = ~marked(pairs.blob if hard else pairs.blob[probability > 0.5], count)
         return Association(pairs, probability, free, hard)
 
     def _manage(self, *, again: bool) -> None:
@@ -245,29 +245,30 @@ class Tracker:
         before = records['state'].copy()
         keep = confirm(tracks, now, config)
         overdue = ~keep & (records['state'] == COASTING)
-        gone = overdue & ~(records['outside'] | records['splinter'])
-        gone &= records['hits'] >= TELLING_HITS
-        learned.disappearances.learn(
-            records['seen'][gone], tracks.unmeasured(now)[gone], returned=False
-        )
+        if np.count_nonzero(overdue):
+            gone = overdue & ~(records['outside'] | records['splinter'])
+            gone &= records['hits'] >= TELLING_HITS
+            learned.disappearances.learn(
+                records['seen'][gone], tracks.unmeasured(now)[gone], returned=False
+            )
         false = int(np.count_nonzero(~keep & (before == TENTATIVE)))
         keep &= is_present(tracks, now, self._period, learned.image_size, config)
         hidden = ~keep & (records['state'] == COASTING)
         if config.max_hidden <= config.max_time_since_update:
             hidden &= self._population.is_counted(records['color'])
-        if hidden.any():
+        if np.count_nonzero(hidden):
             records['outside'] &= ~overdue & (not learned.camera.is_known)
             self._memory.remember(tracks.take(hidden), now, learned, config)
-        new = np.flatnonzero(keep & (before == TENTATIVE) & (records['state'] == CONFIRMED))
+        new = (keep & (before == TENTATIVE) & (records['state'] == CONFIRMED)).nonzero()[0]
         stitched = self._stitch(keep, new) if len(new) else new
-        others = np.delete(new, stitched)
+        others = np.delete(new, stitched) if len(stitched) else new
         if not again:
             learned.learn_new(false, records['origin'][others])
         counted = others[self._population.is_counted(records['color'][others])]
         records['track_id'][counted] = self._population.name(records['color'][counted])
         keep[counted] = records['track_id'][counted] > 0
-        if len(new) or not keep.all():
-            rows = np.flatnonzero(keep)
+        if len(new) or np.count_nonzero(keep) < len(keep):
+            rows = keep.nonzero()[0]
             rows = rows[np.argsort(records['track_id'][rows])]
             if len(rows) < len(records) or np.count_nonzero(rows[1:] < rows[:-1]):
                 tracks.keep(rows)

@@ -10,10 +10,12 @@ import numpy as np
 
 from colortrack_ros.data import Columns
 from colortrack_ros.data import Indices
+from colortrack_ros.data import join
 from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import turned
 from colortrack_ros.estimation.motion import MotionModel
+from colortrack_ros.estimation.track_table import marked
 from colortrack_ros.estimation.track_table import rows_of
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
@@ -64,7 +66,7 @@ class UndecidedTurns(Columns):
 
         :param taken: the associated pairs that are more likely than not.
         """
-        bank, turning = prediction.bank, np.flatnonzero(taken.innovations.maneuvered > UNLIKELY)
+        bank, turning = prediction.bank, (taken.innovations.maneuvered > UNLIKELY).nonzero()[0]
         if not associated.hard or self._has_modes:
             _merge_turns(prediction, associated, taken.take(turning))
             return
@@ -75,11 +77,11 @@ class UndecidedTurns(Columns):
         row = self._predict(prediction, turning, learned, config)
         if len(turning):
             self._begin(prediction, turning)
-            row = np.append(row, turning)
+            row = np.concatenate([row, turning])
         bank.correct(taken.track, taken.z, taken.R)
         both, seen = self.both, np.arange(len(row))
         if len(taken) < len(bank):
-            seen = np.isin(row, taken.track).nonzero()[0]
+            seen = marked(taken.track, len(bank))[row].nonzero()[0]
         pair = taken.track.searchsorted(row[seen])
         both.correct(seen, taken.z[pair], taken.R[pair])
         mean, cov = mixture(both.weight, both.mean, both.cov)
@@ -110,15 +112,14 @@ class UndecidedTurns(Columns):
         )
         center, weight = both.mean[..., :2], both.weight[..., None]
         off = (weight * center).sum(axis=0) - bank.mean[0, row, :2]
-        same &= np.abs(off).max(axis=1) < ROUNDING_ERROR
+        near = np.abs(off) < ROUNDING_ERROR
+        same &= near[:, 0] & near[:, 1]
         # what has made a track less certain, such as noise that is found to be more, does so here
         aside = center[..., 0] - bank.mean[0, row, 0]
         variance = (both.weight * (both.cov[..., 0, 0] + aside * aside)).sum(axis=0)
         both.cov *= (bank.cov[0, row, 0, 0] / variance)[:, None, None]
         if len(again):
-            fresh = np.zeros(len(records), bool)
-            fresh[again] = True
-            same &= ~fresh[row]
+            same &= ~marked(again, len(records))[row]
         if np.count_nonzero(same) < len(same):
             self.keep(same.nonzero()[0])
             row = row[same]
@@ -131,7 +132,7 @@ class UndecidedTurns(Columns):
         mean, cov = turned(both.mean, both.cov, T, speed)
         both.mean, both.cov = np.concatenate([both.mean, mean]), np.concatenate([both.cov, cov])
         both.weight = np.array([1 - chance, chance])
-        self.track_id = np.append(self.track_id, prediction.records['track_id'][track])
+        self.track_id = join(self.track_id, prediction.records['track_id'][track])
         self.both.extend(both)
 
 

@@ -17,6 +17,7 @@ from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.innovations import compare
+from colortrack_ros.estimation.track_table import marked
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
@@ -83,7 +84,8 @@ def share_centroids(
     if shared is None:
         resolution.learn(resolved, resolved[:0, 0])
         return associated, None
-    kept = ~np.isin(pairs.track, shared.member) & ~np.isin(pairs.blob, shared.blob)
+    kept = ~marked(shared.member, len(records) + 1)[pairs.track]  # the row beyond is that of -1
+    kept &= ~marked(shared.blob, len(blobs))[pairs.blob]
     rest = pairs.take(kept.nonzero()[0])
     free = associated.free.copy()
     free[shared.blob] = False
@@ -143,7 +145,8 @@ def _choose(
         best = left[0]
         chosen.append(best)
         mine = member[best][member[best] >= 0]
-        left = left[~np.isin(member[left], mine).any(axis=1) & (blob[left] != blob[best])]
+        others = ~(member[left][:, :, None] == mine).any(axis=(1, 2))
+        left = left[others & (blob[left] != blob[best])]
     if not chosen:
         return None
     before = records['visible'].copy(), records['hidden'].copy()

@@ -12,6 +12,7 @@ from colortrack_ros.estimation.bank import Bank
 from colortrack_ros.estimation.existence import update_existence
 from colortrack_ros.estimation.existence import weigh_hidden
 from colortrack_ros.estimation.records import Records
+from colortrack_ros.estimation.track_table import marked
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
@@ -30,11 +31,11 @@ from colortrack_ros.tracking.second_difference import learn_acceleration
 from colortrack_ros.tracking.turns import UndecidedTurns
 from colortrack_ros.tracking.turns import UNLIKELY
 
-SINCE = ((np.arange(5) + 0.5) / 5) ** 2
+SINCE = (((np.arange(5) + 0.5) / 5) ** 2)[:, None, None]
 """Times since a maneuver over T, by the midpoint rule in their square roots: recent ones, which
 show least, are sampled most densely. With 12 instead of 5 the NEES of turns changes by < 0.05."""
 
-SHARE = 2 * np.sqrt(SINCE) / len(SINCE)
+SHARE = 2 * np.sqrt(SINCE[:, 0]) / len(SINCE)
 """Weights of these times, from the derivative of the square."""
 
 MOST_LOG_RATIO = 50.0
@@ -70,8 +71,7 @@ def update(
 ) -> None:
     """Update filters, existence and sizes, and learn from the frame."""
     pairs, probability = associated.pairs, associated.probability
-    measured = np.zeros(len(prediction.center), bool)
-    measured[pairs.track] = True
+    measured = marked(pairs.track, len(prediction.center))
     _update_existence(prediction, pairs, measured)
     _learn_disappearances(prediction, pairs, measured, learned)
     taken = pairs if associated.hard else pairs.take(np.flatnonzero(probability > 0.5))
@@ -144,8 +144,9 @@ def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses, *, ev
     rows = slice(None) if every else taken.track
     if not (every or prediction.step.again):
         records['unsettled'] = 0.0
-    variance = prediction.turn_speed(rows).T ** 2
-    s = SINCE[:, None, None] * prediction.unmeasured[rows]
+    speed = prediction.turn if every else prediction.turn_speed(taken.track)
+    variance = speed.T**2
+    s = SINCE * prediction.unmeasured[rows]
     v = prediction.velocity[rows].T.copy()
     e = np.subtract(taken.z.T, prediction.center[rows].T, order='C')
     S = np.add(prediction.variance[rows].T, by_axis(taken.R).T, order='C')
@@ -153,7 +154,7 @@ def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses, *, ev
     wide = with_position * s + S
     aside = v * s + e
     d2 = e * e / S - aside * aside / wide
-    weight = SHARE[:, None] * np.exp(np.minimum(np.add.reduce(d2, axis=1) / 2, MOST_LOG_RATIO))
+    weight = SHARE * np.exp(np.minimum(np.add.reduce(d2, axis=1) / 2, MOST_LOG_RATIO))
     weight *= np.sqrt(np.multiply.reduce(S / wide, axis=1))
     gain = with_position / wide
     change = gain * aside - v
