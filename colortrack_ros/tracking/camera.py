@@ -163,8 +163,8 @@ class Camera:
     @property
     def is_steady(self) -> bool:
         """Whether the camera moves, without a change in the last STEADY_FRAMES frames."""
-        known = isinstance(self._motion, Turn)
-        return not known and not self.stands and self._steady >= STEADY_FRAMES
+        steady = not self.stands and self._steady >= STEADY_FRAMES
+        return steady and not isinstance(self._motion, Turn)
 
     def stop(self) -> None:
         """Assume that the camera stands from now on."""

@@ -269,9 +269,10 @@ def _boxes(singles: NDArray[np.float32], z: Floats, config: TrackerConfig) -> Fl
     if not config.use_boxes:
         box[:] = z[:, None]
         return box
+    size = singles[:, 3:5]
     box[:, 0] = singles[:, 1:3] - 0.5
-    box[:, 1] = box[:, 0] + singles[:, 3:5]
-    none = singles[:, 3:5] <= 0
+    box[:, 1] = box[:, 0] + size
+    none = size <= 0
     if np.count_nonzero(none):
         point = none.any(axis=1)
         box[point] = z[point, None]

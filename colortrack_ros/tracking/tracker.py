@@ -180,9 +180,10 @@ class Tracker:
 
     def _follow_camera(self, step: Step) -> None:
         """Move remembered tracks with the camera; once steady, its motion becomes the tracks'."""
-        if not step.again:
-            self._adaptation.camera.carry(self._memory.tracks)
-        if self._adaptation.camera.is_steady:
+        camera = self._adaptation.camera
+        if not (camera.stands or step.again):
+            camera.carry(self._memory.tracks)
+        if camera.is_steady:
             self._stop_camera()
 
     def _stop_camera(self) -> None:
@@ -223,10 +224,7 @@ class Tracker:
     def _associate(
         self, hypotheses: Hypotheses, gain: NDArray[np.float64], count: int
     ) -> Association:
-        """Choose hypotheses by their gains.
-
-        :param count: number of blobs.
-        """
+        """Choose hypotheses by their gains, (K,), of a number of blobs."""
         associate = ASSOCIATORS[self.config.associator]
         chosen, probability = associate(hypotheses.track, hypotheses.blob, gain)
         pairs = hypotheses if len(chosen) == len(hypotheses) else hypotheses.take(chosen)

@@ -158,12 +158,12 @@ def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses, *, ev
     weight *= np.sqrt(np.multiply.reduce(S / wide, axis=1))
     gain = with_position / wide
     change = gain * aside - v
-    weight = weight[:, None]
-    weighted = weight * change
-    uu, vv = np.add.reduce(weighted * change + weight * (variance - gain * with_position))
+    of_axes = weight[:, None]
+    weighted = of_axes * change
+    uu, vv = np.add.reduce(weighted * change + of_axes * (variance - gain * with_position))
     uv = np.add.reduce(weighted[:, 0] * change[:, 1])
     chance = prediction.maneuvered[rows] * (taken.innovations.maneuvered <= UNLIKELY)
-    chance /= 1 - chance + chance * np.add.reduce(weight[:, 0])
+    chance /= 1 - chance + chance * np.add.reduce(weight)
     records['unsettled'][rows] = (chance * np.array([uu, uv, uv, vv])).T.reshape(-1, 2, 2)
 
 
