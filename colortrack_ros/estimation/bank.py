@@ -11,6 +11,7 @@ from colortrack_ros.estimation.gaussian import maneuvering
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.motion import MotionModel
+from colortrack_ros.estimation.track_table import marked
 
 LEAST_WEIGHT = 1e-12
 """Least weight of a mode, so that it can recover: one measurement 7.4 standard deviations from what
@@ -125,7 +126,8 @@ class Bank(Columns):
         every = share is None and len(track) == self.mean.shape[1]
         rows: Indices | slice = slice(None) if every else track
         x, cov = self.mean, self.cov
-        x, cov = (x, cov) if every else (x.take(track, axis=1), cov.take(track, axis=1))
+        if not every:
+            x, cov = x.take(track, axis=1), cov.take(track, axis=1)
         design = cov if self.design is None else self.design[:, rows]
         inverse, det = invert(design[..., :2, :2] + R)
         K = design[..., :2] @ inverse
@@ -146,8 +148,7 @@ class Bank(Columns):
             else:
                 self._merge(track, step, P, share * weight, share)
         if self.model.selected:
-            measured = np.zeros(self.weight.shape[1], bool)
-            measured[track] = True
+            measured = marked(track, self.weight.shape[1])
             self.weight = np.stack([measured, ~measured]).astype(float)
 
     def _merge(

@@ -149,6 +149,7 @@ class Tally:
         """Indices of the K candidate pairs that correspond: those that did before, then the
         nearest.
         """
+        # mostly nobody has a choice
         if np.bincount(i).max(initial=0) <= 1 and np.bincount(j).max(initial=0) <= 1:
             return np.arange(len(i))
         last = np.array([self.tracks_of.get(one, [-1])[-1] for one in ids.tolist()])

@@ -16,6 +16,7 @@ from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.track_table import marked
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.measurements import Measurements
@@ -82,7 +83,7 @@ def start_fast(
     if lines is None or not len(lines.blob):
         return new
     _start(tracks, lines, blobs, prediction)
-    return new[~np.isin(new, lines.blob)]
+    return new[~marked(lines.blob, len(blobs))[new]]
 
 
 def _start(

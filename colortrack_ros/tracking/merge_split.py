@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.track_table import marked
 from colortrack_ros.tracking.duplicates import leave_out_duplicates
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import hypothesize
@@ -55,7 +56,7 @@ def merge_split(
     probability = np.append(probability, np.ones(len(guest)))
     order = np.argsort(track, kind='stable')
     track, blob, probability = track[order], blob[order], probability[order]
-    pairs = hypothesize(prediction, blobs, track, blob, np.isin(blob, host))
+    pairs = hypothesize(prediction, blobs, track, blob, marked(host, len(blobs))[blob])
     return blobs, Association(pairs, probability, free, associated.hard)
 
 

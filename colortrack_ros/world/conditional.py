@@ -124,7 +124,7 @@ def conditional(
         at[bent], far[bent] = step.ahead[bent], True
         step.put(bent, prior.take(bent).updated(at[bent]))
     if falls.any() or not within:
-        _stabilize(step)
+        _stabilize(step, prior.R)
     states, volume = step.states, step.volume
     white, e = step.seen[..., OF_OBJECT:-1], -step.seen[..., -1]
     nis = np.where(step.visible, _weigh(states, P, white, volume, e, falls), np.nan)
@@ -135,15 +135,16 @@ def conditional(
     return Updated(states, nis, *_learned(counted, share * white, e), p, volume, e)
 
 
-def _stabilize(step: Linearized) -> None:
+def _stabilize(step: Linearized, R: Floats) -> None:
     """Turn the covariance (I - KH) P of the updated states into Joseph form, in place.
 
     (I - KH) P (I - KH)^T + K R K^T also holds for other gains than Kalman's, and for priors so wide
     that rounding matters.
+
+    :param R: (N, 1, M, M) covariance of the measurements.
     """
     K, H = step.gain, step.W @ step.H[:, None]
-    R = step.W @ step.R @ step.W.swapaxes(-1, -2)
-    cov = step.states.cov
+    R, cov = step.W @ R @ step.W.swapaxes(-1, -2), step.states.cov
     cov[...] += (K @ R - cov @ H.swapaxes(-1, -2)) @ K.swapaxes(-1, -2)
 
 

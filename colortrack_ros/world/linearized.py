@@ -29,7 +29,6 @@ class Linearized(Columns):
     """States of N objects, updated by M measurements that are linearized at one point each.
 
     :ivar H: (N, M, 8) derivative of the measurements by the state.
-    :ivar R: (N, 1, M, M) their covariance.
     :ivar direct: (N, M, 8 C) their derivative by the camera errors, with states fixed.
     :ivar visible: (N,) whether the camera sees the object at that point.
     :ivar G: (N, 2, M, 8 C) derivative of the innovations by the camera errors.
@@ -42,7 +41,6 @@ class Linearized(Columns):
     """
 
     H: Floats
-    R: Floats
     direct: Floats
     visible: Bools
     G: Floats
@@ -74,16 +72,20 @@ class Prior(Columns):
     camera: int
     rows: list[int]
 
+    @property
+    def R(self) -> Floats:
+        """Covariance of the measurements, (N, 1, M, M)."""
+        return self.measured.R[:, None, self.rows][..., self.rows]
+
     def updated(self, at: Floats) -> Linearized:
         """Return the update by measurements that are linearized at these states, (N, 8)."""
         prior, falls = self.states, self.kinds.falls
         H, rest, visible = self._linearized(at)
-        R = self.measured.R[:, None, self.rows][..., self.rows]
         beside, by_state = prior.whole.copy(), H[:, None]
         beside[..., -1] -= at[:, None]
         innovations = by_state @ beside
         innovations[..., OF_OBJECT:] += rest[:, None]
-        S = by_state @ innovations[..., :OF_OBJECT].swapaxes(-1, -2) + R
+        S = by_state @ innovations[..., :OF_OBJECT].swapaxes(-1, -2) + self.R
         W, volume = whitening(S)
         seen = W @ innovations
         gain = seen[..., :OF_OBJECT].swapaxes(-1, -2)
@@ -94,7 +96,7 @@ class Prior(Columns):
         states.mean[..., 2] = np.maximum(states.mean[..., 2], prior.mean[..., 2] / FARTHER)
         ahead = (prior.probability[:, None] @ states.mean)[:, 0]
         G = innovations[..., OF_OBJECT:-1]
-        return Linearized(H, R, rest[..., :-1], visible, G, S, W, volume, seen, gain, states, ahead)
+        return Linearized(H, rest[..., :-1], visible, G, S, W, volume, seen, gain, states, ahead)
 
     def _linearized(self, at: Floats) -> tuple[Floats, Floats, Bools]:
         """Return the derivative of the measurements by the states, (N, M, 8), the one by the camera

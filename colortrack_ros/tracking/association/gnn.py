@@ -7,6 +7,7 @@ from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
+from colortrack_ros.estimation.track_table import marked
 
 SMALL = 10_000
 """Number of entries up to which a dense table is solved instead of a sparse one, which has more
@@ -34,8 +35,7 @@ def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices
             chosen.append(left)
             break
         chosen.append(left[sure])
-        gone_t, gone_d = np.zeros(t.max() + 1, bool), np.zeros(d.max() + 1, bool)
-        gone_t[t[sure]] = gone_d[d[sure]] = True
+        gone_t, gone_d = marked(t[sure], t.max() + 1), marked(d[sure], d.max() + 1)
         left = left[~(gone_t[t] | gone_d[d])]
     if len(chosen) == 1:
         return chosen[0], np.ones(len(chosen[0]))
@@ -69,7 +69,5 @@ def _solve(track: Indices, detection: Indices, gain: Floats) -> Indices:
 
 def _numbered(names: Indices) -> tuple[Indices, int]:
     """Number the distinct names from 0, in order; return the numbers, (K,), and their count."""
-    occurs = np.zeros(names.max() + 1, bool)
-    occurs[names] = True
-    number = occurs.cumsum()
+    number = marked(names, names.max() + 1).cumsum()
     return number[names] - 1, int(number[-1])
