@@ -16,10 +16,12 @@ RING = 16
 and an object missed every other time has eight in that many frames."""
 
 Z, GIVEN = slice(0, 2), slice(2, 4)
-VARIANCE, UNMEASURED, MANEUVERED, WHOLE, STEADY_CAMERA, RING_COLUMNS = range(4, 10)
+VARIANCE, UNMEASURED, MANEUVERED, WHOLE, STEADY_CAMERA = range(4, 9)
+SEEN_SIZE, RING_COLUMNS = slice(9, 11), 11
 """Columns of a measurement: position by axis [px]; variance by axis as given, and their mean as
 used [px^2]; time since the previous measurement [s], 0 for none; probability that the track has
-maneuvered; 1 if the object was seen completely; 1 if so, and measured in the previous frame too."""
+maneuvered; 1 if the object was seen completely; 1 if so, and measured in the previous frame too;
+width and height of the box [px]."""
 
 RECENT_FIELDS = [('measured', 'f8', (RING, RING_COLUMNS)), ('in_a_row', 'i8')]
 """Recent fields of a track: its measurements in the last frames, in a ring buffer, and the number
@@ -47,6 +49,7 @@ class Recent:
         maneuvered: Floats,
         whole: Bools,
         steady: Bools,
+        size: Floats,
         dt: float,
     ) -> bool:
         """Record the measurements of a frame; return whether a look at them is due.
@@ -57,13 +60,14 @@ class Recent:
         """
         slot = self._frame % RING
         self.stamps[slot] = self.stamps[slot - 1] + dt
-        new = np.empty((len(track), RING_COLUMNS))
-        new[:, Z] = z
+        count = len(track)
+        new = np.empty((count, RING_COLUMNS))
+        new[:, Z], new[:, SEEN_SIZE] = z, size
         new[:, GIVEN], new[:, VARIANCE] = given, variance
         new[:, UNMEASURED], new[:, MANEUVERED] = unmeasured, maneuvered
         new[:, WHOLE], new[:, STEADY_CAMERA] = whole, steady
         ring, in_a_row = records['measured'][:, slot], records['in_a_row']
-        if len(track) == len(records):
+        if count == len(records):
             ring[:] = new
             in_a_row *= steady
             in_a_row += 1

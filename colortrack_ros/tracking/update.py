@@ -95,7 +95,7 @@ def update(
             tracks.records, taken.track[whole], taken.z[whole], variance,
             *tracks.filters.estimate(), prediction.step.now, prediction.speed,
         )  # fmt: skip
-    _record_hits(tracks, taken, blobs, prediction, every=every)
+    _record_hits(tracks, taken, blobs, prediction, learned, every=every)
 
 
 def _record_hits(
@@ -103,6 +103,7 @@ def _record_hits(
     taken: Hypotheses,
     blobs: Measurements,
     prediction: Prediction,
+    learned: Adaptation,
     *,
     every: bool,
 ) -> None:
@@ -122,7 +123,12 @@ def _record_hits(
             records['misses'] += missed
     tracks.record_hits(track, prediction.step.now)
     records['seen'][track] = taken.z
-    records['systematic'][track] = blobs.systematic.take(taken.blob, axis=0)
+    systematic = blobs.systematic.take(taken.blob, axis=0)
+    if learned.box_errors.lasting:
+        unstated = blobs.rows['cov_uu'].take(taken.blob) == 0
+        lasting = learned.box_errors.variance(blobs.size.take(taken.blob, axis=0))
+        systematic += unstated[:, None] * lasting
+    records['systematic'][track] = systematic
     blob, z = taken.blob, taken.z
     if np.count_nonzero(blobs.mixed):
         alone = np.bincount(blob)[blob] == 1
@@ -247,7 +253,7 @@ def _learn(
     variance = mean_of_axes(blobs.variance.take(blob, axis=0))
     due = learned.recent.take(
         records, track, blobs.z.take(blob, axis=0), given, variance, unseen, maneuvered, whole,
-        steady, period,
+        steady, blobs.size.take(blob, axis=0), period,
     )  # fmt: skip
     if due:
         _learn_more(learned, prediction, blobs, track, blob, config)
@@ -274,6 +280,9 @@ def _learn_more(
         predicted = prediction.variance[track].mean(axis=1)
         grown = learned.noisiness.learn(records, track, learned.recent, predicted)
         prediction.bank.doubt(track, grown)
+        if len(learned.noisiness.guessed):
+            newest_first = learned.recent.newest_first()
+            learned.box_errors.learn(records['measured'][track[:, None], newest_first])
     if not config.process_noise:
         learned.unsteadiness.learn(records, track, learned.recent, period)
 

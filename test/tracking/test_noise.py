@@ -29,7 +29,8 @@ def factor(noise, given, acceleration=0.0, count=8, frames=90, steps=None, seed=
         z = x + rng.normal(0, noise, x.shape)
         variance, steady = np.full(count, given**2), np.full(count, k > 0)
         by_axis, since = variance[:, None].repeat(2, axis=1), np.full(count, dt)
-        if recent.take(records, track, z, by_axis, variance, since, 0, steady, steady, dt):
+        size = np.ones_like(z)
+        if recent.take(records, track, z, by_axis, variance, since, 0, steady, steady, size, dt):
             learned.learn(records, track, recent, variance)
     factors, _ = learned.factors(np.zeros(1, np.uint32), np.full(1, given**2))
     return np.sqrt(factors[0].prod()), 1 + records['own_factor']

@@ -85,8 +85,8 @@ def test_all_probes_of_all_tracks_do_what_each_of_them_does_alone():
         of = variances[track, k], period * missed[track], turned[track, k].astype(float)
         missed[track] = 0
         whole = np.ones(len(track), bool)
-        given = np.column_stack([of[0], of[0]])
-        if recent.take(records, track, seen[track, k], given, *of, whole, steady[track, k], period):
+        given, z = np.column_stack([of[0], of[0]]), seen[track, k]
+        if recent.take(records, track, z, given, *of, whole, steady[track, k], z, period):
             noise.learn(records, track, recent, period)
     fits = zip(seen, variances, turned, steady, strict=True)
     for i, (fit, count) in enumerate(one_by_one(*of, period) for of in fits):

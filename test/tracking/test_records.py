@@ -58,7 +58,7 @@ def test_a_motion_that_stays_becomes_the_tracks_own_and_leaves_them_where_they_a
     summed_up(records, rng)
     for _ in range(RING + 2):
         kept = *(np.zeros(2) for _ in range(4)), np.zeros(2, bool), np.zeros(2, bool)
-        recent.take(records, np.arange(2), rng.normal(0, 9, (2, 2)), *kept, PERIOD)
+        recent.take(records, np.arange(2), rng.normal(0, 9, (2, 2)), *kept, np.eye(2), PERIOD)
     for name in ('before', 'anchor', 'probe'):
         records[name] = rng.normal(0, 10, records[name].shape)
     records['met'], records['anchored'] = now - SECOND // 2, now - SECOND // 4
