@@ -52,6 +52,11 @@ NEARBY, LEARNED, RARER = 0.55, 0.7, 0.1
 in 100 other places reach them; 2 and 30 in 1,000 looks at the target do not. For each RARER of
 likeness there are e times fewer such places (``benchmark/likeness.py FOLDER``)."""
 
+LEAST_PEAK = 0.15
+"""Least usual peak of a target that its filter distinguishes from its surroundings. On public
+sequences one in 100 frames on the target has less, and one in 8 on nothing: a box of mostly floor,
+or a window that slides from one thing to the next (benchmark/notes/windows.md)."""
+
 FIRST_SHARE = 0.5
 """Initial usual peak and contrast, as a share of those in the first frame. On ten public sequences
 the next frame has 0.5 to 1 of them."""
@@ -142,6 +147,11 @@ class Appearance:
     def reach(self) -> Floats:
         """How far from a center look() finds a target, by u and v [px]."""
         return np.asarray(self._cells * self._cell / 2 - self.size / 4)
+
+    @property
+    def is_distinct(self) -> bool:
+        """Whether the filter usually answers to the target, as it does to what stays itself."""
+        return bool(self._usual[0] >= LEAST_PEAK)
 
     def look(self, frame: Frame, center: Floats) -> Sighting:
         """Look for the target around a center (u, v) [px]."""

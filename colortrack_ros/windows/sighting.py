@@ -38,7 +38,7 @@ def left_out(records: Records) -> list[int]:
     While a target is seen for sure and its template has not been found for some time, the template
     takes turns with what takes longest, to learn.
     """
-    learned = ~_are_sized(records['hits'] + 1) & (records['looks'] == 0)
+    learned = ~_are_sized(records['turns'] + 1) & (records['looks'] == 0)
     indices: list[int] = np.flatnonzero(learned & (records['unfound'] >= UNFOUND)).tolist()
     return indices
 
@@ -60,13 +60,13 @@ def sight(
     :param predicted: (N, 2) u, v [px].
     :return: sightings by index of the track.
     """
-    sightings, looks, hits = {}, records['looks'], records['hits']
+    sightings, looks, turns = {}, records['looks'], records['turns']
     records['unfound'] = np.where(valid, 0, records['unfound'] + 1)
     inside = is_inside(predicted, *frame.image.shape[:2])
     for i, appearance in enumerate(records['appearance']):
         if not inside[i]:
             valid[i], looks[i] = False, max(looks[i], 1)
-        elif valid[i] and looks[i] == 0 and _are_sized(hits[i] + 1):
+        elif valid[i] and looks[i] == 0 and _are_sized(turns[i] + 1):
             continue
         seen = _seek(frame, records, i, matches.z[i] if valid[i] else None, predicted[i])
         if seen is None:
@@ -119,6 +119,18 @@ def are_doubtful(
     return np.asarray(unsure & (records['looks'] > 0) & ~(matches.similarity > 0))
 
 
+def are_faint(records: Records, matches: Matches, sightings: dict[int, Sighting]) -> Bools:
+    """Return which targets, (N,), are seen only by an appearance that hardly answers to them.
+
+    Their filter has found nothing that stays, and follows whatever is there. They are followed and
+    learned, but not reported as seen.
+    """
+    faint = np.zeros(len(records), bool)
+    for i in sightings:
+        faint[i] = not records['appearance'][i].is_distinct
+    return np.asarray(faint & ~(matches.similarity > 0))
+
+
 def learn(
     frame: Frame, records: Records, accepted: Bools, matches: Matches,
     sightings: dict[int, Sighting],
@@ -134,10 +146,11 @@ def learn(
     """
     found = matches.similarity > 0
     records['looks'] = np.where(accepted, 0, records['looks'] + 1)
+    records['turns'] += accepted
     for i in np.flatnonzero(accepted).tolist():
         appearance: Appearance = records['appearance'][i]
         seen = sightings.get(i)
-        if _are_sized(records['hits'][i]):
+        if _are_sized(records['turns'][i]):
             appearance.resize(frame, matches.z[i])
         elif found[i] or seen is None or appearance.is_sure(seen):
             appearance.learn(frame, matches.z[i], seen)
@@ -145,12 +158,12 @@ def learn(
         records['area'][i] = appearance.size.prod()
 
 
-def _are_sized(hits: Indices) -> Bools:
-    """Return of which targets, seen this many times, to estimate the size.
+def _are_sized(turns: Indices) -> Bools:
+    """Return of which targets to estimate the size in this turn, not to learn the appearance.
 
     Size and appearance take turns, and each costs half of the time.
     """
-    return np.asarray(hits % 2 == 1)
+    return np.asarray(turns % 2 == 0)
 
 
 def _elsewhere(frame: Frame, appearance: Appearance, last: Floats, looks: int) -> Floats:

@@ -23,6 +23,7 @@ from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.motion import Motion
 from colortrack_ros.windows.sighting import are_doubtful
+from colortrack_ros.windows.sighting import are_faint
 from colortrack_ros.windows.sighting import learn
 from colortrack_ros.windows.sighting import left_out
 from colortrack_ros.windows.sighting import sight
@@ -38,21 +39,11 @@ STEPS = 4
 4 is the least number whose variance shows more than that two happen to be alike."""
 
 WINDOW_FIELDS = [
-    ('template', 'O'),
-    ('appearance', 'O'),
-    ('area', 'f4'),
-    ('box_w', 'f4'),
-    ('box_h', 'f4'),
-    ('similarity', 'f8'),
-    ('mean_innovation', 'f8'),
-    ('last', 'f8', (2, 2)),
-    ('drift', 'f8', (2, 2)),
-    ('steps', 'f8', (STEPS, 2)),
-    ('seen', 'f8', 2),
-    ('looks', 'i8'),
-    ('unfound', 'i8'),
-    ('followed', 'i8'),
-]
+    ('template', 'O'), ('appearance', 'O'), ('area', 'f4'), ('box_w', 'f4'), ('box_h', 'f4'),
+    ('similarity', 'f8'), ('mean_innovation', 'f8'), ('last', 'f8', (2, 2)),
+    ('drift', 'f8', (2, 2)), ('steps', 'f8', (STEPS, 2)), ('seen', 'f8', 2), ('looks', 'i8'),
+    ('turns', 'i8'), ('unfound', 'i8'), ('followed', 'i8'),
+]  # fmt: skip
 """Fields of a target in addition to those of every track.
 
 template: the Template; appearance: the Appearance, with config.appearance; area, box_w, box_h: of
@@ -60,8 +51,9 @@ the box [px]; similarity: of the last valid match, 0 before the first; mean_inno
 [px], infinite before the first; last: (u, v) by matching and by the filter in the last frame [px];
 drift: covariance of the template's drift on the object [px^2]; steps: the last velocities by
 matching [px/s], NaN: none; seen: (u, v) of the last match [px]; looks: frames without a match since
-the target was last seen for certain; unfound: since its template was last found; followed: when it
-was last seen, even if in doubt [ns]."""
+the target was last seen for certain; turns: frames in which its size or its appearance was learned;
+unfound: since its template was last found; followed: when it was last seen, even if in doubt
+[ns]."""
 
 
 class WindowTracker:
@@ -129,7 +121,8 @@ class WindowTracker:
         accepted = self._supervise(matches, valid, predicted)
         overdue = self._tracks.is_overdue(self._clock.now, self.config.max_time_since_update)
         certain = accepted & ~are_doubtful(self._tracks.records, matches, sightings, overdue)
-        self._correct(matches, accepted, certain, dt)
+        faint = are_faint(self._tracks.records, matches, sightings)
+        self._correct(matches, accepted, certain & ~faint, dt)
         if self._is_learning:
             learn(frame, self._tracks.records, certain, matches, sightings)
         self._renew_templates(frame, matches, accepted & (certain | ~overdue))

@@ -136,6 +136,18 @@ def test_what_was_lost_is_followed_in_doubt_but_is_said_to_be_seen_only_for_sure
     assert rows['state'].tolist() == [state]
 
 
+@pytest.mark.parametrize(('share', 'states'), [(0.5, {COASTING}), (0.1, {CONFIRMED})])
+def test_what_its_own_filter_hardly_answers_to_is_followed_but_not_said_to_be_seen(share, states):
+    """A box on water: nothing in it stays, and the filter learns anew in each frame."""
+    tracker, told = WindowTracker(targets=[[144, 104, 33, 33]]), []
+    wall = 0.4 * texture(32, 240, 320) + 70
+    for k in range(36):
+        water = texture(1050 + k, 240, 320)
+        rows = tracker.update(frame((1 - share) * wall + share * water, k)).rows
+        told += rows['state'].tolist()
+    assert set(told[-10:]) == states
+
+
 def test_a_size_that_has_changed_by_a_quarter_since_the_last_look_is_found_at_once():
     look = texture(38, 93, 93, 4.0)
     for side in (25, 39):
