@@ -66,8 +66,10 @@ test-ubuntu: .venv-ubuntu/test
 	$(call run_tests,.venv-ubuntu/bin/python)
 
 # Tables on the terminal, the same numbers as JSON in out/.
+# Those that need data say so, and end with 2.
 bench: .venv-bench/bench
-	for script in $(BENCHMARKS); do $(RUN) .venv-bench/bin/python $$script || exit 1; done
+	for script in $(BENCHMARKS); do \
+		$(RUN) .venv-bench/bin/python $$script || [ $$? -eq 2 ] || exit 1; done
 
 # 30 minutes' worth of frames: memory, threads and files of the pipeline stay what they are.
 soak: .venv-bench/bench
