@@ -93,8 +93,9 @@ def compare(
     :param iou: least intersection over union of a match.
     :param visible: objects with a smaller visible share need not be found, and tracks on them are
         not false.
+    :raises ValueError: boxes are to be matched, and some are unknown.
     """
-    limit = radius or 1 - iou
+    limit = _limit(radius, iou, truth, tracks)
     clear, hota, found, spare, counts = Tally(limit), HotaTally(), [], [tracks.rows[:0]], []
     for frame in truth.frames.tolist():
         objects, shown, far = _in_sight(
@@ -108,8 +109,7 @@ def compare(
         counts.append((frame, len(objects), len(i), len(spare[-1])))
     right, theirs = map(np.concatenate, zip((truth.rows[:0],) * 2, *found, strict=True))
     judged = np.isin(truth.rows['frame'], truth.frames) & (truth.rows['visible'] >= visible)
-    frames = Counter(truth.rows['id'][judged].tolist())
-    score = clear.score()
+    score, frames = clear.score(), Counter(truth.rows['id'][judged].tolist())
     return Comparison(
         measures=_measures(score, hota.score()) | _errors(right, theirs),
         objects=dict(_of_objects(frames, clear.tracks_of, right, theirs)),
@@ -118,6 +118,13 @@ def compare(
         false_tracks=sorted(_false_tracks(np.concatenate(spare), score.false_tracks)),
         counts=np.array(counts, int).reshape(-1, 4),
     )
+
+
+def _limit(radius: float, iou: float, *records: Record) -> float:
+    """Largest distance of a match, in the unit of :func:`_distance`."""
+    if not radius and any(np.isnan(record.rows[side]).any() for record in records for side in 'wh'):
+        raise ValueError('expected boxes (w, h) in both, or --radius')
+    return radius or 1 - iou
 
 
 def _measures(score: Score, hota: Hota) -> dict[str, float]:

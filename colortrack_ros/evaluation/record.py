@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from dataclasses import field
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,10 +53,42 @@ class Record:
         """A record with its rows sorted by frame.
 
         :param frames: None: the frames that have rows.
+        :raises ValueError: an ID is in a frame twice, for which no measure is defined.
         """
+        once = rows[np.lexsort((rows['id'], rows['frame']))][['frame', 'id']]
+        if (twice := once[1:][once[1:] == once[:-1]]).size:
+            frame, name = twice[0]
+            told = f'got ID {name} twice in frame {frame}, counted from 0'
+            raise ValueError(f'expected each ID once in a frame, {told}')
         rows = rows[np.argsort(rows['frame'], kind='stable')]
         known = rows['frame'] if frames is None else np.fromiter(frames, np.int64)
         return cls(rows, np.unique(known))
+
+    def numbered_as(self, other: 'Record') -> 'Record | None':
+        """The same rows with the frame numbers that another record has at their stamps.
+
+        Where a node has skipped pictures, message n is not of picture n.
+
+        :param other: the frames that it does not have are left out.
+        :return: None if stamps do not tell: unknown, ambiguous, or all different.
+        """
+        order = np.argsort(other.stamps)
+        stamps, frames = other.stamps[order], other.frames[order]
+        if (
+            not len(stamps)
+            or (np.diff(stamps) == 0).any()
+            or (self.rows['stamp'] < 0).any()
+            or (np.diff(self.rows['stamp']) < 0).any()
+        ):
+            return None
+        at = np.minimum(np.searchsorted(stamps, self.rows['stamp']), len(stamps) - 1)
+        known = stamps[at] == self.rows['stamp']
+        if not known.any():
+            return None
+        rows = self.rows[known].copy()
+        rows['frame'] = frames[at][known]
+        record = Record.of(rows, other.frames.tolist())
+        return replace(self, rows=record.rows, frames=record.frames, stamps=other.stamps)
 
     def rows_of(self, frame: int) -> NDArray[np.void]:
         """The rows of one frame."""

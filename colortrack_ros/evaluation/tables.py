@@ -1,6 +1,7 @@
 """Reads tracks and truth from text: CSV written by replay, MOTChallenge, CSV of truth."""
 
 from collections.abc import Mapping
+from collections.abc import Sequence
 import csv
 import io
 import itertools
@@ -16,12 +17,25 @@ from colortrack_ros.evaluation.record import empty_rows
 from colortrack_ros.evaluation.record import Record
 from colortrack_ros.files import open_file
 
-TRUTH_COLUMNS = ('frame', 'id', 'u', 'v')
-TRACK_COLUMNS = ('frame', 'track_id', 'state', 'u', 'v', 'du', 'dv', 'box_w', 'box_h', 'stamp')
-MOT_COLUMNS = 6
-"""frame, id, left, top, width, height; further columns are ignored."""
-
 STATE_COLUMNS = ('u', 'v', 'du', 'dv')
+COVARIANCES = tuple(itertools.combinations_with_replacement(enumerate(STATE_COLUMNS), 2))
+"""Number and name of both columns, for each covariance of a track."""
+
+TRUTH_COLUMNS, MORE_OF_TRUTH = ('frame', 'id', 'u', 'v'), ('w', 'h', 'visible')
+TRACK_COLUMNS = (
+    'frame', 'track_id', 'state', *STATE_COLUMNS, 'box_w', 'box_h', 'stamp',
+    *(f'cov_{a}_{b}' for (_, a), (_, b) in COVARIANCES),
+)  # fmt: skip
+
+MOT_COLUMNS = 6
+"""frame, id, left, top, width, height; further columns of tracks are ignored."""
+
+MOT_TRUTH_COLUMNS, IS_COUNTED = 9, 6
+"""Columns of a truth of MOTChallenge, and the one that is 0 where an object does not count, such as
+a car (Milan et al. 2016, MOT16). Tracks have 10 columns."""
+
+FRAMES_AT_MOST = 10_000_000
+"""Largest number of a frame: four days at 30 Hz. A larger one is a time."""
 
 
 class RecordError(Exception):
@@ -39,69 +53,121 @@ def read_record(path: Path) -> Record:
     :raises RecordError: it is none of these.
     """
     try:
-        if path.suffix == '.txt':
-            return _of_mot(path)
-        with open_file(path) as file:
-            lines = csv.DictReader(io.TextIOWrapper(file, newline=''))
-            names = set(lines.fieldnames or ())
-            columns: Mapping[str, list[float]] = {name: [] for name in names}
-            for line in lines:
-                for name in names:
-                    columns[name].append(float(line[name]))
-        table = {name: np.array(values) for name, values in columns.items()}
-        if names.issuperset(TRACK_COLUMNS):
-            return _of_tracks(table)
-        if names.issuperset(TRUTH_COLUMNS):
-            return _of_truth(table, path.with_suffix('.frames'))
-    except (OSError, ValueError, TypeError, csv.Error) as error:
+        with open_file(path) as file, io.TextIOWrapper(file, 'utf-8-sig', newline='') as text:
+            if path.suffix.lower() == '.txt':
+                return _of_mot(text.read())
+            lines = csv.DictReader(text, skipinitialspace=True)
+            names = lines.fieldnames or ()
+            if set(names).issuperset(TRACK_COLUMNS):
+                return _of_tracks(_table(lines, (*TRACK_COLUMNS, *CORNER)))
+            if set(names).issuperset(TRUTH_COLUMNS):
+                table = _table(lines, (*TRUTH_COLUMNS, *MORE_OF_TRUTH))
+                return _of_truth(table, path.with_suffix('.frames'))
+    except (OSError, ValueError, csv.Error) as error:
         raise RecordError(f'{path}: cannot be read as a table of tracks: {error}') from error
     wanted = ', '.join(TRUTH_COLUMNS)
     raise RecordError(
-        f'{path}: expected the CSV of replay, or columns {wanted}; got {sorted(names)}'
+        f'{path}: expected the CSV of replay, or columns {wanted}, with commas between; '
+        f'got {sorted(names)}'
     )
 
 
-def _of_mot(path: Path) -> Record:
-    with open_file(path) as file:
-        table = np.loadtxt(file, delimiter=',', usecols=range(MOT_COLUMNS), ndmin=2)
-    if not np.isfinite(table).all():
-        raise ValueError('expected finite numbers')
-    rows = empty_rows(len(table))
-    rows['frame'], rows['id'] = table[:, 0] - 1, table[:, 1]
+def _table(
+    lines: 'csv.DictReader[str]', wanted: Sequence[str]
+) -> Mapping[str, NDArray[np.float64]]:
+    """The wanted columns, as far as they are there.
+
+    :raises ValueError: a column is there twice, or a value is not a number.
+    """
+    names = list(lines.fieldnames or ())
+    columns: Mapping[str, list[float]] = {name: [] for name in wanted if name in names}
+    if twice := [name for name in columns if names.count(name) > 1]:
+        raise ValueError(f'expected each column once, got {twice[0]} {names.count(twice[0])} times')
+    for line in lines:
+        for name, values in columns.items():
+            try:
+                # a double would round a time since 1970 to 256 ns
+                exact = name == 'stamp' and str(line[name]).isdecimal()
+                values.append(int(line[name]) if exact else float(line[name]))
+            except (TypeError, ValueError):
+                told = f'expected a number for {name}, got {line[name]!r}'
+                raise ValueError(f'line {lines.line_num}: {told}') from None
+    return {name: np.array(values) for name, values in columns.items()}
+
+
+def _of_mot(text: str) -> Record:
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith('#')]
+    is_truth = bool(lines) and len(lines[0].split(',')) == MOT_TRUTH_COLUMNS
+    columns = range(IS_COUNTED + 1 if is_truth else MOT_COLUMNS)
+    if lines:
+        table = np.loadtxt(lines, delimiter=',', usecols=columns, ndmin=2)
+    else:
+        table = np.zeros((0, len(columns)))
+    _require_finite(table)
+    rows = _numbered(table[:, 0], table[:, 1], 1)
     rows['w'], rows['h'] = table[:, 4], table[:, 5]
     rows['u'] = table[:, 2] - 1 + (table[:, 4] - 1) / 2
     rows['v'] = table[:, 3] - 1 + (table[:, 5] - 1) / 2
+    if is_truth:
+        rows['visible'] = table[:, IS_COUNTED] != 0
     return Record.of(rows, _all_frames(rows['frame']))
 
 
 def _of_tracks(table: Mapping[str, NDArray[np.float64]]) -> Record:
     shown = table['state'] != TENTATIVE
-    rows = empty_rows(int(np.count_nonzero(shown)))
-    rows['frame'], rows['id'] = table['frame'][shown] - 1, table['track_id'][shown]
+    rows = _numbered(table['frame'], table['track_id'], 1)
+    frames = _all_frames(rows['frame'])
+    rows = rows[shown]
     rows['w'], rows['h'] = table['box_w'][shown], table['box_h'][shown]
     for k, (corner, side) in enumerate(zip(CORNER, 'wh', strict=True)):
         if corner in table:  # not in tables of before
             rows['middle'][:, k] = table[corner][shown] + (rows[side] - 1) / 2
     for name in ('stamp', *STATE_COLUMNS):
+        _require_finite(table[name])
         rows[name] = table[name][shown]
     rows['coasting'] = table['state'][shown] == COASTING
-    for (i, a), (j, b) in itertools.combinations_with_replacement(enumerate(STATE_COLUMNS), 2):
+    for (i, a), (j, b) in COVARIANCES:
         values = table[f'cov_{a}_{b}'][shown]
         rows['covariance'][:, i, j] = rows['covariance'][:, j, i] = values
-    return Record.of(rows, _all_frames(table['frame'] - 1))
+    return Record.of(rows, frames)
 
 
 def _of_truth(table: Mapping[str, NDArray[np.float64]], frames: Path) -> Record:
-    rows = empty_rows(len(table['frame']))
-    for name in ('frame', 'id', 'u', 'v', 'w', 'h', 'visible'):
+    rows = _numbered(table['frame'], table['id'], 0)
+    for name in ('u', 'v', 'w', 'h', 'visible'):
         if name in table:
+            _require_finite(table[name])
             rows[name] = table[name]
     if not frames.is_file():
         return Record.of(rows, _all_frames(rows['frame']))
     return Record.of(rows, np.loadtxt(frames, int, ndmin=1).tolist())
 
 
-def _all_frames(frames: NDArray[np.float64] | NDArray[np.int64]) -> range:
+def _numbered(
+    frames: NDArray[np.float64], ids: NDArray[np.float64], first: int
+) -> NDArray[np.void]:
+    """Empty rows with frames and IDs.
+
+    :param first: the number of the first frame of a recording.
+    :raises ValueError: they are not whole numbers, or frames are out of range.
+    """
+    for name, values in (('frames', frames), ('IDs', ids)):
+        if (wrong := values[~(values == np.round(values)) | (np.abs(values) >= 2**53)]).size:
+            raise ValueError(f'expected whole numbers for {name}, got {wrong[0]:.16g}')
+    if (wrong := frames[(frames < first) | (frames > FRAMES_AT_MOST)]).size:
+        told = f'expected frames from {first} to {FRAMES_AT_MOST}, got {wrong[0]:.0f}'
+        raise ValueError(told)
+    rows = empty_rows(len(frames))
+    rows['frame'], rows['id'] = frames - first, ids
+    return rows
+
+
+def _require_finite(values: NDArray[np.float64]) -> None:
+    if not np.isfinite(values).all():
+        raise ValueError('expected finite numbers')
+
+
+def _all_frames(frames: NDArray[np.int64]) -> range:
     """All frames from the first to the last one with rows, since a table does not list empty
     ones.
     """

@@ -7,6 +7,7 @@ import argparse
 from collections.abc import Mapping
 from collections.abc import Sequence
 import json
+import math
 from pathlib import Path
 import sys
 import threading
@@ -78,7 +79,8 @@ def main(args: Sequence[str] | None = None) -> int:
         results = [outcome.result for outcome in outcomes if outcome.result]
         if arguments.json is not None:
             shown = [{k: v for k, v in r.items() if k != 'section'} for r in results]
-            write_file(arguments.json, f'{json.dumps(shown, indent=1)}\n'.encode())
+            text = json.dumps(_without_nan(shown), indent=1, allow_nan=False)
+            write_file(arguments.json, f'{text}\n'.encode())
         if arguments.html is not None:
             write_file(arguments.html, _page(results, parameters).encode())
     except (BatchError, OSError, ValueError) as error:
@@ -98,6 +100,8 @@ def _show(results: Sequence[Result], parameters: Sequence[Sequence[str]]) -> Non
     for result in results:
         if result.get('switches') and len(results) <= COLUMNS_AT_MOST:
             console.print(_switches_of(result))
+        if result.get('note'):
+            console.print(f'- {Path(result["run"]).name}: {result["note"]}', markup=False)
         for text, seconds in result.get('said', {}).items():
             console.print(f'- {Path(result["run"]).name}: {text} ({seconds} s)', markup=False)
     if parameters:
@@ -105,6 +109,15 @@ def _show(results: Sequence[Result], parameters: Sequence[Sequence[str]]) -> Non
         for line in parameters[1:]:
             table.add_row(*line)
         console.print(table)
+
+
+def _without_nan(value: Any) -> Any:
+    """The same with None for each NaN, which JSON does not have."""
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def _page(results: Sequence[Result], parameters: Sequence[Sequence[str]]) -> str:

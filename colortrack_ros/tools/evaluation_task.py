@@ -38,6 +38,15 @@ from colortrack_ros.tools.tracks_of_bag import tracks_of_bag
 
 TABLE_SUFFIXES = ('.csv', '.txt')
 
+MATCH_OPTIONS = ('radius', 'iou', 'visible')
+"""The options of :func:`compare`."""
+
+UNNUMBERED = (
+    'frames are missing between the others (lost); message n is taken for frame n - 1 of the truth '
+    'all the same. Give as truth a bag with the stamps of all frames'
+)
+"""What is told if the truth has no stamps, and the tracks have gaps."""
+
 NAMED_OPTIONS = ('truth', 'pictures')
 """Options in which {} stands for the name of the recording."""
 
@@ -51,7 +60,7 @@ def _within(folder: Path) -> list[str]:
     if not folder.is_dir() or (folder / 'metadata.yaml').is_file():
         return []
     paths = sorted(folder.iterdir())
-    return [str(path) for path in paths if path.suffix in TABLE_SUFFIXES or is_bag(path)]
+    return [str(path) for path in paths if path.suffix.lower() in TABLE_SUFFIXES or is_bag(path)]
 
 
 def add_match_options(parser: argparse.ArgumentParser) -> None:
@@ -84,7 +93,7 @@ def evaluation_tasks(inputs: Sequence[str], options: Mapping[str, Any]) -> list[
         for option in NAMED_OPTIONS:
             given[option] = str(given[option] or '').replace('{}', name)
         read = [Path(spec), *(Path(given[option]) for option in NAMED_OPTIONS if given[option])]
-        read += [path.with_suffix('.frames') for path in read if path.suffix == '.csv']
+        read += [path.with_suffix('.frames') for path in read if path.suffix.lower() == '.csv']
         tasks.append(Task(spec, key_of(given, read), given))
     return tasks
 
@@ -113,13 +122,20 @@ def _evaluated(given: dict[str, Any]) -> dict[str, Any]:
     if not given['truth']:
         run = Run(spec, statistics(tracks), tracks, None, {})
         return _content(run, page=given['page'])
-    options = {name: given[name] for name in ('radius', 'iou', 'visible')}
-    result = compare(read_tracks(given['truth'], given['topic']), tracks, **options)
+    truth = read_truth(given['truth'], given['topic'])
+    facts = conditions(tracks)
+    numbered = tracks.numbered_as(truth)
+    note = UNNUMBERED if facts.get('lost') and numbered is None else ''
+    tracks = numbered or tracks
+    try:
+        result = compare(truth, tracks, **{name: given[name] for name in MATCH_OPTIONS})
+    except ValueError as error:
+        raise RecordError(f'{spec} and {given["truth"]}: {error}') from error
     wanted = given['page'] and given['pictures']
     events: list[Event | FalseTrack] = [*result.switches, *result.false_tracks]
     pictures = _pictures(given['pictures'], events, tracks.stamps) if wanted else {}
-    run = Run(spec, result.measures | conditions(tracks), tracks, result, pictures)
-    return _content(run, page=given['page'])
+    run = Run(spec, result.measures | facts, tracks, result, pictures)
+    return _content(run, page=given['page']) | {'note': note}
 
 
 def _content(run: Run, *, page: bool) -> dict[str, Any]:
@@ -152,6 +168,17 @@ def read_tracks(spec: str, topic: str) -> Record:
             raise RecordError(f'{spec}: {error}') from error
     path = Path(spec)
     return tracks_of_bag(path, topic) if is_bag(path) else read_record(path)
+
+
+def read_truth(spec: str, topic: str) -> Record:
+    """As :func:`read_tracks`; refuses a truth without frames, by which anything would be perfect.
+
+    :raises RecordError: it cannot be read, or covers no frame.
+    """
+    truth = read_tracks(spec, topic)
+    if not len(truth.frames):
+        raise RecordError(f'{spec}: expected a truth of at least one frame, got none')
+    return truth
 
 
 def _pictures(

@@ -43,7 +43,10 @@ def tracks_of_bag(path: Path, topic: str) -> Record:
         raise RecordError(f'{path}: expected one topic of tracks, --topic chooses; got {names}')
     (messages,) = read.values()
     parts = [rows_of_tracks(tracks, k) for k, (_, tracks) in enumerate(messages)]
-    record = Record.of(np.concatenate(parts), range(len(parts)))
+    try:
+        record = Record.of(np.concatenate(parts), range(len(parts)))
+    except ValueError as error:
+        raise RecordError(f'{path}: {error}') from error
     stamps = np.array([tracks.stamp for _, tracks in messages])
     delays = np.array([when - tracks.stamp for when, tracks in messages]) / NANOSECONDS
     # Bags written by replay have the time of the picture: the delay says nothing about the tracker.

@@ -35,7 +35,7 @@ from colortrack_ros.replay.setup import add_ros_options
 from colortrack_ros.replay.setup import read_setup
 from colortrack_ros.tools.evaluation_task import add_match_options
 from colortrack_ros.tools.evaluation_task import name_of
-from colortrack_ros.tools.evaluation_task import read_tracks
+from colortrack_ros.tools.evaluation_task import read_truth
 from colortrack_ros.tools.tune_search import changed
 from colortrack_ros.tools.tune_search import pruned
 from colortrack_ros.tools.tune_search import search
@@ -134,7 +134,7 @@ def _labeled(arguments: argparse.Namespace) -> Iterator[Labeled]:
         if not is_scene and not arguments.truth:
             raise RecordError(f'{source}: its truth is not known; expected --truth')
         truth = source if is_scene else arguments.truth.replace('{}', name)
-        found.append((name, source, read_tracks(truth, '')))
+        found.append((name, source, read_truth(truth, '')))
     for (name, source, _), parts in zip(found, split([one[2] for one in found]), strict=True):
         yield Labeled(name, source, parts)
 

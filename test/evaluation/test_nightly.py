@@ -17,6 +17,7 @@ from colortrack_ros.evaluation.comparison import FalseTrack
 from colortrack_ros.evaluation.report import picture_of
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import cloud_of_tracks
+from colortrack_ros.messages import stamp_of
 from colortrack_ros.replay.recordings import CLOUD
 from colortrack_ros.sources import open_source
 from colortrack_ros.tools.evaluate import main
@@ -84,3 +85,28 @@ def test_pictures_of_a_bag_are_found_by_their_stamps_as_some_may_be_missing(tmp_
     found = _pictures(str(bag), [there, missing], stamps)
     assert set(found) == {there}
     assert np.array_equal(found[there], picture_of(there, images[8].image))
+
+
+def bag_of_tracks(path, messages):
+    bag = BagWriter(path, {'/t': CLOUD}, 'mcap')
+    for message in messages:
+        bag.write('/t', stamp_of(message.header), serialize_message(message))
+    bag.close()
+    return str(path)
+
+
+def test_a_run_that_skipped_pictures_is_compared_by_stamps(tmp_path, capsys):
+    """By their numbers, all frames after a gap would be compared with others."""
+    track = ColorTracker()
+    messages = [cloud_of_tracks(track(frame)) for frame in open_source(SCENE)]
+    whole = bag_of_tracks(tmp_path / 'whole', messages)
+    gap = bag_of_tracks(tmp_path / 'gap', messages[:20] + messages[25:])
+    out = tmp_path / 'out.json'
+    assert main([gap, '--against', whole, '--radius', '5', '--json', str(out)]) == 0
+    (result,) = json.loads(out.read_text())
+    measures = result['measures']
+    assert (measures['misses'], measures['false'], measures['rmse']) == (5, 0, 0.0)
+    assert measures['lost'] > 0
+    assert 'message n' not in capsys.readouterr().out
+    assert main([gap, '--truth', SCENE, '--radius', '5']) == 0
+    assert 'message n is taken for frame n - 1' in ' '.join(capsys.readouterr().out.split())
