@@ -38,6 +38,17 @@ def require_file(path: str | Path) -> None:
         raise OSError(errno.EINVAL, reason, str(path))
 
 
+def require_utf8(path: str | Path) -> None:
+    """Refuse a name that is not UTF-8, for which OpenCV ends the process (SIGSEGV).
+
+    :raises UnicodeError: it is not.
+    """
+    try:
+        str(path).encode()
+    except UnicodeError:
+        raise UnicodeError('expected a name in UTF-8; rename it') from None
+
+
 def open_file(path: str | Path) -> BinaryIO:
     """Open a regular file to read it.
 

@@ -146,3 +146,17 @@ def test_the_commands_work_with_files(tmp_path, monkeypatch):
     )
     assert pick_color([SCENE, '30', '20', '--write', 'any.yaml', '--output', 'o.jpg']) == 0
     assert {'o.json', 'o.html', 'o.jpg'} <= set(os.listdir())
+
+
+@pytest.mark.parametrize(
+    'words', [['replay', 'NAME.mp4', '--output', 'new'], ['replay', SCENE, '--video', 'NAME.mp4']]
+)
+def test_a_name_that_is_not_utf8_is_refused_where_opencv_would_crash(tmp_path, words):
+    name = os.fsdecode(b'ball\xff')
+    (tmp_path / f'{name}.mp4').touch()
+    given = [word.replace('NAME', name) for word in words]
+    code = 'import sys; from colortrack_ros.replay.main import main; sys.exit(main())'
+    command = [sys.executable, '-c', code, *given[1:], '--force']
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert 'expected a name in UTF-8' in done.stderr

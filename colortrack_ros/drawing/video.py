@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.files import require_file
+from colortrack_ros.files import require_utf8
 from colortrack_ros.files import write_file
 
 
@@ -22,6 +23,10 @@ class VideoFile:
 
     def __init__(self, path: Path, rate: float, size: tuple[int, int]) -> None:
         self._path, self._size, self._count = path, size, 0
+        try:
+            require_utf8(path)
+        except UnicodeError as error:
+            raise OSError(errno.EINVAL, str(error), str(path)) from error
         if path.exists():
             require_file(path)
         self._writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'mp4v'), rate, size)

@@ -3,6 +3,7 @@
 import time
 
 from colortrack_ros.files import in_time
+from colortrack_ros.files import require_utf8
 from colortrack_ros.sources.base import Source
 from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
@@ -11,6 +12,7 @@ from colortrack_ros.sources.grabber import Grabber
 from colortrack_ros.sources.pictures import PicturesSource
 from colortrack_ros.sources.scene import SceneSource
 from colortrack_ros.sources.stream import StreamSource
+from colortrack_ros.sources.stream import without_secrets
 from colortrack_ros.sources.video import VideoSource
 
 __all__ = ['SOURCES', 'Grabber', 'Source', 'SourceError', 'open_source']
@@ -38,9 +40,13 @@ def open_source(spec: str, rate: float = 0.0, clock: Now = time.time_ns) -> Sour
     """
     try:
         kind = in_time(lambda: next(kind for kind in SOURCES if kind.accepts(spec)), TIME_TO_OPEN)
+        if kind is not PicturesSource:
+            require_utf8(spec)
         if kind not in FILES:
             return kind(spec, rate, clock)
         return in_time(lambda: kind(spec, rate, clock), TIME_TO_OPEN)
+    except UnicodeError as error:
+        raise SourceError(f'source {without_secrets(spec)!r}: {error}') from error
     except TimeoutError as error:
         raise SourceError(
             f'source {spec!r}: could not be opened {error}; is it on a drive that does not answer?'
