@@ -17,6 +17,7 @@ from ament_index_python.packages import get_package_share_directory
 from ament_index_python.packages import PackageNotFoundError
 import rclpy
 from rclpy.duration import Duration
+from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -138,7 +139,7 @@ def run(
         life.stage = 'sending the last messages'
         if life.status is not None:
             _send_the_last(nodes)
-    except (StartError, RuntimeError) as error:  # from rclpy, if a node cannot be created
+    except (StartError, RuntimeError, ParameterException) as error:  # if rclpy creates no node
         rclpy.logging.get_logger('colortrack_ros').fatal(_one_line(error))
         return 1
     finally:

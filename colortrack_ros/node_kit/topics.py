@@ -1,6 +1,8 @@
 """Publishers and subscriptions with the package's QoS, which parameters can override."""
 
 from collections.abc import Callable
+from collections.abc import Iterator
+import contextlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -81,12 +83,13 @@ def _check_topic(name: str) -> None:
 
 def publish_on(node: Node, kind: type, name: str) -> Publisher:
     """Create a reliable publisher, which matches every subscription."""
-    return node.create_publisher(
-        kind,
-        name,
-        QoSProfile(depth=_depth(node, kind), reliability=ReliabilityPolicy.RELIABLE),
-        qos_overriding_options=QoSOverridingOptions(OVERRIDABLE),
-    )
+    with _explained(kind, name):
+        return node.create_publisher(
+            kind,
+            name,
+            QoSProfile(depth=_depth(node, kind), reliability=ReliabilityPolicy.RELIABLE),
+            qos_overriding_options=QoSOverridingOptions(OVERRIDABLE),
+        )
 
 
 def subscribe_to(
@@ -112,14 +115,25 @@ def subscribe_to(
 
     best_effort = kind in (*PICTURES, CameraInfo)
     reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
-    return node.create_subscription(
-        kind,
-        name,
-        receive,
-        QoSProfile(depth=_depth(node, kind), reliability=reliability),
-        qos_overriding_options=QoSOverridingOptions(OVERRIDABLE),
-        raw=True,
-    )
+    with _explained(kind, name):
+        return node.create_subscription(
+            kind,
+            name,
+            receive,
+            QoSProfile(depth=_depth(node, kind), reliability=reliability),
+            qos_overriding_options=QoSOverridingOptions(OVERRIDABLE),
+            raw=True,
+        )
+
+
+@contextlib.contextmanager
+def _explained(kind: type, name: str) -> Iterator[None]:
+    """Name the topic in the error of rcl, which says ``invalid allocator``."""
+    try:
+        yield
+    except RuntimeError as error:
+        why = 'does the node have the same topic as another type, or do policies of SROS2 forbid it'
+        raise RuntimeError(f'topic {name} as {kind.__name__}: {error}: {why}?') from error
 
 
 def _depth(node: Node, kind: type) -> int:

@@ -241,3 +241,18 @@ def test_with_strict_a_node_ends_when_a_value_is_refused_on_start(ros):
     assert 'Parameter refused: confirm_hits: expected' in process.output
     assert 'strict: 1 refused on start, as said above; correct that' in process.output
     assert 'Traceback' not in process.output
+
+
+@pytest.mark.parametrize(
+    ('given', 'reason'),
+    [
+        ({'use_sim_time': 'maybe'}, "'use_sim_time' to 'maybe' of type 'STRING'"),
+        ({'image_topic': 'same', 'detections_topic': 'same'}, 'topic same as Image: '),
+    ],
+)
+def test_what_rclpy_refuses_ends_a_node_with_its_reason_in_one_line(ros, given, reason):
+    process = ros.start('detector', **given)
+    assert process.end() == 1
+    assert 'Traceback' not in process.output
+    (line,) = (line for line in process.output.splitlines() if 'FATAL' in line)
+    assert reason in line
