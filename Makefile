@@ -10,6 +10,10 @@ SECONDS ?= 21
 ROBOT ?=
 TESTS ?=
 
+# As they were given, whatever quotes and dollars are in the name of a file.
+export DEMO_SOURCE := $(value SOURCE)
+export DEMO_PARAMS := $(value PARAMS)
+
 # A sourced ROS and another environment's wheels would be mixed into this one. Without bytecode each
 # process that the tests start compiles all modules, and each worker rewrites all tests.
 RUN = env -u PYTHONDONTWRITEBYTECODE -u PYTHONPATH \
@@ -39,13 +43,14 @@ BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py %/faults.py,$(wildcar
 
 # With ROBOT=1 a simulated robot that follows a ball, in place of SOURCE.
 demo: $(VENV)/demo
-	$(if $(ROBOT),$(PYTHON_IN) -m colortrack_ros.tools.robot_demo --seconds $(SECONDS),\
-	$(PYTHON_IN) -m colortrack_ros.tools.demo --source '$(SOURCE)' --params '$(PARAMS)' \
-		--color '$(COLOR)' --tolerance '$(TOLERANCE)' --seconds $(SECONDS))
+	$(if $(filter-out 0,$(ROBOT)),\
+	$(PYTHON_IN) -m colortrack_ros.tools.robot_demo --seconds='$(SECONDS)',\
+	$(PYTHON_IN) -m colortrack_ros.tools.demo --source="$$DEMO_SOURCE" --params="$$DEMO_PARAMS" \
+		--color='$(COLOR)' --tolerance='$(TOLERANCE)' --seconds='$(SECONDS)')
 
 # A page to tune in, over SOURCE, with PARAMS to begin with and to save to.
 tuner: $(VENV)/tuner
-	$(RUN) $(VENV)/bin/tuner '$(SOURCE)' $(if $(PARAMS),--params-file '$(PARAMS)')
+	$(RUN) $(VENV)/bin/tuner $(if $(PARAMS),--params-file="$$DEMO_PARAMS") -- "$$DEMO_SOURCE"
 
 # More at once than there are cores, since nodes mostly wait; when they are done, one after the other
 # those that measure time. TESTS=... instead of all.

@@ -23,11 +23,16 @@ from colortrack_ros.data import CONFIRMED
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
+from colortrack_ros.detection import ReferenceColor
+from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.drawing import VideoFile
 from colortrack_ros.drawing import write_picture
+from colortrack_ros.files import read_params_file
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.node_kit.runtime import share_file
+from colortrack_ros.sources.base import DEFAULT_RATE
+from colortrack_ros.tools.processes import add_demo_options
 from colortrack_ros.tools.processes import NodeEnded
 from colortrack_ros.tools.processes import NodeGroup
 from colortrack_ros.tools.processes import told
@@ -50,6 +55,7 @@ class Recorder(Node):
         self.heard = time.monotonic()
         self._out = out
         self._first: tuple[int, NDArray[np.uint8]] | None = None
+        self._last: NDArray[np.uint8] | None = None
         self._video: VideoFile | None = None
         self._best = -1
         self.create_subscription(PointCloud2, 'tracks', self._take_tracks, 10)
@@ -69,6 +75,7 @@ class Recorder(Node):
     def _take_picture(self, cdr: bytes) -> None:
         frame = frame_of_serialized_image(cdr)
         self.frames += 1
+        self._last = frame.image
         if self._first is None:
             self._first = frame.stamp, frame.image
             return
@@ -98,12 +105,16 @@ class Recorder(Node):
         return listeners == 3 and all(self.count_publishers(topic) for topic in publishers)
 
     def close(self) -> None:
-        """Finish the video.
+        """Finish the video, and write the last picture if it was over before the best one.
 
         :raises OSError: not all of it could be written.
         """
+        if self._video is None and self._first is not None:
+            self._open(round(NANOSECONDS / DEFAULT_RATE), self._first[1].shape)
         if self._video is not None:
             self._video.close()
+        if self._best < 0 and self._last is not None:
+            write_picture(self._out / 'demo.png', self._last)
 
 
 def table_of(rows: Iterable[np.void], title: str) -> Table:
@@ -130,26 +141,49 @@ def _arguments(args: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog='make demo', description=__doc__)
     parser.add_argument('--source', default='scene:occlusion', help='as the camera takes it')
     parser.add_argument('--params', default='', help='parameters of the nodes')
-    parser.add_argument('--color', default='', help='r,g,b of the objects, 0..255')
-    parser.add_argument('--tolerance', default='', help='in CIELAB units; found if not given')
-    parser.add_argument('--seconds', type=float, default=21.0, help='how long at the most')
-    parser.add_argument('--out', type=Path, default=Path('out'), help='folder for the results')
+    parser.add_argument('--color', type=_color, default='', help='r,g,b of the objects, 0..255')
+    parser.add_argument(
+        '--tolerance', type=_tolerance, default='', help='in CIELAB units; found if not given'
+    )
+    add_demo_options(parser, 21.0, 'how long at the most')
     arguments = parser.parse_args(args)
-    if arguments.color:
-        try:
-            red, green, blue = (int(value) for value in arguments.color.split(','))
-        except ValueError:
-            parser.error(f'--color {arguments.color}: expected r,g,b, such as 220,60,40')
-        arguments.color = f'[{red}, {green}, {blue}]'
+    try:
+        if arguments.params:
+            read_params_file(arguments.params)
+    except ValueError as error:
+        parser.error(str(error))
     return arguments
+
+
+def _color(text: str) -> str:
+    """The red, green and blue in ``r,g,b``, as YAML; empty if there are none."""
+    try:
+        values = [int(value) for value in text.split(',') if text]
+        if text:
+            ReferenceColor.from_rgb('color', values)
+    except ValueError:
+        told = f'expected r,g,b of 0..255 each, such as 220,60,40, got {text!r}'
+        raise argparse.ArgumentTypeError(told) from None
+    return str(values) if text else ''
+
+
+def _tolerance(text: str) -> str:
+    """A tolerance as it is; may be empty."""
+    try:
+        right = not text or 0 <= float(text) <= MAX_TOLERANCE
+    except ValueError:
+        right = False
+    if not right:
+        raise argparse.ArgumentTypeError(f'expected 0..{MAX_TOLERANCE:g}, got {text!r}')
+    return text
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demo."""
     arguments = _arguments(args)
-    arguments.out.mkdir(parents=True, exist_ok=True)
     params = arguments.params or str(share_file('params/colortrack.yaml'))
     try:
+        arguments.out.mkdir(parents=True, exist_ok=True)
         with NodeGroup(params, may_end='camera') as nodes:
             recorder = Recorder(arguments.out)
             nodes.watch_with(recorder)
@@ -201,8 +235,10 @@ def _report(recorder: Recorder, out: Path) -> int:
         f'{recorder.messages} frames tracked, {len(recorder.objects)} objects, '
         f'median latency from camera to tracks {latency:.1f} ms'
     )
+    if not recorder.frames:
+        return 1
     console.print(f'Look at {out / "demo.png"} and {out / "demo.mp4"}')
-    return 0 if recorder.frames else 1
+    return 0
 
 
 if __name__ == '__main__':

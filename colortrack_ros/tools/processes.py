@@ -1,9 +1,11 @@
 """Runs nodes in their own processes, watched by a node in this one, for demos."""
 
+import argparse
 from collections.abc import Callable
 import ctypes
 from functools import partial
 import os
+from pathlib import Path
 import random
 import signal
 import subprocess
@@ -24,6 +26,22 @@ NODES_END = 8.0
 LIBC = ctypes.CDLL(None)
 PR_SET_PDEATHSIG = 1
 """From <linux/prctl.h>."""
+
+
+def add_demo_options(parser: argparse.ArgumentParser, seconds: float, text: str) -> None:
+    """Add ``--seconds`` and ``--out``.
+
+    :param seconds: the default, text: what they are.
+    """
+    parser.add_argument('--seconds', type=_seconds, default=seconds, help=text)
+    parser.add_argument('--out', type=Path, default=Path('out'), help='folder for the results')
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float('inf'):
+        raise argparse.ArgumentTypeError(f'expected a positive number, got {text!r}')
+    return value
 
 
 class NodeEnded(Exception):

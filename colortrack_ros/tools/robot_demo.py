@@ -30,6 +30,7 @@ from colortrack_ros.messages import locations_of_cloud
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.node_kit.runtime import share_file
 from colortrack_ros.simulation.rooms import ROOMS
+from colortrack_ros.tools.processes import add_demo_options
 from colortrack_ros.tools.processes import NodeEnded
 from colortrack_ros.tools.processes import NodeGroup
 from colortrack_ros.tools.processes import told
@@ -138,11 +139,10 @@ def table_of_locations(locations: Locations, title: str) -> Table:
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demo."""
     parser = argparse.ArgumentParser(prog='make demo ROBOT=1', description=__doc__)
-    parser.add_argument('--seconds', type=float, default=40.0, help='of the simulated time')
-    parser.add_argument('--out', type=Path, default=Path('out'), help='folder for the results')
+    add_demo_options(parser, 40.0, 'of the simulated time')
     arguments = parser.parse_args(args)
-    arguments.out.mkdir(parents=True, exist_ok=True)
     try:
+        arguments.out.mkdir(parents=True, exist_ok=True)
         with NodeGroup(str(share_file('params/world.yaml'))) as nodes:
             recorder = RoomRecorder(arguments.out)
             nodes.watch_with(recorder)

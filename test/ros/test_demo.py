@@ -17,6 +17,8 @@ from support.ros_domain import free_domain
 from support.waiting import PATIENCE
 from support.waiting import wait_until
 
+import colortrack_ros.tools.demo as demo_module
+
 SOURCE = 'scene:single?width=160&height=120'
 
 ALL = """/**:
@@ -143,3 +145,35 @@ def test_a_film_is_shown_once(demo, tmp_path):
     told, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert '45 frames tracked, 1 objects' in told
+
+
+@pytest.mark.parametrize(
+    ('given', 'reason'),
+    [
+        (['--color=300,0,0'], 'expected r,g,b of 0..255 each'),
+        (['--color=red'], 'expected r,g,b of 0..255 each'),
+        (['--tolerance=-3'], 'expected 0..200'),
+        (['--tolerance=nan'], 'expected 0..200'),
+        (['--seconds=nan'], 'expected a positive number'),
+        (['--params=none.yaml'], 'No such file or directory: none.yaml'),
+        (['--out=/dev/null'], '/dev/null: File exists'),
+    ],
+)
+def test_what_the_demo_cannot_do_is_told_before_it_starts(
+    tmp_path, monkeypatch, capsys, given, reason
+):
+    """It went on with the default color, for ever, or ended with tracebacks of its nodes."""
+    monkeypatch.setattr(demo_module, 'NodeGroup', lambda *_, **__: pytest.fail('it starts'))
+    with contextlib.suppress(SystemExit):
+        assert demo_module.main(['--out', str(tmp_path), *given]) == 1
+    assert reason in capsys.readouterr().err
+
+
+def test_a_film_of_one_picture_leaves_it_as_video_and_as_picture(demo, tmp_path):
+    film = tmp_path / 'film'
+    film.mkdir()
+    cv2.imwrite(str(film / '0.png'), np.full((120, 160, 3), 90, np.uint8))
+    assert demo('', '--source', str(film), '--seconds', '15').wait(PATIENCE) == 0
+    assert cv2.imread(str(tmp_path / 'out' / 'demo.png')).shape == (120, 160, 3)
+    video = cv2.VideoCapture(str(tmp_path / 'out' / 'demo.mp4'))
+    assert video.get(cv2.CAP_PROP_FRAME_COUNT) == 1
