@@ -160,3 +160,32 @@ def test_a_name_that_is_not_utf8_is_refused_where_opencv_would_crash(tmp_path, w
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert 'expected a name in UTF-8' in done.stderr
+
+
+@pytest.mark.parametrize(
+    'words', ['replay EMPTY', 'evaluate EMPTY', f'evaluate {SCENE} --truth EMPTY', 'tune EMPTY']
+)
+def test_an_empty_name_is_an_error_and_not_the_current_folder(tmp_path, monkeypatch, capsys, words):
+    """As of a variable of the shell that is not set: everything in the folder was replayed."""
+    monkeypatch.chdir(tmp_path)
+    command, *given = ['' if word == 'EMPTY' else word for word in words.split()]
+    with pytest.raises(SystemExit) as ended:
+        COMMANDS[command](given)
+    assert ended.value.code == 2
+    assert 'got an empty name; is a variable of the shell not set?' in capsys.readouterr().err
+
+
+def test_empty_lines_in_a_file_of_arguments_are_no_arguments(tmp_path):
+    parser = FilesParser('any')
+    parser.add_argument('words', nargs='+')
+    (tmp_path / 'list').write_bytes(b'one two\r\n\r\n  \nthree\n')
+    assert parser.parse_args([f'@{tmp_path}/list']).words == ['one two', 'three']
+
+
+def test_expected_tracks_may_have_passed_through_a_spreadsheet(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run = COMMANDS['replay']
+    assert run([SCENE, '--output', 'b', '--csv', 't.csv']) == 0
+    text = Path('t.csv').read_text().replace('\n', '\r\n')
+    Path('t.csv').write_bytes(text.encode('utf-8-sig'))
+    assert run([SCENE, '--output', 'c', '--expect', 't.csv']) == 0

@@ -13,13 +13,15 @@ from colortrack_ros.files import require_file
 
 
 class FilesParser(argparse.ArgumentParser):
-    """A parser that replaces @FILE by the arguments in it, one a line."""
+    """A parser that replaces @FILE by the arguments in it, one a line, and refuses empty names."""
 
     def __init__(self, prog: str, **options: Any) -> None:
         super().__init__(prog, fromfile_prefix_chars='@', **options)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse them; a file that would block is an error."""
+        """Parse them; a file that would block is an error, and so is an empty name, which would be
+        the current folder.
+        """
         words = sys.argv[1:] if args is None else list(args)
         for word in words:
             try:
@@ -27,7 +29,16 @@ class FilesParser(argparse.ArgumentParser):
                     require_file(word[1:])
             except OSError as error:
                 self.error(f'{word}: {error.strerror}')
-        return super().parse_known_args(words, namespace)
+        found, rest = super().parse_known_args(words, namespace)
+        for name, value in vars(found).items():
+            names = value if isinstance(value, list) else [value]
+            if '' in names and self.get_default(name) is None:
+                self.error(f'{name}: got an empty name; is a variable of the shell not set?')
+        return found, rest
+
+    def convert_arg_line_to_args(self, arg_line: str) -> list[str]:
+        """The argument in a line of @FILE; none in an empty one."""
+        return [arg_line] if arg_line.strip() else []
 
 
 def add_batch_options(parser: argparse.ArgumentParser) -> None:

@@ -72,7 +72,9 @@ def with_values(text: str, kind: str, values: Mapping[str, Any]) -> str:
 
 def flow(value: Any) -> str:
     """A value as YAML on one line."""
-    text = yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=1 << 20)
+    text = yaml.safe_dump(
+        value, default_flow_style=True, sort_keys=False, width=1 << 20, allow_unicode=True
+    )
     return text.removesuffix('...\n').strip()
 
 

@@ -41,7 +41,7 @@ class ExpectedOutput(Output):
         self._expected: dict[int, dict[int, Line]] = defaultdict(dict)
         try:
             with open_file(path) as file:
-                table = csv.DictReader(io.TextIOWrapper(file, newline=''))
+                table = csv.DictReader(io.TextIOWrapper(file, 'utf-8-sig', newline=''))
                 missing = [name for name in COLUMNS if name not in (table.fieldnames or ())]
                 if set(missing) - set(CORNER):  # which tables of before have not
                     raise ValueError(f'no column {", ".join(missing)}')

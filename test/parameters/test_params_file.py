@@ -100,3 +100,9 @@ def test_a_file_with_anchors_is_not_damaged():
     assert given_in(text, 'detector') == {'ball.tolerance': 3.0, 'cone.tolerance': 3.0}
     with pytest.raises(ValueError, match='by hand'):
         with_values(text, 'detector', {'cone.tolerance': 4.0})
+
+
+def test_names_of_other_alphabets_are_written_as_they_are():
+    text = with_values('', 'detector', {'colors': ['grün', '赤'], 'grün.rgb': [20, 200, 30]})
+    assert 'colors: [grün, 赤]' in text
+    assert given_in(text, 'detector') == {'colors': ['grün', '赤'], 'grün.rgb': [20, 200, 30]}
