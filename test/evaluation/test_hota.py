@@ -1,4 +1,5 @@
 import itertools
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -70,3 +71,17 @@ def test_nothing_found_is_zero_and_no_division_by_it():
     assert tally.score() == (0, 0, 0, 0)
     tally.add(np.zeros(0, int), np.array([7]), np.zeros((0, 1)))
     assert tally.score()[:3] == (0, 0, 0)
+
+
+def test_many_short_tracks_take_little_memory():
+    """As of a night: a table of all pairs for each threshold would have been 0.5 GB here."""
+    tally = HotaTally()
+    for k in range(4000):
+        tally.add(np.array([k // 5]), np.array([k]), np.array([[0.7]]))
+    tracemalloc.start()
+    score = tally.score()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert score.deta == pytest.approx(14 / 19)
+    assert score.assa == pytest.approx(14 / 19 / 5)
+    assert peak < 50e6
