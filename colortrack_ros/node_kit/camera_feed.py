@@ -21,6 +21,7 @@ from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.camera_view import CameraViews
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
+from colortrack_ros.node_kit.topics import require_namespace
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.parameters import Config
@@ -67,6 +68,7 @@ class CameraFeedConfig(Config):
         MountConfig,
         Mount,
         read_only=True,
+        valid=require_namespace,
     )
     pose: CameraPoseConfig = part(CameraPoseConfig)
     detections_topic: str = topic_name('detections', 'the detections')
@@ -78,7 +80,10 @@ class CameraFeedConfig(Config):
     order: OrderConfig = part(OrderConfig)
 
     def check(self) -> None:
-        """Several cameras cannot share one frame."""
+        """Several cameras share neither a namespace nor one frame."""
+        names = [mount.name for mount in self.cameras]
+        if len(set(names)) < len(names):
+            raise ValueError(f'cameras: expected each name once, got {names}')
         if self.cameras and self.pose.camera_frame:
             raise ValueError(
                 'camera_frame: expected none with several cameras, whose pictures tell it, got '

@@ -24,6 +24,7 @@ from colortrack_ros.messages import MessageError
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
+from colortrack_ros.parameters.config import require_name
 
 PICTURES = (Image, CompressedImage)
 
@@ -71,6 +72,15 @@ def topic_name(default: str, content: str) -> Any:
             _check_topic(value)
 
     return parameter(default, f'Topic of {content}.', read_only=True, valid=valid)
+
+
+def require_namespace(name: str) -> None:
+    """Refuse what cannot be the namespace of a camera.
+
+    :raises ValueError: topics in it would have no name.
+    """
+    require_name(name)
+    _check_topic(f'{name}/tracks')
 
 
 def _check_topic(name: str) -> None:

@@ -77,6 +77,15 @@ class Named:
     make: Callable[[str, Any], Any]
 
 
+def require_name(name: str) -> None:
+    """Refuse an empty name, whose parameters could not be told from others.
+
+    :raises ValueError: it is empty.
+    """
+    if not name:
+        raise ValueError("expected names that are not empty, got ''")
+
+
 def named(
     default: Sequence[Any],
     description: str,
@@ -85,15 +94,19 @@ def named(
     *,
     read_only: bool = False,
     audience: str = USER,
+    valid: Callable[[str], object] = require_name,
 ) -> Any:
     """A field that is a tuple of items, each with a name and parameters of its own.
 
     :param default: items with an attribute ``name``; if empty, the list is absent until it is set.
     :param each: declares the parameters of each item.
     :param make: makes an item from its name and an instance of ``each``; raises ValueError.
+    :param valid: raises ValueError for a name that cannot be one.
     """
     names = [item.name for item in default]
-    spec = Spec('', names or (str,), description, read_only=read_only, audience=audience)
+    spec = Spec(
+        '', names or (str,), description, read_only=read_only, audience=audience, valid=valid
+    )
     return field(default=tuple(default), metadata={_NAMED: Named(spec, each, make)})
 
 

@@ -4,8 +4,11 @@ from parameter_pages import NODES
 import pytest
 
 from colortrack_ros.node_kit.live_parameters import descriptor_of
+from colortrack_ros.nodes.locator import LocatorSetup
+from colortrack_ros.parameters import build
 from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import EXPERT
+from colortrack_ros.parameters import ParameterTable
 from colortrack_ros.parameters import USER
 
 PARAMETERS = {
@@ -50,3 +53,22 @@ def test_a_default_and_both_ends_of_the_range_are_allowed(spec):
         spec.check(spec.name, [one] * (spec.length or 1) if spec.many else one)
     if spec.limits:
         assert spec.limits[0] < spec.limits[1]
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'reason'),
+    [
+        ('colors', [''], 'names that are not empty'),
+        ('cameras', ['left', ''], 'names that are not empty'),
+        ('cameras', ['a b'], 'the name of a topic'),
+        ('cameras', ['left', 'left'], 'each name once'),
+    ],
+)
+def test_names_that_cannot_be_one_are_refused_and_leave_the_default(name, value, reason):
+    """An empty name ended the locator with a traceback."""
+    table = ParameterTable.of(LocatorSetup)
+    values, refused = table.consistent({name: value}, lambda every: build(LocatorSetup, every))
+    assert reason in refused[name]
+    assert values.get(name) != value
+    for each in values:
+        table.find(each)
