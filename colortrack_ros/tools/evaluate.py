@@ -7,7 +7,6 @@ import argparse
 from collections.abc import Mapping
 from collections.abc import Sequence
 import json
-import math
 from pathlib import Path
 import sys
 import threading
@@ -79,8 +78,7 @@ def main(args: Sequence[str] | None = None) -> int:
         results = [outcome.result for outcome in outcomes if outcome.result]
         if arguments.json is not None:
             shown = [{k: v for k, v in r.items() if k != 'section'} for r in results]
-            text = json.dumps(_without_nan(shown), indent=1, allow_nan=False)
-            write_file(arguments.json, f'{text}\n'.encode())
+            write_file(arguments.json, f'{json.dumps(shown, indent=1)}\n'.encode())
         if arguments.html is not None:
             write_file(arguments.html, _page(results, parameters).encode())
     except (BatchError, OSError, ValueError) as error:
@@ -111,15 +109,6 @@ def _show(results: Sequence[Result], parameters: Sequence[Sequence[str]]) -> Non
         console.print(table)
 
 
-def _without_nan(value: Any) -> Any:
-    """The same with None for each NaN, which JSON does not have."""
-    if isinstance(value, dict):
-        return {key: _without_nan(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_without_nan(item) for item in value]
-    return None if isinstance(value, float) and math.isnan(value) else value
-
-
 def _page(results: Sequence[Result], parameters: Sequence[Sequence[str]]) -> str:
     table = {result['run']: result['measures'] for result in results}
     return page_of(table, [result['section'] for result in results], parameters)
@@ -133,8 +122,9 @@ def table_of(results: Mapping[str, Mapping[str, float]]) -> Table:
     if len(results) <= COLUMNS_AT_MOST:
         table = Table()
         table.add_column()
-        for spec in results:
-            table.add_column(Path(spec).name or spec, justify='right')
+        short = [Path(spec).name for spec in results]
+        for spec, name in zip(results, short, strict=True):
+            table.add_column(name if name and short.count(name) == 1 else spec, justify='right')
         for name in names:
             table.add_row(name, *(_text(name, some.get(name)) for some in results.values()))
         return table

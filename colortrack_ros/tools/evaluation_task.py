@@ -67,8 +67,8 @@ def add_match_options(parser: argparse.ArgumentParser) -> None:
     """Add the options for the matching of tracks to the truth."""
     add = parser.add_argument
     add('--radius', type=_positive, default=0.0, help='a match is no farther away [px]')
-    add('--iou', type=_positive, default=0.5, help='or, without --radius, its boxes overlap by it')
-    add('--visible', type=float, default=0.3, help='share in sight from which on objects count')
+    add('--iou', type=_overlap, default=0.5, help='or, without --radius, its boxes overlap by it')
+    add('--visible', type=_share, default=0.3, help='share in sight from which on objects count')
 
 
 def _positive(text: str) -> float:
@@ -79,6 +79,21 @@ def _positive(text: str) -> float:
     if not 0 < value < float('inf'):
         raise argparse.ArgumentTypeError(f'expected a positive number, got {text!r}')
     return value
+
+
+def _share(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value <= 1:
+        raise argparse.ArgumentTypeError(f'expected 0..1, got {text!r}')
+    return value
+
+
+def _overlap(text: str) -> float:
+    _positive(text)  # with 0 everything would match
+    return _share(text)
 
 
 def evaluation_tasks(inputs: Sequence[str], options: Mapping[str, Any]) -> list[Task]:
@@ -141,7 +156,7 @@ def _evaluated(given: dict[str, Any]) -> dict[str, Any]:
 def _content(run: Run, *, page: bool) -> dict[str, Any]:
     content = {
         'run': run.name,
-        'measures': run.measures,
+        'measures': _known(run.measures),
         'section': section_of(run) if page else '',
         'said': run.tracks.said,
     }
@@ -149,11 +164,16 @@ def _content(run: Run, *, page: bool) -> dict[str, Any]:
     if detail is None:
         return content
     return content | {
-        'objects': detail.objects,
+        'objects': {name: _known(measures) for name, measures in detail.objects.items()},
         'switches': [event._asdict() for event in detail.switches],
         'false_tracks': [event._asdict() for event in detail.false_tracks],
         'seconds': [second._asdict() for second in per_second(run.tracks, detail)],
     }
+
+
+def _known(measures: Mapping[str, Any]) -> dict[str, Any]:
+    """Those that are not NaN, which JSON does not have."""
+    return {k: v for k, v in measures.items() if not (isinstance(v, float) and np.isnan(v))}
 
 
 def read_tracks(spec: str, topic: str) -> Record:

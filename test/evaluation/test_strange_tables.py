@@ -75,10 +75,15 @@ def test_a_truth_without_frames_is_refused_since_anything_would_be_perfect(tmp_p
 
 def test_tracks_without_rows_are_scored_and_the_json_is_json(tmp_path, capsys):
     truth, out = write(tmp_path / 'a.csv', HEAD + LINES), tmp_path / 'out.json'
-    assert main([write(tmp_path / 'b.txt', ''), '--truth', truth, '--json', str(out)]) == 0
-    assert capsys.readouterr().err == ''
-    (result,) = json.loads(out.read_text(), parse_constant=lambda name: pytest.fail(name))
-    assert (result['measures']['misses'], result['measures']['rmse']) == (40, None)
+    report = str(tmp_path / 'report')
+    given = [write(tmp_path / 'b.txt', ''), '--truth', truth, '--json', str(out)]
+    for _ in 'the first run', 'one that goes on from the report':
+        assert main([*given, '--report', report, '--min', 'mota=0']) == 0
+        assert capsys.readouterr().err == ''
+        (result,) = json.loads(out.read_text(), parse_constant=pytest.fail)
+        assert result['measures']['misses'] == 40
+        assert 'rmse' not in result['measures']
+        json.loads((tmp_path / 'report').read_text(), parse_constant=pytest.fail)
 
 
 def test_centers_without_boxes_ask_for_a_radius(tmp_path, capsys):
@@ -100,3 +105,23 @@ def test_what_a_truth_of_motchallenge_does_not_count_need_not_be_found(tmp_path)
     one = Record.of(tracks.rows[tracks.rows['id'] == 2], tracks.frames)
     assert compare(truth, one).measures['misses'] == 0
     assert compare(truth, Record.of(empty_rows(0), [])).measures['misses'] == 20
+
+
+@pytest.mark.parametrize('option', ['--iou=50', '--iou=nan', '--visible=nan', '--visible=30'])
+def test_shares_are_shares(tmp_path, capsys, option):
+    """With an overlap of 50 nothing matched, in silence."""
+    tracks = write(tmp_path / 'tracks.txt', MOT)
+    with pytest.raises(SystemExit):
+        main([tracks, '--truth', tracks, option])
+    assert f'argument {option.partition("=")[0]}: expected' in capsys.readouterr().err
+
+
+def test_runs_of_one_name_are_told_apart_in_the_table(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv('COLUMNS', '200')
+    monkeypatch.chdir(tmp_path)
+    for folder in ('old', 'new'):
+        (tmp_path / folder).mkdir()
+        write(tmp_path / folder / 'run.txt', MOT)
+    assert main(['old/run.txt', 'new/run.txt']) == 0
+    assert 'old/run.txt' in (told := capsys.readouterr().out)
+    assert 'new/run.txt' in told
