@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.tracking.borders import Borders
-from colortrack_ros.tracking.box_errors import BoxErrors
 from colortrack_ros.tracking.camera import Camera
 from colortrack_ros.tracking.detection_rate import DetectionRate
 from colortrack_ros.tracking.disappearances import Disappearances
@@ -127,7 +126,6 @@ class Adaptation:
         self.camera = Camera()
         self.resolution = Resolution()
         self.overlaps = Overlaps()
-        self.box_errors = BoxErrors()
         self.detection_rate = DetectionRate()
         self.borders = Borders()
         """Where boxes end, while the size of the picture is not known."""

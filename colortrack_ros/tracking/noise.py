@@ -16,6 +16,7 @@ from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.records import Records
+from colortrack_ros.tracking.box_errors import BoxErrors
 from colortrack_ros.tracking.differences import DIFFERENCES
 from colortrack_ros.tracking.differences import GIVEN_LOG
 from colortrack_ros.tracking.differences import LEAN
@@ -122,6 +123,7 @@ class MeasurementNoise:
     def __init__(self) -> None:
         self.guessed = np.zeros(0, np.uint32)
         """Colors of the last detections that stated no covariance."""
+        self.boxes = BoxErrors()
         self._colors, self._were_guessed = np.zeros(0, np.uint32), np.zeros(0, bool)
         self._evidence = np.zeros((0, SUMS))
         self._off = np.zeros(0)
@@ -173,6 +175,8 @@ class MeasurementNoise:
         newest_first = recent.newest_first()
         stamps = recent.stamps[newest_first]
         measured = records['measured'][track[:, None], newest_first]
+        if len(self.guessed):
+            self.boxes.learn(measured)
         new = tell(measured, stamps, records['in_a_row'][track], self._lean[row])
         latest = measured[:, 0, GIVEN].mean(axis=1)
         before, own = self.factors(colors, latest)[0], records['own_factor'][track]

@@ -124,9 +124,9 @@ def _record_hits(
     tracks.record_hits(track, prediction.step.now)
     records['seen'][track] = taken.z
     systematic = blobs.systematic.take(taken.blob, axis=0)
-    if learned.box_errors.lasting:
+    if learned.noisiness.boxes.lasting:
         unstated = blobs.rows['cov_uu'].take(taken.blob) == 0
-        lasting = learned.box_errors.variance(blobs.size.take(taken.blob, axis=0))
+        lasting = learned.noisiness.boxes.variance(blobs.size.take(taken.blob, axis=0))
         systematic += unstated[:, None] * lasting
     records['systematic'][track] = systematic
     blob, z = taken.blob, taken.z
@@ -280,9 +280,6 @@ def _learn_more(
         predicted = prediction.variance[track].mean(axis=1)
         grown = learned.noisiness.learn(records, track, learned.recent, predicted)
         prediction.bank.doubt(track, grown)
-        if len(learned.noisiness.guessed):
-            newest_first = learned.recent.newest_first()
-            learned.box_errors.learn(records['measured'][track[:, None], newest_first])
     if not config.process_noise:
         learned.unsteadiness.learn(records, track, learned.recent, period)
 

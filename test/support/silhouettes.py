@@ -38,6 +38,14 @@ def jittering(seen, jitter, k, rng):
     return points(z, round(k / 30 * 1e9), size=size)
 
 
+def lasting(rng, shape, rho):
+    """Errors of standard deviation 1 with the autocorrelation rho along the first axis."""
+    e = rng.normal(0, 1, shape)
+    for k in range(1, len(e)):
+        e[k] = rho * e[k - 1] + np.sqrt(1 - rho**2) * e[k]
+    return e
+
+
 def message(z, k, color=0):
     """Points at z, (N, 2), known to a pixel, in the frame of number k."""
     return points(z, round(k * NANOSECONDS / RATE), 1.0, color)

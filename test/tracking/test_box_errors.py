@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.silhouettes import lasting
 from support.silhouettes import points
 
 from colortrack_ros.tracking import Tracker
@@ -20,10 +21,7 @@ def centers(rng, rate, frames):
 
 def drifting(rng, shape, rate, seconds):
     """Errors of standard deviation 1 that are forgotten within some seconds."""
-    e, rho = rng.normal(0, 1, shape), np.exp(-1 / (rate * seconds))
-    for k in range(1, len(e)):
-        e[k] = rho * e[k - 1] + np.sqrt(1 - rho**2) * e[k]
-    return e
+    return lasting(rng, shape, np.exp(-1 / (rate * seconds)))
 
 
 def track(z, size, rate, variance=0.0):

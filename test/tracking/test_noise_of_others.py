@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from support.silhouettes import lasting
 from support.silhouettes import points
 
 from colortrack_ros.data import Detections
@@ -33,14 +34,6 @@ def circles(rng):
 
 def white(rng, sigma):
     return rng.normal(0, 1, (FRAMES, COUNT, 2)) * sigma
-
-
-def lasting(rng, sigma, rho):
-    """Return errors with the autocorrelation rho from frame to frame."""
-    e = white(rng, sigma)
-    for k in range(1, FRAMES):
-        e[k] = rho * e[k - 1] + np.sqrt(1 - rho**2) * e[k]
-    return e
 
 
 def rows_of(z, size=None):
@@ -112,7 +105,7 @@ def test_errors_that_last_are_doubted(motion, rho, least):
     """With rho 0.9, half a second can hardly show all of it: coverage was once 10 %."""
     rng = np.random.default_rng(3)
     x = motion(rng)
-    inside, _, names = score(x, x + lasting(rng, 2.0, rho))
+    inside, _, names = score(x, x + 2.0 * lasting(rng, x.shape, rho))
     assert least < inside < 0.995
     assert names == 1
 
