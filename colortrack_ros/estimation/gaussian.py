@@ -20,7 +20,8 @@ def log_density(e: Floats, S: Floats) -> Floats:
     a, b, c = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
     det = _determinant(a, b, c)
     d2 = (c * x * x - 2 * b * x * y + a * y * y) / det
-    return np.asarray(-0.5 * (d2 + np.log(det)) - LOG_2PI)
+    log: Floats = -0.5 * (d2 + np.log(det)) - LOG_2PI
+    return log
 
 
 def _determinant(a: Floats, b: Floats, c: Floats) -> Floats:
@@ -38,7 +39,8 @@ def joseph(P: Floats, K: Floats, R: Floats) -> Floats:
     """
     P = P - K @ P[..., :2, :]
     P += (K @ R - P[..., :2]) @ K.swapaxes(-1, -2)
-    return np.asarray((P + P.swapaxes(-1, -2)) / 2)
+    P = (P + P.swapaxes(-1, -2)) / 2
+    return P
 
 
 def mixture(weight: Floats, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:

@@ -56,8 +56,9 @@ def measure_centers(
         return z, R
     size, variance = prediction.size.take(track, axis=0), by_axis(R)
     visible = blobs.size.take(blob, axis=0)
-    odd = blobs.cut.take(blob, axis=0) & (visible < size) if prediction.finds_whole else True
-    if np.count_nonzero(odd):
+    if not prediction.finds_whole:
+        variance += _variance_of_odd(prediction.sizes, size, visible)
+    elif np.count_nonzero(odd := blobs.cut.take(blob, axis=0) & (visible < size)):
         variance += odd * _variance_of_odd(prediction.sizes, size, visible)
     of_side = side_variance(prediction, blobs, blob, size)
     doubtful = (variance > of_side) & (size > 0)
@@ -144,7 +145,7 @@ def _variance_of_odd(sizes: Sizes, size: Floats, blob: Floats) -> Floats:
     excess -= 1 if sizes.are_steady else 1 + sizes.slack(size) - tolerance(size)
     np.maximum(excess, 0, out=excess)
     excess *= excess
-    return np.asarray(LASTING * excess / 4)
+    return LASTING * excess / 4
 
 
 def side_variance(
@@ -160,7 +161,7 @@ def side_variance(
     jittering = blobs.usual.take(blob, axis=0)
     if not prediction.sizes.are_steady:
         jittering += prediction.sizes.variance(size) / 4
-    return np.asarray(np.maximum(EDGE_VARIANCE, jittering))
+    return np.maximum(EDGE_VARIANCE, jittering)
 
 
 def _take_sides(

@@ -163,7 +163,7 @@ class Screening:
             self.repeated += len(detections.rows) - len(rows)
             self._known = np.concatenate([self._known, rows], dtype=DETECTION)
         else:
-            self._known = rows = np.ascontiguousarray(rows)
+            self._known = rows
         few = largest(rows, config.max_detections)
         self.crowded_out += len(rows) - len(few)
         given = all(config.image_size)

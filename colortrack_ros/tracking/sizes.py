@@ -47,7 +47,8 @@ LEAST_CHANGE = 0.1
 
 def total(extent: Floats) -> Floats:
     """Return the sizes, (K, 2), of extents, (K, 2, 2): from the low to the high side [px]."""
-    return np.asarray(extent[:, 0] + extent[:, 1])
+    size: Floats = extent[:, 0] + extent[:, 1]
+    return size
 
 
 def tolerance(size: Floats) -> Floats:
@@ -124,7 +125,8 @@ class Sizes:
         """Return the log-likelihood ratio of an exact fit, (K,), at least 0; see log_fit()."""
         share = slack / np.maximum(size, 1.0)
         broad = np.pi / 2 * (share[:, 0] * share[:, 1])
-        return np.asarray(np.log(np.maximum((1 - OTHER_SIZE) / (self.alike + broad), 1.0)))
+        best: Floats = np.log(np.maximum((1 - OTHER_SIZE) / (self.alike + broad), 1.0))
+        return best
 
     def learn_alike(self, size: Floats, new: Floats) -> None:
         """Learn from some unassociated blobs, (K, 2) [px], given the objects, (N, 2) [px]."""

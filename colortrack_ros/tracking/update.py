@@ -202,7 +202,9 @@ def _missed(visible: Floats, measured: Bools, p: float) -> float:
     hits = np.count_nonzero(sure & measured)
     misses = max(np.count_nonzero(sure) - 1 - hits, 0)
     q = 1 - p
-    log_ratio = hits * math.log(p / DIM) + misses * math.log(q / MISSED_DIM)
+    log_ratio = hits * math.log(p / DIM)
+    if misses:
+        log_ratio += misses * math.log(q / MISSED_DIM)
     outage = 1 / (1 + math.exp(min(log_ratio, 700.0)) * NO_OUTAGE_ODDS)
     return outage * MISSED_DIM + (1 - outage) * q
 

@@ -19,8 +19,8 @@ from colortrack_ros.tracking.tracker import Tracker
 WORK = ('BINARY_', 'INPLACE_', 'UNARY_', 'COMPARE_', 'CALL', 'STORE_SUBSCR', 'STORE_SLICE')
 """Prefixes of bytecodes that call something, or may operate on an array."""
 
-MOST = 1039
-"""Most of them in an uneventful frame: 1036 with Python 3.11, a few more with 3.13. It keeps work
+MOST = 1026
+"""Most of them in an uneventful frame: 1023 with Python 3.11, a few more with 3.13. It keeps work
 from being added unnoticed; it does not tell how long each takes."""
 
 
