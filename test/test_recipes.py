@@ -38,7 +38,11 @@ RECIPES = {
         {},
     ),
     'Boxes where nothing can be': (f'occlusion?{SMALL}&duration=5', {}, {}),
-    'Boxes go when the light changes': (f'light?{SMALL}&duration=16', {'tolerance': 25.0}, {}),
+    'Boxes go when the light changes': (
+        f'light?{SMALL}&duration=16&rate=12',
+        {'tolerance': 25.0},
+        {},
+    ),
     'One object breaks into several boxes': (
         f'flicker?{SMALL}&duration=9',
         {},

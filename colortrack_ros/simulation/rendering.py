@@ -18,16 +18,14 @@ Rays = NDArray[np.float32]
 TILE = 0.5
 """Side of the floor tiles [m]. Assumed, for the look of it."""
 
-SURFACES = np.array(
-    [
-        (96, 92, 88), (116, 112, 106), (196, 200, 204), (184, 188, 192), (206, 208, 210),
-        (176, 180, 184), (226, 226, 224),
-    ],
-    np.uint8,
-)  # fmt: skip
+SURFACES = np.zeros((1, 256, 3), np.uint8)
+SURFACES[0, :7] = [
+    (96, 92, 88), (116, 112, 106), (196, 200, 204), (184, 188, 192), (206, 208, 210),
+    (176, 180, 184), (226, 226, 224),
+]  # fmt: skip
 """Blue, green, red of dark and light tiles, of the walls at x, -x, y, -y, and of the ceiling."""
 
-TILES, WALLS_X, WALLS_Y, CEILING = 0, 2, 4, 6
+TILES, WALLS_X, WALLS_Y, CEILING = map(np.uint8, (0, 2, 4, 6))
 """Index of the first row of each in SURFACES."""
 
 LAMP = np.array([0.3, -0.2, 0.93], np.float32)
@@ -93,7 +91,7 @@ class Renderer:
         shape = self._camera.height, self._camera.width
         rays = (optical.R.astype(np.float32) @ self._rays).reshape(3, *shape)
         depth, surface = self._walls(rays, optical.t.astype(np.float32))
-        image = np.take(SURFACES, surface, axis=0)
+        image = np.asarray(cv2.LUT(cv2.merge([surface] * 3), SURFACES), np.uint8)
         pillars = self._room.pillars
         stands = [[*p.config.path, p.config.height / 2] for p in pillars]
         centers = np.concatenate([centers, np.reshape(stands, (-1, 3))])
@@ -122,13 +120,13 @@ class Renderer:
             to_z = np.where(z > 0, np.float32(self._room.height) - eye[2], -eye[2]) / z
             aside = np.fmin(to_x, to_y)
             depth = np.fmin(aside, to_z)
-        surface = np.where(to_x <= to_y, WALLS_X + (x < 0), WALLS_Y + (y < 0)).astype(np.uint8)
+        surface = np.where(to_x <= to_y, WALLS_X + (x < 0), WALLS_Y + (y < 0))
         level = to_z <= aside
-        surface[level & (z > 0)] = CEILING
-        v, u = (level & (z < 0)).nonzero()
-        t = depth[v, u]
-        tiles = [np.floor((eye[axis] + t * rays[axis, v, u]) / TILE) for axis in range(2)]
-        surface[v, u] = TILES + ((tiles[0] + tiles[1]).astype(np.int32) & 1)
+        np.putmask(surface, level & (z > 0), CEILING)
+        floor = np.flatnonzero(level & (z < 0))
+        t = depth.take(floor)
+        tiles = [np.floor((eye[axis] + t * rays[axis].take(floor)) / TILE) for axis in range(2)]
+        surface.put(floor, TILES + ((tiles[0] + tiles[1]).astype(np.int32) & 1))
         return depth, surface
 
     def _part(self, optical: Pose, thing: Thing, center: Floats) -> tuple[slice, slice] | None:

@@ -34,7 +34,7 @@ FILE = """# where the robot plays
     red: {rgb: [205, 58, 34], tolerance: 6.0}  # by eye
     min_area: 20
 """
-SCENES = [f'scene:single?width=160&height=120&rate=6&duration=3&seed={k}' for k in (1, 2, 3)]
+SCENES = [f'scene:single?width=160&height=120&rate=6&duration=2&seed={k}' for k in (1, 2, 3)]
 
 
 def test_sliders_stand_for_values_that_the_nodes_accept_and_begin_where_they_are():

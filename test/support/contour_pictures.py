@@ -68,10 +68,15 @@ def follow(pictures, config, each=lambda k, tracks: None):
 
 
 def overlap(one, other, shape=(240, 320)):
-    """Intersection over union of two polygons (P, 2)."""
-    masks = np.zeros((2, *shape), np.uint8)
-    for mask, polygon in zip(masks, (one, other), strict=True):
-        cv2.fillPoly(mask, [np.rint(polygon * 16).astype(np.int32)], 1, shift=4)
+    """Intersection over union of two polygons (P, 2) in a picture of a shape."""
+    corners = [np.rint(polygon * 16).astype(np.int32) for polygon in (one, other)]
+    both = np.concatenate(corners)
+    size = np.array(shape[::-1])
+    low = np.clip(both.min(axis=0) // 16 - 1, 0, size - 1)
+    wide, high = np.clip(both.max(axis=0) // 16 + 3, low + 1, size) - low
+    masks = np.zeros((2, high, wide), np.uint8)
+    for mask, polygon in zip(masks, corners, strict=True):
+        cv2.fillPoly(mask, [polygon - 16 * low], 1, shift=4)
     return (masks[0] & masks[1]).sum() / max((masks[0] | masks[1]).sum(), 1)
 
 

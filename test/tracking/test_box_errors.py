@@ -52,16 +52,18 @@ def seen(rng, x, size, rate):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('seed', range(3))
 @pytest.mark.parametrize('rate', [10, 30])
 @pytest.mark.parametrize('size', [(40, 100), (120, 70)])
-def test_ellipses_hold_centers_of_boxes_whose_sides_err_for_seconds(size, rate, seed):
-    rng = np.random.default_rng(seed)
-    x = centers(rng, rate, 300)
-    at, P = track(*seen(rng, x, np.array(size), rate), rate)
-    e = x[SETTLED:] - at
-    d2 = (e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=2)
-    assert 0.75 < np.mean(d2 < 5.991) < 0.995
+def test_ellipses_hold_centers_of_boxes_whose_sides_err_for_seconds(size, rate):
+    inside = []
+    for seed in range(2):
+        rng = np.random.default_rng(seed)
+        x = centers(rng, rate, 300)
+        at, P = track(*seen(rng, x, np.array(size), rate), rate)
+        e = x[SETTLED:] - at
+        d2 = (e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=2)
+        inside.append(np.mean(d2 < 5.991))
+    assert 0.85 < np.mean(inside) < 0.995
 
 
 def approaching(rng, x):

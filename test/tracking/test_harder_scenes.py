@@ -73,10 +73,10 @@ def test_objects_keep_their_tracks(name, idf1):
 @pytest.mark.parametrize(
     ('name', 'worse', 'idf1'),
     [
-        ('blackout', BLACKOUT, 0.8),
-        ('flicker', {}, 0.97),
+        ('blackout' + HALF, BLACKOUT, 0.8),
+        ('flicker' + HALF, {}, 0.97),
         ('vanish', {}, 0.95),
-        ('collision', {}, 0.99),
+        ('collision' + HALF, {}, 0.99),
     ],
 )
 def test_objects_keep_their_tracks_as_a_perfect_detector_or_a_bad_one_sees_them(name, worse, idf1):

@@ -37,11 +37,26 @@ def of_a_robot_that_turns(yaws, ego_motion, place, seed=0):
 def ids_of_things(frames):
     """Return the IDs that each object has had."""
     ids = {}
-    for rows, z in frames:
-        for row in rows[rows['state'] == CONFIRMED]:
-            away = np.hypot(z[:, 0] - row['u'], z[:, 1] - row['v'])
-            ids.setdefault(int(np.nanargmin(away)), set()).add(int(row['track_id']))
+    for names in named(frames):
+        for thing, name in names:
+            ids.setdefault(thing, set()).add(name)
     return ids
+
+
+def named(frames):
+    """Yield, by frame, pairs of an object and the ID of the confirmed track at its place."""
+    for rows, z in frames:
+        rows = rows[rows['state'] == CONFIRMED]
+        away = np.hypot(z[:, 0] - rows['u'][:, None], z[:, 1] - rows['v'][:, None])
+        yield zip(map(int, np.nanargmin(away, axis=1)), map(int, rows['track_id']), strict=True)
+
+
+def is_renamed(frames):
+    """Whether any object has had two IDs; frames after the second are not asked for."""
+    first = {}
+    return any(
+        first.setdefault(thing, name) != name for names in named(frames) for thing, name in names
+    )
 
 
 AROUND = np.array([(2.5, -0.6, 0.1), (3.0, 0.5, 0.1), (4.0, 1.8, 0.3), (2.0, 1.9, 0.1)])
@@ -53,8 +68,7 @@ TO_AND_FRO = np.radians(45) * np.cumsum(np.sign(np.sin(0.1 + np.arange(240) / 19
 def test_what_leaves_the_picture_by_a_known_turn_comes_back_with_its_id():
     known = ids_of_things(of_a_robot_that_turns(TO_AND_FRO, 'odometry', AROUND))
     assert sorted(known.values()) == [{1}, {2}, {3}, {4}]
-    unknown = ids_of_things(of_a_robot_that_turns(TO_AND_FRO, 'none', AROUND))
-    assert max(len(ids) for ids in unknown.values()) > 1
+    assert is_renamed(of_a_robot_that_turns(TO_AND_FRO, 'none', AROUND))
 
 
 @pytest.mark.slow
@@ -142,8 +156,7 @@ def test_balls_alike_keep_their_ids_while_a_robot_drives_and_swings(seconds, tur
     ids = ids_of_things(of_a_robot_that_drives(poses, ego_motion='odometry'))
     assert sorted(ids) == [0, 1, 2, 3]
     assert sorted(len(names) for names in ids.values()) == [1, 1, 1, 1]
-    lost = ids_of_things(of_a_robot_that_drives(poses, ego_motion='none'))
-    assert max(len(names) for names in lost.values()) > 1
+    assert is_renamed(of_a_robot_that_drives(poses, ego_motion='none'))
 
 
 @pytest.mark.slow
