@@ -74,18 +74,18 @@ def test_a_color_is_picked_in_every_encoding(encoding):
 
 
 @pytest.fixture(scope='module')
-def second():
-    """The pictures of a second."""
-    return [SCENE.render(90 + k) for k in range(30)]
+def pictures():
+    """Those of half a second."""
+    return [SCENE.render(90 + k) for k in range(15)]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('encoding', list(LAYOUTS))
-def test_windows_follow_and_contours_take_every_encoding(encoding, second):
+def test_windows_follow_and_contours_take_every_encoding(encoding, pictures):
     windows, contours = WindowTracker(), ContourTracker(ContourConfig())
-    row = Detector(DetectorConfig()).detect(Frame(second[0])).rows[0]
+    row = Detector(DetectorConfig()).detect(Frame(pictures[0])).rows[0]
     windows.start([[row[name] for name in ('box_u', 'box_v', 'box_w', 'box_h')]])
-    for k, picture in enumerate(second):
+    for k, picture in enumerate(pictures):
         image = encode(picture, encoding).image
         frame = Frame(image, encoding, stamp=k * 10**9 // 30)
         tracks = windows.update(frame)

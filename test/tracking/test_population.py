@@ -16,9 +16,9 @@ def tracker_of(*population, **options):
     return Tracker(TrackerConfig(population=population, image_size=SIZE, **options))
 
 
-def play(tracker, z, frames, begin=0, color=0):
-    """Show z, (N, 2), for some frames; return the rows of the last one."""
-    for k in range(begin, begin + frames):
+def play(tracker, z, frames, begin=0, color=0, every=1):
+    """Show z, (N, 2), in every k-th of some frames; return the rows of the last one."""
+    for k in range(begin, begin + frames, every):
         rows = tracker.update(points(z, k * FRAME, 0.5, color)).rows
     return rows
 
@@ -56,7 +56,7 @@ def test_one_too_many_has_no_id_and_takes_none_away():
 def test_the_only_one_comes_back_anywhere_after_any_time_as_itself(max_hidden):
     tracker = tracker_of(1, max_hidden=max_hidden)
     play(tracker, [(100, 100)], 20)
-    play(tracker, [], 2000, begin=20)
+    play(tracker, [], 2000, begin=20, every=5)
     assert play(tracker, [(600, 20)], 10, begin=2020)['track_id'].tolist() == [1]
 
 
