@@ -30,6 +30,7 @@ from colortrack_ros.world.state import Motions
 from colortrack_ros.world.state import MOVES
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
+from colortrack_ros.world.state import STANDS
 from colortrack_ros.world.state import VELOCITY
 from colortrack_ros.world.view import View
 
@@ -120,9 +121,14 @@ def doubt(objects: Motions, refused: Bools) -> None:
     """Weigh the hypotheses of falling objects whose measurements were refused, (N,), in place.
 
     REFUSED of these would be of what flies on: more often, they were thrown harder than expected.
+    What was taken for thrown before flies on as that, and may have been thrown once more: bounces
+    make a throw a narrow Gaussian, beyond which those straight up are soon.
     """
+    again = refused & (objects.probability[:, STANDS] > 1 / 2)
+    objects.whole[again, MOVES] = objects.whole[again, STANDS]
     p = objects.probability[refused] * [1.0, REFUSED]
     objects.probability[refused] = p / p.sum(axis=1, keepdims=True)
+    objects.probability[again] = [0.0, 1.0]
 
 
 def in_front(objects: Motions, view: View) -> Bools:

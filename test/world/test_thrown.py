@@ -136,7 +136,7 @@ def test_a_throw_too_late_in_a_step_to_be_seen_at_once_is_not_ruled_out(monkeypa
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('up', [5.0, 6.0])
+@pytest.mark.parametrize('up', [5.0, 6.0, 7.0, 8.0])
 def test_a_ball_whose_throw_is_refused_at_first_is_not_lost(up):
     """Of 1 m/s, and up as much as 3 m/s; from 0.1 s on it is as far off as its covariance says."""
     kind = Kind('red', KindConfig(diameter=2 * RADIUS, motion='free_fall', speed=1.0))
