@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.boxes import extents
 from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.contours.deformation import deformation_variance
 from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.foreground import Foreground
 from colortrack_ros.contours.position import positions
@@ -75,7 +76,9 @@ def published(
     rows['area'], rows['score'] = area, score
     young = ~tracks.records['told'] & (rows['age'] < config.learn_seconds)
     rows['state'][young & foreground.is_learning] = TENTATIVE
-    rows['box_w'], rows['box_h'] = np.ptp(outlines, axis=1).T
+    size = np.ptp(outlines, axis=1)
+    rows['covariance'][:, [0, 1], [0, 1]] += deformation_variance(tracks.records, size)
+    rows['box_w'], rows['box_h'] = size.T
     rows['box_u'], rows['box_v'] = outlines.min(axis=1).T + 0.5
     return rows, outlines
 

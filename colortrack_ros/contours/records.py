@@ -4,6 +4,7 @@ import numpy as np
 
 from colortrack_ros.contours.changes import has_changed
 from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.contours.deformation import form
 from colortrack_ros.contours.displaced import AREA_PIXELS
 from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.spline import Spline
@@ -20,6 +21,7 @@ CONTOUR_FIELDS = [
     ('inner', '?'), ('agreed', 'i8'), ('placed', 'i8'), ('moved', '?'), ('from', 'i8'),
     ('from_u', 'f8'), ('from_v', 'f8'), ('told', '?'), ('seen_w', 'f8'), ('seen_h', 'f8'),
     ('single', '?'), ('alone', 'f8'), ('high', 'f8'), ('piece', '?'), ('proven', '?'),
+    ('form', 'f8'), ('deformed', 'f8'),
     ('first_at', 'i4', (AREA_PIXELS, 2)), ('first_level', 'f4', (AREA_PIXELS,)),
 ]  # fmt: skip
 """Fields of a target, in addition to those of every track.
@@ -39,6 +41,7 @@ single, alone: whether it was a separate area for ALONE_SECONDS, and for how lon
 high: its mean height as a separate area lately [px].
 piece: whether it is above or below a much larger target in an area that both share.
 proven: whether it has moved, and has existed long enough for its size.
+form, deformed: logarithm of its mean aspect ratio, and mean squared deviation from it.
 first_at, first_level: places, row and column, and levels of AREA_PIXELS pixels when it began.
 """
 
@@ -75,7 +78,9 @@ def begin(tracks: TrackTable[Contours], contours: Contours, spline: Spline, stam
     records = tracks.initiate(contours, stamp)
     records['edge_share'] = 1.0
     records['agreed'] = records['from'] = stamp
-    records['seen_w'], records['seen_h'] = np.ptp(contours.nodes, axis=1).T
+    size = np.ptp(contours.nodes, axis=1)
+    records['seen_w'], records['seen_h'] = size.T
+    records['form'] = form(size)
     records['placed_area'] = np.maximum(spline.area(contours.nodes), 1.0)
     records['from_u'], records['from_v'] = contours.nodes.mean(axis=1).T
     return records

@@ -12,6 +12,7 @@ from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.boxes import is_at_border
 from colortrack_ros.contours.changes import remember
 from colortrack_ros.contours.config import ContourConfig
+from colortrack_ros.contours.deformation import note
 from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.foreground import Foreground
 from colortrack_ros.contours.gating import gate
@@ -146,8 +147,7 @@ class ContourTracker:
             if not single.all():
                 self._tracks.keep(single)
                 regions, nobodys = match(predicted[single], areas)
-            follows = self.config.follow_foreground
-            self._correct(frame, frames, regions if follows else None)
+            self._correct(frame, frames, regions if self.config.follow_foreground else None)
             self._place_anew(frame, areas, regions)
             self._delete(frame)
             self._initiate(areas.take(nobodys), predicted, channels_of(frame))
@@ -155,6 +155,7 @@ class ContourTracker:
             self._foreground.learn(own, self._tracks.records, dt)
         begin_told(self._tracks, self.waiting, frame, self._spline, self.config, self._clock.now)
         now, foreground = self._clock.now, self._foreground
+        note(self._tracks, self._spline, dt, now)
         rows, outlines = published(self._tracks, self._spline, self.config, now, foreground)
         return Tracks(rows, frame.stamp, frame.frame_id, self._clock.tell_restart(), outlines)
 

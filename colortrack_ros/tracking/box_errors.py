@@ -11,15 +11,11 @@ import math
 import numpy as np
 
 from colortrack_ros.data import Floats
+from colortrack_ros.estimation.box_centers import lasting_variance
 from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.recent import SEEN_SIZE
 from colortrack_ros.tracking.recent import WHOLE
 from colortrack_ros.tracking.recent import Z
-
-LASTING_SHARE = 1 / 20
-"""Standard deviation of a center, on each axis, over the longer side of its box: 1/20 of the height
-of pedestrians, the default of trackers of boxes (Wojke, Bewley, Paulus: Simple online and realtime
-tracking with a deep association metric, 2017)."""
 
 WHOLE_PIXEL = 1.0
 """Added to squared differences [px^2]: sizes of whole pixels say nothing below that."""
@@ -84,5 +80,4 @@ class BoxErrors:
 
     def variance(self, size: Floats) -> Floats:
         """Return the variances on each axis, (K, 1), of centers of boxes of a size, (K, 2) [px]."""
-        longer = size.max(axis=1, keepdims=True)
-        return np.asarray(self.lasting * (LASTING_SHARE * longer) ** 2)
+        return self.lasting * lasting_variance(size)

@@ -12,6 +12,7 @@ import numpy as np
 
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
+from colortrack_ros.estimation.box_centers import variance_of_part
 from colortrack_ros.windows.colors import Colors
 from colortrack_ros.windows.colors import mean_inside
 from colortrack_ros.windows.correlation import CorrelationFilter
@@ -188,14 +189,9 @@ class Appearance:
         return self.likeness(seen) >= least
 
     def partly(self, seen: Sighting) -> Sighting:
-        """The sighting as that of an unknown part of the target, with a larger covariance.
-
-        The center of a part that covers a share s of the target along one axis is at most (1 - s) /
-        2 of the size off the target's center, and half of that averaged over all positions of the
-        part.
-        """
+        """The sighting as that of an unknown part of the target, with a larger covariance."""
         share = min(max(seen.peak, 0) / max(float(self._usual[0]), LEAST_DIVISOR), 1)
-        return seen._replace(R=seen.R + np.diag(((1 - share) / 4 * self.size) ** 2))
+        return seen._replace(R=seen.R + np.diag(variance_of_part(share, self.size)))
 
     def resize(self, frame: Frame, center: Floats) -> None:
         """Estimate the size of the target around its center (u, v) [px]."""

@@ -88,6 +88,14 @@ class Template:
         explained = first_similarity - similarity <= EXPLAINED_SHARE * loss
         return self._worn_matches > 0 and (explained or self._worn_matches >= RENEWAL_MATCHES)
 
+    def share_kept(self, similarity: float) -> float:
+        """The share of what was like the template at first that still is, 0 to 1.
+
+        A similarity is a coefficient of multiple correlation, whose square is the explained share.
+        """
+        first = self._first_match[0] if self._first_match else 0.0  # a sighting has none
+        return min(similarity / first, 1.0) ** 2 if first > 0 else similarity**2
+
     def correlation(self, window: Gray) -> float:
         """Zero-mean normalized correlation, -1..1; 0 without texture."""
         centered, norm = self._centered

@@ -19,6 +19,9 @@ from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 from colortrack_ros.windows.appearance import Appearance
 from colortrack_ros.windows.config import WindowConfig
+from colortrack_ros.windows.lasting import biases
+from colortrack_ros.windows.lasting import drift
+from colortrack_ros.windows.lasting import sizes
 from colortrack_ros.windows.matching import match_templates
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.motion import Motion
@@ -41,15 +44,16 @@ STEPS = 4
 WINDOW_FIELDS = [
     ('template', 'O'), ('appearance', 'O'), ('area', 'f4'), ('box_w', 'f4'), ('box_h', 'f4'),
     ('similarity', 'f8'), ('mean_innovation', 'f8'), ('last', 'f8', (2, 2)),
-    ('drift', 'f8', (2, 2)), ('steps', 'f8', (STEPS, 2)), ('seen', 'f8', 2), ('looks', 'i8'),
-    ('turns', 'i8'), ('unfound', 'i8'), ('followed', 'i8'),
+    ('drift', 'f8', (2, 2)), ('bias', 'f8', (2, 2)), ('steps', 'f8', (STEPS, 2)),
+    ('seen', 'f8', 2), ('looks', 'i8'), ('turns', 'i8'), ('unfound', 'i8'), ('followed', 'i8'),
 ]  # fmt: skip
 """Fields of a target in addition to those of every track.
 
 template: the Template; appearance: the Appearance, with config.appearance; area, box_w, box_h: of
 the box [px]; similarity: of the last valid match, 0 before the first; mean_innovation: mean norm
 [px], infinite before the first; last: (u, v) by matching and by the filter in the last frame [px];
-drift: covariance of the template's drift on the object [px^2]; steps: the last velocities by
+drift: covariance of the template's drift on the object [px^2]; bias: of the error of the last
+sighting, which lasts, 0 if the template was found [px^2]; steps: the last velocities by
 matching [px/s], NaN: none; seen: (u, v) of the last match [px]; looks: frames without a match since
 the target was last seen for certain; turns: frames in which its size or its appearance was learned;
 unfound: since its template was last found; followed: when it was last seen, even if in doubt
@@ -188,6 +192,7 @@ class WindowTracker:
         records['seen'][track], records['followed'][track] = matches.z[track], self._clock.now
         alike = track[matches.similarity[track] > 0]  # not sightings by appearance
         records['similarity'][alike] = matches.similarity[alike]
+        records['bias'][track] = biases(records, track, matches)
         mean, norm = records['mean_innovation'], matches.innovation_norm
         step = norm - np.where(np.isinf(mean), 0.0, mean)
         usual = accepted & np.isfinite(norm) & (matches.alone | (norm <= mean))
@@ -233,7 +238,7 @@ class WindowTracker:
             else:
                 worn = crop is not None
             if worn:
-                records['drift'][i] += np.nan_to_num(matches.R[i])
+                records['drift'][i] = drift(records, i, matches, compensated)
                 records['template'][i] = template.renewed(frame, place[i])
             elif compensated and not accepted[i] and template.former:
                 # It may show what covers the target: alternate with the one before.
@@ -256,8 +261,7 @@ class WindowTracker:
         if not len(boxes):
             return boxes
         records, position = self._tracks.records, self._tracks.filters.bank.estimate()[0][:, :2]
-        size = np.stack([records['box_w'], records['box_h']], axis=1)
-        return boxes[~are_centered_in(boxes, position, size)]
+        return boxes[~are_centered_in(boxes, position, sizes(records))]
 
     def _initiate(self, frame: Frame, boxes: Floats) -> None:
         """Start targets on boxes."""
@@ -284,7 +288,7 @@ class WindowTracker:
         now, records = self._clock.now, self._tracks.records
         self._tracks.update_states(now, 1)
         rows = self._tracks.rows(now, *self._tracks.filters.bank.estimate())
-        rows['covariance'][:, :2, :2] += records['drift']
+        rows['covariance'][:, :2, :2] += records['drift'] + records['bias']
         rows['score'] = np.where(records['hits'] > 1, np.clip(records['similarity'], 0, 1), 1.0)
         rows['score'] *= self._tracks.freshness(now, self.config.max_time_since_update)
         place = np.stack([rows['u'], rows['v']], axis=1)
