@@ -114,8 +114,10 @@ def write_file(path: Path, content: bytes) -> None:
             file.write(content)
         os.chmod(beside, mode)
         os.replace(beside, path)
-    except BaseException:
+    except BaseException as error:
         Path(beside).unlink()
+        if isinstance(error, OSError) and error.errno:
+            error.filename = str(path)  # one of a full disk names none
         raise
 
 

@@ -1,7 +1,9 @@
 """Writes pictures to disk, one by one or as a video."""
 
 import errno
+import os
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
@@ -9,11 +11,13 @@ from numpy.typing import NDArray
 
 from colortrack_ros.files import require_file
 from colortrack_ros.files import require_utf8
+from colortrack_ros.files import resolved
 from colortrack_ros.files import write_file
 
 
 class VideoFile:
-    """An MPEG-4 video. :meth:`close` checks that it is complete, since OpenCV reports no errors.
+    """An MPEG-4 video, in its place once it is complete: :meth:`close` checks that, since OpenCV
+    reports no errors. One that is not closed leaves what was there.
 
     :param path: ends in .mp4.
     :param rate: frames a second [Hz].
@@ -27,9 +31,15 @@ class VideoFile:
             require_utf8(path)
         except UnicodeError as error:
             raise OSError(errno.EINVAL, str(error), str(path)) from error
+        self._target = resolved(path)
         if path.exists():
             require_file(path)
-        self._writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'mp4v'), rate, size)
+        try:
+            self._folder = TemporaryDirectory(prefix='.video-', dir=self._target.parent)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        self._staged = str(Path(self._folder.name) / path.name)
+        self._writer = cv2.VideoWriter(self._staged, cv2.VideoWriter.fourcc(*'mp4v'), rate, size)
         if not self._writer.isOpened():
             reason = 'no video can be written there; expected an .mp4'
             raise OSError(errno.EINVAL, reason, str(path))
@@ -42,15 +52,18 @@ class VideoFile:
         self._count += 1
 
     def close(self) -> None:
-        """Finish the file, and count the frames in it.
+        """Finish the file, count the frames in it, and move it to its place.
 
-        :raises OSError: some are missing.
+        :raises OSError: some are missing; nothing is left of it.
         """
         self._writer.release()
-        written = cv2.VideoCapture(str(self._path), cv2.CAP_FFMPEG)
+        written = cv2.VideoCapture(self._staged, cv2.CAP_FFMPEG)
         count = max(int(written.get(cv2.CAP_PROP_FRAME_COUNT)), 0) if written.isOpened() else 0
         written.release()
-        if count < self._count:
+        with self._folder:
+            if count >= self._count:
+                os.replace(self._staged, self._target)
+                return
             reason = f'{count} of {self._count} frames have been written; is the disk full?'
             raise OSError(errno.ENOSPC, reason, str(self._path))
 

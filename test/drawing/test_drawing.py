@@ -5,6 +5,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
+from support.full_disk import file_size_limit
 
 from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
@@ -14,6 +15,8 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.drawing import draw_tracks
 from colortrack_ros.drawing import track_color
 from colortrack_ros.drawing import Trails
+from colortrack_ros.drawing import VideoFile
+from colortrack_ros.drawing import write_picture
 
 
 def tracks_of(*positions, state=CONFIRMED, size=40.0, variance=9.0, first_id=1):
@@ -162,3 +165,27 @@ def test_what_is_outside_the_picture_leaves_it_as_it_is():
     far = [(-500, 120), (900, 120), (160, -500), (160, 900)]
     for place in far:
         assert not drawn(tracks_of(place)).any()
+
+
+def test_a_video_that_is_cut_short_leaves_what_was_there(tmp_path):
+    film = tmp_path / 'film.mp4'
+    film.write_bytes(b'old')
+    noise = np.random.default_rng(1).integers(0, 255, (120, 160, 3), np.uint8)
+    video = VideoFile(film, 30.0, (160, 120))
+    with file_size_limit(20_000):
+        for k in range(40):
+            video.write(np.roll(noise, k, axis=1))
+        with pytest.raises(OSError, match='0 of 40 frames have been written; is the disk full'):
+            video.close()
+    assert [(file.name, file.read_bytes()) for file in tmp_path.iterdir()] == [('film.mp4', b'old')]
+    VideoFile(film, 30.0, (160, 120)).write(noise)  # nobody closes it
+    assert [(file.name, file.read_bytes()) for file in tmp_path.iterdir()] == [('film.mp4', b'old')]
+
+
+def test_a_picture_on_a_full_disk_is_told_with_its_name(tmp_path):
+    picture = tmp_path / 'picture.png'
+    noise = np.random.default_rng(1).integers(0, 255, (120, 160, 3), np.uint8)
+    with file_size_limit(20_000), pytest.raises(OSError, match='large') as raised:
+        write_picture(picture, noise)
+    assert raised.value.filename == str(picture)
+    assert not list(tmp_path.iterdir())
