@@ -44,8 +44,8 @@ BENCHMARKS = $(filter-out %/points.py %/peers.py %/soak.py %/faults.py,$(wildcar
 # With ROBOT=1 a simulated robot that follows a ball, in place of SOURCE.
 demo: $(VENV)/demo
 	$(if $(filter-out 0,$(ROBOT)),\
-	$(PYTHON_IN) -m colortrack_ros.tools.robot_demo --seconds='$(SECONDS)',\
-	$(PYTHON_IN) -m colortrack_ros.tools.demo --source="$$DEMO_SOURCE" --params="$$DEMO_PARAMS" \
+	$(PYTHON_IN) -m colortrack_ros.commands tools.robot_demo --seconds='$(SECONDS)',\
+	$(PYTHON_IN) -m colortrack_ros.commands tools.demo --source="$$DEMO_SOURCE" --params="$$DEMO_PARAMS" \
 		--color='$(COLOR)' --tolerance='$(TOLERANCE)' --seconds='$(SECONDS)')
 
 # A page to tune in, over SOURCE, with PARAMS to begin with and to save to.

@@ -76,6 +76,8 @@ setup(
     },
     zip_safe=True,
     entry_points={
-        'console_scripts': [f'{name} = {NAME}.{file}:main' for name, file in EXECUTABLES.items()]
+        'console_scripts': [
+            f'{name} = {NAME}.commands:{file}' for name, file in EXECUTABLES.items()
+        ]
     },
 )

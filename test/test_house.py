@@ -69,6 +69,7 @@ FLOORS = (
     {'replay'},
     {'tools'},
     {'tuner'},
+    {'commands'},
 )
 """The rooms, from the ground up: a file imports from its own room and from lower floors."""
 FILES = sorted(PACKAGE.rglob('*.py'))

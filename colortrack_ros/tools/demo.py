@@ -33,6 +33,7 @@ from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.node_kit.runtime import share_file
 from colortrack_ros.sources.base import DEFAULT_RATE
 from colortrack_ros.tools.processes import add_demo_options
+from colortrack_ros.tools.processes import INTERRUPTED
 from colortrack_ros.tools.processes import NodeEnded
 from colortrack_ros.tools.processes import NodeGroup
 from colortrack_ros.tools.processes import told
@@ -192,6 +193,8 @@ def main(args: Sequence[str] | None = None) -> int:
             recorder.close()
     except (OSError, NodeEnded) as error:
         return told(error)
+    if nodes.stopped and not recorder.frames:
+        return INTERRUPTED
     return status or _report(recorder, arguments.out)
 
 

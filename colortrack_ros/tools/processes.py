@@ -23,6 +23,9 @@ from colortrack_ros.signals import on_ending_signals
 NODES_END = 8.0
 """How long the nodes may take to end after a signal [s]; they need at most 7.5 s."""
 
+INTERRUPTED = 128 + signal.SIGINT
+"""Exit status after Ctrl-C before the first picture, as of a program that it kills in a shell."""
+
 LIBC = ctypes.CDLL(None)
 PR_SET_PDEATHSIG = 1
 """From <linux/prctl.h>."""
@@ -72,7 +75,7 @@ class NodeGroup:
     def __exit__(self, *_: object) -> None:
         """Shut the nodes down, and kill those that do not end."""
         for node in self._nodes.values():
-            node.send_signal(signal.SIGINT)
+            node.terminate()
         for node in self._nodes.values():
             try:
                 node.wait(NODES_END)
@@ -92,8 +95,8 @@ class NodeGroup:
     def start(self, name: str, *parameters: str) -> None:
         """Start a node in its own process, with additional parameters."""
         options = [word for parameter in parameters for word in ('-p', parameter)]
-        code = f'from colortrack_ros.nodes.{name} import main; raise SystemExit(main())'
-        command = [sys.executable, '-c', code, '--ros-args', '--params-file', self._params]
+        command = [sys.executable, '-m', 'colortrack_ros.commands', f'nodes.{name}', '--ros-args']
+        command += ['--params-file', self._params]
         bound = partial(_end_with, os.getpid())
         self._nodes[name] = subprocess.Popen(
             [*command, *options, '--log-level', 'warn'], preexec_fn=bound
@@ -120,7 +123,11 @@ class NodeGroup:
 
 
 def _end_with(parent: int) -> None:
-    """Ask Linux to send SIGTERM to this process when its parent ends."""
+    """Ask Linux to send SIGTERM to this process when its parent ends.
+
+    Ctrl-C reaches it as well: Python would end with a traceback until the node is there.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
     if os.getppid() != parent:  # it has already ended
         os._exit(1)

@@ -31,6 +31,7 @@ from colortrack_ros.messages import stamp_of
 from colortrack_ros.node_kit.runtime import share_file
 from colortrack_ros.simulation.rooms import ROOMS
 from colortrack_ros.tools.processes import add_demo_options
+from colortrack_ros.tools.processes import INTERRUPTED
 from colortrack_ros.tools.processes import NodeEnded
 from colortrack_ros.tools.processes import NodeGroup
 from colortrack_ros.tools.processes import told
@@ -118,7 +119,7 @@ class RoomRecorder(Node):
         """
         if self.frames:
             write_picture(self._out / 'demo.png', self._last)
-        self._video.close()
+            self._video.close()
 
 
 def table_of_locations(locations: Locations, title: str) -> Table:
@@ -155,6 +156,8 @@ def main(args: Sequence[str] | None = None) -> int:
             recorder.close()
     except (OSError, NodeEnded) as error:
         return told(error)
+    if nodes.stopped and not recorder.frames:
+        return INTERRUPTED
     return _report(recorder, arguments.out)
 
 
@@ -178,7 +181,7 @@ def _report(recorder: RoomRecorder, out: Path) -> int:
             f'{recorder.frames} pictures in {recorder.seconds:.0f} s; median distance to the ball '
             f'{np.median(recorder.distances):.2f} m'
         )
-    console.print(f'Look at {out / "demo.mp4"}')
+        console.print(f'Look at {out / "demo.mp4"}')
     return 0 if recorder.frames else 1
 
 

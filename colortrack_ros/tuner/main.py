@@ -10,7 +10,6 @@ from colortrack_ros.files import resolved
 from colortrack_ros.signals import ending_signals
 
 HELP = 'a topic of images, a bag, a video, pictures, a device, a stream, or scene:NAME'
-NEED = 'apt install python3-aiohttp, or pip install aiohttp'
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -19,11 +18,7 @@ def main(args: Sequence[str] | None = None) -> int:
     :return: the exit status: 0, or 1 if it could not start.
     """
     arguments = _parse(sys.argv[1:] if args is None else args)
-    try:
-        return asyncio.run(_serve(arguments))
-    except ModuleNotFoundError as error:
-        print(f'tuner: {error}; {NEED}', file=sys.stderr)
-        return 1
+    return asyncio.run(_serve(arguments))
 
 
 def _parse(args: Sequence[str]) -> argparse.Namespace:

@@ -75,6 +75,18 @@ def test_a_signal_ends_the_demo_and_all_its_nodes(demo):
     assert not any(Path(f'/proc/{node}').exists() for node in nodes)
 
 
+def test_ctrl_c_before_the_first_picture_ends_the_demo_and_its_nodes_without_a_word(demo, tmp_path):
+    """Tracebacks of nodes that were being imported, an empty table, and status 1."""
+    process = demo(start_new_session=True, stdout=subprocess.PIPE)
+    wait_until(lambda: len(children(process.pid)) == 3)
+    nodes = children(process.pid)
+    os.killpg(process.pid, signal.SIGINT)
+    assert process.communicate(timeout=PATIENCE)[0] == b''
+    assert (process.returncode, (tmp_path / 'errors').read_text()) == (130, '')
+    assert not any(Path(f'/proc/{node}').exists() for node in nodes)
+    assert os.listdir(tmp_path / 'out') == []
+
+
 def test_a_terminal_that_is_closed_ends_the_demo_and_all_its_nodes(demo):
     try:
         ours, terminal = pty.openpty()

@@ -4,7 +4,6 @@ import copy
 import csv
 import os
 from pathlib import Path
-import sys
 
 import cv2
 import numpy as np
@@ -242,21 +241,6 @@ def test_the_video_shows_every_frame_with_its_tracks(replay, bag, images):
         u, v = round(float(row['u'])), round(float(row['v']))
         reach = round(float(row['box_h']))
         assert changed[max(v - reach, 0) : v + reach, max(u - reach, 0) : u + reach].any()
-
-
-def test_a_missing_library_is_named(replay, bag, monkeypatch):
-    monkeypatch.setitem(sys.modules, 'colortrack_ros.replay.command', None)
-    status, _, errors = replay(bag)
-    assert (status, 'pip install rosbags rich' in errors) == (1, True)
-    missing = ModuleNotFoundError("No module named 'rclpy'", name='rclpy')
-
-    class WithoutRos:
-        def __getattr__(self, _):
-            raise missing
-
-    monkeypatch.setitem(sys.modules, 'colortrack_ros.replay.command', WithoutRos())
-    status, _, errors = replay(bag)
-    assert (status, 'without ROS, colortrack_ros.chain' in errors) == (1, True)
 
 
 def test_a_tracker_of_pictures_takes_its_own_parameters_and_no_detections(replay, bag):

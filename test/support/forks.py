@@ -48,7 +48,8 @@ THREADS = 3
 @functools.cache
 def entries() -> dict[str, str]:
     """Executables, and the module of each."""
-    return {entry.name: entry.module for entry in distribution('colortrack_ros').entry_points}
+    found = distribution('colortrack_ros').entry_points
+    return {entry.name: f'colortrack_ros.{entry.attr}' for entry in found}
 
 
 PATIENT = 'from colortrack_ros.node_kit import runtime; runtime.TIME_TO_END = 100.0\n'

@@ -1,0 +1,87 @@
+"""The executables: each imports its program, which takes a second, and ends without a traceback if
+Ctrl-C or a missing package stops it.
+"""
+
+from collections.abc import Callable
+from functools import partial
+import importlib
+import io
+import os
+import signal
+import sys
+
+EXTRAS = {
+    'demo': 'standalone,demo',
+    'evaluate': 'standalone,replay',
+    'replay': 'standalone,replay',
+    'robot_demo': 'standalone,demo',
+    'tune': 'standalone,replay',
+    'tuner': 'standalone,replay,tuner',
+}
+"""What pip installs for each program; for the others ``standalone`` is enough."""
+
+
+class Programs:
+    """The programs of a room, as attributes: ``nodes.camera`` runs the node camera.
+
+    :param name: of the room.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, program: str) -> Callable[[], int]:
+        return partial(run, f'{self._name}.{program}')
+
+
+nodes, replay, tools, tuner = map(Programs, ('nodes', 'replay', 'tools', 'tuner'))
+
+
+def run(module: str) -> int:
+    """Import a program, and run it.
+
+    :param module: its module in this package, such as ``nodes.camera``.
+    :return: the exit status: that of the program, 1 if a package is missing or an argument cannot
+        be read, or 128 + SIGINT after Ctrl-C, as in a shell.
+    """
+    name = module.removesuffix('.main').rpartition('.')[2]
+    heeded = signal.getsignal(signal.SIGINT) == signal.default_int_handler  # not ignored, as by &
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors='replace')  # a terminal may lack a character, such as ±
+    try:
+        if heeded:  # there is nothing to clean up yet
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
+        _refuse_bytes()
+        program = importlib.import_module(f'colortrack_ros.{module}')
+        if heeded:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        return int(program.main())
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
+    except UnicodeError as error:
+        print(f'{name}: {error}', file=sys.stderr)
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition('.')[0] == __package__:
+            raise
+        need = f"in the folder of this package: pip install '.[{EXTRAS.get(name, 'standalone')}]'"
+        print(f'{name}: {error}; source a ROS installation, or {need}', file=sys.stderr)
+    return 1
+
+
+def _refuse_bytes() -> None:
+    """Refuse arguments that are not UTF-8 here, which ROS and OpenCV cannot take.
+
+    :raises UnicodeError: one is not, or is not ASCII and the locale has another encoding.
+    """
+    encoding = sys.getfilesystemencoding()
+    locale = f'this locale is {encoding}: set LC_ALL=C.UTF-8, and PYTHONUTF8=1 if that is 0'
+    for word in sys.argv[1:]:
+        content = os.fsencode(word)
+        if (encoding != 'utf-8' and not word.isascii()) or content.decode(errors='replace') != word:
+            need = locale if encoding != 'utf-8' else 'expected UTF-8; rename it'
+            shown = content.decode(errors='backslashreplace').encode('ascii', 'backslashreplace')
+            raise UnicodeError(f'{shown.decode()}: {need}')
+
+
+if __name__ == '__main__':
+    raise SystemExit(run(sys.argv.pop(1)))
