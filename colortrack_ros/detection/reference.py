@@ -104,10 +104,14 @@ class ReferenceColor:
         """The reference color of an sRGB value.
 
         :param rgb: red, green, blue, 0..255.
-        :raises ValueError: if rgb is out of range, or for the reasons of the constructor.
+        :raises ValueError: if rgb is out of range or in fractions of one, or for the reasons of the
+            constructor.
         """
         valid = len(rgb) == 3 and all(0 <= value <= 255 for value in rgb)
-        expect(valid, f'{name}.rgb', tuple(rgb), 'three numbers [r, g, b] in 0..255')
+        expected = 'three numbers [r, g, b] in 0..255'
+        expect(valid, f'{name}.rgb', tuple(rgb), expected)
+        fractions = 0 < max(rgb) <= 1  # nobody means the darkest shades beside black
+        expect(not fractions, f'{name}.rgb', tuple(rgb), f'{expected}, not in 0..1')
         lightness, a, b = lab_from_linear(linear_from_srgb(rgb)).tolist()
         return cls(name, (lightness, a, b), tolerance, tolerance_lab)
 
@@ -223,6 +227,8 @@ def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColo
 def _labs_of(name: str, rgb: tuple[float, ...]) -> tuple[Triple, ...]:
     """Convert a flat list of RGB colors to CIELAB."""
     expect(len(rgb) % 3 == 0, name, len(rgb), 'r, g, b of each color, three numbers each')
+    fractions = max(rgb, default=0) <= 1 and any(value % 1 for value in rgb)
+    expect(not fractions, name, rgb, 'r, g, b in 0..255, not in 0..1')
     lab = lab_from_linear(linear_from_srgb(np.array(rgb).reshape(-1, 3)))
     return tuple((L, a, b) for L, a, b in lab.tolist())
 

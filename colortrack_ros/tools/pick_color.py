@@ -28,6 +28,7 @@ from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.node_kit.runtime import use_transport_profile
+from colortrack_ros.parameters.config import specs_of
 from colortrack_ros.sources import open_source
 from colortrack_ros.sources import SourceError
 from colortrack_ros.tools.color_params import write_color
@@ -140,6 +141,8 @@ def _parse(args: Sequence[str] | None) -> argparse.Namespace:
 
 def _checked(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> argparse.Namespace:
     """The arguments, with numbers where they are due; ends the program where they are not."""
+    if arguments.name in {spec.name for spec in specs_of(DetectorConfig)}:
+        parser.error(f'--name {arguments.name}: is a parameter of the detector; give another name')
     if len(arguments.pixels) % 2 or not (arguments.pixels or arguments.box):
         parser.error('expected pixels, u and v of each, or a region, --box u v w h')
     try:

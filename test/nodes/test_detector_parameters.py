@@ -38,6 +38,18 @@ def test_a_color_is_given_as_lab_rgb_or_preset():
             r'b.lab: expected three numbers .*, got \(1.0, 2.0\)',
         ),
         ({'colors': ['b'], 'b__rgb': [1.0, 2.0, 256.0]}, 'b.rgb: expected .*0..255, got .*256.0'),
+        (
+            {'colors': ['b'], 'b__rgb': [0.8, 0.1, 0.1]},
+            r'b.rgb: expected .* 0..255, not in 0..1, got',
+        ),
+        (
+            {'colors': ['b'], 'b__rgb': [1.0, 0.0, 0.0]},
+            r'b.rgb: expected .* 0..255, not in 0..1, got',
+        ),
+        (
+            {'colors': ['b'], 'b__samples': [0.8, 0.1, 0.1]},
+            'b.samples: expected .* not in 0..1, got',
+        ),
         ({'red__tolerance': -1.0}, 'tolerance: expected 0..200 CIELAB units, got -1.0'),
         ({'min_area': 9, 'max_area': 8}, 'max_area: expected at least min_area, 9 px, got 8'),
         (

@@ -155,10 +155,11 @@ def test_a_color_that_runs_into_others_is_told(tmp_path, capsys, runs_on):
         (['3', '4', '--frame', '-1'], 'expected frames from 0'),
         (['3', '4', '--also', SCENE, '-2', '3', '4'], 'expected frames from 0'),
         (['nan', '4'], 'expected finite numbers'),
+        (['3', '4', '--name', 'min_area'], '--name min_area: is a parameter of the detector; give'),
         (['3', '4', '--not', 'inf', '4'], 'expected finite numbers'),
     ],
 )
-def test_frames_before_the_first_and_pixels_nowhere_are_refused(tmp_path, capsys, arguments, said):
+def test_frames_pixels_and_names_that_cannot_be_are_refused(tmp_path, capsys, arguments, said):
     with pytest.raises(SystemExit):
         main([SCENE, *arguments, '--output', str(tmp_path / 'picture.png')])
     assert said in capsys.readouterr().err
