@@ -55,6 +55,8 @@ def run(module: str) -> int:
         program = importlib.import_module(f'colortrack_ros.{module}')
         if heeded:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+        if module.startswith('nodes.') and not _are_of_ros(name, str(program.__doc__)):
+            return 2
         return int(program.main())
     except KeyboardInterrupt:
         return 128 + signal.SIGINT
@@ -66,6 +68,19 @@ def run(module: str) -> int:
         need = f"in the folder of this package: pip install '.[{EXTRAS.get(name, 'standalone')}]'"
         print(f'{name}: {error}; source a ROS installation, or {need}', file=sys.stderr)
     return 1
+
+
+def _are_of_ros(name: str, text: str) -> bool:
+    """Whether all arguments of a node are ROS arguments; tells how to give them if not.
+
+    :param text: what the node does.
+    """
+    utilities = importlib.import_module('rclpy.utilities')  # the room with nodes has ROS
+    others = utilities.remove_ros_args(sys.argv)[1:]
+    if others:
+        how = f'{name} --ros-args -p NAME:=VALUE --params-file FILE -r FROM:=TO'
+        print(f'{text.splitlines()[0]}\n{name}: got {others[0]!r}; expected {how}', file=sys.stderr)
+    return not others
 
 
 def _refuse_bytes() -> None:

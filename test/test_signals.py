@@ -10,7 +10,6 @@ import pytest
 from support.waiting import PATIENCE
 from support.waiting import wait_until
 
-from colortrack_ros import commands
 from colortrack_ros.signals import ending_signals
 
 SCENE = 'scene:single?width=64&height=48&duration=20'
@@ -24,93 +23,6 @@ def test_what_nohup_has_started_outlives_its_terminal(monkeypatch):
     assert ending_signals() == (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     monkeypatch.setattr(signal, 'getsignal', lambda _: signal.SIG_IGN)
     assert ending_signals() == (signal.SIGINT, signal.SIGTERM)
-
-
-def test_ctrl_c_while_a_program_is_imported_ends_it_without_a_word():
-    """A traceback of whatever was being imported."""
-    code = (
-        'import importlib, os, signal\n'
-        'importlib.import_module = lambda _: os.kill(os.getpid(), signal.SIGINT)\n'
-        'from colortrack_ros.commands import nodes; nodes.camera()'
-    )
-    done = subprocess.run([sys.executable, '-c', code], capture_output=True)
-    assert (done.returncode, done.stderr) == (-signal.SIGINT, b'')
-
-
-class Interrupted:
-    @staticmethod
-    def main():
-        raise KeyboardInterrupt
-
-
-def test_ctrl_c_ends_a_program_that_does_not_heed_it_with_the_status_of_a_shell(monkeypatch):
-    monkeypatch.setattr(commands.importlib, 'import_module', lambda _: Interrupted)
-    assert commands.tools.evaluate() == 130
-    assert signal.getsignal(signal.SIGINT) == signal.default_int_handler
-
-
-@pytest.mark.parametrize(
-    ('room', 'program', 'name', 'extras'),
-    [
-        ('nodes', 'camera', 'camera', 'standalone'),
-        ('replay', 'main', 'replay', 'standalone,replay'),
-        ('tools', 'evaluate', 'evaluate', 'standalone,replay'),
-        ('tuner', 'main', 'tuner', 'standalone,replay,tuner'),
-    ],
-)
-def test_a_missing_package_is_told_in_a_line_with_all_that_its_program_needs(
-    monkeypatch, capsys, room, program, name, extras
-):
-    """Tracebacks, or one package after the other."""
-    monkeypatch.setitem(sys.modules, f'colortrack_ros.{room}.{program}', None)
-    monkeypatch.setattr(commands, '__package__', 'another')
-    assert getattr(getattr(commands, room), program)() == 1
-    said = capsys.readouterr().err
-    assert said.startswith(f'{name}: ')
-    assert said.endswith(f"or in the folder of this package: pip install '.[{extras}]'\n")
-    assert said.count('\n') == 1
-
-
-@pytest.mark.parametrize(
-    ('env', 'words', 'said'),
-    [
-        (
-            {'LC_ALL': 'C', 'PYTHONUTF8': '0'},
-            [b'b\xc3\xa4lle.png'],
-            b'this locale is ascii: set LC_ALL=',
-        ),
-        ({'LC_ALL': 'C.UTF-8'}, [b'b\xff.png'], b'b\\xff.png: expected UTF-8; rename it\n'),
-    ],
-)
-def test_arguments_that_ros_cannot_take_are_told_in_a_line(env, words, said):
-    """Tracebacks of encoding."""
-    command = [
-        sys.executable,
-        '-m',
-        'colortrack_ros.commands',
-        'tools.pick_color',
-        *words,
-        '3',
-        '4',
-    ]
-    done = subprocess.run(command, env=os.environ | env, capture_output=True)
-    assert done.returncode == 1
-    assert done.stderr.startswith(b'pick_color: b')
-    assert said in done.stderr
-    assert done.stderr.count(b'\n') == 1
-
-
-def test_what_a_terminal_cannot_show_does_not_end_a_program():
-    """The demo's table has a sign that ASCII lacks."""
-    code = (
-        'import importlib, types\n'
-        'program = types.SimpleNamespace(main=lambda: print("1 ± 2") or 0)\n'
-        'importlib.import_module = lambda _: program\n'
-        'from colortrack_ros.commands import tools; raise SystemExit(tools.demo())'
-    )
-    env = os.environ | {'PYTHONIOENCODING': 'ascii'}
-    done = subprocess.run([sys.executable, '-c', code], env=env, capture_output=True)
-    assert (done.returncode, done.stdout) == (0, b'1 ? 2\n')
 
 
 def descendants(pid: int) -> list[int]:
