@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from dataclasses import field
 from dataclasses import fields
+import itertools
 from statistics import median
 import threading
 from typing import Any
@@ -13,6 +14,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.msg import KeyValue
 from rclpy.node import Node
+from rclpy.qos import qos_check_compatible
+from rclpy.qos import QoSCompatibility
 
 from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.clocks import lacks_clock
@@ -169,12 +172,14 @@ class Health:
         quiet = f'nothing has come in for {silence:.0f} s'
         refusal = f'{counts.refused} refused: {self._reason}'
         rival, trouble = rival_of(self._node), self._trouble() or self._noted
+        mismatch = mismatch_of(self._node)
         findings = (
             (ERROR, trouble, trouble != ''),
             (ERROR, lateness, late > limit['error_latency']),
             (ERROR, quiet, silence > limit['error_silence']),
             (WARN, NO_CLOCK, lacks_clock(self._node)),
             (WARN, rival, rival != ''),
+            (WARN, mismatch, mismatch != ''),
             (WARN, refusal, counts.refused > 0),
             (WARN, lateness, late > limit['warn_latency']),
             (WARN, quiet, silence > limit['warn_silence']),
@@ -196,4 +201,22 @@ def rival_of(node: Node) -> str:
     for topic in sorted(set(own) - OF_EVERY_NODE):
         if node.count_publishers(topic) > own[topic]:
             return f'others publish on {topic} as well, and subscribers get both; remap one of them'
+    return ''
+
+
+def mismatch_of(node: Node) -> str:
+    """A warning if QoS keeps messages from this node, or its own from others; otherwise empty."""
+    name = node.get_name(), node.get_namespace()
+    topics = {end.topic_name for end in node.publishers}
+    topics |= {end.topic_name for end in node.subscriptions}
+    for topic in sorted(topics - OF_EVERY_NODE):
+        giving = node.get_publishers_info_by_topic(topic)
+        for giver, taker in itertools.product(giving, node.get_subscriptions_info_by_topic(topic)):
+            if name not in [(end.node_name, end.node_namespace) for end in (giver, taker)]:
+                continue
+            match, why = qos_check_compatible(giver.qos_profile, taker.qos_profile)
+            if match == QoSCompatibility.ERROR:
+                reasons = str(why).replace('ERROR: ', '').lower().strip('; ')
+                ends = f'{taker.node_name} gets nothing from {giver.node_name} on {topic}'
+                return f'{ends}: {reasons}; see qos_overrides in doc/robot.md'
     return ''

@@ -6,6 +6,7 @@ import contextlib
 from dataclasses import dataclass
 from typing import Any
 
+from nav_msgs.msg import Odometry
 from rclpy.exceptions import NameValidationException
 from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
@@ -112,7 +113,9 @@ def subscribe_to(
     """Create a subscription that delivers serialized bytes, so that the node can refuse invalid
     messages.
 
-    For pictures and CameraInfo it is best effort, since a late picture is not worth resending.
+    For pictures, CameraInfo and odometry it is best effort, which matches all publishers: drivers
+    send these as sensor data, and a late one is not worth resending.
+
     :param take: takes each message.
     :param refuse: takes the reason of a MessageError.
     """
@@ -123,7 +126,7 @@ def subscribe_to(
         except MessageError as error:
             refuse(str(error))
 
-    best_effort = kind in (*PICTURES, CameraInfo)
+    best_effort = kind in (*PICTURES, CameraInfo, Odometry)
     reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
     with _explained(kind, name):
         return node.create_subscription(

@@ -3,7 +3,9 @@
 from diagnostic_msgs.msg import DiagnosticArray
 from diagnostic_msgs.msg import DiagnosticStatus
 import numpy as np
+from rclpy.qos import DurabilityPolicy
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
@@ -221,6 +223,31 @@ def test_no_subscriber_is_incompatible(ros):
             messages = heard.setdefault((name, str(qos)), [])
             ros.node.create_subscription(kind, name, messages.append, qos)
     assert ros.spin(lambda: all(heard.values())), [k for k, v in heard.items() if not v]
+
+
+def test_qos_that_does_not_match_is_told_and_odometry_of_any_is_taken(ros):
+    """Nothing came in, in silence but for a line of rclpy, such as the odometry of a Create 3."""
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    ros.node.create_publisher(PointCloud2, 'detections', qos_profile_sensor_data)
+    kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    ros.node.create_subscription(MarkerArray, 'poses', print, kept)
+    ros.start('tracker')
+    text = 'tracker gets nothing from test on /detections: best effort publisher and reliable'
+    status_of(ros, diagnostics, '/tracker', DiagnosticStatus.WARN, text)
+    ros.start(
+        'tracker',
+        '-r',
+        '__node:=other',
+        detections_topic='x',
+        tracks_topic='t',
+        markers_topic='poses',
+    )
+    text = 'test gets nothing from other on /poses: volatile publisher'
+    status_of(ros, diagnostics, '/other', DiagnosticStatus.WARN, text)
+    ros.start('follower')
+    assert ros.spin(lambda: ros.node.count_subscribers('odom') == 1), ros.outputs()
+    (odometry,) = ros.node.get_subscriptions_info_by_topic('odom')
+    assert odometry.qos_profile.reliability.name == 'BEST_EFFORT'
 
 
 def test_qos_and_depth_are_parameters(ros):
