@@ -8,6 +8,7 @@ import threading
 from colortrack_ros.batch import BatchError
 from colortrack_ros.replay.inputs import recordings_in
 from colortrack_ros.replay.many import FAILURES
+from colortrack_ros.replay.many import own_options
 from colortrack_ros.replay.many import reason_of
 from colortrack_ros.replay.many import replay_many
 from colortrack_ros.replay.run import replay_recording
@@ -26,7 +27,9 @@ def replay(args: Sequence[str], stop: threading.Event) -> int:
         inputs = recordings_in(arguments.inputs)
         if inputs != arguments.inputs or len(inputs) > 1 or arguments.report:
             return replay_many(arguments, inputs, stop)
-        return _replay_one(argparse.Namespace(**vars(arguments), input=inputs[0]), stop)
+        given = vars(arguments)
+        _, own = own_options(given, inputs[0])
+        return _replay_one(argparse.Namespace(**{**given, **own}), stop)
     except (*FAILURES, BatchError) as error:
         print(f'replay: {reason_of(error)}', file=sys.stderr)
         return 1

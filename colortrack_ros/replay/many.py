@@ -2,6 +2,7 @@
 
 import argparse
 from collections import Counter
+from collections.abc import Mapping
 from collections.abc import Sequence
 from functools import partial
 from importlib.metadata import version
@@ -125,10 +126,7 @@ def _tasks(arguments: argparse.Namespace, inputs: Sequence[str]) -> list[Task]:
     common['force'] = True  # files that must not be overwritten are refused before the task begins
     tasks = []
     for one in inputs:
-        path = default_output(one)
-        name = path.name.removesuffix('_tracks')
-        own = {option: _named(given[option], name) for option in NAMED} | {'input': one}
-        own['output'] = own['output'] or path
+        name, own = own_options(given, one)
         files = [Path(one), *arguments.params_file, *([own['expect']] if own['expect'] else [])]
         key = key_of([common, own, versions(), version('colortrack_ros')], files)
         tasks.append(Task(name, key, {**common, **own, 'task': key}))
@@ -139,6 +137,14 @@ def _tasks(arguments: argparse.Namespace, inputs: Sequence[str]) -> list[Task]:
             'name, for that of the recording, and give each recording another name'
         )
     return tasks
+
+
+def own_options(given: Mapping[str, Any], one: str) -> tuple[str, dict[str, Any]]:
+    """The name of a recording, and its options, in which that stands in place of {}."""
+    path = default_output(one)
+    name = path.name.removesuffix('_tracks')
+    own = {option: _named(given[option], name) for option in NAMED} | {'input': one}
+    return name, own | {'output': own['output'] or path}
 
 
 def _named(path: Path | None, name: str) -> Path | None:

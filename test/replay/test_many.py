@@ -147,3 +147,11 @@ def test_a_folder_stands_for_its_recordings_and_a_file_for_its_lines():
     assert command_line().parse_args(['@list', '--jobs', '3']).inputs == ['in/b2', 'in/b10']
     assert run('@list') == 1  # in/b2_tracks is there
     assert Path('in/b10_tracks').is_dir()
+
+
+def test_the_name_stands_in_its_place_for_one_recording_too(folder):
+    """A pattern of the shell may match one alone: files called {} were written."""
+    scene = 'scene:single?width=64&height=48&duration=0.2'
+    assert run(scene, '--output', 'new_{}', '--csv', '{}.csv') == 0
+    assert sorted(path.name for path in folder.iterdir()) == ['new_single', 'single.csv']
+    assert run(scene, '--output', 'other_{}', '--expect', '{}.csv') == 0
