@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rclpy.qos import qos_check_compatible
 from rclpy.qos import QoSCompatibility
 
+from colortrack_ros.flow.stamps import StampWatch
 from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import STEADY
@@ -92,7 +93,8 @@ class Health:
         self._hardware = str(source.value or 'none')  # as displayed, without a password
         self._lock = threading.Lock()
         self._counts = _Counts()
-        self._reason = self._noted = ''
+        self._reason = self._noted = self._still = ''
+        self._stamps = StampWatch()
         self._told = -TOLD_EVERY
         self._seconds = Elapsed(node)
         self._heard = self._seconds()
@@ -118,9 +120,14 @@ class Health:
         """
         latency = (self._node.get_clock().now().nanoseconds - stamp) * 1e-9
         with self._lock:
+            still = self._stamps.see(stamp)
+            tell = still != '' and self._still == ''
+            self._still = still
             self._counts.given += 1
             if abs(latency) < OTHER_CLOCK:
                 self._counts.latencies.append(latency)
+        if tell:
+            self._node.get_logger().warning(still)
 
     def refuse(self, reason: str) -> None:
         """Count invalid input, and log the reason at most once every TOLD_EVERY seconds."""
@@ -180,6 +187,7 @@ class Health:
             (WARN, NO_CLOCK, lacks_clock(self._node)),
             (WARN, rival, rival != ''),
             (WARN, mismatch, mismatch != ''),
+            (WARN, self._still, self._still != ''),
             (WARN, refusal, counts.refused > 0),
             (WARN, lateness, late > limit['warn_latency']),
             (WARN, quiet, silence > limit['warn_silence']),

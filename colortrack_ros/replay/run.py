@@ -16,6 +16,7 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.data import Tracks
+from colortrack_ros.flow.stamps import StampWatch
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.replay.chains import make_chain
 from colortrack_ros.replay.expected import ExpectedOutput
@@ -138,6 +139,7 @@ def run_through(
     stop: threading.Event,
 ) -> None:
     """Run each frame through the chain, and write the results to the outputs."""
+    stamps = StampWatch()
 
     def detected(detections: Detections, item: Item) -> None:
         tally.detections += len(detections.rows)
@@ -146,6 +148,7 @@ def run_through(
 
     def tracked(tracks: Tracks, item: Item) -> None:
         tally.add(item, tracks)
+        tally.warn(stamps.see(tracks.stamp))
         number = tally.frames + recording.refused
         for output in outputs:
             output.write(number, item, tracks)

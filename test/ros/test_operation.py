@@ -191,6 +191,18 @@ def test_diagnostics_tell_what_is_wrong(ros):
     status_of(ros, diagnostics, '/tracker', DiagnosticStatus.ERROR, 'nothing has come in')
 
 
+def test_stamps_that_nobody_fills_in_are_told(ros):
+    """No track was ever confirmed, and nobody said why."""
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    tracker, tracks, publisher = fed_tracker(ros)
+    for _ in range(12):
+        publisher.publish(cloud_of_detections(Detections(np.zeros(1, DETECTION), 0)))
+    text = 'the stamps stand still at 0.000 s'
+    status_of(ros, diagnostics, '/tracker', DiagnosticStatus.WARN, text)
+    assert tracker.output.count(text) == 1
+    assert len(tracks) == 12
+
+
 def test_rivals_are_warned_of(ros):
     diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
     ros.start('tracker', warn_silence=60.0)

@@ -160,3 +160,13 @@ def test_a_damaged_video_is_replayed_to_its_end_with_a_status_that_says_so(repla
     lost = int(re.search(r'a\.mp4: (\d+) pictures are lost', errors)[1])
     assert f'frames      {200 - lost}' in out
     assert of_topic('new', '/tracks')[-1].log_time == 199 * 10**9 // 25
+
+
+def test_stamps_that_nobody_fills_in_are_told(replay, images):
+    """No track was ever confirmed, and nobody said why."""
+    still = [copy.deepcopy(image) for image in images[:12]]
+    for image in still:
+        image.header.stamp.sec = image.header.stamp.nanosec = 0
+    status, out, _ = replay(write_bag(Path('in/still'), {'/camera/image_raw': still}))
+    assert status == 0
+    assert 'warnings    2 pictures, the last: the stamps stand still at 0.000 s' in out

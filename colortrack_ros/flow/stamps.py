@@ -1,0 +1,26 @@
+"""Notices stamps that stand still, as of drivers that do not fill them in."""
+
+OF_ONE_MOMENT = 10
+"""Messages on end with one stamp that may be of one moment, as those of several detectors. Chosen:
+a third of a second of pictures."""
+
+
+class StampWatch:
+    """Counts the messages that have the stamp of the one before."""
+
+    def __init__(self) -> None:
+        self._last, self._count = 0, 0
+
+    def see(self, stamp: int) -> str:
+        """Return what is wrong since more than OF_ONE_MOMENT messages; empty if nothing is.
+
+        :param stamp: of the next message [ns].
+        """
+        self._count = self._count + 1 if stamp == self._last else 1
+        self._last = stamp
+        if self._count <= OF_ONE_MOMENT:
+            return ''
+        return (
+            f'the stamps stand still at {stamp / 1e9:.3f} s: time is that of the headers, so '
+            'nothing moves; let the driver fill in header.stamp'
+        )
