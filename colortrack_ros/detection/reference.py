@@ -31,6 +31,11 @@ def expect(valid: bool, name: str, value: object, expected: str) -> None:
         raise ValueError(f'{name}: expected {expected}, got {value!r}')
 
 
+def _are_fractions(rgb: Sequence[float]) -> bool:
+    """Whether values seem to be fractions of one: nobody means parts of the darkest shades."""
+    return max(rgb, default=0) <= 1 and any(value % 1 for value in rgb)
+
+
 @dataclass(frozen=True)
 class ReferenceColor:
     """A color to detect: the pixels with D < tolerance, Pegoretti 2021, (2.1) and (2.2).
@@ -110,8 +115,7 @@ class ReferenceColor:
         valid = len(rgb) == 3 and all(0 <= value <= 255 for value in rgb)
         expected = 'three numbers [r, g, b] in 0..255'
         expect(valid, f'{name}.rgb', tuple(rgb), expected)
-        fractions = 0 < max(rgb) <= 1  # nobody means the darkest shades beside black
-        expect(not fractions, f'{name}.rgb', tuple(rgb), f'{expected}, not in 0..1')
+        expect(not _are_fractions(rgb), f'{name}.rgb', tuple(rgb), f'{expected}, not in 0..1')
         lightness, a, b = lab_from_linear(linear_from_srgb(rgb)).tolist()
         return cls(name, (lightness, a, b), tolerance, tolerance_lab)
 
@@ -227,8 +231,7 @@ def reference_color_of(name: str, config: ReferenceColorConfig) -> ReferenceColo
 def _labs_of(name: str, rgb: tuple[float, ...]) -> tuple[Triple, ...]:
     """Convert a flat list of RGB colors to CIELAB."""
     expect(len(rgb) % 3 == 0, name, len(rgb), 'r, g, b of each color, three numbers each')
-    fractions = max(rgb, default=0) <= 1 and any(value % 1 for value in rgb)
-    expect(not fractions, name, rgb, 'r, g, b in 0..255, not in 0..1')
+    expect(not _are_fractions(rgb), name, rgb, 'r, g, b in 0..255, not in 0..1')
     lab = lab_from_linear(linear_from_srgb(np.array(rgb).reshape(-1, 3)))
     return tuple((L, a, b) for L, a, b in lab.tolist())
 

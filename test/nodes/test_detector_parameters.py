@@ -43,7 +43,7 @@ def test_a_color_is_given_as_lab_rgb_or_preset():
             r'b.rgb: expected .* 0..255, not in 0..1, got',
         ),
         (
-            {'colors': ['b'], 'b__rgb': [1.0, 0.0, 0.0]},
+            {'colors': ['b'], 'b__rgb': [1.0, 0.5, 0.0]},
             r'b.rgb: expected .* 0..255, not in 0..1, got',
         ),
         (
