@@ -55,9 +55,8 @@ def run(module: str) -> int:
         program = importlib.import_module(f'colortrack_ros.{module}')
         if heeded:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        if module.startswith('nodes.') and not _are_of_ros(name, str(program.__doc__)):
-            return 2
-        return int(program.main())
+        status = _answered(name, str(program.__doc__)) if module.startswith('nodes.') else None
+        return int(program.main()) if status is None else status
     except KeyboardInterrupt:
         return 128 + signal.SIGINT
     except UnicodeError as error:
@@ -70,17 +69,22 @@ def run(module: str) -> int:
     return 1
 
 
-def _are_of_ros(name: str, text: str) -> bool:
-    """Whether all arguments of a node are ROS arguments; tells how to give them if not.
+def _answered(name: str, text: str) -> int | None:
+    """Answer a node's arguments that are no ROS arguments: with help, or with how to give them.
 
     :param text: what the node does.
+    :return: the exit status; None if there are no such arguments, and the node is to run.
     """
     utilities = importlib.import_module('rclpy.utilities')  # the room with nodes has ROS
     others = utilities.remove_ros_args(sys.argv)[1:]
-    if others:
-        how = f'{name} --ros-args -p NAME:=VALUE --params-file FILE -r FROM:=TO'
-        print(f'{text.splitlines()[0]}\n{name}: got {others[0]!r}; expected {how}', file=sys.stderr)
-    return not others
+    if not others:
+        return None
+    what, how = text.splitlines()[0], f'{name} --ros-args -p NAME:=VALUE --params-file FILE'
+    if others[0] in ('-h', '--help'):
+        print(f'{what}\nusage: {how} -r FROM:=TO; doc/parameters.md lists the parameters')
+        return 0
+    print(f'{what}\n{name}: got {others[0]!r}; expected {how} -r FROM:=TO', file=sys.stderr)
+    return 2
 
 
 def _refuse_bytes() -> None:

@@ -97,7 +97,7 @@ def test_what_a_terminal_cannot_show_does_not_end_a_program():
     assert (done.returncode, done.stdout) == (0, b'1 ? 2\n')
 
 
-@pytest.mark.parametrize('words', [['--help'], ['-p', 'rate:=3.0'], ['--rosargs'], ['ball.mp4']])
+@pytest.mark.parametrize('words', [['-p', 'rate:=3.0'], ['--rosargs'], ['ball.mp4']])
 def test_a_node_refuses_arguments_that_are_not_of_ros(monkeypatch, capsys, words):
     """They were ignored: the camera opened device 0 in place of what was asked for."""
     monkeypatch.setattr('colortrack_ros.nodes.camera.main', lambda: pytest.fail('it runs'))
@@ -106,6 +106,13 @@ def test_a_node_refuses_arguments_that_are_not_of_ros(monkeypatch, capsys, words
     said = capsys.readouterr().err
     assert said.startswith('The camera node: publishes pictures')
     assert f'camera: got {words[0]!r}; expected camera --ros-args -p NAME:=VALUE' in said
+
+
+def test_a_node_tells_what_it_does(monkeypatch, capsys):
+    monkeypatch.setattr('colortrack_ros.nodes.camera.main', lambda: pytest.fail('it runs'))
+    monkeypatch.setattr(sys, 'argv', ['camera', '--help'])
+    assert commands.nodes.camera() == 0
+    assert 'The camera node: publishes pictures' in capsys.readouterr().out
 
 
 def test_a_node_takes_ros_arguments_alone(monkeypatch):

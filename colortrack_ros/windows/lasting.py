@@ -25,7 +25,8 @@ def biases(records: Records, track: Indices, matches: Matches) -> Floats:
 
     :param track: (K,) indices of the targets.
     """
-    lasting = matches.R[track] + lasting_variance(sizes(records)[track])[..., None] * np.eye(2)
+    sigma2 = lasting_variance(sizes(records)[track])[..., None]
+    lasting = np.nan_to_num(matches.R[track]) + sigma2 * np.eye(2)
     return np.where((matches.similarity[track] == 0)[:, None, None], lasting, 0.0)
 
 

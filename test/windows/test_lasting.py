@@ -52,3 +52,14 @@ def test_the_middle_of_what_deforms_is_where_the_ellipse_says(amplitude):
 @pytest.mark.slow
 def test_what_stays_as_it_is_is_known_exactly():
     assert squared_errors(0.0)[:, 1].max() < 0.1
+
+
+def test_a_window_without_a_pattern_has_a_covariance_all_the_same():
+    """Without drift compensation it is followed still, with a correlation of 0."""
+    config = WindowConfig(drift_compensation=False)
+    picture, middle = cloth(0, 0.0)
+    tracker = WindowTracker(config, [[*(middle - SIZE // 2), SIZE, SIZE]])
+    flat = np.full_like(picture, 90.0)
+    for k, shown in enumerate([picture, picture, flat, flat, flat]):
+        rows = tracker.update(frame(shown, k)).rows
+        assert np.isfinite(rows['covariance']).all()
