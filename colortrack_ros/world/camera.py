@@ -23,6 +23,11 @@ AT_BORDER = 32
 Chosen."""
 
 
+FARTHEST_ASIDE = 1.5
+"""Farthest principal point from the middle of the picture, in widths and heights: one of a picture
+cut from the corner of a larger one, with K of its own, is outside by as much at most. Assumed."""
+
+
 class CalibrationError(ValueError):
     """A calibration is impossible for any camera, or missing."""
 
@@ -81,23 +86,14 @@ class CameraModel:
         """
         K: Floats = np.asarray(k, float).reshape(-1)
         D: Floats = np.asarray(d, float).reshape(-1)
-        if K.size != 9 or not np.isfinite(K).all() or not np.isfinite(D).all():
-            raise CalibrationError(f'calibration with K {K.tolist()}: expected 9 finite numbers')
-        K = K.reshape(3, 3)
-        if K[0, 0] <= 0 or K[1, 1] <= 0 or K[2].tolist() != [0, 0, 1] or K[1, 0] != 0:
-            raise CalibrationError(
-                f'calibration with K {K.ravel().tolist()}: expected [fx, s, cx, 0, fy, cy, 0, 0, '
-                '1] with fx and fy above 0 (all zeros: the camera has not been calibrated)'
-            )
-        if width <= 0 or height <= 0:
-            raise CalibrationError(f'calibration of {width}x{height} pixels: expected a picture')
-        if max(width / K[0, 0], height / K[1, 1]) > 2 * WIDEST:
-            raise CalibrationError(
-                f'calibration with fx {K[0, 0]:g}, fy {K[1, 1]:g} px of {width}x{height} pixels: '
-                f'expected focal lengths above {1 / (2 * WIDEST):g} of the picture (1: the camera '
-                'has not been calibrated)'
-            )
-        return cls(K, _lens(distortion_model, D), width, height)
+        for name, values, count in (('K', K, 9), ('D', D, D.size)):
+            if values.size != count or not np.isfinite(values).all():
+                expected = f'{count} finite numbers'
+                raise CalibrationError(
+                    f'calibration with {name} {values.tolist()}: expected {expected}'
+                )
+        _refuse_impossible(K.reshape(3, 3), width, height)
+        return cls(K.reshape(3, 3), _lens(distortion_model, D), width, height)
 
     @classmethod
     def of_info(cls, info: Calibration, rectified: bool = False) -> 'CameraModel':
@@ -177,6 +173,32 @@ class CameraModel:
         """Whether pixels, (N, 2), are inside the picture."""
         size = np.array([self.width, self.height])
         return np.asarray(((pixels >= -0.5) & (pixels < size - 0.5)).all(axis=1))
+
+
+def _refuse_impossible(K: Floats, width: int, height: int) -> None:
+    """Refuse camera matrices, (3, 3), that no camera has with pictures of a size [px].
+
+    :raises CalibrationError: the message says why.
+    """
+    if K[0, 0] <= 0 or K[1, 1] <= 0 or K[2].tolist() != [0, 0, 1] or K[1, 0] != 0:
+        raise CalibrationError(
+            f'calibration with K {K.ravel().tolist()}: expected [fx, s, cx, 0, fy, cy, 0, 0, '
+            '1] with fx and fy above 0 (all zeros: the camera has not been calibrated)'
+        )
+    if width <= 0 or height <= 0:
+        raise CalibrationError(f'calibration of {width}x{height} pixels: expected a picture')
+    if max(width / K[0, 0], height / K[1, 1]) > 2 * WIDEST:
+        raise CalibrationError(
+            f'calibration with fx {K[0, 0]:g}, fy {K[1, 1]:g} px of {width}x{height} pixels: '
+            f'expected focal lengths above {1 / (2 * WIDEST):g} of the picture (1: the camera '
+            'has not been calibrated)'
+        )
+    aside = np.abs(K[:2, 2] / (width, height) - 0.5)
+    if not K[:2, 2].any() or aside.max() > FARTHEST_ASIDE:
+        raise CalibrationError(
+            f'calibration with cx {K[0, 2]:g}, cy {K[1, 2]:g} px of {width}x{height} pixels: '
+            'expected the principal point near the middle of the picture'
+        )
 
 
 def _rectified(info: Calibration) -> Floats:

@@ -26,6 +26,9 @@ motion: the path is interpolated linearly. Assumed."""
 UNIT_TOLERANCE = 1e-3
 """Largest deviation of a quaternion's norm from 1: tf2 allows 1e-3."""
 
+FARTHEST_ON_EARTH = 1e8
+"""Largest coordinate [m]: those of UTM and of the Earth's center are below 1.1e7 on Earth."""
+
 
 class TransformError(ValueError):
     """A pose is not available.
@@ -66,14 +69,14 @@ class Pose:
     def of_quaternion(cls, xyz: ArrayLike, xyzw: ArrayLike) -> 'Pose':
         """Create from a quaternion in the order of geometry_msgs.
 
-        :raises TransformError: it is no rotation, or numbers are not finite.
+        :raises TransformError: it is no rotation, or numbers are not finite or beyond FARTHEST_ON_EARTH.
         """
         t, q = np.asarray(xyz, float), np.asarray(xyzw, float)
-        length = math.sqrt(float(q @ q))
-        if not (abs(length - 1) < UNIT_TOLERANCE and np.isfinite(t).all()):
+        length = math.hypot(*q.tolist())
+        if not (abs(length - 1) < UNIT_TOLERANCE and (np.abs(t) < FARTHEST_ON_EARTH).all()):
             raise TransformError(
-                f'pose with position {t.tolist()} and quaternion {q.tolist()}: expected finite '
-                'numbers and a quaternion of length 1'
+                f'pose with position {t.tolist()} and quaternion {q.tolist()}: expected numbers '
+                f'below {FARTHEST_ON_EARTH:g} m and a quaternion of length 1'
             )
         return cls(t, rotation_of(q / length))
 

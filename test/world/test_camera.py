@@ -139,6 +139,9 @@ def test_rectified_pictures_of_the_right_camera_of_a_pair_are_refused():
         ({'k': (0,) * 9}, 'has not been calibrated'),
         ({'k': (520, 0, 320, 0, float('nan'), 240, 0, 0, 1)}, 'finite'),
         ({'k': (520, 0, 320, 0, -520, 240, 0, 0, 1)}, 'above 0'),
+        ({'k': (520, 0, 0, 0, 520, 0, 0, 0, 1)}, 'cx 0, cy 0 px of 640x480 pixels: expected the'),
+        ({'k': (520, 0, 32000, 0, 520, 240, 0, 0, 1)}, 'cx 32000'),
+        ({'d': (0.1, float('nan'), 0, 0, 0)}, r'with D \[0.1, nan, .* 5 finite numbers'),
         ({'k': (1, 0, 0, 0, 1, 0, 0, 0, 1)}, 'above 0.1 of the picture'),
         ({'width': 0}, '0x480'),
         (

@@ -45,10 +45,17 @@ def test_a_frame_in_a_frame_is_where_its_points_are():
     np.testing.assert_allclose((a @ b).apply(point), a.apply(b.apply(point)))
 
 
-@pytest.mark.parametrize('xyzw', [(0, 0, 0, 0), (0, 0, 0, 2), (0, 0, 0, float('nan'))])
+@pytest.mark.parametrize('xyzw', [(0, 0, 0, 0), (0, 0, 0, 2), (0, 0, 0, np.nan), [1e300] * 4])
 def test_what_is_no_rotation_is_refused(xyzw):
     with pytest.raises(TransformError, match='length 1'):
         Pose.of_quaternion((0, 0, 0), xyzw)
+
+
+@pytest.mark.parametrize('x', [1e300, -1e9, float('inf'), float('nan')])
+def test_what_is_not_on_earth_is_refused(x):
+    with pytest.raises(TransformError, match='below 1e[+]08 m'):
+        Pose.of_quaternion((0, x, 0), (0, 0, 0, 1))
+    Pose.of_quaternion((5e5, 5.9e6, 400.0), (0, 0, 0, 1))  # UTM
 
 
 def test_between_two_poses_it_moves_and_turns_evenly_the_short_way():
