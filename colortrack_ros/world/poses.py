@@ -69,7 +69,7 @@ class Pose:
     def of_quaternion(cls, xyz: ArrayLike, xyzw: ArrayLike) -> 'Pose':
         """Create from a quaternion in the order of geometry_msgs.
 
-        :raises TransformError: it is no rotation, or numbers are not finite or beyond FARTHEST_ON_EARTH.
+        :raises TransformError: it is no rotation, or numbers are not finite, or not on Earth.
         """
         t, q = np.asarray(xyz, float), np.asarray(xyzw, float)
         length = math.hypot(*q.tolist())
