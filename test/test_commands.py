@@ -10,6 +10,14 @@ import pytest
 from colortrack_ros import commands
 
 
+@pytest.fixture(autouse=True)
+def untouched():
+    """Ctrl-C is as in a new process, whatever other tests have left, and is so again."""
+    last = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, last)
+
+
 def test_ctrl_c_while_a_program_is_imported_ends_it_without_a_word():
     """A traceback of whatever was being imported."""
     code = (
