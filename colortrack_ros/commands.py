@@ -10,6 +10,8 @@ import os
 import signal
 import sys
 
+from colortrack_ros.signals import INTERRUPTED
+
 EXTRAS = {
     'demo': 'standalone,demo',
     'evaluate': 'standalone,replay',
@@ -42,7 +44,7 @@ def run(module: str) -> int:
 
     :param module: its module in this package, such as ``nodes.camera``.
     :return: the exit status: that of the program, 1 if a package is missing or an argument cannot
-        be read, or 128 + SIGINT after Ctrl-C, as in a shell.
+        be read, or INTERRUPTED.
     """
     name = module.removesuffix('.main').rpartition('.')[2]
     heeded = signal.getsignal(signal.SIGINT) == signal.default_int_handler  # not ignored, as by &
@@ -58,7 +60,7 @@ def run(module: str) -> int:
         status = _answered(name, str(program.__doc__)) if module.startswith('nodes.') else None
         return int(program.main()) if status is None else status
     except KeyboardInterrupt:
-        return 128 + signal.SIGINT
+        return INTERRUPTED
     except UnicodeError as error:
         print(f'{name}: {error}', file=sys.stderr)
     except ModuleNotFoundError as error:

@@ -3,6 +3,9 @@
 from collections.abc import Callable
 import signal
 
+INTERRUPTED = 128 + signal.SIGINT
+"""Exit status after Ctrl-C, as of a program that it kills in a shell."""
+
 
 def ending_signals() -> tuple[signal.Signals, ...]:
     """SIGINT, SIGTERM, and SIGHUP, which a closed terminal sends, unless nohup has it ignored."""

@@ -6,11 +6,8 @@ contour that leaves out legs now and takes in shadows then, for longer than filt
 
 import numpy as np
 
-from colortrack_ros.contours.filters import Contours
-from colortrack_ros.contours.spline import Spline
 from colortrack_ros.data import Floats
 from colortrack_ros.estimation.records import Records
-from colortrack_ros.estimation.track_table import TrackTable
 
 FORM_SECONDS = 1.0
 """Time constant of the mean form [s]: two steps of somebody who walks. Assumed."""
@@ -19,12 +16,6 @@ FORM_SECONDS = 1.0
 def form(size: Floats) -> Floats:
     """Return the logarithms of the aspect ratios, (N,), of widths and heights, (N, 2)."""
     return np.asarray(np.log(size[:, 0] / size[:, 1]))
-
-
-def note(tracks: TrackTable[Contours], spline: Spline, seconds: float, now: int) -> None:
-    """Learn from the outlines of all targets; see learn_form."""
-    outlines = spline.outline(tracks.filters.nodes)
-    learn_form(tracks.records, np.ptp(outlines, axis=1), seconds, now)
 
 
 def learn_form(records: Records, size: Floats, seconds: float, now: int) -> None:

@@ -47,6 +47,7 @@ the usual area. Half and twice the value: 0.552, 0.901 and 0.556, 0.906 (as abov
 
 def published(
     tracks: TrackTable[Contours],
+    outlines: Floats,
     spline: Spline,
     config: ContourConfig,
     now: int,
@@ -57,6 +58,7 @@ def published(
     Targets that nobody has named are tentative while the background that they began before is
     learned: it still contains parts of them, and of others.
 
+    :param outlines: (N, ...) of all tracks.
     :param now: stamp [ns].
     """
     told, longest = tracks.records['told'], config.max_time_since_update
@@ -65,7 +67,6 @@ def published(
         brief = tracks.freshness(now, min(GONE_SECONDS, longest))
         fresh = np.where(told, fresh, brief)
     score = np.clip(tracks.records['edge_share'], 0, 1) * fresh
-    outlines = spline.outline(tracks.filters.nodes)
     score[_are_parts(tracks.records, outlines, foreground.usual) & ~told] = 0.0
     shown = (score >= config.min_score) | (tracks.records['state'] == TENTATIVE)
     tracks, score, outlines = tracks.take(shown), score[shown], outlines[shown]

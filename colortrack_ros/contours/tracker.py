@@ -12,12 +12,11 @@ from colortrack_ros.contours.boxes import boxes
 from colortrack_ros.contours.boxes import is_at_border
 from colortrack_ros.contours.changes import remember
 from colortrack_ros.contours.config import ContourConfig
-from colortrack_ros.contours.deformation import note
+from colortrack_ros.contours.deformation import learn_form
 from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.foreground import Foreground
-from colortrack_ros.contours.gating import gate
 from colortrack_ros.contours.initiation import Initiation
-from colortrack_ros.contours.lines import find_edges
+from colortrack_ros.contours.measurement import measure
 from colortrack_ros.contours.placing import along_outline
 from colortrack_ros.contours.placing import equally_spaced
 from colortrack_ros.contours.publishing import published
@@ -52,16 +51,6 @@ from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 
 CONFIRM_HITS = 3
 """Measurements that confirm a target, as in the tracker of detections by default."""
-
-SIDES_SHARE = 0.1
-"""Weight of a measurement in the usual intensities beside an edge. Assumed: half and twice
-the value change nothing on `silhouette` and `approach` (``benchmark/contours.py --constants
-tracker.SIDES_SHARE``)."""
-
-GATE_SIGMA = 0.5
-"""Largest standard deviation of a node in the gate [px]: after a time unseen, any edge would agree
-with the prediction, but edges still have to agree with each other. The mean squared error is 0.027
-instead of 0.023 px^2 on `approach` with 0.25, 0.027 instead of 0.064 on `silhouette` with 1.0."""
 
 LEAST_AREA = 16.0
 """A target with a smaller area has collapsed [px]: nothing this small starts (min_area)."""
@@ -154,9 +143,14 @@ class ContourTracker:
             own = boxes(self._spline.outline(self._tracks.filters.nodes))
             self._foreground.learn(own, self._tracks.records, dt)
         begin_told(self._tracks, self.waiting, frame, self._spline, self.config, self._clock.now)
-        now, foreground = self._clock.now, self._foreground
-        note(self._tracks, self._spline, dt, now)
-        rows, outlines = published(self._tracks, self._spline, self.config, now, foreground)
+        return self._published(frame, dt)
+
+    def _published(self, frame: Frame, dt: float) -> Tracks:
+        tracks, now = self._tracks, self._clock.now
+        outlines = self._spline.outline(tracks.filters.nodes)
+        learn_form(tracks.records, np.ptp(outlines, axis=1), dt, now)
+        foreground = self._foreground
+        rows, outlines = published(tracks, outlines, self._spline, self.config, now, foreground)
         return Tracks(rows, frame.stamp, frame.frame_id, self._clock.tell_restart(), outlines)
 
     def _lives_on(self) -> Bools:
@@ -180,7 +174,8 @@ class ContourTracker:
         contours, records, now = self._tracks.filters, self._tracks.records, self._clock.now
         seconds = frames / self.config.rate
         predicted = contours.take(np.arange(len(contours)))
-        measured, share = self._measure(frame, contours, frames, self.config.min_found)
+        least = self.config.min_found
+        measured, share = measure(frame, contours, self._spline, frames, least, self.config)
         records['edge_share'][measured] = share[measured]
         if regions is not None and len(contours):
             before, after = (boxes(self._spline.outline(c.nodes)) for c in (predicted, contours))
@@ -227,38 +222,14 @@ class ContourTracker:
         outline = areas.outline(regions.first[which[0]], kind)
         nodes, misfit = along_outline(outline, self._spline)
         new = contours.renewed(which, nodes[None], self.config)
-        good, _ = self._measure(frame, new, 0.0, self.config.start_found)
+        least = self.config.start_found
+        good, _ = measure(frame, new, self._spline, 0.0, least, self.config)
         area = self._spline.area(new.nodes)
         if (good & (area >= LEAST_AREA)).all():
             contours.put(which, new)
             records['by_area'][which] = False
             records['placed_area'][which] = area = np.maximum(area, 1.0)
             records['misfit'][which] = misfit / area**0.5
-
-    def _measure(
-        self, frame: Frame, contours: Contours, frames: float, least: float
-    ) -> tuple[Bools, Floats]:
-        """Update contours with the edges on their lines, and learn the intensities beside them.
-
-        :param frames: time since the last frame [frames].
-        :param least: share of lines that need an edge.
-        :return: whether enough lines had one, and their share, (N,) each.
-        """
-        if not len(contours):
-            return np.zeros(0, bool), np.zeros(0)
-        config, usual, normals = self.config, contours.sides, self._spline.normals(contours.nodes)
-        spread = contours.sigma_along(normals)
-        sigma = np.hypot(config.sigma, spread)
-        edges = find_edges(frame.image, contours.nodes, normals, sigma, usual, config)
-        spread = np.hypot(np.minimum(spread, GATE_SIGMA), config.edge_variance**0.5)
-        good = gate(edges.offset, edges.found, spread, normals, contours.nodes, config)
-        share = good.mean(axis=1)
-        measured = share >= max(least, 1e-9)
-        good &= measured[:, None]
-        contours.correct(edges.offset, good, normals, frames, config)
-        before, now = usual[good], edges.sides[good]
-        usual[good] = np.where(np.isnan(before), now, before + SIDES_SHARE * (now - before))
-        return np.asarray(measured), np.asarray(share)
 
     def _delete(self, frame: Frame) -> None:
         """Delete targets that have left the picture, are overdue, or have collapsed.

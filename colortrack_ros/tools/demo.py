@@ -31,9 +31,9 @@ from colortrack_ros.files import read_params_file
 from colortrack_ros.messages import frame_of_serialized_image
 from colortrack_ros.messages import tracks_of_cloud
 from colortrack_ros.node_kit.runtime import share_file
+from colortrack_ros.signals import INTERRUPTED
 from colortrack_ros.sources.base import DEFAULT_RATE
 from colortrack_ros.tools.processes import add_demo_options
-from colortrack_ros.tools.processes import INTERRUPTED
 from colortrack_ros.tools.processes import NodeEnded
 from colortrack_ros.tools.processes import NodeGroup
 from colortrack_ros.tools.processes import told

@@ -23,9 +23,6 @@ from colortrack_ros.signals import on_ending_signals
 NODES_END = 8.0
 """How long the nodes may take to end after a signal [s]; they need at most 7.5 s."""
 
-INTERRUPTED = 128 + signal.SIGINT
-"""Exit status after Ctrl-C before the first picture, as of a program that it kills in a shell."""
-
 LIBC = ctypes.CDLL(None)
 PR_SET_PDEATHSIG = 1
 """From <linux/prctl.h>."""

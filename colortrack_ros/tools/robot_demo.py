@@ -29,9 +29,9 @@ from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import locations_of_cloud
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.node_kit.runtime import share_file
+from colortrack_ros.signals import INTERRUPTED
 from colortrack_ros.simulation.rooms import ROOMS
 from colortrack_ros.tools.processes import add_demo_options
-from colortrack_ros.tools.processes import INTERRUPTED
 from colortrack_ros.tools.processes import NodeEnded
 from colortrack_ros.tools.processes import NodeGroup
 from colortrack_ros.tools.processes import told

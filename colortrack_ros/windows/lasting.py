@@ -21,13 +21,12 @@ def sizes(records: Records) -> Floats:
 
 
 def biases(records: Records, track: Indices, matches: Matches) -> Floats:
-    """Return covariances of what lasts of targets' errors in this frame, (K, 2, 2) [px^2].
+    """Return covariances of what lasts of the errors of sightings, (K, 2, 2) [px^2].
 
-    :param track: (K,) indices of the targets.
+    :param track: (K,) indices of the targets that were sighted in this frame.
     """
     sigma2 = lasting_variance(sizes(records)[track])[..., None]
-    lasting = np.nan_to_num(matches.R[track]) + sigma2 * np.eye(2)
-    return np.where((matches.similarity[track] == 0)[:, None, None], lasting, 0.0)
+    return np.asarray(np.nan_to_num(matches.R[track]) + sigma2 * np.eye(2))
 
 
 def drift(records: Records, i: int, matches: Matches, compensated: bool) -> Floats:

@@ -192,7 +192,8 @@ class WindowTracker:
         records['seen'][track], records['followed'][track] = matches.z[track], self._clock.now
         alike = track[matches.similarity[track] > 0]  # not sightings by appearance
         records['similarity'][alike] = matches.similarity[alike]
-        records['bias'][track] = biases(records, track, matches)
+        records['bias'][track], sighted = 0.0, track[matches.similarity[track] == 0]
+        records['bias'][sighted] = biases(records, sighted, matches)
         mean, norm = records['mean_innovation'], matches.innovation_norm
         step = norm - np.where(np.isinf(mean), 0.0, mean)
         usual = accepted & np.isfinite(norm) & (matches.alone | (norm <= mean))
