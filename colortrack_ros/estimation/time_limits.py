@@ -13,7 +13,8 @@ class TimeLimits(Config):
 
     max_time_since_update: float = parameter(
         1.5,
-        'A track that has not been measured for longer is deleted.',
+        'A track that has not been measured for longer is deleted; by the tracker of detections '
+        'after four frames at the earliest, where these take longer than 0.125 s.',
         unit='s',
         limits=(0.0, 3600.0),
     )

@@ -1,6 +1,7 @@
 """Adaptation: speed, process noise, maneuvers, clutter and new objects, learned from the scene."""
 
 from collections import deque
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.tracking.borders import Borders
 from colortrack_ros.tracking.camera import Camera
+from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.detection_rate import DetectionRate
 from colortrack_ros.tracking.disappearances import Disappearances
 from colortrack_ros.tracking.maneuvers import Maneuvers
@@ -52,6 +54,10 @@ fewer than eight pictures a second watches what moves little from one to the nex
 FEWEST_PERIODS, PERIODS = 2, 8
 """Least number of such periods in a row, since one is a pause, and how many of the last ones the
 shortest is taken of. Assumed."""
+
+FEWEST_MISSED = 4
+"""Frames for which a track may coast at least, where frames are slow. Where one detection in ten is
+missing, so many on end are for one in 10,000."""
 
 FIRST_FALSE, LEAST_NEW = 0.003, 0.003
 """Initial rate of false detections, and least rate of new objects, per frame. Assumed: one in 11 s
@@ -214,6 +220,13 @@ class Adaptation:
             self.slow_periods.append(period)
         self._least_speed = LEAST_SPEED / self.slowness
         self.unsteadiness.assume(self.slowness)
+
+    def patient(self, config: TrackerConfig) -> TrackerConfig:
+        """Return a configuration with which tracks coast for FEWEST_MISSED slow frames at least."""
+        least = FEWEST_MISSED * SLOW_PERIOD * self.slowness
+        if self.slowness == 1 or config.max_time_since_update >= least:
+            return config
+        return replace(config, max_time_since_update=least)
 
     def know_size(self, image_size: tuple[int, int]) -> None:
         """Set the size of the picture [px]; zeros, for unknown, are ignored."""

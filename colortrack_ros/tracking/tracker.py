@@ -80,12 +80,11 @@ class Tracker:
 
     def __init__(self, config: TrackerConfig | None = None) -> None:
         self.config = config or TrackerConfig()
-        self.screening, self.repeats = Screening(), 0
-        self._clock = Clock()
+        self.screening, self.repeats, self._clock = Screening(), 0, Clock()
         self._start(1)
 
     def _start(self, first_id: int) -> None:
-        config = self.config
+        config = self._in_force = self.config
         model = MOTION_MODELS[config.motion_model](config.acceleration, config.trust)
         self._population = Population(self.config.population)
         first_id = max(first_id, self._population.total + 1)
@@ -107,6 +106,7 @@ class Tracker:
     def configure(self, config: TrackerConfig) -> None:
         """Change the configuration; the tracker restarts if a parameter in AFRESH changes."""
         old, self.config = self.config, config
+        self._in_force = self._adaptation.patient(config)
         if old.ego_motion != config.ego_motion:
             self._stop_camera()
         for name in AFRESH:
@@ -128,7 +128,7 @@ class Tracker:
         if self._repeats.see(detections, self._clock, self.config.max_dt):
             return self._between(detections)
         step = self._advance(detections)
-        config, tracks, learned = self.config, self._tracks, self._adaptation
+        config, tracks, learned = self._in_force, self._tracks, self._adaptation
         blobs = self.screening.measure(detections, learned, config, again=step.again)
         doubts = reconsider(tracks, self._doubts, blobs, learned, config, step)
         prediction = predict(tracks, blobs, learned, config, step)
@@ -155,7 +155,7 @@ class Tracker:
 
     def _between(self, detections: Detections) -> Tracks:
         """The tracks at the stamp of a repeated picture; they and all that is learned stay."""
-        learned, config = self._adaptation, self.config
+        learned, config = self._adaptation, self._in_force
         self.repeats += 1
         dt = (detections.stamp - self._clock.now) / NANOSECONDS
         tracks = coast(self._tracks, dt, learned, config)
@@ -165,7 +165,7 @@ class Tracker:
         self, tracks: TrackTable[Bank], detections: Detections, speed: NDArray[np.float64]
     ) -> Tracks:
         """The tracks, with the header of the detections."""
-        learned, config, population = self._adaptation, self.config, self._population
+        learned, config, population = self._adaptation, self._in_force, self._population
         now, usual = self._clock.now, config.detection_probability
         existence = learned.disappearances.existence(
             tracks.records,
@@ -200,6 +200,7 @@ class Tracker:
         self._period = dt or self._period
         if self._period > SLOW_PERIOD or self._adaptation.slow_periods:  # else nothing changes
             self._adaptation.learn_period(self._period)
+            self._in_force = self._adaptation.patient(self.config)
         if self.config.ego_motion == 'odometry' and not again:
             self._adaptation.camera.turn(detections.viewpoint, self._clock.now, self._period)
         pauses = not again and self._rhythm.is_pause(detections.rows.size)
@@ -209,7 +210,7 @@ class Tracker:
         self, prediction: Prediction, blobs: Measurements
     ) -> tuple[Prediction, Hypotheses]:
         """Compare blobs with tracks, and again if the camera turns out to have moved."""
-        config, step = self.config, prediction.step
+        config, step = self._in_force, prediction.step
         track, blob = gate(prediction, blobs, config)
         hypotheses = hypothesize(prediction, blobs, track, blob)
         prior = prediction.maneuvered[hypotheses.track]
@@ -234,7 +235,8 @@ class Tracker:
 
     def _manage(self, *, again: bool) -> None:
         """Confirmation, deletion and stitching."""
-        tracks, now, learned, config = self._tracks, self._clock.now, self._adaptation, self.config
+        tracks, now, learned = self._tracks, self._clock.now, self._adaptation
+        config = self._in_force
         records = tracks.records
         if go_on(tracks, now, config):
             if not again:
@@ -277,14 +279,14 @@ class Tracker:
         :param keep: (N,) which tracks survive; of a stitched pair, the row of the new one does.
         """
         tracks, memory, now, learned = self._tracks, self._memory, self._clock.now, self._adaptation
-        memory.advance(now, learned, self.config)
+        memory.advance(now, learned, self._in_force)
         coasting = np.flatnonzero(keep & (tracks.records['state'] == COASTING))
         lost = tracks.take(coasting)
         lost.extend(memory.tracks)
         if not len(lost):
             return found[:0]
         one, other = find_stitches(
-            lost, tracks.take(found), now, self._period, learned, self.config, self._population
+            lost, tracks.take(found), now, self._period, learned, self._in_force, self._population
         )
         away = tracks.records['born'][found[other]] - lost.records['updated'][one]
         stitch(tracks, found[other], lost.records.take(one))

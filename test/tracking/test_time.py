@@ -85,6 +85,42 @@ def test_a_flock_of_which_a_picture_is_taken_each_second_keeps_its_ids():
     assert max(counts) <= 17, counts
 
 
+def seen_again(rate, missed, config=None, frames=20):
+    """IDs before and after a standing object is missed in so many frames on end."""
+    tracker, ids = Tracker(config), []
+    for k in range(frames):
+        seen = [] if 0 <= k - 10 < missed else [(300.0, 300 + 0.1 * (k % 3))]
+        rows = tracker.update(points(seen, round(k * NANOSECONDS / rate))).rows
+        if k in (9, frames - 1):
+            ids += rows['track_id'][rows['state'] == CONFIRMED].tolist()
+    return ids
+
+
+@pytest.mark.parametrize('rate', [0.6, 1, 2, 5])
+def test_what_a_slow_camera_misses_three_times_keeps_its_id(rate):
+    """With the memory of what was deleted switched off."""
+    assert seen_again(rate, 3, TrackerConfig(max_hidden=0.0)) == [1, 1]
+
+
+def test_what_a_slow_camera_misses_for_long_is_deleted():
+    assert seen_again(1, 5, TrackerConfig(max_hidden=0.0)) == [1, 2]
+
+
+def test_what_a_fast_camera_misses_is_deleted_after_the_time_that_was_set():
+    config = TrackerConfig(max_hidden=0.0, max_time_since_update=0.1)
+    assert seen_again(30, 2, config) == [1, 1]
+    assert seen_again(30, 4, config) == [1, 2]
+
+
+def test_a_camera_that_is_fast_again_is_waited_for_as_set():
+    tracker, stamp = Tracker(TrackerConfig(max_hidden=0.0)), 0.0
+    for k in range(60):
+        stamp += 1.0 if k < 10 else 0.1
+        seen = [] if 20 <= k < 40 else [(300.0, 300.0)]
+        rows = tracker.update(points(seen, round(stamp * NANOSECONDS))).rows
+    assert rows['track_id'].tolist() == [2]
+
+
 def test_a_pause_is_no_lower_rate():
     """One missed message in a fast stream changes nothing of what is assumed of speeds."""
     tracker = Tracker()
