@@ -56,8 +56,8 @@ FEWEST_PERIODS, PERIODS = 2, 8
 shortest is taken of. Assumed."""
 
 FEWEST_MISSED = 4
-"""Frames for which a track may coast at least, where frames are slow. Where one detection in ten is
-missing, so many on end are for one in 10,000."""
+"""Frames that a track outlives at least unmeasured, where frames are slow. Where one detection in
+ten is missing, so many on end are for one in 10,000."""
 
 FIRST_FALSE, LEAST_NEW = 0.003, 0.003
 """Initial rate of false detections, and least rate of new objects, per frame. Assumed: one in 11 s
@@ -222,11 +222,14 @@ class Adaptation:
         self.unsteadiness.assume(self.slowness)
 
     def patient(self, config: TrackerConfig) -> TrackerConfig:
-        """Return a configuration with which tracks coast for FEWEST_MISSED slow frames at least."""
-        least = FEWEST_MISSED * SLOW_PERIOD * self.slowness
-        if self.slowness == 1 or config.max_time_since_update >= least:
+        """Return a configuration with which tracks outlive FEWEST_MISSED slow frames at least."""
+        least, names = (
+            FEWEST_MISSED * SLOW_PERIOD * self.slowness,
+            ('max_time_since_update', 'max_dt'),
+        )
+        if self.slowness == 1:
             return config
-        return replace(config, max_time_since_update=least)
+        return replace(config, **{name: max(getattr(config, name), least) for name in names})
 
     def know_size(self, image_size: tuple[int, int]) -> None:
         """Set the size of the picture [px]; zeros, for unknown, are ignored."""

@@ -125,7 +125,7 @@ class Tracker:
         :param detections: of the next frame, which may be empty.
         :return: the tracks at its stamp, with its header.
         """
-        if self._repeats.see(detections, self._clock, self.config.max_dt):
+        if self._repeats.see(detections, self._clock, self._in_force.max_dt):
             return self._between(detections)
         step = self._advance(detections)
         config, tracks, learned = self._in_force, self._tracks, self._adaptation
@@ -196,7 +196,7 @@ class Tracker:
     def _advance(self, detections: Detections) -> Step:
         """Advance to the stamp of the detections, or restart."""
         again = self._clock.is_now(detections.stamp)
-        dt = self._clock.advance(detections.stamp, self.config.max_dt, self.reset)
+        dt = self._clock.advance(detections.stamp, self._in_force.max_dt, self.reset)
         self._period = dt or self._period
         if self._period > SLOW_PERIOD or self._adaptation.slow_periods:  # else nothing changes
             self._adaptation.learn_period(self._period)

@@ -102,6 +102,15 @@ def test_what_a_slow_camera_misses_three_times_keeps_its_id(rate):
     assert seen_again(rate, 3, TrackerConfig(max_hidden=0.0)) == [1, 1]
 
 
+def test_three_messages_of_a_slow_camera_that_are_lost_do_not_restart_it():
+    """3.2 s are more than max_dt."""
+    tracker = Tracker(TrackerConfig(max_hidden=0.0))
+    for k in (0, 1, 2, 3, 4, 8, 9):
+        tracks = tracker.update(points([(300.0, 300.0)], round(0.8 * k * NANOSECONDS)))
+        assert not tracks.restarted
+    assert tracks.rows['track_id'].tolist() == [1]
+
+
 def test_what_a_slow_camera_misses_for_long_is_deleted():
     assert seen_again(1, 5, TrackerConfig(max_hidden=0.0)) == [1, 2]
 
