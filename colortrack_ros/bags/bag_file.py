@@ -7,6 +7,9 @@ from typing import Protocol
 BAG_SUFFIXES = ('.mcap', '.db3')
 """Suffixes of the files of a rosbag2, by storage plugin: mcap, sqlite3."""
 
+ZSTD_SUFFIX = '.zstd'
+"""Suffix that follows these where whole files are compressed."""
+
 STORAGES = ('mcap', 'sqlite3')
 """The storage plugins; the first is the default of `ros2 bag record`."""
 

@@ -2,9 +2,15 @@
 
 from collections.abc import Iterator
 from collections.abc import Mapping
+from collections.abc import Sequence
+import copy
+import heapq
+from operator import itemgetter
 from pathlib import Path
+import sys
 from typing import Any
 
+from rosbags.interfaces import Connection
 from rosbags.interfaces import Qos
 from rosbags.interfaces import QosDurability
 from rosbags.interfaces import QosHistory
@@ -12,13 +18,20 @@ from rosbags.interfaces import QosLiveliness
 from rosbags.interfaces import QosReliability
 from rosbags.interfaces import QosTime
 from rosbags.rosbag2 import Reader
+from rosbags.rosbag2 import ReaderError
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer
 from rosbags.rosbag2.reader import DirectoryReader
+from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys import get_typestore
 from rosbags.typesys import Stores
 
 from colortrack_ros.bags.bag_file import Topic
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
 
 _PLUGINS = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}
 
@@ -38,6 +51,9 @@ _QOS = Qos(
 )
 """The QoS that `ros2 bag play` will publish with: a reliable publisher matches every subscriber."""
 
+ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
+"""How what is compressed with zstd begins; no serialized message does."""
+
 _TYPES = get_typestore(Stores.ROS2_JAZZY)
 
 
@@ -55,30 +71,103 @@ class PortableFile:
 
     def __init__(self, path: Any) -> None:
         self._reader = Reader(path)
-        self._reader.open()
-        self.duration = self._reader.duration
+        _open(self._reader)
+        for part in self._parts():
+            if not isinstance(part, McapReader):
+                _require_all_written(Path(part.path))
+            elif not part.connections:
+                part.meta_scan()  # its index leaves out the topics, as it may
+        self.duration, connections = self._reader.duration, self._reader.connections
+        sizes = {c.id: c.msgcount for c in connections}
+        if found := getattr(self._reader.storage, 'statistics', None):
+            sizes = found.channel_message_counts
+            self.duration = max(found.end_time - found.start_time + 1, 0)
         self.topics = [
-            Topic(c.topic, c.msgtype, c.msgcount) for c in self._reader.connections if c.msgcount
+            Topic(c.topic, c.msgtype, sizes[c.id]) for c in connections if sizes.get(c.id)
         ]
 
-    def messages(self, topic: Topic) -> Iterator[tuple[int, bytes]]:
-        """Log time [ns] and serialized content of each message of a topic, by log time."""
-        # Those of the files themselves: where their QoS is not that in metadata.yaml, as in bags
-        # of other distributions or after `ros2 bag convert`, rosbags would give none.
+    def _parts(self) -> list[Any]:
+        """The readers of the files."""
         storage = self._reader.storage
-        parts = storage.storages if isinstance(storage, DirectoryReader) else [storage]
-        connections = [
-            c
-            for part in parts
-            for c in part.connections
-            if (c.topic, c.msgtype) == (topic.name, topic.kind)
-        ]
-        for _, log_time, cdr in self._reader.messages(connections) if connections else ():
-            yield log_time, bytes(cdr)
+        return list(storage.storages) if isinstance(storage, DirectoryReader) else [storage]
+
+    def messages(self, topic: Topic) -> Iterator[tuple[int, bytes]]:
+        """Log time [ns] and serialized content of each message of a topic, by log time.
+
+        :raises Exception: parts of the bag cannot be read: the first reason, after all messages of
+            the others.
+        """
+        failures: list[Exception] = []
+        for part in self._parts():
+            # Those of the files themselves: where their QoS is not that in metadata.yaml, as in
+            # bags of other distributions or after `ros2 bag convert`, rosbags would give none.
+            names = topic.name, topic.kind
+            connections = [c for c in part.connections if (c.topic, c.msgtype) == names]
+            try:
+                for log_time, cdr in _messages(part, connections, failures) if connections else ():
+                    # Of a bag compressed message by message, which only its metadata.yaml tells.
+                    is_plain = cdr[: len(ZSTD_MAGIC)] != ZSTD_MAGIC
+                    yield log_time, bytes(cdr) if is_plain else zstd.decompress(cdr)
+            except Exception as error:
+                failures.append(error)
+        if failures:
+            raise failures[0]
 
     def close(self) -> None:
         """Close the files."""
         self._reader.close()
+
+
+def _open(reader: Reader) -> None:
+    try:
+        reader.open()
+    except ReaderError as error:
+        if 'Profile' in str(error):
+            raise ReaderError('expected messages of ROS 2, with profile: ros2') from error
+        raise
+
+
+def _require_all_written(path: Path) -> None:
+    """Refuse a database whose last messages are in another file, which rosbags does not read."""
+    log = path.with_name(f'{path.name}-wal')
+    if log.exists() and log.stat().st_size:
+        raise OSError(f'{log.name} is there: its recorder was killed, or is still recording')
+
+
+def _messages(
+    part: Any, connections: Sequence[Connection], failures: list[Exception]
+) -> Iterator[tuple[int, bytes]]:
+    """Log time [ns] and content of each message of a file, by log time as far as it has an index.
+
+    :param failures: takes the reasons why chunks cannot be read.
+    """
+    if isinstance(part, McapReader) and part.chunks:
+        pieces = [_of_chunk(part, chunk, connections, failures) for chunk in part.chunks]
+        for log_time, cdr in heapq.merge(*pieces, key=itemgetter(0)):
+            if cdr is not None:
+                yield log_time, cdr
+        return
+    read = part.messages_scan if isinstance(part, McapReader) else part.messages
+    for _, log_time, cdr in read(connections):
+        yield log_time, cdr
+
+
+def _of_chunk(
+    part: McapReader, chunk: Any, connections: Sequence[Connection], failures: list[Exception]
+) -> Iterator[tuple[int, bytes | None]]:
+    """The same of one chunk, after its first log time alone, which keeps it unread until then."""
+    counts = chunk.channel_count
+    if counts and not any(counts.get(connection.id) for connection in connections):
+        return
+    yield chunk.message_start_time, None
+    alone = copy.copy(part)
+    # The index need not tell which topics are in a chunk.
+    alone.chunks = [chunk._replace(channel_count={c.id: 1 for c in connections})]
+    try:
+        for _, log_time, cdr in alone.messages(connections):
+            yield log_time, cdr
+    except Exception as error:
+        failures.append(error)
 
 
 class PortableBag:

@@ -4,6 +4,8 @@ from collections import Counter
 from collections.abc import Iterator
 import contextlib
 from pathlib import Path
+from pathlib import PurePath
+from typing import Any
 
 import yaml
 
@@ -11,23 +13,32 @@ from colortrack_ros.bags.bag_file import BAG_SUFFIXES
 from colortrack_ros.bags.bag_file import BagFile
 from colortrack_ros.bags.bag_file import MAX_METADATA
 from colortrack_ros.bags.bag_file import Topic
+from colortrack_ros.bags.bag_file import ZSTD_SUFFIX
 from colortrack_ros.bags.errors import BagError
 from colortrack_ros.bags.library import open_bag
 from colortrack_ros.files import read_file
 from colortrack_ros.files import require_file
 
+NOT_UNDERSTOOD = OSError, ValueError, KeyError, TypeError, AttributeError, yaml.YAMLError
+"""Errors of a metadata.yaml that is not there, or not one."""
+
 
 def is_bag(path: Path) -> bool:
     """Whether the path is a bag: one of its files, or a folder of them."""
     if path.is_dir():
-        return any(p.name == 'metadata.yaml' or p.suffix in BAG_SUFFIXES for p in path.iterdir())
-    return path.suffix in BAG_SUFFIXES
+        return any(p.name == 'metadata.yaml' or _is_part(p) for p in path.iterdir())
+    return _is_part(path)
+
+
+def _is_part(path: Path) -> bool:
+    """Whether a file is one of a bag, by its name."""
+    return path.name.removesuffix(ZSTD_SUFFIX).endswith(BAG_SUFFIXES)
 
 
 class BagReader:
     """A rosbag2: a folder with its metadata.yaml, or a single .mcap or .db3 file.
 
-    If the recording was cut short, it reads what is left.
+    If the recording was cut short or is damaged, it reads what is left.
 
     :ivar topics: with at least one message, by name.
     :ivar duration: from the first message to the last [ns].
@@ -35,12 +46,16 @@ class BagReader:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path = path
-        if path.is_dir() and not (path / 'metadata.yaml').is_file():
-            raise BagError(
-                f'{path}: a bag without its metadata.yaml; give one of its files, or run '
-                '`ros2 bag reindex` on it'
-            )
+        self._path, self._unnamed = path, ''
+        if path.suffix == ZSTD_SUFFIX:
+            raise BagError(f'{path}: expected the folder of this bag, or the file after `zstd -d`')
+        if path.is_dir():
+            if not (path / 'metadata.yaml').is_file():
+                raise BagError(
+                    f'{path}: a bag without its metadata.yaml; give one of its files (after '
+                    '`zstd -d`, if it is compressed), or run `ros2 bag reindex` on it'
+                )
+            self._unnamed = ', '.join(_unnamed(path))
         self._expected: Counter[tuple[str, str]] | None = None
         with self._explained():
             for file in files_of(path):
@@ -67,27 +82,44 @@ class BagReader:
         :raises BagError: the file is broken or truncated; raised after all messages that could be
             read.
         """
-        read = 0
-        with self._explained():
-            for file in self._files:
+        read, why = 0, ''
+        for file in self._files:
+            try:
                 for message in file.messages(topic):
                     yield message
                     read += 1
-        if trouble := self._lost(topic, read):
+            except Exception as error:  # a broken file can raise nearly anything
+                why = why or _one_line(error)
+        if trouble := self._lost(topic, read, why):
             raise BagError(f'{self._path}: {trouble}')
 
-    def _lost(self, topic: Topic, read: int) -> str:
-        """What to tell of a topic of which so many messages were read; empty if it is whole."""
+    def _lost(self, topic: Topic, read: int, why: str) -> str:
+        """What to tell of a topic of which so many messages were read; empty if it is whole.
+
+        :param why: why some could not be read.
+        """
         if self._expected is None:
-            told = f'metadata.yaml tells of {topic.size} messages on {topic.name}, {read} were read'
-            return '' if read == topic.size else told
+            if why:
+                return (
+                    f'{topic.size - read} of {topic.size} messages on {topic.name} cannot be read: '
+                    f'{why}; {read} were read'
+                )
+            if read != topic.size:
+                return (
+                    f'metadata.yaml tells of {topic.size} messages on {topic.name}, '
+                    f'{read} were read'
+                )
+            return self._unnamed and (
+                f'its metadata.yaml does not tell of {self._unnamed}, of which no message was read;'
+                ' run `ros2 bag reindex` on it'
+            )
         expected = self._expected[topic[:2]]
-        if expected == read:
+        if read >= expected > 0:
             return f'the recording is damaged ({self._why}); all messages on {topic.name} were read'
         lost = f'{expected - read} of {expected}' if expected else 'an unknown number of'
         return (
             f'the recording was cut short: {lost} messages on {topic.name} are lost, '
-            f'{topic.size} were read'
+            f'{read} were read'
         )
 
     def close(self) -> None:
@@ -124,15 +156,34 @@ def files_of(path: Path) -> list[Path]:
     return [p for p in path.iterdir() if p.suffix in BAG_SUFFIXES] if path.is_dir() else [path]
 
 
+def _metadata(path: Path) -> Any:
+    """What metadata.yaml tells.
+
+    :raises ValueError, KeyError, TypeError, yaml.YAMLError: nothing that is understood.
+    """
+    text = read_file(path / 'metadata.yaml', MAX_METADATA)
+    return yaml.safe_load(text)['rosbag2_bagfile_information']
+
+
+def _unnamed(path: Path) -> list[str]:
+    """Files of a bag that its metadata.yaml does not name, as after a recorder that was killed."""
+    with contextlib.suppress(*NOT_UNDERSTOOD):
+        named = [PurePath(name).name for name in _metadata(path)['relative_file_paths']]
+        # Players leave beside a compressed file what it holds.
+        plain = {name.removesuffix(ZSTD_SUFFIX) for name in named}
+        there = sorted(p.name for p in path.iterdir() if _is_part(p))
+        return [name for name in there if name.removesuffix(ZSTD_SUFFIX) not in plain]
+    return []
+
+
 def _recorded(path: Path) -> Counter[tuple[str, str]] | None:
     """Number of messages of each topic and type, according to metadata.yaml.
 
     None if they are serialized in a way that nobody here can read: such a bag is not cut short.
     """
     counts: Counter[tuple[str, str]] = Counter()
-    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
-        metadata = yaml.safe_load(read_file(path / 'metadata.yaml', MAX_METADATA))
-        for entry in metadata['rosbag2_bagfile_information']['topics_with_message_count']:
+    with contextlib.suppress(*NOT_UNDERSTOOD):
+        for entry in _metadata(path)['topics_with_message_count']:
             topic = entry['topic_metadata']
             if topic['serialization_format'] != 'cdr':
                 return None

@@ -9,6 +9,9 @@ from typing import Any
 from typing import BinaryIO
 
 import apsw
+from rosbags.rosbag2.storage_mcap import decompress
+from rosbags.rosbag2.storage_mcap import read_exact
+from rosbags.rosbag2.storage_mcap import read_string
 
 from colortrack_ros.bags.bag_file import BagFile
 from colortrack_ros.bags.bag_file import Topic
@@ -17,8 +20,9 @@ from colortrack_ros.bags.portable import PortableFile
 MAGIC = b'\x89MCAP0\r\n'
 RECORD = struct.Struct('<BQ')
 """Opcode and length of each record of MCAP (https://mcap.dev/spec)."""
-CLOSING = frozenset((0x02, 0x0F))
-"""Opcodes that end the messages: footer, data end."""
+CLOSING = frozenset((0x00, 0x02, 0x0F))
+"""Opcodes that end the messages: none, as in what a computer that lost power did not write; footer,
+data end."""
 FOOTER = RECORD.pack(0x02, 20) + bytes(20) + MAGIC
 """Footer of a file without an index, which makes readers scan the file."""
 CHUNK = 0x06
@@ -26,7 +30,9 @@ CHUNK = 0x06
 UNCOMPRESSED = 37, bytes(4), 49
 """Offset of the compression in a chunk, its value for none, and the offset of the chunk's records:
 after opcode, length, two times, size, checksum, compression, and size."""
-SKIPPED = RECORD.pack(0x80, UNCOMPRESSED[2] - RECORD.size)
+PRIVATE = b'\x80'
+"""Opcode of a private record, which readers skip."""
+SKIPPED = RECORD.pack(PRIVATE[0], UNCOMPRESSED[2] - RECORD.size)
 """Header of a private record, which readers skip, as long as the header of such a chunk."""
 
 
@@ -54,18 +60,23 @@ class CutMcap:
 
 
 class _Mended(io.RawIOBase):
-    """A file whose last records are missing, completed by the footer of a file without an index."""
+    """A file whose last records are missing, completed by the footer of a file without an index.
+
+    Readers skip its broken chunks.
+    """
 
     def __init__(self, file: BinaryIO) -> None:
         self._file, self._at = file, 0
-        end = _end_of_records(file, len(MAGIC))
-        parts = [(end, FOOTER)]
+        chunks, end = _walk(file, len(MAGIC))
+        parts = [(at, PRIVATE) for at in chunks if not _is_whole(file, at)]
+        last = (end, FOOTER)
         file.seek(end)
         head = file.read(UNCOMPRESSED[2])
         where, none, inner = UNCOMPRESSED
         if len(head) == inner and head[0] == CHUNK and head[where:][:4] == none:
-            parts = [(end, SKIPPED), (_end_of_records(file, end + inner), FOOTER)]
-        self._replaced = parts
+            parts.append((end, SKIPPED))
+            last = (_walk(file, end + inner)[1], FOOTER)
+        self._replaced = [*parts, last]
 
     def readable(self) -> bool:
         return True
@@ -99,21 +110,39 @@ class _Mended(io.RawIOBase):
         super().close()
 
 
-def _end_of_records(file: BinaryIO, at: int) -> int:
-    """Offset of the end of the last complete record, counting from an offset.
+def _walk(file: BinaryIO, at: int) -> tuple[list[int], int]:
+    """Offsets of the chunks from an offset on, and that of the end of the last complete record.
 
     Records that end the messages do not count.
     """
+    chunks: list[int] = []
     size = file.seek(0, io.SEEK_END)
     while True:
         file.seek(at)
         head = file.read(RECORD.size)
         if len(head) < RECORD.size:
-            return at
+            return chunks, at
         code, length = RECORD.unpack(head)
         if code in CLOSING or at + RECORD.size + length > size:
-            return at
+            return chunks, at
+        if code == CHUNK:
+            chunks.append(at)
         at += RECORD.size + length
+
+
+def _is_whole(file: BinaryIO, at: int) -> bool:
+    """Whether the chunk at an offset holds what was written."""
+    file.seek(at)
+    _, length = RECORD.unpack(file.read(RECORD.size))
+    record = io.BytesIO(file.read(length))
+    try:
+        _, _, size, crc = struct.unpack('<QQQI', read_exact(record, 28))
+        compression = read_string(record)
+        record.seek(8, io.SEEK_CUR)
+        inside = decompress(record.read(), compression, size, crc)
+    except Exception:  # the libraries raise all kinds of errors
+        return False
+    return _walk(io.BytesIO(inside), 0)[1] == len(inside)  # not all chunks have a checksum
 
 
 class _WholePages(apsw.VFS):
@@ -144,11 +173,11 @@ class CutDatabase:
     """The rows of a .db3 file up to the first page that is missing."""
 
     def __init__(self, path: Path) -> None:
-        self._database = apsw.Connection(
-            f'{path.absolute().as_uri()}?immutable=1',
-            flags=apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI,
-            vfs=PAGES.NAME,
-        )
+        uri, flags = path.absolute().as_uri(), apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI
+        if path.with_name(f'{path.name}-wal').exists():  # with messages that are not in it yet
+            self._database = apsw.Connection(uri, flags=flags)
+        else:
+            self._database = apsw.Connection(f'{uri}?immutable=1', flags=flags, vfs=PAGES.NAME)
         # Without it, SQLite refuses a file that is shorter than its header says.
         self._database.execute('PRAGMA writable_schema=ON')
         kinds = self._database.execute('SELECT id, name, type FROM topics').fetchall()
