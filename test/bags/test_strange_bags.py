@@ -5,6 +5,7 @@ import sqlite3
 import struct
 
 import pytest
+from rclpy.serialization import deserialize_message
 from rclpy.serialization import serialize_message
 from rosbags.rosbag2 import CompressionFormat
 from rosbags.rosbag2 import CompressionMode
@@ -149,13 +150,14 @@ def test_messages_after_a_broken_chunk_are_read_and_those_in_it_counted(tmp_path
     if what == 'file cut short':
         content = content[:-100]
     elif what == 'power lost':  # the system knew the size already
-        content[chunks[3] + 70 :] = bytes(len(content) - chunks[3] - 70)
+        content[chunks[2] + 500_000 :] = bytes(len(content) - chunks[2] - 500_000)
     file.write_bytes(content)
     times, told = times_of(bag if what == 'folder' else file)
-    assert times == [0, 2, 6, 8]
+    left = [0, 2] if what == 'power lost' else [0, 2, 6, 8]
+    assert times == left
     lost = 'an unknown number of' if what in ('file cut short', 'power lost') else '1 of 5'
     assert f'{lost} messages on /talk' in told
-    assert '4 were read' in told
+    assert f'{len(left)} were read' in told
 
 
 def test_an_mcap_whose_index_leaves_out_the_topics_is_read_all_the_same(tmp_path):
@@ -219,7 +221,10 @@ def test_files_of_compressed_bags_are_read_alone_or_it_is_told_how(tmp_path, mod
             writer.write(talk, k, serialize_message(String(data=str(k))))
     assert times_of(bag) == ([0, 1, 2, 3, 4], '')
     if mode is CompressionMode.MESSAGE:
-        assert times_of(only_file(bag)) == ([0, 1, 2, 3, 4], '')
+        reader = BagReader(only_file(bag))
+        texts = [deserialize_message(cdr, String) for _, cdr in reader.messages(*reader.topics)]
+        reader.close()
+        assert [message.data for message in texts] == list('01234')
         return
     (bag / 'metadata.yaml').unlink()
     for path in (bag, *bag.iterdir()):
