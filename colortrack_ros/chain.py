@@ -8,6 +8,7 @@ provide the stages, which run in the caller's thread (:class:`Stage`) or in thei
 from typing import Any
 from typing import NoReturn
 from typing import Protocol
+import warnings
 
 import numpy as np
 
@@ -16,10 +17,12 @@ from colortrack_ros.data import Frame
 from colortrack_ros.data import Tracks
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.encodings import check
 from colortrack_ros.flow.pairing import MAX_UNPAIRED
 from colortrack_ros.flow.pairing import Pair
 from colortrack_ros.flow.pairing import Pairing
 from colortrack_ros.flow.stage import Stage
+from colortrack_ros.flow.stamps import StampWatch
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
@@ -132,13 +135,18 @@ class ColorTracker:
     :param detector: what the detector looks for.
     :param tracker: how the tracker follows it.
     :ivar detections: of the last frame.
+    :raises ValueError: one of them is something else.
     """
 
     def __init__(
         self, detector: DetectorConfig | None = None, tracker: TrackerConfig | None = None
     ) -> None:
+        for given, kind in ((detector, DetectorConfig), (tracker, TrackerConfig)):
+            if not isinstance(given, (kind, type(None))):
+                raise ValueError(f'expected a {kind.__name__}, got a {type(given).__name__}')
         detection = Stage(Detector(detector or DetectorConfig()).detect, _refuse)
         tracking = Stage(Tracker(tracker or TrackerConfig()).update, _refuse)
+        self._stamps = StampWatch()
         self._chain = ColorChain(detection, tracking)
         detection.then(self._take_detections)
         tracking.then(self._take_tracks)
@@ -147,8 +155,17 @@ class ColorTracker:
         """Take the next frame.
 
         If the stamp has gone back, as in a recording that loops, the tracker restarts; see
-        ``Tracks.restarted``.
+        ``Tracks.restarted``. If stamps stand still, it warns (UserWarning).
+
+        :raises ValueError: this is no frame, or its encoding does not match its picture.
         """
+        check(frame)
+        if self._stamps.see(frame.stamp):
+            warnings.warn(
+                'the stamps stand still, so nothing moves: give each Frame its time [ns], '
+                'Frame(picture, stamp=round(seconds * 1e9))',
+                stacklevel=2,
+            )
         self._chain.put(frame)
         return self._tracks
 

@@ -1,6 +1,7 @@
 """Converts camera encodings, YUV and Bayer, to RGB."""
 
 from dataclasses import replace
+from numbers import Integral
 from typing import NamedTuple
 
 import cv2
@@ -70,7 +71,24 @@ def size_of(frame: Frame) -> tuple[int, int]:
 
 
 def check(frame: Frame) -> None:
-    """Raise ValueError if a frame's encoding is unknown or does not match its picture."""
+    """Raise ValueError if a frame's encoding is unknown or does not match its picture, or if this
+    is no frame, no picture, or no stamp.
+    """
+    if not isinstance(frame, Frame):
+        raise ValueError(
+            f'expected a Frame, got {type(frame).__name__}; of a picture it is Frame(picture, '
+            'stamp=nanoseconds)'
+        )
+    if not isinstance(frame.image, np.ndarray):
+        why = '; cv2.imread gives it for a file that it cannot read' * (frame.image is None)
+        raise ValueError(
+            f'image: expected an array of uint8, got {type(frame.image).__name__}{why}'
+        )
+    if not isinstance(frame.stamp, Integral):  # as of seconds, in which nothing would move
+        raise ValueError(
+            f'stamp: expected whole nanoseconds (int), got {frame.stamp!r}; of seconds they are '
+            'round(seconds * 1e9)'
+        )
     if frame.encoding not in LAYOUTS:
         raise ValueError(f'encoding: expected one of {list(LAYOUTS)}, got {frame.encoding!r}')
     layout, shape = LAYOUTS[frame.encoding], frame.image.shape

@@ -1,6 +1,11 @@
 """Detector and tracker without ROS, as a Python user joins them."""
 
+import copy
 import doctest
+from functools import partial
+import math
+from pathlib import Path
+import pickle
 
 import cv2
 import numpy as np
@@ -9,6 +14,8 @@ import pytest
 from colortrack_ros import chain
 from colortrack_ros.chain import ColorChain
 from colortrack_ros.chain import ColorTracker
+from colortrack_ros.contours import ContourConfig
+from colortrack_ros.contours import ContourTracker
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
@@ -19,8 +26,11 @@ from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.scenes import open_scene
 from colortrack_ros.sources import open_source
+from colortrack_ros.sources import SourceError
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
+from colortrack_ros.windows import WindowConfig
+from colortrack_ros.windows import WindowTracker
 
 SCENE = 'scene:five?width=320&height=240&rate=6&duration=12'
 
@@ -91,3 +101,83 @@ def test_the_tracker_is_told_how_large_the_pictures_are():
     track = ColorTracker()
     track(next(iter(open_source(SCENE))))
     assert track.detections.image_size == (320, 240)
+
+
+PICTURE = np.zeros((100, 100, 3), np.uint8)
+CONTOURS = ContourTracker(ContourConfig())
+BALL = ReferenceColor.from_rgb('ball', (205, 58, 34))
+
+
+@pytest.mark.parametrize(
+    ('beginner', 'told'),
+    [
+        (lambda: ColorTracker()(Frame(PICTURE, stamp=0.04)), 'whole nanoseconds (int), got 0.04'),
+        (lambda: ColorTracker()(Frame(PICTURE, stamp=math.nan)), 'nanoseconds (int), got nan'),
+        (lambda: ColorTracker()(Frame(PICTURE, stamp=None)), 'whole nanoseconds (int), got None'),
+        (lambda: ColorTracker()(Frame(cv2.imread('not there'))), 'cv2.imread gives it for a file'),
+        (lambda: ColorTracker()(Frame(PICTURE.tolist())), 'expected an array of uint8, got list'),
+        (lambda: CONTOURS.update(Frame(PICTURE, stamp=0.04)), 'whole nanoseconds (int), got 0.04'),
+        (lambda: ColorTracker()(PICTURE), 'expected a Frame, got ndarray'),
+        (lambda: Detector(DetectorConfig()).detect(PICTURE), 'expected a Frame, got ndarray'),
+        (lambda: ColorTracker()(Frame(PICTURE / 255)), 'expected uint8, got float64'),
+        (lambda: ColorTracker(BALL), 'expected a DetectorConfig, got a ReferenceColor'),
+        (lambda: ColorTracker(TrackerConfig()), 'expected a DetectorConfig, got a TrackerConfig'),
+        (lambda: DetectorConfig(colors=BALL), 'colors: expected a tuple of ReferenceColor'),
+        (lambda: DetectorConfig(colors=((205, 58, 34),)), 'expected a tuple of ReferenceColor'),
+        (lambda: Tracker().update(Detections([])), 'dtype DETECTION, got list of shape (0,)'),
+        (
+            lambda: Tracker().update(Detections(np.array([[50.0, 40.0]]))),
+            'got ndarray of shape (1, 2)',
+        ),
+        (
+            lambda: Tracker().update(Detections(stamp=0.04)),
+            'whole nanoseconds (int), round(seconds * 1e9), got 0.04',
+        ),
+        (lambda: Tracker().update(Detections().rows), 'expected Detections, got ndarray'),
+        (lambda: WindowTracker(WindowConfig(), [[1, 2, 30]]), 'boxes: expected (N, 4)'),
+        (lambda: WindowTracker(WindowConfig(), ['box']), 'boxes: expected (N, 4)'),
+    ],
+)
+def test_what_beginners_get_wrong_is_told_where_they_wrote_it(beginner, told):
+    with pytest.raises(ValueError) as error:  # noqa: PT011
+        beginner()
+    assert told in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+def test_frames_without_a_time_are_told():
+    track = ColorTracker()
+    frames = [Frame(PICTURE)] * 20
+    with pytest.warns(UserWarning, match=r'stamps stand still.*round\(seconds') as warned:
+        list(map(track, frames))
+    assert all(warning.filename == __file__ for warning in warned)
+
+
+def test_sources_are_opened_by_paths_and_numbers_too(tmp_path):
+    cv2.imwrite(str(tmp_path / 'one.png'), PICTURE)
+    assert next(iter(open_source(tmp_path / 'one.png'))).image.shape == PICTURE.shape
+    with pytest.raises(SourceError, match='source None: expected a text, a Path or the number'):
+        open_source(None)
+    with pytest.raises(SourceError, match="source '99'"):
+        open_source(99)
+    with pytest.raises(SourceError, match=r"source 'not\.mp4': there is no such file"):
+        open_source(Path('not.mp4'))
+
+
+@pytest.mark.parametrize('copied', [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+@pytest.mark.parametrize(
+    'make',
+    [
+        ColorTracker,
+        lambda: partial(WindowTracker.update, WindowTracker(WindowConfig(), [[60, 60, 30, 30]])),
+        lambda: partial(ContourTracker.update, ContourTracker(ContourConfig())),
+    ],
+    ids=['color', 'windows', 'contours'],
+)
+def test_copies_go_on_with_the_same_tracks_also_in_other_processes(make, copied):
+    track, frames = make(), list(open_source(SCENE))[:20]
+    for frame in frames[:12]:
+        track(frame)
+    other = copied(track)
+    for frame in frames[12:]:
+        assert np.array_equal(track(frame).rows, other(frame).rows)

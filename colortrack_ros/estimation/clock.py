@@ -1,6 +1,7 @@
 """Time between stamps, and when a tracker has to restart."""
 
 from collections.abc import Callable
+from numbers import Integral
 
 from colortrack_ros.data import NANOSECONDS
 
@@ -12,8 +13,14 @@ def time_passed(last: int | None, stamp: int, max_dt: float) -> tuple[float, str
     :param stamp: of the next frame [ns].
     :param max_dt: a longer jump restarts [s].
     :return: dt [s], 0 for a first frame; and the reason to restart, empty if there is none.
+    :raises ValueError: the first stamp is no whole number, as of seconds, in which nothing moves.
     """
-    dt = 0.0 if last is None else (stamp - last) / NANOSECONDS
+    if last is None:
+        if not isinstance(stamp, Integral):
+            expected = 'whole nanoseconds (int), round(seconds * 1e9)'
+            raise ValueError(f'stamp: expected {expected}, got {stamp!r}')
+        return 0.0, ''
+    dt = (stamp - last) / NANOSECONDS
     if dt < 0:
         return 0.0, f'the stamp went back by {-dt:.6f} s'
     if dt > max_dt:

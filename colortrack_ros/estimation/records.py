@@ -41,6 +41,10 @@ class Records(Columns, dict[str, NDArray[Any]]):
     def __len__(self) -> int:
         return self.block0.shape[1]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """For copies and other processes: the views made so far are left out."""
+        return _restored, (type(self), vars(self))
+
     @property
     def names(self) -> tuple[str, ...]:
         """Of the fields."""
@@ -89,3 +93,10 @@ class Records(Columns, dict[str, NDArray[Any]]):
         table = type(self).__new__(type(self))
         vars(table).update(vars(self), **blocks)
         return table
+
+
+def _restored(kind: type[Some], state: dict[str, Any]) -> Some:
+    """The table that was copied, or came from another process."""
+    table = kind.__new__(kind)
+    vars(table).update(state)
+    return table

@@ -45,5 +45,13 @@ class WaitingBoxes:
 
 
 def _boxes(values: ArrayLike) -> Floats:
-    """Values of any number of boxes as (N, 4)."""
-    return np.asarray(values, float).reshape(-1, 4)
+    """Values of any number of boxes as (N, 4).
+
+    :raises ValueError: they are not whole boxes.
+    """
+    try:
+        return np.asarray(values, float).reshape(-1, 4)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f'boxes: expected (N, 4), left, top, width and height of each [px], got {values!r}'
+        ) from None

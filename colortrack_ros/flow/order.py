@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 import heapq
-import itertools
 import time
 from typing import Generic
 from typing import TypeVar
@@ -69,7 +68,7 @@ class Order(Generic[Item]):
         self._arrived = clock()
         self._waiting: list[tuple[int, int, Item, int]] = []
         self._bytes = 0
-        self._number = itertools.count()
+        self._number = 0
         self._last = self._newest = -(1 << 62)  # older than any stamp
 
     def configure(self, config: OrderConfig) -> None:
@@ -97,7 +96,8 @@ class Order(Generic[Item]):
             )
             return
         self._newest = max(self._newest, stamp)
-        heapq.heappush(self._waiting, (stamp, next(self._number), item, size))
+        self._number += 1
+        heapq.heappush(self._waiting, (stamp, self._number, item, size))
         self._bytes += size
         self._release_until(self._newest - round(self.window * NANOSECONDS))
         while len(self._waiting) > MAX_ITEMS or self._bytes > MAX_BYTES:

@@ -50,6 +50,14 @@ class Stage(Generic[In, Out]):
         self._lock = threading.RLock()
         self._order: Order[tuple[In, Any]] = Order(self._release, refuse, clock)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the lock, for copies and other processes."""
+        return {name: value for name, value in vars(self).items() if name != '_lock'}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._lock = threading.RLock()
+
     @property
     def skipped(self) -> int:
         """Number of items skipped: none here, since the caller waits."""

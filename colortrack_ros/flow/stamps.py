@@ -5,8 +5,13 @@ OF_ONE_MOMENT = 10
 a third of a second of pictures."""
 
 
+NO_TIME = 100_000
+"""Time [ns] in which nothing moves: no camera takes 10,000 pictures a second. Numbers of pictures,
+milliseconds and microseconds in place of nanoseconds are below."""
+
+
 class StampWatch:
-    """Counts the messages that have the stamp of the one before."""
+    """Counts the messages that have the stamp of the one before, or nearly."""
 
     def __init__(self) -> None:
         self._last, self._count = 0, 0
@@ -16,7 +21,7 @@ class StampWatch:
 
         :param stamp: of the next message [ns].
         """
-        self._count = self._count + 1 if stamp == self._last else 1
+        self._count = self._count + 1 if abs(stamp - self._last) < NO_TIME else 1
         self._last = stamp
         if self._count <= OF_ONE_MOMENT:
             return ''

@@ -48,9 +48,14 @@ class Repeats:
 
         :param clock: of the last picture that told something.
         :param max_dt: longest time to go without [s].
+        :raises ValueError: these are no detections.
         """
-        rows, last, self._last = detections.rows, self._last, detections.rows
-        before, self._sum = self._sum, rows['u'].sum()
+        try:
+            rows, last, self._last = detections.rows, self._last, detections.rows
+            before, self._sum = self._sum, rows['u'].sum()
+        except (AttributeError, IndexError, TypeError, ValueError):
+            require_detections(detections)
+            raise
         if not self._run and abs(self._sum - before) > STILL * len(rows):
             return False  # as nearly always
         alike = 0 < len(rows) == len(last)
@@ -69,6 +74,22 @@ class Repeats:
         if self._run > MOST_REPEATS:
             self._told = -math.inf, -math.inf
         return detections.stamp - self._told[0] <= TELLING_SECONDS * NANOSECONDS
+
+
+def require_detections(detections: Detections) -> None:
+    """Refuse what is no detections, such as an array, or rows with other fields.
+
+    :raises ValueError: it is not.
+    """
+    if not isinstance(detections, Detections):
+        raise ValueError(f'expected Detections, got {type(detections).__name__}')
+    rows = detections.rows
+    named = isinstance(rows, np.ndarray) and rows.dtype.names == DETECTION.names
+    if not named or rows.ndim != 1:
+        raise ValueError(
+            f'rows: expected an array (N,) of dtype DETECTION, got {type(rows).__name__} of shape '
+            f'{np.shape(rows)}; begin with np.zeros(N, DETECTION) and set its fields'
+        )
 
 
 def _moved(rows: NDArray[np.void], last: NDArray[np.void]) -> float:

@@ -102,6 +102,10 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
     def check(self) -> None:
         """Require 1 to 254 colors with unique names."""
         super().check()
+        colors = self.colors
+        valid = isinstance(colors, (tuple, list))
+        valid = valid and all(isinstance(color, ReferenceColor) for color in colors)
+        expect(valid, 'colors', colors, 'a tuple of ReferenceColor')
         names = [color.name for color in self.colors]
         expect(1 <= len(names) <= MAX_COLORS, 'colors', names, f'1 to {MAX_COLORS} names')
         expect(len(set(names)) == len(names), 'colors', names, 'each name once')
