@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import KeyValue
 from rclpy.node import Node
 from rclpy.qos import qos_check_compatible
 from rclpy.qos import QoSCompatibility
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from colortrack_ros.flow.stamps import StampWatch
 from colortrack_ros.node_kit.clocks import Elapsed
@@ -219,12 +220,24 @@ def mismatch_of(node: Node) -> str:
     topics |= {end.topic_name for end in node.subscriptions}
     for topic in sorted(topics - OF_EVERY_NODE):
         giving = node.get_publishers_info_by_topic(topic)
-        for giver, taker in itertools.product(giving, node.get_subscriptions_info_by_topic(topic)):
+        taking = node.get_subscriptions_info_by_topic(topic)
+        for giver, taker in itertools.product(giving, taking):
             if name not in [(end.node_name, end.node_namespace) for end in (giver, taker)]:
                 continue
             match, why = qos_check_compatible(giver.qos_profile, taker.qos_profile)
-            if match == QoSCompatibility.ERROR:
+            if match == QoSCompatibility.ERROR and not _gets(taker, giver, taking):
                 reasons = str(why).replace('ERROR: ', '').lower().strip('; ')
                 ends = f'{taker.node_name} gets nothing from {giver.node_name} on {topic}'
                 return f'{ends}: {reasons}; see qos_overrides in doc/robot.md'
     return ''
+
+
+def _gets(
+    taker: TopicEndpointInfo, giver: TopicEndpointInfo, taking: list[TopicEndpointInfo]
+) -> bool:
+    """Whether another subscription of the same node matches the publisher."""
+    return any(
+        qos_check_compatible(giver.qos_profile, end.qos_profile)[0] != QoSCompatibility.ERROR
+        for end in taking
+        if (end.node_name, end.node_namespace) == (taker.node_name, taker.node_namespace)
+    )

@@ -11,6 +11,7 @@ from rclpy.exceptions import NameValidationException
 from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy
 from rclpy.qos import QoSPolicyKind
 from rclpy.qos import QoSProfile
 from rclpy.qos import ReliabilityPolicy
@@ -22,6 +23,7 @@ from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
 from colortrack_ros.messages import MessageError
+from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
@@ -37,6 +39,18 @@ OVERRIDABLE = (
 )
 """The policies that parameters ``qos_overrides.TOPIC.publisher.*`` and ``.subscription.*`` may
 change."""
+
+
+LATCHED = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""The policies of what publishers keep for those who subscribe later."""
+
+LOOKED_EVERY = 0.5
+"""Interval [s] at which publishers that keep their CameraInfo are looked for: as long as a picture
+waits for it (world.waiting)."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +128,8 @@ def subscribe_to(
     messages.
 
     For pictures, CameraInfo and odometry it is best effort, which matches all publishers: drivers
-    send these as sensor data, and a late one is not worth resending.
+    send these as sensor data, and a late one is not worth resending. A CameraInfo that was sent
+    before, by a publisher that keeps it for those who come later, is received as well.
 
     :param take: takes each message.
     :param refuse: takes the reason of a MessageError.
@@ -129,7 +144,7 @@ def subscribe_to(
     best_effort = kind in (*PICTURES, CameraInfo, Odometry)
     reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
     with _explained(kind, name):
-        return node.create_subscription(
+        subscription = node.create_subscription(
             kind,
             name,
             receive,
@@ -137,6 +152,24 @@ def subscribe_to(
             qos_overriding_options=QoSOverridingOptions(OVERRIDABLE),
             raw=True,
         )
+    if kind is CameraInfo:
+        _receive_kept(node, kind, subscription.topic_name, receive)
+    return subscription
+
+
+def _receive_kept(node: Node, kind: type, name: str, take: Callable[[bytes], None]) -> None:
+    """Subscribe again, for what was sent before, once there is a publisher that keeps it.
+
+    All publishers that do not would log a warning, so they are not asked.
+    """
+
+    def look() -> None:
+        giving = node.get_publishers_info_by_topic(name)
+        if any(end.qos_profile.durability == LATCHED.durability for end in giving):
+            timer.cancel()
+            node.create_subscription(kind, name, take, LATCHED, raw=True)
+
+    timer = node.create_timer(LOOKED_EVERY, look, clock=STEADY)
 
 
 @contextlib.contextmanager

@@ -125,6 +125,16 @@ def test_trails_follow_ids_and_forget_tracks_that_are_gone():
     assert len(trails.ids) == len(trails.points) == 0
 
 
+def test_a_track_of_a_tracker_that_was_started_again_has_a_trail_of_its_own():
+    trails = Trails()
+    before, after = tracks_of((20.0, 30.0)), tracks_of((300.0, 30.0))
+    before.rows['age'] = 2.0
+    for tracks in (before, before, after, after):
+        trails.update(tracks)
+    assert np.nanmin(trails.points[0, :, 0]) == 300.0
+    assert np.isfinite(trails.points[0]).all(axis=1).sum() == 2
+
+
 def test_no_tracks_leave_the_picture_as_it_is():
     assert not drawn(Tracks()).any()
 

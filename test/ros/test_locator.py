@@ -1,9 +1,12 @@
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray
 from geometry_msgs.msg import PoseStamped
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from geometry_msgs.msg import TransformStamped
 import numpy as np
 import pytest
+from rclpy.qos import DurabilityPolicy
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import PointCloud2
 from support.ball_before_camera import BALL
@@ -42,6 +45,21 @@ def test_each_picture_of_a_driving_robot_gives_the_objects_in_odom(ros):
     assert ros.spin(lambda: len(poses) == len(targets) == len(certain) == len(markers) == 10)
     assert targets[-1].pose.position.x == pytest.approx(row['x'])
     assert 'Refused' not in robot.node.output
+
+
+def test_a_calibration_that_was_sent_once_before_the_node_came_is_heard(ros):
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    ros.node.create_publisher(CameraInfo, 'camera/camera_info', kept).publish(info(START))
+    robot = Robot(ros, patient=True)  # with another publisher, which sends nothing
+    robot.drive(0)
+    for publisher, cloud in zip((robot.detections, robot.tracks), picture(START, 0.0), strict=True):
+        publisher.publish(cloud)
+    assert ros.spin(lambda: len(robot.locations) == 1), ros.outputs()
+    assert len(locations_of_cloud(robot.locations[0]).rows) == 1
+    diagnostics.clear()
+    assert ros.spin(lambda: len(diagnostics) > 1)
+    assert not any('gets nothing' in s.message for m in diagnostics for s in m.status)
 
 
 def test_two_cameras_that_stand_in_the_room_see_one_ball(ros):
