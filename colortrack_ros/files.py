@@ -3,6 +3,8 @@ atomically.
 """
 
 from collections.abc import Callable
+from collections.abc import Iterator
+import contextlib
 import errno
 from functools import partial
 import os
@@ -118,6 +120,16 @@ def write_file(path: Path, content: bytes) -> None:
         Path(beside).unlink()
         if isinstance(error, OSError) and error.errno:
             error.filename = str(path)  # one of a full disk names none
+        raise
+
+
+@contextlib.contextmanager
+def named_in_errors(path: Path) -> Iterator[None]:
+    """Name the file in an error of writing it: one of a full disk names none."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or str(path)
         raise
 
 

@@ -24,6 +24,7 @@ from colortrack_ros.drawing import draw_tracks
 from colortrack_ros.drawing import Trails
 from colortrack_ros.drawing import VideoFile
 from colortrack_ros.encodings import writable_bgr
+from colortrack_ros.files import named_in_errors
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import cloud_of_outlines
 from colortrack_ros.messages import cloud_of_tracks
@@ -133,21 +134,30 @@ def _serialized(message: object, kind: str) -> bytes:
     return canonical(serialize_message(message), kind)
 
 
-class CsvOutput(Output):
+class TextOutput(Output):
+    """A file of text."""
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._file = path, path.open('w', newline='')
+
+    def close(self) -> None:
+        """Finish the file."""
+        with named_in_errors(self._path):
+            self._file.close()
+
+
+class CsvOutput(TextOutput):
     """A CSV file: one line for each track in each frame, with all digits."""
 
     def __init__(self, path: Path) -> None:
-        self._file = path.open('w', newline='')
+        super().__init__(path)
         self._table = csv.writer(self._file, lineterminator='\n')
         self._table.writerow(COLUMNS)
 
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
         """The tracks."""
-        self._table.writerows(lines_of(number, tracks))
-
-    def close(self) -> None:
-        """Finish the file."""
-        self._file.close()
+        with named_in_errors(self._path):
+            self._table.writerows(lines_of(number, tracks))
 
 
 def lines_of(number: int, tracks: Tracks) -> Iterator[list[Any]]:
@@ -159,29 +169,23 @@ def lines_of(number: int, tracks: Tracks) -> Iterator[list[Any]]:
         yield [tracks.stamp, number, *values]
 
 
-class MotOutput(Output):
+class MotOutput(TextOutput):
     """A file in MOTChallenge format: frame, id, left, top, width, height, score, -1, -1, -1.
 
     Frames count from 1, and so do pixels: the center of the top left one is (1, 1). Only confirmed
     and coasting tracks are written; the box is that of the last detection, moved with the estimate.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._file = path.open('w')
-
     def write(self, number: int, item: Item, tracks: Tracks) -> None:
         """The tracks."""
         for row in tracks.rows[tracks.rows['state'] != TENTATIVE]:
             width, height = float(row['box_w']), float(row['box_h'])
             left, top = float(row['box_u']) + 1, float(row['box_v']) + 1
-            self._file.write(
-                f'{number},{row["track_id"]},{left:.3f},{top:.3f},{width:.3f},{height:.3f},'
-                f'{row["score"]:.4f},-1,-1,-1\n'
-            )
-
-    def close(self) -> None:
-        """Finish the file."""
-        self._file.close()
+            with named_in_errors(self._path):
+                self._file.write(
+                    f'{number},{row["track_id"]},{left:.3f},{top:.3f},{width:.3f},{height:.3f},'
+                    f'{row["score"]:.4f},-1,-1,-1\n'
+                )
 
 
 class VideoOutput(Output):

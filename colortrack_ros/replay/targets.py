@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from collections.abc import Sequence
+import errno
 import glob
 from pathlib import Path
 import shutil
@@ -66,7 +67,14 @@ class Targets:
         return self._staged[target]
 
     def commit(self) -> None:
-        """Move everything that was written to its place."""
+        """Move everything that was written to its place.
+
+        :raises OSError: something has been removed since; then nothing is moved.
+        """
+        for target, staged in self._staged.items():
+            if not staged.parent.is_dir():
+                reason = 'its folder was removed while it was written'
+                raise OSError(errno.ENOENT, reason, str(target))
         for target, staged in self._staged.items():
             if not staged.exists():  # a video without a frame
                 continue

@@ -152,14 +152,39 @@ def test_an_output_that_is_a_link_to_itself_is_an_error_in_one_line(replay, opti
     assert os.listdir() == ['loop']
 
 
-@pytest.mark.parametrize('option', ['--csv', '--mot', '--video'])
-def test_each_file_that_is_written_is_checked(replay, option, monkeypatch):
+@pytest.mark.parametrize(
+    ('option', 'why'),
+    [
+        ('--csv', 'File too large'),
+        ('--mot', 'File too large'),
+        ('--video', '0 of 72 frames have been written; is the disk full?'),
+    ],
+)
+def test_each_file_that_is_written_is_checked(replay, option, why, monkeypatch):
     monkeypatch.setattr('colortrack_ros.replay.outputs.BagWriter', NoBag)
     scene = 'scene:five?width=160&height=120&rate=6&duration=12'
     with full_disk(3000, monkeypatch):
         status, out, errors = replay(scene, '--output', 'new', option, 'table.mp4')
     assert (status, out) == (1, '')
-    assert errors.startswith('replay: ')
+    assert errors == f'replay: {Path("table.mp4").resolve()}: {why}\n'
+    assert os.listdir('.') == []
+
+
+@pytest.mark.parametrize('option', ['--csv', '--mot', '--video', '--output'])
+def test_a_folder_that_vanishes_while_it_is_written_to_is_an_error(replay, option, monkeypatch):
+    work, scene = run.run_through, 'scene:five?width=160&height=120&rate=6&duration=2'
+    Path('away').mkdir()
+
+    def vanish(*arguments):
+        work(*arguments)
+        shutil.rmtree('away')
+
+    monkeypatch.setattr(run, 'run_through', vanish)
+    place = Path('away', 'here.mp4')
+    given = [option, place] if option == '--output' else ['--output', 'new', option, place]
+    status, out, errors = replay(scene, *given)
+    assert (status, out, errors.count('\n')) == (1, '', 1)
+    assert 'away/' in errors
     assert os.listdir('.') == []
 
 
