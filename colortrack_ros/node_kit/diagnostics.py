@@ -24,6 +24,7 @@ from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.runtime import OF_EVERY_NODE
 from colortrack_ros.node_kit.topics import publish_on
+from colortrack_ros.node_kit.topics import SENSED
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
@@ -180,6 +181,9 @@ class Health:
         quiet = f'nothing has come in for {silence:.0f} s'
         refusal = f'{counts.refused} refused: {self._reason}'
         rival, trouble = rival_of(self._node), self._trouble() or self._noted
+        crowd = crowd_of(self._node)
+        if crowd:
+            self._node.get_logger().warning(crowd, once=True)
         mismatch = mismatch_of(self._node)
         findings = (
             (ERROR, trouble, trouble != ''),
@@ -187,6 +191,7 @@ class Health:
             (ERROR, quiet, silence > limit['error_silence']),
             (WARN, NO_CLOCK, lacks_clock(self._node)),
             (WARN, rival, rival != ''),
+            (WARN, crowd, crowd != ''),
             (WARN, mismatch, mismatch != ''),
             (WARN, self._still, self._still != ''),
             (WARN, refusal, counts.refused > 0),
@@ -210,6 +215,24 @@ def rival_of(node: Node) -> str:
     for topic in sorted(set(own) - OF_EVERY_NODE):
         if node.count_publishers(topic) > own[topic]:
             return f'others publish on {topic} as well, and subscribers get both; remap one of them'
+    return ''
+
+
+def crowd_of(node: Node) -> str:
+    """A warning if several publish what this node takes from one camera or robot; otherwise empty.
+
+    Detections may be of several detectors.
+    """
+    for end in node.subscriptions:
+        topic = end.topic_name
+        if end.msg_type in SENSED and node.count_publishers(topic) > 1:
+            giving = node.get_publishers_info_by_topic(topic)
+            names = sorted({f'{g.node_namespace.rstrip("/")}/{g.node_name}' for g in giving})
+            if len(names) > 1:  # one that was killed and started again is known twice for a while
+                return (
+                    f'{" and ".join(names)} publish on {topic}, and their messages take turns: '
+                    'expected one; remap the others'
+                )
     return ''
 
 

@@ -30,6 +30,8 @@ from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters.config import require_name
 
 PICTURES = (Image, CompressedImage)
+SENSED = (*PICTURES, CameraInfo, Odometry)
+"""Messages of the drivers of a camera and of a robot."""
 
 OVERRIDABLE = (
     QoSPolicyKind.HISTORY,
@@ -141,8 +143,7 @@ def subscribe_to(
         except MessageError as error:
             refuse(str(error))
 
-    best_effort = kind in (*PICTURES, CameraInfo, Odometry)
-    reliability = ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE
+    reliability = ReliabilityPolicy.BEST_EFFORT if kind in SENSED else ReliabilityPolicy.RELIABLE
     with _explained(kind, name):
         subscription = node.create_subscription(
             kind,

@@ -218,6 +218,17 @@ def test_rivals_are_warned_of(ros):
     )
 
 
+def test_two_cameras_on_one_topic_are_warned_of(ros):
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    detector = ros.start('detector', warn_silence=60.0)
+    ros.node.create_publisher(Image, 'camera/image_raw', 10)
+    status_of(ros, diagnostics, '/detector', DiagnosticStatus.OK, 'working')
+    ros.start('camera', **LOOP)
+    text = '/camera and /test publish on /camera/image_raw, and their messages take turns'
+    status_of(ros, diagnostics, '/detector', DiagnosticStatus.WARN, text)
+    assert detector.output.count(text) == 1
+
+
 def test_no_subscriber_is_incompatible(ros):
     for name in ('camera', 'detector', 'tracker', 'overlay'):
         ros.start(name, **(LOOP if name == 'camera' else {}))
