@@ -9,6 +9,7 @@ from operator import itemgetter
 from pathlib import Path
 import sys
 from typing import Any
+from urllib.parse import quote
 
 from rosbags.interfaces import Connection
 from rosbags.interfaces import Qos
@@ -17,12 +18,15 @@ from rosbags.interfaces import QosHistory
 from rosbags.interfaces import QosLiveliness
 from rosbags.interfaces import QosReliability
 from rosbags.interfaces import QosTime
+from rosbags.rosbag2 import CompressionMode
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2 import ReaderError
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer
 from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
+from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
+from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 from rosbags.typesys import get_typestore
 from rosbags.typesys import Stores
 
@@ -62,6 +66,43 @@ def rewritten(cdr: bytes, kind: str) -> bytes:
     return bytes(_TYPES.serialize_cdr(_TYPES.deserialize_cdr(cdr, kind), kind))
 
 
+class _Database(Sqlite3Reader):
+    """A .db3, in place of rosbags' own reader of it.
+
+    :raises OSError: its last messages are in another file, which rosbags does not read.
+    """
+
+    def __init__(self, path: Any) -> None:
+        log = Path(f'{path}-wal')
+        if log.exists() and log.stat().st_size:
+            raise OSError(f'{log.name} is there: its recorder was killed, or is still recording')
+        super().__init__(_in_uri(path))
+
+
+class _NewDatabase(Sqlite3Writer):
+    """A new .db3, in place of rosbags' own writer of it."""
+
+    def __init__(self, path: Path, compression: CompressionMode) -> None:
+        super().__init__(_in_uri(path), compression)
+        self.path = path / f'{path.name}.db3'
+
+
+def _in_uri(path: Any) -> Path:
+    """The path as part of a URI: in one, run%20a is `run a`, and # and ? end a name."""
+    return Path(quote(str(path)))
+
+
+def _reader_of(path: Any) -> Reader:
+    """The reader of a bag, or of one of its files, not open yet."""
+    reader = Reader(path)
+    if isinstance(reader.storage, DirectoryReader):
+        plugins = reader.storage.STORAGE_PLUGINS
+        reader.storage.STORAGE_PLUGINS = {**plugins, 'sqlite3': _Database}
+    elif isinstance(reader.storage, Sqlite3Reader):
+        reader.storage = _Database(path)
+    return reader
+
+
 class PortableFile:
     """A bag, or one of its files, as rosbags reads it.
 
@@ -70,12 +111,10 @@ class PortableFile:
     """
 
     def __init__(self, path: Any) -> None:
-        self._reader = Reader(path)
+        self._reader = _reader_of(path)
         _open(self._reader)
         for part in self._parts():
-            if not isinstance(part, McapReader):
-                _require_all_written(Path(part.path))
-            elif not part.connections:
+            if isinstance(part, McapReader) and not part.connections:
                 part.meta_scan()  # its index leaves out the topics, as it may
         self.duration, connections = self._reader.duration, self._reader.connections
         sizes = {c.id: c.msgcount for c in connections}
@@ -127,13 +166,6 @@ def _open(reader: Reader) -> None:
         raise
 
 
-def _require_all_written(path: Path) -> None:
-    """Refuse a database whose last messages are in another file, which rosbags does not read."""
-    log = path.with_name(f'{path.name}-wal')
-    if log.exists() and log.stat().st_size:
-        raise OSError(f'{log.name} is there: its recorder was killed, or is still recording')
-
-
 def _messages(
     part: Any, connections: Sequence[Connection], failures: list[Exception]
 ) -> Iterator[tuple[int, bytes]]:
@@ -178,6 +210,8 @@ class PortableBag:
     ) -> None:
         plugin = _PLUGINS[storage]
         self._writer = Writer(path, version=Writer.VERSION_LATEST, storage_plugin=plugin)
+        plugins = self._writer.STORAGE_PLUGINS
+        self._writer.STORAGE_PLUGINS = {**plugins, StoragePlugin.SQLITE3: _NewDatabase}
         self._writer.set_custom_data(*mark)
         self._writer.open()
         self._connections = {

@@ -1,8 +1,10 @@
 """Bags as others write them, and as damage and recorders that were killed leave them."""
 
+import re
 import shutil
 import sqlite3
 import struct
+from urllib.parse import unquote
 
 import pytest
 from rclpy.serialization import deserialize_message
@@ -194,6 +196,19 @@ def test_messages_that_a_killed_recorder_left_beside_the_database_are_read(tmp_p
     times, told = times_of(path)
     assert times == [100, 102, 104, 106, 108]
     assert ('bag.db3-wal is there' if has_metadata else 'an unknown number') in told
+
+
+@pytest.mark.parametrize('name', ['50%25', 'run%20a', 'run#1', 'what?', "it's", 'file:a'])
+@pytest.mark.parametrize('storage', STORAGES)
+def test_a_bag_of_any_name_is_written_and_read_and_no_other_one(tmp_path, storage, name):
+    """As parts of a URI, 50%25 is 50%, and a name ends at # and ?."""
+    like_it = re.split('[#?]', unquote(name))[0]
+    if like_it != name:
+        bag_of_talk(tmp_path / like_it, storage)
+    bag = bag_of_talk(tmp_path / name, storage, range(100, 110))
+    assert {path.name for path in tmp_path.iterdir()} == {name, like_it}
+    for path in (bag, only_file(bag)):
+        assert times_of(path) == ([100, 102, 104, 106, 108], '')
 
 
 @pytest.mark.parametrize('storage', STORAGES)
