@@ -235,7 +235,8 @@ def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) ->
     """The topic to process.
 
     It is the requested one, if any; otherwise that of the images, raw or compressed, or the only
-    one that has images; in a bag without images that of the detections, or the only point cloud.
+    one that has images, where those compressed beside the raw ones do not count; in a bag without
+    images that of the detections, or the only point cloud.
     :raises StartError: none is suitable, or several are; the reason lists them.
     """
     usable = [t for t in topics if t.kind in (IMAGE, COMPRESSED, CLOUD)]
@@ -247,6 +248,8 @@ def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) ->
         for topic in usable:
             if topic.name == name:
                 return topic
+    raw = {t.name for t in images if t.kind == IMAGE}
+    images = [t for t in images if t.name in raw or t.name.removesuffix('/compressed') not in raw]
     candidates = images or usable
     if not wanted and len(candidates) == 1:
         return candidates[0]

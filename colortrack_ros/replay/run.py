@@ -173,7 +173,7 @@ def default_output(name: str) -> Path:
     if name.startswith('scene:'):
         return Path(f'{name[6:].partition("?")[0]}_tracks')
     path = Path(name)
-    if any(character in path.name for character in '*?['):
+    if not path.exists() and any(character in path.name for character in '*?['):
         path = path.parent
     path = path.resolve() if path.name in ('', '..') else path
     return path.with_name(f'{path.name if path.is_dir() else path.stem}_tracks')

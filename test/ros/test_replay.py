@@ -21,10 +21,15 @@ from support.recorded import tracks_of
 from support.recorded import write_bag
 
 from colortrack_ros.bags import canonical
+from colortrack_ros.bags import Topic
 from colortrack_ros.data import TRACK
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import stamp_of
+from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.replay.recordings import choose
+from colortrack_ros.replay.recordings import COMPRESSED
+from colortrack_ros.replay.recordings import IMAGE
 from colortrack_ros.replay.run import default_output
 
 
@@ -203,6 +208,23 @@ def test_a_refused_parameter_is_an_error(replay, bag, given, reason):
 )
 def test_the_new_bag_stands_beside_the_input(name, output):
     assert default_output(name) == Path(output)
+
+
+@pytest.mark.parametrize('name', ['[left].mp4', 'what?.mp4'])
+def test_a_file_with_the_name_of_a_pattern_is_no_pattern(name, tmp_path):
+    (tmp_path / name).touch()
+    assert default_output(str(tmp_path / name)) == tmp_path / f'{name[:-4]}_tracks'
+
+
+def test_images_and_the_same_compressed_are_those_of_one_camera():
+    left, right = ('/left/image_raw', IMAGE, 9), ('/right/image_raw', IMAGE, 9)
+    again = ('/left/image_raw/compressed', COMPRESSED, 9)
+    topics = [Topic(*each) for each in (left, again, right)]
+    assert choose(topics[:2], '', '/camera/image_raw', '') == topics[0]
+    assert choose(topics[1:2], '', '/camera/image_raw', '') == topics[1]
+    assert choose(topics, '/left/image_raw/compressed', '', '') == topics[1]
+    with pytest.raises(StartError, match='--topic may choose'):
+        choose(topics, '', '/camera/image_raw', '')
 
 
 def test_the_tables_hold_the_tracks(replay, bag):
