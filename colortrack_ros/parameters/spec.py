@@ -79,12 +79,14 @@ class Spec:
         return f', {one_of}{self.range_text} {self.unit}'.rstrip() if self.range_text else ''
 
     def check(self, name: str, value: Any) -> Any:
-        """The value in the parameter's type; an int is accepted for a float.
+        """The value in the parameter's type; an int is accepted for a float, and so is what NumPy
+        has of both.
 
         :param name: the full name, for the reason.
         :return: a list if :attr:`many`, otherwise a scalar.
         :raises ValueError: it has another type, is not finite, or lies outside the range.
         """
+        value = _plain(value)
         is_list = isinstance(value, Sequence) and not isinstance(value, str)
         count = f' of {self.length}' if self.length is not None else ''
         if self.many != is_list or (self.length is not None and len(value) != self.length):
@@ -96,6 +98,7 @@ class Spec:
 
     def _check_one(self, name: str, value: Any) -> Any:
         kind: Any = self.kind
+        value = _plain(value)
         if kind is float and type(value) is int:
             value = float(value)
         if self.int_is_text and type(value) is int:
@@ -114,3 +117,8 @@ class Spec:
         except ValueError as error:
             raise ValueError(f'{name}: {error}') from error
         return value
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of NumPy as numbers and lists of Python; all else as it is."""
+    return value.tolist() if hasattr(value, 'tolist') else value

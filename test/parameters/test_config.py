@@ -2,6 +2,7 @@ from dataclasses import dataclass
 import re
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from colortrack_ros.parameters import build
@@ -87,6 +88,17 @@ def test_a_configuration_refuses_what_the_table_refuses(values, reason):
 def test_an_int_is_taken_for_a_float():
     window = Order(window=3).window
     assert (window, type(window)) == (3.0, float)
+
+
+def test_numbers_and_arrays_of_numpy_are_taken():
+    whole = Whole(low=np.int64(3), size=np.array([640, 480]), order=Order(np.float32(0.5)))
+    assert whole == Whole(low=3, size=(640, 480), order=Order(0.5))
+    assert [type(value) for value in (whole.low, *whole.size)] == [int] * 3
+    assert Whole(size=[np.int32(640), 480]).size == (640, 480)
+    with pytest.raises(ValueError, match=r'size: expected list of int, .* got 0\.5'):
+        Whole(size=np.array([0.5, 1.0]))
+    with pytest.raises(ValueError, match=r'window: expected a finite number, .* got nan'):
+        Order(np.float64('nan'))
 
 
 def test_what_a_name_lacks_is_told_with_the_name():
