@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.world.late import LateOdometry
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.search import AT_REST
+from colortrack_ros.world.search import HELD
 from colortrack_ros.world.search import LEAST
 from colortrack_ros.world.search import Needed
 from colortrack_ros.world.search import Pictures
@@ -47,10 +49,6 @@ misfit as given; for worse odometry it grows with the variance. The default of o
 PAUSE = 1.0
 """Pause after an unsuccessful search [s]: rolling objects would otherwise start one after the
 other. Chosen."""
-
-HELD = 0.4
-"""How long a mistake must explain the motion [s] after the look that started the search: two more
-looks. Chosen."""
 
 MOVED = (
     'what is said to stand moves whenever the robot does: camera_pose, calibration, odometry, or '
@@ -90,12 +88,13 @@ class Mistakes:
         self._search: Search | None = None
         self._line, self._mistake = '', AS_GIVEN
         self._suspected_at: int | None = None
-        self.made, self._stuck, self._setting_off = '', StuckOdometry(), SettingOff()
+        self.made, self._late = '', LateOdometry()
+        self._stuck, self._setting_off = StuckOdometry(), SettingOff()
 
     @property
     def odometry(self) -> str:
         """What contradicts odometry and may have another cause; empty if nothing does."""
-        return self._stuck.line or self._setting_off.line
+        return self._stuck.line or self._setting_off.line or self._late.line
 
     def see(
         self,
@@ -117,6 +116,7 @@ class Mistakes:
         if stamp < max(self._views, default=0):
             self._sights, self._looked, self._views, self._searches_from = None, None, {}, 0
             self._search = self._suspected_at = None
+            self._late = LateOdometry()
         self._views[stamp] = view
         if self._search:
             self._search.go_on(stamp)
@@ -149,13 +149,14 @@ class Mistakes:
         """Start a search if objects move, follow up a suspicion, or clear a disproved mistake."""
         given = pictures.given()
         needed = Needed.of(pictures.sights.kinds, len(given), self._least)
+        self._late.see(pictures, needed, given)
         if self.made:
             (other,) = pictures.misfits([self._mistake])
             if needed.met(other, given):
                 self.made = ''
         elif self._suspected_at is not None:
             (off,) = pictures.misfits([self._mistake])
-            self._agree(pictures, needed, given, off)
+            self._agree(pictures, needed, off)
         elif (
             pictures.newest >= self._searches_from
             and given.min() > AT_REST
@@ -169,16 +170,17 @@ class Mistakes:
         if search.found is None:
             return
         self._line, self._mistake, off = search.found
-        needed, given = search.needed, search.given
-        if not needed.met(given, off) and needed.known:
+        given = search.pictures.with_poses(self._mistake.later).given()
+        if not search.needed.met(given, off) and search.needed.known:
             self._line, self._mistake = MOVED, PARKED
-        self._agree(search.pictures, needed, given, off)
+        self._agree(search.pictures, search.needed, off)
 
-    def _agree(self, pictures: Pictures, needed: Needed, given: Floats, off: Floats) -> None:
+    def _agree(self, pictures: Pictures, needed: Needed, off: Floats) -> None:
         """Confirm or drop the suspected mistake; it is confirmed once several looks agree.
 
-        :param given, off: (K,) misfits as given, and under the suspected mistake.
+        :param off: (K,) misfits under the suspected mistake.
         """
+        given = pictures.with_poses(self._mistake.later).given()
         if self._line == MOVED:
             fits = needed.known and len(given) > 1 and given.min() > self._least
         else:

@@ -58,6 +58,10 @@ SEARCH_TIME = 0.4
 """Duration of a search in picture time [s], two looks. At 30 pictures a second it tries 10
 hypotheses per picture, 2 to 3 ms; half the duration doubles the time per picture. Chosen."""
 
+HELD = 0.4
+"""How long a mistake must explain the motion [s] after the look by which it was found: two more
+looks. Chosen."""
+
 
 @dataclass(frozen=True)
 class Needed:
@@ -130,6 +134,16 @@ class Pictures:
         """
         views = {stamp: self.views[stamp] for stamp in sorted(set(self.sights.stamp.tolist()))}
         return np.asarray(replace(self, views=views).misfits([AS_GIVEN])[0])
+
+    def with_poses(self, later: float) -> 'Pictures':
+        """Return the sights for which the poses that much later [s] are known.
+
+        Under a mistake of time the others are left out, so what is odd in them seems explained: how
+        it fits is to be compared with how these fit as given.
+        """
+        stamp = self.sights.stamp + round(later * NANOSECONDS)
+        known = (stamp >= next(iter(self.views))) & (stamp <= self.newest)
+        return replace(self, sights=self.sights.take(known))
 
     def rolls_alike(self, off: Floats) -> bool:
         """Return whether what stands under a mistake may, as given, roll by one velocity.

@@ -230,6 +230,11 @@ def _yaws(angles: Floats) -> Floats:
     return R
 
 
+TIME_OF_ODOMETRY = WrongAmount(
+    'the time of odometry (positive: it is old)', 's', lambda s: Mistake(later=-s),
+    _both_ways(0.05, 0.1, 0.15, 0.2, 0.3, LATEST),
+)  # fmt: skip
+
 WRONG_AMOUNTS = (
     WrongAmount(
         'the yaw of camera_pose', 'degrees', _yawed,
@@ -253,10 +258,7 @@ WRONG_AMOUNTS = (
     WrongAmount(
         'the first radial coefficient of the distortion', '', _bent, _both_ways(0.1, 0.2, 0.3)
     ),
-    WrongAmount(
-        'the time of odometry (positive: it is old)', 's', lambda s: Mistake(later=-s),
-        _both_ways(0.05, 0.1, 0.15, 0.2, 0.3, LATEST),
-    ),
+    TIME_OF_ODOMETRY,
     WrongAmount(
         'the way that odometry tells', '%', _farther,
         (-90, -75, -50, -30, -20, -12, 15, 25, 50, 100),
