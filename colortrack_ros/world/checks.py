@@ -117,19 +117,24 @@ def off_height(objects: Objects, view: View, config: LocatorConfig) -> tuple[str
     ), below
 
 
-def unsaid(mean: Floats, cov: Floats, kinds: Kinds, view: View, config: LocatorConfig) -> Floats:
+def unsaid(
+    mean: Floats, cov: Floats, kinds: Kinds, view: View, config: LocatorConfig, shares: Floats
+) -> Floats:
     """Return what to add to the covariances of positions, (N, 3, 3), beside what is estimated.
 
     :param mean: (N, 8), cov: (N, 8, 8) of the objects, of these kinds.
+    :param shares: (N,) of :func:`other_diameters`.
     """
-    added = np.diag(rounding(view) ** 2 / 12)
-    return added + _either_way(mean, cov, kinds, view, config) if config.method == 'size' else added
+    if config.method == 'size':
+        shares = _either_way(mean, cov, kinds, view, config)
+    d = (mean[:, POSITION] - view.optical.t) * shares[:, None]
+    return np.asarray(np.diag(rounding(view) ** 2 / 12) + d[:, :, None] * d[:, None, :])
 
 
 def _either_way(
     mean: Floats, cov: Floats, kinds: Kinds, view: View, config: LocatorConfig
 ) -> Floats:
-    """Return the spread of positions, (N, 3, 3), if diameters may be wrong.
+    """Return the spread of positions if diameters may be wrong, as shares of the ranges, (N,).
 
     An object that should be on the ground, and by its size is not, is on a table, or it is where
     its ray meets the ground and its diameter is wrong. The mixture of both is moment-matched about
@@ -137,13 +142,17 @@ def _either_way(
     """
     above = mean[:, 2] - config.ground_height - kinds.height
     variance = np.maximum(cov[:, 2, 2] + cov[:, HEIGHT, HEIGHT] - 2 * cov[:, 2, HEIGHT], TINY)
-    odds = MISMEASURED * np.exp(np.minimum(np.square(above) / variance / 2, 100.0))
     ray = mean[:, POSITION] - view.optical.t
     low = kinds.bound & (np.abs(ray[:, 2]) > LOWEST)
     share = np.where(low, above / np.where(low, ray[:, 2], 1.0), 0.0)
     share = np.clip(share, 1 - config.max_range / np.linalg.norm(ray, axis=1), 1.0)
-    d = ray * (share * np.sqrt(odds / (1 + odds)))[:, None]
-    return np.asarray(d[:, :, None] * d[:, None, :])
+    return np.asarray(share * _doubtful(np.square(above) / variance))
+
+
+def _doubtful(squares: Floats) -> Floats:
+    """Return the root of the probability of another diameter by normalized squares, (N,)."""
+    odds = MISMEASURED * np.exp(np.minimum(squares / 2, 100.0))
+    return np.sqrt(odds / (1 + odds))
 
 
 @dataclass(frozen=True)
@@ -224,6 +233,25 @@ def off_size(sizes: BlobSizes, ids: NDArray[np.int64]) -> tuple[str, Bools]:
         f'{sizes.expected[one]:.0f} px where it is located: camera_pose (upside down?), '
         'calibration, ground_height or diameter is wrong'
     ), elsewhere
+
+
+def other_diameters(
+    sizes: BlobSizes, objects: Objects, view: View, config: LocatorConfig
+) -> dict[int, float]:
+    """Return the spread of objects on the ground if diameters may be wrong, as shares of ranges.
+
+    What lies on the ground and is seen q times as large as expected is by (q - 1) D/2 higher, and
+    nearer: with the camera H above the ground at H / (H + (q - 1) D/2) of the range.
+
+    :return: by object ID.
+    """
+    kinds, ids = objects.kinds.take(sizes.of), objects.object_id[sizes.of].tolist()
+    off = sizes.seen - sizes.expected
+    higher = (sizes.seen / sizes.expected - 1) * kinds.diameter / 2
+    above = view.optical.t[2] - config.ground_height
+    share = kinds.bound * higher / np.maximum(np.abs(above + higher), LOWEST)
+    share = np.clip(share, -1.0, 1.0) * _doubtful(np.square(off) / np.diag(sizes.cov))
+    return dict(zip(ids, share.tolist(), strict=True))
 
 
 def expected_blobs(

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from colortrack_ros.world.checks import BlobSizes
 from colortrack_ros.world.checks import off_height
 from colortrack_ros.world.checks import off_size
+from colortrack_ros.world.checks import other_diameters
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.consistency import inconsistency
 from colortrack_ros.world.measurement import Measured
@@ -43,6 +44,7 @@ class Doubts:
         self._wrong = np.zeros(cameras, bool)
         self._unfit, self._looks = [''] * cameras, [0] * cameras
         self._contradicted: set[int] = set()
+        self._shares: dict[int, float] = {}
 
     @property
     def reason(self) -> str:
@@ -66,6 +68,13 @@ class Doubts:
         if not self._contradicted:
             return np.ones(len(ids), bool)
         return ~np.isin(ids, list(self._contradicted))
+
+    def shares(self, ids: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the spread of objects, (N,) by their IDs, if their diameters may be wrong.
+
+        See :func:`other_diameters`.
+        """
+        return np.array([self._shares.get(one, 0.0) for one in ids.tolist()])
 
     def see(
         self,
@@ -103,6 +112,7 @@ class Doubts:
         sizes = BlobSizes.of_picture(objects, found, seen, view, camera, self._config)
         bound, method = objects.kinds.bound, self._config.method
         ids = objects.object_id
+        self._resize(sizes, objects, view)
         # objects located by size always have the expected size
         elsewhere_told = (bound & (method == 'ground')) | (method in ('depth', 'fused'))
         size, elsewhere = off_size(sizes, ids)
@@ -121,6 +131,13 @@ class Doubts:
         made = self._made()
         odometry = self._mistakes[camera].odometry
         return [made] if made else [line for line in (height, size, odometry) if line]
+
+    def _resize(self, sizes: BlobSizes, objects: Objects, view: View) -> None:
+        """Note the spread of what the ground locates, and keep that of what is not measured."""
+        if self._config.method == 'ground':
+            shares = self._shares | other_diameters(sizes, objects, view, self._config)
+            there = objects.object_id.tolist()
+            self._shares = {one: shares[one] for one in there if one in shares}
 
     def _fit(self, camera: int, line: str) -> None:
         """Note an inconsistency, or that there is none, once several checks agree."""

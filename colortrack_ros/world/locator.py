@@ -142,7 +142,8 @@ class Locator:
         for at, name in enumerate(('x', 'y', 'z', 'vx', 'vy', 'vz')):
             rows[name] = mean[:, at]
         if self._view is not None:
-            added = unsaid(mean, cov, objects.kinds, self._view, self._config)
+            shares = self._doubts.shares(objects.object_id)
+            added = unsaid(mean, cov, objects.kinds, self._view, self._config, shares)
             cov[:, POSITION, POSITION] += added
         rows['covariance'] = cov[:, :6, :6]
         rows['track_id'] = objects.object_id
