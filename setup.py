@@ -61,7 +61,7 @@ setup(
         'standalone': STANDALONE,
         'demo': ['rich'],
         'docs': ['myst-parser==4.0.1', 'sphinx==8.1.3', 'sphinx-rtd-theme==3.0.2'],
-        'replay': ['apsw', 'rich', 'rosbags>=0.11'],
+        'replay': ['apsw', 'rich', 'rosbags>=0.11.6'],
         'tuner': ['aiohttp>=3.9'],
         'test': [
             'aiohttp>=3.9',

@@ -60,7 +60,7 @@ def create_bag(
 def canonical(cdr: bytes, kind: str) -> bytes:
     """The same message with its padding set to zeros, where Fast CDR leaves what was in memory.
 
-    Without rosbags, as on a robot, the message is returned unchanged.
+    Without rosbags 0.11.6 or newer, as on a robot, the message is returned unchanged.
 
     :param cdr: a serialized message.
     :param kind: its type.
@@ -74,6 +74,8 @@ def _rewriter() -> Callable[[bytes, str], bytes] | None:
     """The function that reserializes messages; looked up once, not for each message."""
     if find_spec('rosbags') is None:
         return None
-    from colortrack_ros.bags.portable import rewritten
-
+    try:
+        from colortrack_ros.bags.portable import rewritten
+    except ImportError:  # an older rosbags, beside ROS
+        return None
     return rewritten

@@ -7,7 +7,6 @@ import copy
 import heapq
 from operator import itemgetter
 from pathlib import Path
-import sys
 from typing import Any
 from urllib.parse import quote
 
@@ -24,6 +23,7 @@ from rosbags.rosbag2 import ReaderError
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer
 from rosbags.rosbag2.reader import DirectoryReader
+from rosbags.rosbag2.storage_mcap import DECOMPRESSORS
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
@@ -31,11 +31,6 @@ from rosbags.typesys import get_typestore
 from rosbags.typesys import Stores
 
 from colortrack_ros.bags.bag_file import Topic
-
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
 
 _PLUGINS = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}
 
@@ -146,7 +141,7 @@ class PortableFile:
                 for log_time, cdr in _messages(part, connections, failures) if connections else ():
                     # Of a bag compressed message by message, which only its metadata.yaml tells.
                     is_plain = cdr[: len(ZSTD_MAGIC)] != ZSTD_MAGIC
-                    yield log_time, bytes(cdr) if is_plain else zstd.decompress(cdr)
+                    yield log_time, bytes(cdr if is_plain else DECOMPRESSORS['zstd'](cdr, 0))
             except Exception as error:
                 failures.append(error)
         if failures:

@@ -279,14 +279,15 @@ def test_ros_reads_what_a_recorder_has_compressed(tmp_path, monkeypatch):
     assert len(plain[0]) == 100
 
 
-def test_a_robot_replays_bags_with_nothing_but_what_ros_has(tmp_path):
+@pytest.mark.parametrize('gone', [('rosbags', 'apsw'), ('rosbags.rosbag2.storage_mcap',)])
+def test_a_robot_replays_bags_with_nothing_but_what_ros_has(tmp_path, gone):
     bag = write(tmp_path / 'bag')
     code = f"""
 import sys
 from support import rosbag2_py
 sys.modules['rosbag2_py'] = rosbag2_py
-for name in [*sys.modules, 'rosbags', 'apsw']:
-    if name.partition('.')[0] in ('rosbags', 'apsw'):
+for name in [*sys.modules, *{gone}]:
+    if name in {gone} or name.partition('.')[0] in {gone}:
         sys.modules[name] = None
 from pathlib import Path
 import colortrack_ros.replay
