@@ -12,10 +12,10 @@ from colortrack_ros.scenes import open_scene
 
 ROOM, FRAME = 'clutter?width=1920&height=1080&duration=2', 30
 ROUNDS = 3
-"""Of the same clicks: the least times are those with the least of others' work beside them."""
+"""Of the same clicks: the least times are those with the least else to do."""
 
 
-@pytest.mark.slow
+@pytest.mark.alone
 def test_what_a_thing_is_not_is_learned_in_a_few_times_as_long_as_the_thing(tmp_path):
     scene = open_scene(ROOM)
     ball = scene.truth(FRAME)[0]
