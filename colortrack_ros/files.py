@@ -98,6 +98,17 @@ def resolved(path: Path) -> Path:
     return found
 
 
+@contextlib.contextmanager
+def named_in_errors(path: Path) -> Iterator[None]:
+    """Name the file in an error of writing it: one of a full disk names none."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno:
+            error.filename = str(path)
+        raise
+
+
 def write_file(path: Path, content: bytes) -> None:
     """Write a file completely or not at all: to a temporary file beside it, which is then renamed.
 
@@ -112,24 +123,13 @@ def write_file(path: Path, content: bytes) -> None:
     mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else NEW_FILE
     handle, beside = tempfile.mkstemp(prefix='.', suffix='.new', dir=path.parent)
     try:
-        with open(handle, 'wb') as file:
-            file.write(content)
-        os.chmod(beside, mode)
-        os.replace(beside, path)
-    except BaseException as error:
+        with named_in_errors(path):
+            with open(handle, 'wb') as file:
+                file.write(content)
+            os.chmod(beside, mode)
+            os.replace(beside, path)
+    except BaseException:
         Path(beside).unlink()
-        if isinstance(error, OSError) and error.errno:
-            error.filename = str(path)  # one of a full disk names none
-        raise
-
-
-@contextlib.contextmanager
-def named_in_errors(path: Path) -> Iterator[None]:
-    """Name the file in an error of writing it: one of a full disk names none."""
-    try:
-        yield
-    except OSError as error:
-        error.filename = error.filename or str(path)
         raise
 
 
