@@ -162,7 +162,7 @@ class Mistakes:
             and given.min() > AT_REST
             and needed.most(given) > self._least
         ):
-            self._search = Search(pictures, needed, given)
+            self._search = Search(pictures, needed)
 
     def _conclude(self, search: Search) -> None:
         """Suspect the result of a search, if there is one."""

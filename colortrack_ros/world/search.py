@@ -205,13 +205,12 @@ class Search:
 
     :ivar pictures: pictures to explain.
     :ivar needed: evidence needed.
-    :ivar given: (K,) misfits as given.
     :ivar found: message, mistake, and misfits, (K,); None until the search ends.
     """
 
-    def __init__(self, pictures: Pictures, needed: Needed, given: Floats) -> None:
+    def __init__(self, pictures: Pictures, needed: Needed) -> None:
         self.found: tuple[str, Mistake, Floats] | None = None
-        self.pictures, self.needed, self.given = pictures, needed, given
+        self.pictures, self.needed = pictures, needed
         self._coarse = [] if needed.alone else [w for f in WRONG_AMOUNTS for w in f.coarse()]
         self._hypotheses = _told(self._coarse) or list(MISTAKES.items())
         self._share = (len(self._coarse) + len(MISTAKES)) / (SEARCH_TIME * NANOSECONDS)

@@ -25,7 +25,7 @@ class Pictures:
 
 def test_a_picture_that_comes_twice_tries_nothing_twice():
     pictures = Pictures()
-    search = Search(pictures, Needed(1, True, True, 1.0), np.array([50.0]))
+    search = Search(pictures, Needed(1, True, True, 1.0))
     search.go_on(0)
     assert pictures.asked == []
     for k in range(1, round(30 * SEARCH_TIME) + 2):
