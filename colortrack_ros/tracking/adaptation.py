@@ -223,12 +223,10 @@ class Adaptation:
 
     def patient(self, config: TrackerConfig) -> TrackerConfig:
         """Return a configuration with which tracks outlive FEWEST_MISSED slow frames at least."""
-        least, names = (
-            FEWEST_MISSED * SLOW_PERIOD * self.slowness,
-            ('max_time_since_update', 'max_dt'),
-        )
         if self.slowness == 1:
             return config
+        least = FEWEST_MISSED * SLOW_PERIOD * self.slowness
+        names = 'max_time_since_update', 'max_dt'
         return replace(config, **{name: max(getattr(config, name), least) for name in names})
 
     def know_size(self, image_size: tuple[int, int]) -> None:
