@@ -46,12 +46,17 @@ class BagSource(Source):
         return False
 
     def read(self) -> Frame | None:
-        """The next picture; None at the end, and if the bag is broken."""
+        """The next picture; None at the end.
+
+        :raises SourceError: a picture is unreadable, or, at its end, the bag is broken.
+        """
         try:
             _, cdr = next(self._messages)
             return IntakeConfig().frame_of(cdr, MESSAGES[self._topic.kind])
-        except (StopIteration, BagError):
+        except StopIteration:
             return None
+        except BagError as error:
+            raise SourceError(str(error)) from error
         except MessageError as error:
             raise SourceError(f'{self._topic.name}: {error}') from error
 

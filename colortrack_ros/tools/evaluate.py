@@ -98,8 +98,8 @@ def _show(results: Sequence[Result], parameters: Sequence[Sequence[str]]) -> Non
     for result in results:
         if result.get('switches') and len(results) <= COLUMNS_AT_MOST:
             console.print(_switches_of(result))
-        if result.get('note'):
-            console.print(f'- {Path(result["run"]).name}: {result["note"]}', markup=False)
+        for note in result.get('notes', []):
+            console.print(f'- {Path(result["run"]).name}: {note}', markup=False)
         for text, seconds in result.get('said', {}).items():
             console.print(f'- {Path(result["run"]).name}: {text} ({seconds} s)', markup=False)
     if parameters:

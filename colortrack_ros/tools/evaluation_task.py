@@ -3,7 +3,6 @@
 import argparse
 from collections.abc import Mapping
 from collections.abc import Sequence
-import itertools
 from pathlib import Path
 import threading
 from typing import Any
@@ -140,7 +139,7 @@ def _evaluated(given: dict[str, Any]) -> dict[str, Any]:
     truth = read_truth(given['truth'], given['topic'])
     facts = conditions(tracks)
     numbered = tracks.numbered_as(truth)
-    note = UNNUMBERED if facts.get('lost') and numbered is None else ''
+    notes = [UNNUMBERED] if facts.get('lost') and numbered is None else []
     tracks = numbered or tracks
     try:
         result = compare(truth, tracks, **{name: given[name] for name in MATCH_OPTIONS})
@@ -148,9 +147,9 @@ def _evaluated(given: dict[str, Any]) -> dict[str, Any]:
         raise RecordError(f'{spec} and {given["truth"]}: {error}') from error
     wanted = given['page'] and given['pictures']
     events: list[Event | FalseTrack] = [*result.switches, *result.false_tracks]
-    pictures = _pictures(given['pictures'], events, tracks.stamps) if wanted else {}
+    pictures, lost = _pictures(given['pictures'], events, tracks.stamps) if wanted else ({}, [])
     run = Run(spec, result.measures | facts, tracks, result, pictures)
-    return _content(run, page=given['page']) | {'note': note}
+    return _content(run, page=given['page']) | {'notes': notes + lost}
 
 
 def _content(run: Run, *, page: bool) -> dict[str, Any]:
@@ -203,11 +202,12 @@ def read_truth(spec: str, topic: str) -> Record:
 
 def _pictures(
     source: str, events: Sequence[Event | FalseTrack], stamps: NDArray[np.int64]
-) -> dict[Event | FalseTrack, NDArray[np.uint8]]:
+) -> tuple[dict[Event | FalseTrack, NDArray[np.uint8]], list[str]]:
     """Pictures of the surroundings of each event, from a bag, a video, pictures or a scene.
 
     :param stamps: (F,) of the frames [ns], to find them in a bag, since a node may have skipped
         some; empty if the n-th picture is the n-th frame.
+    :returns: the pictures, and why others cannot be read.
     :raises SourceError: it cannot be opened.
     """
     from_bag = is_bag(Path(source))
@@ -218,13 +218,19 @@ def _pictures(
         wanted.setdefault(key, []).append(event)
     found: dict[Event | FalseTrack, NDArray[np.uint8]] = {}
     frames = BagSource(Path(source), '') if from_bag else open_source(source)
+    number, lost = 0, []
     try:
-        for number in itertools.count():
-            frame = frames.read() if wanted else None
+        while wanted:
+            try:
+                frame = frames.read()
+            except SourceError as error:
+                lost.append(f'pictures: {error}')
+                continue
             if frame is None:
                 break
             for event in wanted.pop(frame.stamp if by_stamp else number, []):
                 found[event] = picture_of(event, writable_bgr(frame))
+            number += 1
     finally:
         frames.close()
-    return found
+    return found, lost

@@ -42,6 +42,7 @@ class Footage(ABC):
     :ivar rate: frames per second; for a camera, how often to poll it [Hz].
     :ivar first: number of the first available frame.
     :ivar total: number of the last frame plus one, as far as is known.
+    :ivar trouble: why frames are missing; empty if none is, as far as is known.
     """
 
     label: str
@@ -49,6 +50,7 @@ class Footage(ABC):
     rate: float
     first: int = 0
     total: int = 0
+    trouble: str = ''
 
     @abstractmethod
     def frame(self, number: int) -> Frame | None:
@@ -71,7 +73,7 @@ class RecordedFootage(Footage):
     recording is reopened, since the stamps of a rewound source would continue.
 
     :param open_it: opens the source of the frames, which is not live; frames that cannot be read
-        are left out.
+        are left out, and told in :attr:`trouble`.
     """
 
     live = False
@@ -114,7 +116,8 @@ class RecordedFootage(Footage):
         while True:
             try:
                 frame = self._source.read()
-            except SourceError:
+            except SourceError as error:
+                self.trouble = str(error)
                 continue
             return frame
 

@@ -89,6 +89,7 @@ class Session:
             'labeling': self._labeling.state(),
             'live': bench.footage.live,
             'waiting': bench.view is None,
+            'trouble': bench.footage.trouble,
             'changes': settings.changes,
             'file': self._file,
             'folder': str(self._folder.root),

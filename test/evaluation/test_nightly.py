@@ -8,7 +8,9 @@ from diagnostic_msgs.msg import KeyValue
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
+from support.damaged import damaged_video
 from support.recorded import frames
+from support.recorded import short_bag
 from support.recorded import write_bag
 
 from colortrack_ros.bags import BagWriter
@@ -82,9 +84,28 @@ def test_pictures_of_a_bag_are_found_by_their_stamps_as_some_may_be_missing(tmp_
     bag = write_bag(tmp_path / 'pictures', {'/camera/image_raw': frames(SCENE)[::2]})
     stamps = np.array([image.stamp for image in images])
     there, missing = (FalseTrack(frame, 3, 5, 80.0, 60.0) for frame in (8, 9))
-    found = _pictures(str(bag), [there, missing], stamps)
+    found, lost = _pictures(str(bag), [there, missing], stamps)
     assert set(found) == {there}
     assert np.array_equal(found[there], picture_of(there, images[8].image))
+    assert not lost
+
+
+@pytest.mark.parametrize('kind', ['bag', 'video'])
+def test_pictures_that_cannot_be_read_are_told_and_the_others_shown(tmp_path, capsys, kind):
+    if kind == 'bag':
+        pictures = short_bag(tmp_path / 'pictures', {'/camera/image_raw': frames(SCENE)})
+        told = 'metadata.yaml tells of 65 messages on /camera/image_raw, 60 were read'
+    else:
+        pictures = damaged_video(tmp_path / 'pictures.mp4', 'mp4v')
+        told = 'cannot be read'
+    for name, new_ids in (('truth', []), ('run', [10, 250])):
+        rows = [f'{k},{1 + sum(k >= new for new in new_ids)},80,60' for k in range(300)]
+        (tmp_path / f'{name}.csv').write_text('\n'.join(['frame,id,u,v', *rows]))
+    page = tmp_path / 'report.html'
+    arguments = [str(tmp_path / 'run.csv'), '--truth', str(tmp_path / 'truth.csv'), '--radius=9']
+    assert main([*arguments, '--html', str(page), '--pictures', str(pictures)]) == 0
+    assert told in ' '.join(capsys.readouterr().out.split())
+    assert page.read_text().count('<img') == 1
 
 
 def bag_of_tracks(path, messages):

@@ -13,6 +13,7 @@ from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
+import yaml
 
 from colortrack_ros.bags import BagReader
 from colortrack_ros.bags import BagWriter
@@ -77,6 +78,16 @@ def write_bag(path: Path, messages: dict[str, list], storage: str = 'mcap', dela
             log_time = max(log_time + 1, stamp_of(message.header) + delay)
             bag.write(topic, log_time, serialize_message(message))
     bag.close()
+    return path
+
+
+def short_bag(path: Path, messages: dict[str, list]) -> Path:
+    """A bag that lacks the last five messages of each topic."""
+    metadata = write_bag(path, messages) / 'metadata.yaml'
+    told = yaml.safe_load(metadata.read_text())
+    for entry in told['rosbag2_bagfile_information']['topics_with_message_count']:
+        entry['message_count'] += 5
+    metadata.write_text(yaml.safe_dump(told))
     return path
 
 

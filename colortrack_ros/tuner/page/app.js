@@ -37,8 +37,7 @@ function showView(view) {
   if (layers.background) send('background');
   showLength();
   if (document.activeElement !== $('timeline') || !scrubbing) $('timeline').value = view.number;
-  $('trouble').hidden = !view.trouble;
-  $('trouble').textContent = view.trouble;
+  showTrouble();
   const tracks = view.tracks?.filter((track) => track.state).length;
   const known = tracks === undefined ? 'tracks follow' : `${tracks} tracks`;
   $('found').textContent = `${view.blobs.length} blobs, ${known}, ${view.time.toFixed(2)} s, worked ${view.milliseconds.toFixed(1)} ms`;
@@ -49,6 +48,12 @@ function showView(view) {
   }
   document.body.dataset.frame = view.number;
   document.body.dataset.tracks = tracks ?? '';
+}
+
+function showTrouble() {
+  const waiting = state?.waiting && `No picture has come from ${state.source} yet.`;
+  $('trouble').textContent = [waiting, current()?.trouble, state?.trouble].filter(Boolean).join('. ');
+  $('trouble').hidden = !$('trouble').textContent;
 }
 
 function showLength() {
@@ -181,10 +186,7 @@ function showState() {
   showRegionList(state.regions);
   showNodes();
   showLabeling(state.labeling, state.total);
-  if (state.waiting) {
-    $('trouble').hidden = false;
-    $('trouble').textContent = `No picture has come from ${state.source} yet.`;
-  }
+  showTrouble();
   requestAnimationFrame(showHistograms);
   document.body.dataset.changes = state.changes;
   const refused = Object.values(state.refused);
