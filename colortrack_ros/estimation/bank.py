@@ -111,6 +111,15 @@ class Bank(Columns):
         mean, cov = self.mean.take(track, axis=1), self.cov.take(track, axis=1)
         self.mean[:, track], self.cov[:, track] = maneuvering(mean, cov, weight, T, speed)
 
+    def spread(self, track: Indices, variance: Floats) -> None:
+        """Add to the variances of predicted positions, and to nothing else.
+
+        :param track: (K,) tracks, each once.
+        :param variance: (K, 2) on each axis [px^2].
+        """
+        for axis in (0, 1):
+            self.cov[:, track, axis, axis] += variance[:, axis]
+
     def correct(self, track: Indices, z: Floats, R: Floats, share: Floats | None = None) -> None:
         """Update, (2.26)-(2.28), with the covariance in Joseph form (Red object, (7)).
 

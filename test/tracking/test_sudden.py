@@ -6,6 +6,7 @@ import pytest
 from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.ellipses import ELLIPSE_95
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
@@ -48,6 +49,19 @@ def test_what_is_pushed_keeps_its_id(rate, speed, beside, scale):
     assert {tuple(rows['track_id']) for rows in found[-3:]} == {(1, 2, 3)}
     for rows, centers in zip(found[-3:], frames[-3:], strict=True):
         assert np.hypot(rows['u'] - centers[:, 0], rows['v'] - centers[:, 1]).max() < 8
+
+
+@pytest.mark.parametrize('seed', range(2))
+@pytest.mark.parametrize('leap', [(42.0, 0.0), (0.0, -65.0), (-30.0, 40.0)])
+def test_what_leaps_by_half_its_size_just_before_it_is_hidden_is_expected_there(leap, seed):
+    """As a figure that jumps up, or a hand that opens: seen once more, then hidden for 1/3 s."""
+    there = AT_REST + np.array([(0.0, 0.0), leap, (0.0, 0.0)])
+    found = tracks_of([AT_REST] * 90 + [there] + [there[::2]] * 10 + [there] * 5, 30, seed=seed)
+    assert [sorted(rows['track_id']) for rows in found[-5:]] == [[1, 2, 3]] * 5
+    for rows in found[91:101]:
+        row = rows[rows['track_id'] == 2][0]
+        e = np.array([row['u'], row['v']]) - there[1]
+        assert e @ np.linalg.solve(row['covariance'][:2, :2], e) < ELLIPSE_95
 
 
 @pytest.mark.slow
