@@ -30,12 +30,13 @@ class MarkerWriter:
     """Makes markers of confirmed and coasting tracks, and deletes those of tracks that are gone.
 
     Pixels become meters by ``scale``: x = scale * u, y = scale * v, z = 0 in the camera's frame.
+    The first message deletes all: a tracker that was killed has left its markers.
     """
 
     def __init__(self) -> None:
         self._shown: set[int] = set()
         self._outlining = False  # of this tracker's tracks
-        self._afresh = False
+        self._afresh = True
 
     def skip(self) -> None:
         """Note that the markers of this frame are not published: the next ones will replace all

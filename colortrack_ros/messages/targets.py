@@ -75,13 +75,19 @@ class LocationMarkerWriter:
 
     def __init__(self) -> None:
         self._shown: set[int] = set()
+        self._afresh = True
 
     def write(self, locations: Locations) -> MarkerArray:
-        """The markers, and DELETE for those of objects that are gone."""
+        """The markers, and DELETE for those of objects that are gone.
+
+        The first message has a DELETEALL, for what a locator that was killed has left.
+        """
         header = header_of(locations.stamp, locations.frame_id)
         rows = locations.rows[locations.rows['state'] != TENTATIVE]
         shown = set(rows['track_id'].tolist())
-        markers = [
+        markers = [Marker(header=header, action=Marker.DELETEALL)] * self._afresh
+        self._afresh = False
+        markers += [
             Marker(header=header, ns=ns, id=gone, action=Marker.DELETE)
             for gone in sorted(self._shown - shown)
             for ns in ('object', 'speed', 'name')

@@ -24,12 +24,26 @@ def tracks(*ids, state=CONFIRMED, restarted=''):
     return Tracks(rows, 5, 'cam', restarted)
 
 
+def begun():
+    """A writer that has written its first message, which deletes all."""
+    writer = MarkerWriter()
+    assert [m.action for m in written(writer, tracks(), 1.0)] == [Marker.DELETEALL]
+    return writer
+
+
 def written(writer, some, scale):
     return deserialize_message(writer.write(some, scale), MarkerArray).markers
 
 
+def test_the_first_message_deletes_what_a_tracker_that_was_killed_has_left():
+    writer = MarkerWriter()
+    actions = [m.action for m in written(writer, tracks(1), 1.0)]
+    assert actions == [Marker.DELETEALL] + 3 * [Marker.ADD]
+    assert [m.action for m in written(writer, tracks(1), 1.0)] == 3 * [Marker.ADD]
+
+
 def test_three_markers_for_a_track_in_metres():
-    ellipse, arrow, text = written(MarkerWriter(), tracks(7), 0.1)
+    ellipse, arrow, text = written(begun(), tracks(7), 0.1)
     assert {m.id for m in (ellipse, arrow, text)} == {7}
     assert (ellipse.header.stamp.nanosec, ellipse.header.frame_id) == (5, 'cam')
     assert np.allclose((ellipse.pose.position.x, ellipse.pose.position.y), (3, 4))
@@ -43,14 +57,14 @@ def test_three_markers_for_a_track_in_metres():
 
 def test_markers_are_as_large_as_their_track_and_green_or_amber():
     """Sizes are shares of the height of the box, here 10 px of 0.1 m."""
-    ellipse, arrow, text = written(MarkerWriter(), tracks(7), 0.1)
+    ellipse, arrow, text = written(begun(), tracks(7), 0.1)
     assert np.isclose(ellipse.scale.z, 0.01)
     assert np.allclose([arrow.scale.x, arrow.scale.y, arrow.scale.z], [0.05, 0.1, 0])
     assert np.isclose(text.scale.z, 0.5)
     assert np.allclose([text.pose.position.x, text.pose.position.y], [3, 4 - 0.75])
     color = ellipse.color
     assert np.allclose([color.r, color.g, color.b, color.a], [0.1, 0.8, 0.2, 0.8])
-    color = written(MarkerWriter(), tracks(7, state=COASTING), 0.1)[0].color
+    color = written(begun(), tracks(7, state=COASTING), 0.1)[0].color
     assert np.allclose([color.r, color.g, color.b, color.a], [0.9, 0.7, 0.1, 0.5])
 
 
@@ -58,7 +72,7 @@ def test_an_ellipse_lies_along_what_is_uncertain():
     some = tracks(7)
     some.rows['covariance'][:, :2, :2] = [[5.0, 4.0], [4.0, 5.0]]
     some.rows['v'], some.rows['dv'] = 40, -20
-    ellipse, arrow, _ = written(MarkerWriter(), some, 0.1)
+    ellipse, arrow, _ = written(begun(), some, 0.1)
     assert np.allclose((ellipse.scale.x, ellipse.scale.y), (4 * 3 * 0.1, 4 * 1 * 0.1))
     turn = ellipse.pose.orientation
     assert np.isclose(2 * np.arctan2(turn.z, turn.w), np.pi / 4)
@@ -70,17 +84,17 @@ def test_an_ellipse_lies_along_what_is_uncertain():
 def test_ids_of_all_lengths_stand_above_their_own_tracks():
     some = tracks(9, 10, 123)
     some.rows['u'] = [30, 50, 70]
-    texts = [m for m in written(MarkerWriter(), some, 0.1) if m.ns == 'id']
+    texts = [m for m in written(begun(), some, 0.1) if m.ns == 'id']
     assert [(m.id, m.text) for m in texts] == [(9, '9'), (10, '10'), (123, '123')]
     assert np.allclose([m.pose.position.x for m in texts], [3, 5, 7])
 
 
 def test_a_tentative_track_has_no_markers():
-    assert written(MarkerWriter(), tracks(1, state=TENTATIVE), 1.0) == []
+    assert written(begun(), tracks(1, state=TENTATIVE), 1.0) == []
 
 
 def test_a_track_that_has_gone_is_deleted_once():
-    writer = MarkerWriter()
+    writer = begun()
     writer.write(tracks(1, 2), 1.0)
     gone = [m for m in written(writer, tracks(2), 1.0) if m.action == Marker.DELETE]
     assert [(m.ns, m.id) for m in gone] == [('ellipse', 1), ('velocity', 1), ('id', 1)]
@@ -88,7 +102,7 @@ def test_a_track_that_has_gone_is_deleted_once():
 
 
 def test_all_markers_are_deleted_after_a_restart():
-    writer = MarkerWriter()
+    writer = begun()
     writer.write(tracks(1, 2), 1.0)
     markers = written(writer, tracks(3, restarted='the stamp went back'), 1.0)
     assert [m.action for m in markers] == [Marker.DELETEALL] + 3 * [Marker.ADD]
@@ -102,7 +116,7 @@ def outlined(*ids, state=CONFIRMED):
 
 
 def test_an_outline_is_a_closed_strip_and_is_deleted_with_its_track():
-    writer = MarkerWriter()
+    writer = begun()
     strip = written(writer, outlined(1, 2), 0.1)[7]
     assert (strip.ns, strip.id, strip.type) == ('outline', 2, Marker.LINE_STRIP)
     points = [(p.x, p.y) for p in strip.points]
@@ -117,7 +131,7 @@ def test_an_outline_is_a_closed_strip_and_is_deleted_with_its_track():
 
 @pytest.mark.parametrize('frame_id', ['', 'c', 'cam', 'camera', 'k\u00e4mera'])
 def test_it_is_what_ros_serializes_at_any_length_of_names_and_ids(frame_id):
-    writer = MarkerWriter()
+    writer = begun()
     for ids in ([1], [9, 10, 99, 100, 12345], [7]):
         cdr = writer.write(replace(outlined(*ids), frame_id=frame_id), 0.1)
         message = deserialize_message(cdr, MarkerArray)
@@ -128,7 +142,7 @@ def test_it_is_what_ros_serializes_at_any_length_of_names_and_ids(frame_id):
 
 
 def test_who_comes_after_markers_that_nobody_took_begins_with_none():
-    writer = MarkerWriter()
+    writer = begun()
     writer.write(tracks(1, 2), 1.0)
     writer.skip()
     actions = [m.action for m in written(writer, tracks(2), 1.0)]

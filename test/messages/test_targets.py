@@ -48,6 +48,13 @@ def test_markers_are_as_large_as_the_objects_and_go_with_them():
     assert gone == [5, 5, 5]
 
 
+def test_the_first_markers_delete_those_that_a_locator_that_was_killed_has_left():
+    writer = LocationMarkerWriter()
+    actions = [m.action for m in writer.write(locations(1)).markers]
+    assert actions == [Marker.DELETEALL] + 3 * [Marker.ADD]
+    assert [m.action for m in writer.write(locations(1)).markers] == 3 * [Marker.ADD]
+
+
 def test_what_coasts_is_amber_and_what_is_tentative_is_not_shown():
     some = locations(3)
     some.rows['state'] = [CONFIRMED, COASTING, TENTATIVE]

@@ -49,7 +49,7 @@ def picture(stamp, x, yaw=0.0):
 def seen_by(stamp, view):
     """Clouds of the detections and tracks of the ball, seen by a camera."""
     detections, track = seen(view, BALL, stamp)[1], np.zeros(1, TRACK)
-    for name in ('u', 'v', 'area', 'box_w', 'box_h'):
+    for name in ('u', 'v', 'area', 'box_u', 'box_v', 'box_w', 'box_h'):
         track[name] = detections.rows[name]
     track['track_id'], track['state'] = 7, CONFIRMED
     return cloud_of_detections(detections), cloud_of_tracks(Tracks(track, stamp, 'cam'))
