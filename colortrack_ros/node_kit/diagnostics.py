@@ -95,7 +95,7 @@ class Health:
         self._hardware = str(source.value or 'none')  # as displayed, without a password
         self._lock = threading.Lock()
         self._counts = _Counts()
-        self._reason = self._noted = self._still = ''
+        self._reason = self._noted = self._still = self._logged = ''
         self._stamps = StampWatch()
         self._told = -TOLD_EVERY
         self._seconds = Elapsed(node)
@@ -104,10 +104,13 @@ class Health:
         node.create_timer(PERIOD, self.publish, clock=STEADY)
 
     def note(self, trouble: str) -> None:
-        """Log what is wrong with a picture, once until it is over; empty if nothing is."""
-        if trouble and not self._noted:
+        """Log what is wrong with a picture, once until it is over; empty if nothing is.
+
+        Nothing refused keeps it from the log, unless it has just been logged as that.
+        """
+        if trouble and not self._noted and trouble != self._logged:
             self._node.get_logger().warning(trouble)
-        self._noted = trouble
+        self._noted, self._logged = trouble, ''
 
     def took_in(self) -> None:
         """Count a message or a frame that was received."""
@@ -141,6 +144,7 @@ class Health:
             tell = now - self._told >= TOLD_EVERY
             self._told = now if tell else self._told
         if tell:  # the logger's own throttling takes longer than refusing
+            self._logged = reason
             self._node.get_logger().warning(f'Refused: {reason}')
 
     def publish(self) -> None:
@@ -211,7 +215,12 @@ def rival_of(node: Node) -> str:
             f'several nodes are called {node.get_fully_qualified_name()}, and any of them answers '
             'for it; give one another name, -r __node:=NAME'
         )
-    own = Counter(publisher.topic_name for publisher in node.publishers)
+    # transforms are of all nodes, and wheels have no tf2_msgs to compare types with
+    own = Counter(
+        publisher.topic_name
+        for publisher in node.publishers
+        if getattr(publisher.msg_type, '__name__', '') != 'TFMessage'
+    )
     for topic in sorted(set(own) - OF_EVERY_NODE):
         if node.count_publishers(topic) > own[topic]:
             return f'others publish on {topic} as well, and subscribers get both; remap one of them'

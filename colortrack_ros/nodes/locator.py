@@ -73,7 +73,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
     def configure(self) -> None:
         """Create the locator, its publishers and its subscriptions."""
         setup, feeds = self.setup, self.setup.feed.each
-        self.health = Health(self, lambda: self._locator.doubt, objects=lambda: self._output.alive)
+        self.health = Health(self, objects=lambda: self._output.alive)
         self._locator = Locator(setup.config, self.health.refuse, len(feeds))
         self._selector = Selector(setup.output.select, setup.names)
         self._order: Interleaving[Seen] = Interleaving(
@@ -122,6 +122,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
                 locations = self._locator.locations(max(now, tracks.stamp))
             locations = replace(locations, frame_id=self.setup.feed.pose.fixed_frame)
             self._output.publish(locations, tracks, self._selector, seen.view.base.t)
+        self.health.note(self._locator.doubt)
         self.health.gave_out(tracks.stamp)
 
     def _select(self, message: String) -> None:

@@ -152,7 +152,7 @@ def transform(parent, child, stamp, pose):
 
 def test_by_tf_the_same_ball_is_at_the_same_place_and_a_frame_of_its_own(ros):
     tf2_ros = pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
-    robot = Robot(ros, pose_source='tf')
+    robot, diagnostics = Robot(ros, pose_source='tf'), ros.listen(DiagnosticArray, '/diagnostics')
     moving = tf2_ros.TransformBroadcaster(ros.node)
     fixed = tf2_ros.StaticTransformBroadcaster(ros.node)
     fixed.sendTransform(
@@ -172,6 +172,9 @@ def test_by_tf_the_same_ball_is_at_the_same_place_and_a_frame_of_its_own(ros):
     assert ros.spin(lambda: buffer.can_transform('odom', 'target', last))
     at = buffer.lookup_transform('odom', 'target', last).transform.translation
     assert np.hypot(at.x - row['x'], at.y - row['y']) < 1e-6
+    assert ros.spin(lambda: len(diagnostics) > 0)
+    said = [status.message for array in diagnostics for status in array.status]
+    assert not any('others publish' in message for message in said)
     del listener
 
 

@@ -88,6 +88,7 @@ def test_a_camera_that_is_upside_down_is_told_and_nothing_is_published(ros):
     robot = Robot(ros, patient=True, camera_pose=UPSIDE_DOWN)
     drive(robot, range(10))
     robot.node.wait_for('where it is located: camera_pose (upside down?)')
+    robot.node.wait_for('what is seen is not where it is located: nothing is published')
     assert [len(locations_of_cloud(cloud).rows) for cloud in robot.locations] == [0] * 10
 
 
