@@ -106,15 +106,20 @@ class TfPoses(CameraPoses):
         """See CameraPoses."""
         config = self.config
         optical = config.camera_frame or frame_id
-        base = self._lookup(config.fixed_frame, config.base_frame, stamp)
-        return base, self._lookup(config.base_frame, optical, stamp) @ OPTICAL.inverse()
+        of_robot, of_camera = 'fixed_frame from base_frame', 'base_frame from camera_frame'
+        if not config.camera_frame:
+            of_camera += ', which is empty, so from that of the pictures'
+        base = self._lookup(of_robot, config.fixed_frame, config.base_frame, stamp)
+        mount = self._lookup(of_camera, config.base_frame, optical, stamp)
+        return base, mount @ OPTICAL.inverse()
 
-    def _lookup(self, parent: str, child: str, stamp: int) -> Pose:
+    def _lookup(self, what: str, parent: str, child: str, stamp: int) -> Pose:
         try:
             found: Any = self._buffer.lookup_transform(parent, child, Time(nanoseconds=stamp))
         except self._tf2.TransformException as error:
             # a future transform may still arrive, a past one will not
             past = 'extrapolation into the past' in str(error)
-            raise TransformError(' '.join(str(error).split()), later=not past) from error
+            reason = f'{what}: {" ".join(str(error).split())}'
+            raise TransformError(reason, later=not past) from error
         t, q = found.transform.translation, found.transform.rotation
         return Pose.of_quaternion((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))

@@ -31,6 +31,14 @@ from colortrack_ros.world.selection import rule_of
 from colortrack_ros.world.selection import Selector
 from colortrack_ros.world.view import View
 
+MAP = 'map'
+"""The frame that moves in steps as localization corrects the robot's pose in it, REP-105."""
+
+MAP_JUMPS = (
+    f'fixed_frame {MAP}: localization moves it in steps, which look like motion of the objects: '
+    'they are off, or withheld; expected odom, from which others transform by TF'
+)
+
 
 @dataclass(frozen=True)
 class LocatorSetup(NodeSetup):
@@ -73,6 +81,8 @@ class LocatorNode(ManagedNode[LocatorSetup]):
     def configure(self) -> None:
         """Create the locator, its publishers and its subscriptions."""
         setup, feeds = self.setup, self.setup.feed.each
+        if setup.feed.pose.fixed_frame == MAP and setup.feed.pose.pose_source != 'fixed':
+            self.get_logger().warning(MAP_JUMPS)
         self.health = Health(self, objects=lambda: self._output.alive)
         self._locator = Locator(setup.config, self.health.refuse, len(feeds))
         self._selector = Selector(setup.output.select, setup.names)

@@ -121,6 +121,10 @@ def test_odometry_of_other_frames_is_told_with_both_names(ros):
     )
 
 
+def test_a_fixed_frame_that_localization_moves_is_warned_of(ros):
+    ros.start('locator', fixed_frame='map', **RED).wait_for('fixed_frame map: localization moves')
+
+
 def test_an_uncalibrated_camera_is_told_and_nothing_is_published(ros):
     robot = Robot(ros)
     robot.drive(0)
@@ -252,5 +256,18 @@ def test_wrong_frame_names_in_tf_are_told(ros):
         base = Pose.of_rpy((0, 0, 0), (0, 0, 0))
         moving.sendTransform(transform('odom', 'base_link', START + k * FRAME, base))
     robot.see(0)
-    robot.node.wait_for('"base" passed to lookupTransform argument source_frame does not exist')
+    robot.node.wait_for(
+        'fixed_frame from base_frame: "base" passed to lookupTransform argument source_frame does '
+        'not exist'
+    )
     assert robot.locations == []
+
+
+def test_a_frame_of_pictures_that_tf_does_not_know_is_told(ros):
+    tf2_ros = pytest.importorskip('tf2_ros', reason='tf2_ros is in no wheel; a robot has it')
+    robot = Robot(ros, pose_source='tf')
+    moving = tf2_ros.TransformBroadcaster(ros.node)
+    base = Pose.of_rpy((0, 0, 0), (0, 0, 0))
+    moving.sendTransform([transform('odom', 'base_link', START + k * FRAME, base) for k in (0, 1)])
+    robot.see(0)
+    robot.node.wait_for('camera_frame, which is empty, so from that of the pictures: "cam" passed')
