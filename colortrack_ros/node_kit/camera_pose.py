@@ -4,13 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.time import Time
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.node_kit.odometry import OdometryConfig
 from colortrack_ros.node_kit.odometry import receive_odometry
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.parameters import parameter
+from colortrack_ros.world.poses import CACHE
 from colortrack_ros.world.poses import NO_ROBOT
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
@@ -86,10 +89,13 @@ class OdometryPoses(CameraPoses):
 class TfPoses(CameraPoses):
     """Poses from TF, also that of the camera on the robot.
 
+    :param refuse: receives the reason if transforms start anew.
     :raises StartError: tf2_ros is not installed.
     """
 
-    def __init__(self, node: Node, config: CameraPoseConfig) -> None:
+    def __init__(
+        self, node: Node, config: CameraPoseConfig, refuse: Callable[[str], object]
+    ) -> None:
         try:
             import tf2_ros
         except ImportError as error:
@@ -98,8 +104,10 @@ class TfPoses(CameraPoses):
                 'ros-jazzy-tf2-ros-py, or set pose_source: odometry'
             ) from error
         super().__init__(config)
-        self._tf2 = tf2_ros
+        self._tf2, self._refuse = tf2_ros, refuse
+        self._newest: dict[str, int] = {}
         self._buffer = tf2_ros.Buffer()
+        self._keep, self._buffer.set_transform = self._buffer.set_transform, self._take
         self._listener = tf2_ros.TransformListener(self._buffer, node)
 
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
@@ -112,6 +120,25 @@ class TfPoses(CameraPoses):
         base = self._lookup(of_robot, config.fixed_frame, config.base_frame, stamp)
         mount = self._lookup(of_camera, config.base_frame, optical, stamp)
         return base, mount @ OPTICAL.inverse()
+
+    def _take(self, transform: TransformStamped, authority: str) -> None:
+        """Keep a transform.
+
+        As a bag loops, tf2 would drop all until time is where it has been, within its cache.
+        """
+        time, child = transform.header.stamp, transform.child_frame_id
+        stamp = time.sec * NANOSECONDS + time.nanosec
+        newest = self._newest.get(child, stamp)
+        if stamp < newest - CACHE * NANOSECONDS:
+            self._buffer.clear()
+            self._newest.clear()
+            self._refuse(
+                f'TF: the time of {child!r} has gone back by more than {CACHE:g} s: poses start '
+                'anew'
+            )
+            newest = stamp
+        self._newest[child] = max(newest, stamp)
+        self._keep(transform, authority)
 
     def _lookup(self, what: str, parent: str, child: str, stamp: int) -> Pose:
         try:

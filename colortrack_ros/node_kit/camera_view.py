@@ -41,7 +41,7 @@ class CameraViews:
         self._camera: CameraModel | None = None
         self._poses: CameraPoses
         if config.pose_source == 'tf':
-            self._poses = TfPoses(node, config)
+            self._poses = TfPoses(node, config, refuse)
         elif config.pose_source == 'fixed':
             self._poses = CameraPoses(config)
         else:
