@@ -16,7 +16,8 @@ from support.ros_domain import executable
 for module in ('launch_ros', 'launch_xml', 'ros2launch'):
     pytest.importorskip(module, reason='no ros2 launch here')
 
-NODES = ('camera', 'detector', 'tracker', 'overlay', 'window_tracker', 'contour_tracker')
+NODES = ('camera', 'detector', 'tracker', 'overlay', 'window_tracker', 'contour_tracker',
+         'locator', 'follower')  # fmt: skip
 SOURCE = 'scene:single?width=320&height=240'
 SCENE = f'/**/camera:\n  ros__parameters:\n    source: {SOURCE}\n    loop: true\n'
 ROS2 = 'import sys; from ros2cli.cli import main; sys.exit(main())'
@@ -66,7 +67,9 @@ def pid_of(path):
     raise AssertionError(f'{path} does not run')
 
 
-@pytest.mark.parametrize('file', ['colortrack.launch.xml', 'with_driver.launch.py'])
+@pytest.mark.parametrize(
+    'file', ['colortrack.launch.xml', 'with_driver.launch.py', 'world.launch.xml']
+)
 def test_every_argument_is_described(launch, file):
     process = launch(file, '--show-args')
     assert process.end() == 0, process.output
@@ -130,3 +133,20 @@ def test_the_example_with_a_driver_tracks_what_it_publishes(ros, launch, tmp_pat
     assert ros.spin(lambda: any(m.width for m in tracks)), process.output
     ours = {f'/front/{name}' for name in ('camera', 'detector', 'tracker')}
     assert ros.spin(lambda: names(ros) == ours), names(ros)
+
+
+def test_a_robot_of_ones_own_with_its_topics_in_simulated_time(ros, launch):
+    process = launch(
+        'world.launch.xml', 'simulator:=false', 'image_topic:=/front/image_raw',
+        'camera_info_topic:=/front/camera_info', 'odometry_topic:=/wheels/odom',
+        'use_sim_time:=true', 'namespace:=robot1',
+    )  # fmt: skip
+    ours = {f'/robot1/{name}' for name in ('detector', 'tracker', 'locator', 'follower')}
+    assert ros.spin(lambda: names(ros) == ours), process.output
+    # the tracker takes the size of the pictures, and the lens
+    takers = {'/front/image_raw': 1, '/front/camera_info': 3, '/wheels/odom': 3}
+    assert ros.spin(
+        lambda: all(ros.node.count_subscribers(topic) == n for topic, n in takers.items())
+    ), {topic: ros.node.count_subscribers(topic) for topic in takers}
+    request = GetParameters.Request(names=['use_sim_time'])
+    assert ros.call(GetParameters, 'robot1/follower/get_parameters', request).values[0].bool_value
