@@ -40,6 +40,9 @@ latency. As long as the longest threshold."""
 
 NO_CLOCK = 'use_sim_time is true, but nobody publishes /clock, as `ros2 bag play --clock` does'
 
+UNNAMED = '_NODE_NAME_UNKNOWN_'
+"""What rmw calls the node of a topic's end before it has heard of that node."""
+
 TASK = 'messages'
 """Second part of the status name. As diagnostic_updater does, it follows the name of the node
 without the slash; diagnostic_aggregator sorts by it (see params/diagnostics.yaml)."""
@@ -189,6 +192,8 @@ class Health:
         if crowd:
             self._node.get_logger().warning(crowd, once=True)
         mismatch = mismatch_of(self._node)
+        if mismatch:
+            self._node.get_logger().warning(mismatch, once=True)
         findings = (
             (ERROR, trouble, trouble != ''),
             (ERROR, lateness, late > limit['error_latency']),
@@ -235,7 +240,7 @@ def crowd_of(node: Node) -> str:
     for end in node.subscriptions:
         topic = end.topic_name
         if end.msg_type in SENSED and node.count_publishers(topic) > 1:
-            giving = node.get_publishers_info_by_topic(topic)
+            giving = _of_known(node.get_publishers_info_by_topic(topic))
             names = sorted({f'{g.node_namespace.rstrip("/")}/{g.node_name}' for g in giving})
             if len(names) > 1:  # one that was killed and started again is known twice for a while
                 return (
@@ -246,22 +251,31 @@ def crowd_of(node: Node) -> str:
 
 
 def mismatch_of(node: Node) -> str:
-    """A warning if QoS keeps messages from this node, or its own from others; otherwise empty."""
+    """A warning if QoS, or another type, keeps messages from this node, or its own from others;
+    otherwise empty.
+    """
     name = node.get_name(), node.get_namespace()
     topics = {end.topic_name for end in node.publishers}
     topics |= {end.topic_name for end in node.subscriptions}
     for topic in sorted(topics - OF_EVERY_NODE):
-        giving = node.get_publishers_info_by_topic(topic)
-        taking = node.get_subscriptions_info_by_topic(topic)
+        giving = _of_known(node.get_publishers_info_by_topic(topic))
+        taking = _of_known(node.get_subscriptions_info_by_topic(topic))
         for giver, taker in itertools.product(giving, taking):
             if name not in [(end.node_name, end.node_namespace) for end in (giver, taker)]:
                 continue
+            ends = f'{taker.node_name} gets nothing from {giver.node_name} on {topic}'
+            if giver.topic_type != taker.topic_type:
+                return f'{ends}: it takes {taker.topic_type}, not {giver.topic_type}'
             match, why = qos_check_compatible(giver.qos_profile, taker.qos_profile)
             if match == QoSCompatibility.ERROR and not _gets(taker, giver, taking):
                 reasons = str(why).replace('ERROR: ', '').lower().strip('; ')
-                ends = f'{taker.node_name} gets nothing from {giver.node_name} on {topic}'
                 return f'{ends}: {reasons}; see qos_overrides in doc/robot.md'
     return ''
+
+
+def _of_known(ends: list[TopicEndpointInfo]) -> list[TopicEndpointInfo]:
+    """Return the ends of nodes whose names have come."""
+    return [end for end in ends if end.node_name != UNNAMED]
 
 
 def _gets(

@@ -46,6 +46,9 @@ TOLD_APART = 1.0
 """Least time [s] between reporting the target as lost and as followed again. A target that comes
 and goes, as on a machine that is too slow, is reported once. A person reads a line a second."""
 
+SLOW_EVERY = 30.0
+"""Least time [s] between two lines about a target that is measured late. Chosen."""
+
 LAST_COMMAND = 0.5
 """Time for the stop command to arrive [s], out of the 1.5 s that a node has to shut down."""
 
@@ -95,7 +98,9 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         self._selector = Selector(setup.select, list(setup.colors))
         self._told_following, self._lost = False, -TOLD_APART
         self._ticked = 0, 0
-        self.health = Health(self, state=lambda: self._following.state)
+        self.health = Health(
+            self, state=lambda: self._following.state, slow=lambda: self._following.slow
+        )
         kind = TwistStamped if setup.stamped else Twist
         self._commands = publish_on(self, kind, setup.cmd_vel_topic)
         self._poses = receive_odometry(self, setup.odometry, self.health.refuse)
@@ -196,6 +201,8 @@ class FollowerNode(ManagedNode[FollowerSetup]):
 
     def _tell(self) -> None:
         """Report a lost target at once, and one followed again after TOLD_APART at the earliest."""
+        if self._following.slow:
+            self.get_logger().warning(self._following.slow, throttle_duration_sec=SLOW_EVERY)
         follows, now = self._following.follows, STEADY.now().nanoseconds * 1e-9
         lately = now - self._lost < TOLD_APART
         if follows == self._told_following or (follows and lately):

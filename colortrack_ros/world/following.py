@@ -25,6 +25,10 @@ LONGEST_STEP = 0.2
 Assumed: four times what lies between two commands."""
 
 
+CREEPING, SLOW_FOR = 0.5, 2.0
+"""Share of max_speed, and time [s]: a robot that may not drive faster than that for so long, since
+its target is measured late, is told of. Chosen."""
+
 FOLLOWING = 'following'
 
 AHEAD = 0.1
@@ -119,10 +123,12 @@ class Following:
     measurements are late, and stops if the target is lost.
 
     :ivar state: what the controller does and why, in words.
+    :ivar slow: why it has driven slowly for long, in words; empty if it has not.
     """
 
     def __init__(self, config: FollowingConfig) -> None:
-        self.state = 'no target yet'
+        self.state, self.slow = 'no target yet', ''
+        self._most: tuple[float, float] = math.inf, 0.0
         self._config = config
         self._target: Target | None = None
         self._stopped = False
@@ -175,6 +181,7 @@ class Following:
             self.state, self._speed, self._turn = 'stopped', 0.0, 0.0
             return 0.0, 0.0
         left = self._time_left(now, at)
+        self._watch_time(now, left)
         wanted = (0.0, 0.0)
         if left > 0 and self._target is not None:
             wanted = self._towards(self._target, now, base, at)
@@ -190,6 +197,24 @@ class Following:
         if jump := jumped(*way_between(last[1], base), (at - last[0]) / NANOSECONDS):
             self.lose(f'{jump}: odometry was reset, or two nodes publish it')
             self._since = at
+
+    def _watch_time(self, now: int, left: float) -> None:
+        """Note whether the time left [s] has been short for SLOW_FOR, even at its longest."""
+        since, most = self._most
+        if not self.follows or now < since:
+            self._most, self.slow = (now, 0.0), ''
+            return
+        self._most = since, max(most, left)
+        if now - since > SLOW_FOR * NANOSECONDS:
+            config, fastest = self._config, self._config.braking * self._most[1]
+            late = config.stop_within - LONGEST_PERIOD - self._most[1]
+            self._most, self.slow = (now, 0.0), ''
+            if fastest < CREEPING * config.max_speed:
+                self.slow = (
+                    f'it drives at {fastest:.2f} m/s at most, since target and odometry are '
+                    f'{late:.2f} s old as they come, and it has to stand by stop_within, '
+                    f'{config.stop_within:g} s: send them earlier, or set a larger stop_within'
+                )
 
     def _time_left(self, now: int, at: int) -> float:
         """Return the time by which the robot has to stop [s]; 0 if it has to be stopped now."""

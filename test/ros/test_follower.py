@@ -100,6 +100,15 @@ def test_a_pose_is_followed_as_well_and_speeds_can_have_a_header(ros):
     assert robot.last[0].header.frame_id == 'base_link'
 
 
+def test_a_driver_that_takes_speeds_with_a_header_and_gets_none_is_told(ros):
+    """As those of ros2_control do, unless told otherwise; rclpy itself says nothing."""
+    robot = Robot(ros, TwistStamped)
+    robot.node.wait_for(
+        'test gets nothing from follower on /cmd_vel: it takes geometry_msgs/msg/TwistStamped, not '
+        'geometry_msgs/msg/Twist'
+    )
+
+
 def test_objects_of_another_frame_or_another_time_are_told_and_not_followed(ros):
     robot = Robot(ros)
 

@@ -109,6 +109,24 @@ def test_what_coasts_or_is_uncertain_counts_as_not_measured():
     assert stepped(following, now)[0] > 0.1
 
 
+@pytest.mark.parametrize(('late', 'told'), [(0.24, 'drives at 0.03 m/s at most'), (0.1, '')])
+def test_a_robot_that_may_not_drive_since_its_target_is_measured_late_is_told_of(late, told):
+    """It follows, but creeps: by stop_within, 0.3 s, it has to stand again."""
+    following, speeds = Following(FollowingConfig()), []
+    for now in range(SECOND, 5 * SECOND, 50_000_000):
+        following.see(ahead(9.0, stamp=now - round(late * SECOND)))
+        speeds.append(following.step(now, ORIGIN, now)[0])
+        if now < 2.9 * SECOND:
+            assert following.slow == ''
+    assert following.follows
+    assert (max(speeds) < 0.1) == bool(told)
+    assert told in following.slow
+    assert bool(told) == bool(following.slow)
+    following.lose('the clock stands')
+    following.step(6 * SECOND, ORIGIN, 6 * SECOND)
+    assert following.slow == ''
+
+
 def test_odometry_that_stops_stops_the_robot_and_is_named():
     following, now = Following(FollowingConfig()), 10 * SECOND
     following.see(ahead(3.0, stamp=now))
