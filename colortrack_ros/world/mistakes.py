@@ -130,7 +130,9 @@ class Mistakes:
         if objects is not None:
             self._setting_off.see(stamp, view, new, objects, camera)
         sights = _telling(self._take(stamp, new))
-        if len(sights) and not self._search:
+        if not len(sights):
+            self._late = LateOdometry()
+        elif not self._search:
             self._judge(Pictures(dict(self._views), sights, ground, self._sigma))
 
     def _take(self, stamp: int, new: Sights) -> Sights:
