@@ -92,6 +92,21 @@ def twice(seed, rivals):
     yield from figures('found twice, points', replace(world, detections=bare), rivals)
 
 
+def again(seed, rivals):
+    """A fifth, half and all points are found twice, 0.3 or 1.4 px apart (sigma)."""
+    for share, aside in ((0.2, 0.3), (0.5, 1.4), (1.0, 0.3)):
+        rng = np.random.default_rng(seed)
+        world = observe(in_a_box(rng, 12, 300), rng, 1.0, 0.0)
+        detections = []
+        for k, one in enumerate(world.detections):
+            z = np.column_stack([one.rows['u'], one.rows['v']])
+            second = z[rng.random(len(z)) < share]
+            second += rng.normal(0, aside, second.shape)
+            detections.append(message(rng.permutation(np.concatenate([z, second])), k, 0.0))
+        twice = replace(world, detections=detections)
+        yield from figures(f'{share:.0%} again, {aside} px', twice, rivals)
+
+
 def slow_camera(seed, rivals):
     """Ten pictures a second of things that turn often, at 150 px/s."""
     rng = np.random.default_rng(seed)
@@ -119,6 +134,7 @@ WORLDS = {
     '16 every third picture alone': one_of_three,
     '16 stamps that jitter': late_stamps,
     '16 found twice': twice,
+    '16 points found again': again,
     '16 slow camera, fast turns': slow_camera,
     '16 come and go': come_and_go,
 }

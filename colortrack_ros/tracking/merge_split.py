@@ -35,7 +35,7 @@ def merge_split(
     records, left, single = prediction.records, np.count_nonzero(associated.free), blobs
     paired = len(associated.pairs) == len(records) == len(blobs) and not left
     if not (paired and np.count_nonzero(records['state']) == len(blobs)):  # else all are confirmed
-        associated, single = leave_out_duplicates(prediction, blobs, associated)
+        associated, single = leave_out_duplicates(prediction, blobs, associated, overlaps)
     overlaps.look(single.box, single.rows['color'])
     if paired or overlaps.are_resolved:
         return blobs, associated

@@ -1,4 +1,4 @@
-"""Overlaps: whether the detections of objects in front of each other overlap, or merge.
+"""Overlaps: whether objects in front of each other have detections of their own, one, or several.
 
 A threshold turns touching blobs of one color into a single blob with a single box. A detector of
 complete objects, such as a network, gives each object a box, and the boxes overlap. Then a box of
@@ -25,6 +25,10 @@ of two detectors lose 3 points of IDF1."""
 FIRST_MERGED = 10.0
 """Initial count of merged objects. Assumed: it takes three overlapping ones to outweigh it."""
 
+TWICE_SHARE, FIRST_ONCE = 0.05, 100.0
+"""Share of detections that are duplicates above which the detector finds things twice, and initial
+count of those that are none. Assumed: it takes six in a row."""
+
 MOST_OVERLAPPING = 8
 """Boxes compared with each, to bound the time. Assumed."""
 
@@ -33,10 +37,12 @@ class Overlaps:
     """Counts detections that overlap, and objects that share a detection.
 
     :ivar are_resolved: whether objects in front of each other have detections of their own.
+    :ivar find_twice: whether objects are found several times in a frame, see duplicates.
     """
 
     def __init__(self) -> None:
-        self.are_resolved = False
+        self.are_resolved = self.find_twice = False
+        self._twice, self._found = 0.0, FIRST_ONCE
         self._overlapping, self._merged, self._frame = 0.0, 0.0, 0
 
     def look(self, box: Floats, color: NDArray[np.uint32]) -> None:
@@ -62,3 +68,9 @@ class Overlaps:
     def count_merged(self, count: int) -> None:
         """Add the objects of a frame that appear to share a detection."""
         self._merged += count
+
+    def count_duplicates(self, count: int, found: int) -> None:
+        """Add the duplicates of a frame, and all of its detections."""
+        self._twice = LEFT * self._twice + count
+        self._found = LEFT * self._found + (1 - LEFT) * FIRST_ONCE + found
+        self.find_twice = self._twice > TWICE_SHARE * self._found

@@ -30,6 +30,7 @@ from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import LAST_FRAME
 from colortrack_ros.tracking.prediction import Prediction
+from colortrack_ros.tracking.unresolved import Shared
 
 Chosen = tuple[Hypotheses, Floats]
 """Hypotheses and the probability of each."""
@@ -65,12 +66,12 @@ def take_strays(
     prediction: Prediction,
     blobs: Measurements,
     associated: Association,
-    shared: Indices,
+    shared: Shared | None,
     config: TrackerConfig,
 ) -> Association:
     """Associate free blobs with settled tracks that have none, with the covariance of strays.
 
-    :param shared: tracks that share a blob, -1 for none.
+    :param shared: tracks that share a blob.
     :return: the association with these pairs added.
     """
     records, pairs = prediction.records, associated.pairs
@@ -81,7 +82,8 @@ def take_strays(
         return associated
     missed = (records['state'] != TENTATIVE) & (records['hits'] >= SETTLED_HITS)
     missed[pairs.track] = False
-    missed[shared[shared >= 0]] = False
+    if shared is not None:
+        missed[shared.member[shared.member >= 0]] = False
     missed &= prediction.unmeasured < LAST_FRAME * prediction.step.period
     if not np.count_nonzero(missed):
         return associated

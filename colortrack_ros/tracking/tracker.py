@@ -27,6 +27,7 @@ from colortrack_ros.tracking.doubts import doubt
 from colortrack_ros.tracking.doubts import DoubtedTurns
 from colortrack_ros.tracking.doubts import join
 from colortrack_ros.tracking.doubts import reconsider
+from colortrack_ros.tracking.duplicates import leave_out_points
 from colortrack_ros.tracking.fast_starts import start_fast
 from colortrack_ros.tracking.flicker import TELLING_HITS
 from colortrack_ros.tracking.gating import gate
@@ -67,8 +68,6 @@ AFRESH = ('motion_model', 'acceleration', 'trust', 'population')
 USUALLY = 0.8
 """Share of the tracks of which blobs say that they go on as predicted, above which nobody looks for
 the camera's motion: 95 % are detected, and few turn. Assumed."""
-
-NOBODY = np.zeros(0, np.intp)
 
 
 class Tracker:
@@ -139,8 +138,8 @@ class Tracker:
         defer(hypotheses, gain, associated, prediction, blobs)
         blobs, associated = merge_split(prediction, blobs, associated, learned.overlaps)
         associated, shared = share_centroids(prediction, blobs, associated, learned.resolution)
-        members = shared.member if shared is not None else NOBODY
-        associated = take_strays(prediction, blobs, associated, members, config)
+        associated = take_strays(prediction, blobs, associated, shared, config)
+        associated = leave_out_points(prediction, blobs, associated, learned.overlaps)
         self._doubts = join(doubts, doubt(prediction, associated))
         update(tracks, prediction, blobs, associated, learned, self._turns, config)
         if shared is not None:
