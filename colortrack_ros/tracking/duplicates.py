@@ -3,7 +3,8 @@
 Two objects hardly ever have nearly the same box, and never for long. So of boxes that coincide, as
 many are kept as there are confirmed tracks that take them, and one where there is none. Points
 coincide that are no further apart than two measurements of one object: a second object that near is
-found once it is further away, as it is by chance every few frames unless both are at one place.
+found once it is further away, as it is by chance every few frames unless both are at one place. In
+a crowd, points come that near, too: they are left out only where the detector finds things twice.
 """
 
 import numpy as np
@@ -43,7 +44,7 @@ def leave_out_duplicates(
     duplicate = _find(prediction, blobs, associated, twice=overlaps.find_twice)
     count = int(np.count_nonzero(duplicate))
     overlaps.count_duplicates(count, len(blobs))
-    if not count:
+    if not (count and (prediction.sized or overlaps.find_twice)):
         return associated, blobs
     pairs, probability, free, hard = associated
     kept = (~duplicate[pairs.blob]).nonzero()[0]

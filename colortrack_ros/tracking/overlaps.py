@@ -25,9 +25,9 @@ of two detectors lose 3 points of IDF1."""
 FIRST_MERGED = 10.0
 """Initial count of merged objects. Assumed: it takes three overlapping ones to outweigh it."""
 
-TWICE_SHARE, FIRST_ONCE = 0.05, 100.0
+TWICE_SHARE, FIRST_ONCE = 0.05, 20.0
 """Share of detections that are duplicates above which the detector finds things twice, and initial
-count of those that are none. Assumed: it takes six in a row."""
+count of those that are none. Assumed: it takes two in the first twenty."""
 
 MOST_OVERLAPPING = 8
 """Boxes compared with each, to bound the time. Assumed."""
