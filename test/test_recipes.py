@@ -44,12 +44,12 @@ RECIPES = {
         {},
     ),
     'One object breaks into several boxes': (
-        f'flicker?{SMALL}&duration=9',
+        'flicker?width=640&height=360&duration=9',
         {},
         {'use_boxes': False},
     ),
     'IDs swap or end when objects touch or break apart': (
-        f'flicker?{SMALL}&duration=9',
+        'flicker?width=640&height=360&duration=9',
         {},
         {'use_boxes': False},
     ),
