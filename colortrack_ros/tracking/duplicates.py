@@ -59,8 +59,6 @@ def leave_out_points(
 
     It comes last: what is near somebody may be the stray of another.
     """
-    if prediction.sized:
-        return associated
     records, pairs = prediction.records, associated.pairs
     # whether each is taken by somebody who is confirmed
     sure = len(pairs) == len(records) == len(blobs) == np.count_nonzero(records['state'])

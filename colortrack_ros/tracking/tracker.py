@@ -139,7 +139,8 @@ class Tracker:
         blobs, associated = merge_split(prediction, blobs, associated, learned.overlaps)
         associated, shared = share_centroids(prediction, blobs, associated, learned.resolution)
         associated = take_strays(prediction, blobs, associated, shared, config)
-        associated = leave_out_points(prediction, blobs, associated, learned.overlaps)
+        if not prediction.sized:
+            associated = leave_out_points(prediction, blobs, associated, learned.overlaps)
         self._doubts = join(doubts, doubt(prediction, associated))
         update(tracks, prediction, blobs, associated, learned, self._turns, config)
         if shared is not None:
