@@ -17,7 +17,7 @@ from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
-from colortrack_ros.estimation.gaussian import TINY
+from colortrack_ros.estimation.gaussian import log_density
 from colortrack_ros.tracking.association import ASSOCIATORS
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.gating import gate
@@ -52,6 +52,10 @@ LEAP = 0.25
 size: what is seen of the object has changed, its hair, arms or light, or what covers it; it has not
 been pushed. Half the size is then two of them. Assumed: 0.15 breaks the track of a figure that
 jumps up and screams (benchmark/notes/tracker.md), 0.35 does not."""
+
+LEAST_LEAP = 1e-9
+"""Variance of leaps where the size is not known [px^2]: small enough that none is likely, and far
+from where a determinant underflows."""
 
 MOST_STRAYS, TURN_CHANCE = 2, 0.5
 """Strays on end that are further and further aside, after which the next one is of an object that
@@ -166,17 +170,13 @@ def _disturb(
     :param speed: (K, 2) standard deviation of the velocity after a push [px/s].
     :param leap: (K, 2) variance of a leap [px^2].
     """
-    way = (speed * T[:, None]) ** 2 / 3
-    log_odds = _log_density(aside, leap) - _log_density(aside, way)
+    S = np.zeros((2, len(T), 2, 2))
+    S[..., (0, 1), (0, 1)] = np.maximum([leap, (speed * T[:, None]) ** 2 / 3], LEAST_LEAP)
+    leap_log, push_log = log_density(aside, S)
+    log_odds = leap_log - push_log
     leapt = found.innovations.maneuvered / (1 + np.exp(-log_odds.clip(-50, 50)))
     bank.maneuver(found.track, found.innovations.maneuvered - leapt, T, speed)
     bank.spread(found.track, leapt[:, None] * leap)
-
-
-def _log_density(e: Floats, variance: Floats) -> Floats:
-    """Log of N(e; 0, variance), (K,), but for a constant, of e, (K, 2)."""
-    variance = np.maximum(variance, TINY)
-    return np.asarray(-0.5 * (e * e / variance + np.log(variance)).sum(axis=1))
 
 
 def _strays_before(prediction: Prediction) -> Indices:
