@@ -9,6 +9,7 @@ from colortrack_ros.world.checks import off_size
 from colortrack_ros.world.checks import other_diameters
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.consistency import inconsistency
+from colortrack_ros.world.measurement import DEPTH
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.mistakes import Mistakes
 from colortrack_ros.world.objects import Objects
@@ -92,6 +93,8 @@ class Doubts:
         """
         ground, self._stamp = self._config.ground_height, stamp
         self._mistakes[camera].see(stamp, view, tracks, measured, kinds, ground, objects, camera)
+        if self._config.method == 'depth':
+            self._thicken(tracks, measured, objects, camera)
 
     def lines(
         self,
@@ -135,9 +138,19 @@ class Doubts:
     def _resize(self, sizes: BlobSizes, objects: Objects, view: View) -> None:
         """Note the spread of what the ground locates, and keep that of what is not measured."""
         if self._config.method == 'ground':
-            shares = self._shares | other_diameters(sizes, objects, view, self._config)
-            there = objects.object_id.tolist()
-            self._shares = {one: shares[one] for one in there if one in shares}
+            self._shares |= other_diameters(sizes, objects, view, self._config)
+        there = objects.object_id.tolist()
+        self._shares = {one: self._shares[one] for one in there if one in self._shares}
+
+    def _thicken(
+        self, tracks: NDArray[np.uint32], measured: Measured, objects: Objects, camera: int
+    ) -> None:
+        """Note the spread of what depth locates, if nobody knows how thick it is."""
+        thick = measured.lasting[:, DEPTH].nonzero()[0]
+        row, which = (objects.track_id[:, [camera]] == tracks[thick]).nonzero()
+        of = thick[which]
+        shares = np.sqrt(measured.lasting[of, DEPTH]) / measured.z[of, DEPTH]
+        self._shares |= dict(zip(objects.object_id[row].tolist(), shares.tolist(), strict=True))
 
     def _fit(self, camera: int, line: str) -> None:
         """Note an inconsistency, or that there is none, once several checks agree."""

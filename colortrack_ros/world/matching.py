@@ -79,9 +79,7 @@ def measured_of(
     """
     count = len(rows)
     z, used, R = np.zeros((count, 5)), np.zeros((count, 5), bool), np.zeros((count, 5, 5))
-    left, top = rows['box_u'], rows['box_v']
-    right, bottom = left + rows['box_w'], top + rows['box_h']
-    whole = (left > 0) & (top > 0) & (right < camera.width - 1) & (bottom < camera.height - 1)
+    whole = _are_whole(rows, camera)
     z[:, U], z[:, V] = rows['u'], rows['v']
     R[:, U, U] = rows['cov_uu'] + config.pixel_noise**2
     R[:, V, V] = rows['cov_vv'] + config.pixel_noise**2
@@ -95,15 +93,25 @@ def measured_of(
     by_size = (config.method in ('size', 'fused')) | ((config.method == 'ground') & ~kinds.bound)
     used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & round_blobs(rows, z[:, BLOB])
     if depth is not None and config.method in ('depth', 'fused'):
-        measured = depths_of(rows, z[:, BLOB], camera, depth)
+        behind, spread = _centers_behind(rows, z[:, BLOB], kinds, camera)
+        measured = depths_of(rows, depth) / (1 - behind)
         used[:, DEPTH] = whole & np.isfinite(measured)
         z[:, DEPTH] = np.where(used[:, DEPTH], measured, 0.0)
         R[:, DEPTH, DEPTH] = np.square(config.depth_noise * z[:, DEPTH])
+        lasting[:, DEPTH] = np.square(spread * z[:, DEPTH])
     own = np.einsum('nii->ni', R)  # a view
     own += lasting
     R[~whole] = np.eye(5)
     own[~used] = 1.0
     return Measured(z, R, used, lasting * used)
+
+
+def _are_whole(rows: NDArray[np.void], camera: CameraModel) -> Bools:
+    """Return which boxes, (N,), the border of the picture does not cut."""
+    left, top = rows['box_u'], rows['box_v']
+    right, bottom = left + rows['box_w'], top + rows['box_h']
+    inside = (right < camera.width - 1) & (bottom < camera.height - 1)
+    return np.asarray((left > 0) & (top > 0) & inside)
 
 
 def seen_sizes(rows: NDArray[np.void], config: LocatorConfig) -> Floats:
@@ -147,13 +155,24 @@ def hidden_halves(rows: NDArray[np.void], discs: Bools) -> Floats:
     return off
 
 
-def depths_of(
-    rows: NDArray[np.void], size: Floats, camera: CameraModel, depth: NDArray[np.float32]
-) -> Floats:
-    """Return the depths of the centers of spheres, (N,) [m]; NaN if too few depths are valid.
+def _centers_behind(
+    rows: NDArray[np.void], size: Floats, kinds: Kinds, camera: CameraModel
+) -> tuple[Floats, Floats]:
+    """Return how far centers lie behind the surfaces seen, (N,), and the standard deviations.
+
+    Both are shares of the centers' depths. The size of a blob tells it of a sphere. What is no disc
+    and has no known diameter may be as flat as a sheet or as thick as that sphere.
 
     :param size: (N,) diameter of the blobs [px].
     """
+    radius = size / (2 * np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
+    sphere = BULGE * np.minimum(radius, 0.5)
+    flat = (kinds.diameter <= 0) & ~round_blobs(rows, size)
+    return np.where(flat, sphere / 2, sphere), flat * sphere / np.sqrt(12)
+
+
+def depths_of(rows: NDArray[np.void], depth: NDArray[np.float32]) -> Floats:
+    """Return the median depths of the middles of blobs, (N,) [m]; NaN if too few are valid."""
     found = np.full(len(rows), np.nan)
     for i, row in enumerate(rows):
         half_w, half_h = HALF * row['box_w'] / 2, HALF * row['box_h'] / 2
@@ -163,6 +182,4 @@ def depths_of(
         valid = part[np.isfinite(part) & (part > 0)]
         if valid.size and valid.size >= LEAST_VALID * part.size:
             found[i] = np.median(valid)
-    # the radius is size / 2 pixels, at the center's depth
-    angle = size / (2 * np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
-    return np.asarray(found / (1 - BULGE * np.minimum(angle, 0.5)))
+    return found
