@@ -145,11 +145,18 @@ def _reappearing(
 ) -> Floats:
     """Log of the density, (K,) [1/px^2], of reappearing there without having moved on.
 
-    The object has waited where it was hidden, or was carried anywhere.
+    The object has waited where it was hidden, or was carried anywhere. What a turn of the camera
+    took out of view is where it was.
     """
     way = (found.records['origin'][other] - lost.records['seen'][one]) / WAITING
     waited = np.exp(-0.5 * (way**2).sum(axis=1)) / (2 * np.pi * WAITING**2)
-    return np.asarray(np.log(WAITED * waited + ANYWHERE / area))
+    anywhere = np.where(_turned_away(lost.records), 0.0, ANYWHERE / area)
+    return np.asarray(np.log(np.maximum(WAITED * waited + anywhere[one], TINY)))
+
+
+def _turned_away(records: Records) -> Bools:
+    """Which lost objects, (N,), a known turn of the camera has taken out of view."""
+    return np.asarray(records['left'] > records['updated'])
 
 
 def _log_prior(
@@ -179,9 +186,9 @@ def _log_prior(
     detected = learned.detection_rate.estimate(config.detection_probability)
     back = learned.disappearances.return_odds(share[one], gap, unmeasured[one], detected, period)
     odds = back / learned.expected_births
-    turned = records['left'] > records['updated']
     expected = np.maximum(records['hidden'], 1e-9) / learned.births
-    return np.asarray(np.log(np.maximum(np.where(turned[one], expected[one], odds), TINY)))
+    odds = np.where(_turned_away(records)[one], expected[one], odds)
+    return np.asarray(np.log(np.maximum(odds, TINY)))
 
 
 def _compare_sizes(

@@ -224,3 +224,14 @@ def test_a_ball_that_is_hidden_as_the_robot_stops_stays_where_it_is():
     """Its center is above the ground, so its distance follows from its lower edge."""
     poses = [(min(0.5 * k * FRAME / 1e9, 1.2), 0.0, 0.0) for k in range(90)]
     assert unseen(poses, range(60, 80)) < 6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('seconds', 'degrees'), [(2.0, 60.0), (2.0, 150.0), (4.0, 150.0)])
+def test_what_comes_into_view_elsewhere_is_not_what_a_turn_took_out_of_view(seconds, degrees):
+    """The first thing is still where it was, which the camera no longer shows."""
+    yaws = np.radians(np.clip(45 * (np.arange(330) * FRAME / 1e9 - seconds), 0, degrees))
+    other = 2.5 * np.array([np.cos(yaws[-1]), np.sin(yaws[-1]), 0.1])
+    things = np.array([(2.5, -0.6, 0.1), other])
+    *_, (rows, _) = of_a_robot_that_turns(yaws, 'odometry', things)
+    assert rows['track_id'].tolist() == [2]
