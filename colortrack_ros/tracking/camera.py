@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Floats
+from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Viewpoint
 from colortrack_ros.estimation.bank import Bank
@@ -20,6 +21,7 @@ from colortrack_ros.tracking.ego_motion import count_found
 from colortrack_ros.tracking.ego_motion import EgoMotion
 from colortrack_ros.tracking.ego_motion import find_ego_motion
 from colortrack_ros.tracking.ego_motion import STANDING
+from colortrack_ros.tracking.parallax import off_nearness
 from colortrack_ros.tracking.recent import Recent
 from colortrack_ros.tracking.recent import Z
 
@@ -36,51 +38,78 @@ ALERT = 1.0
 """Time after a change of the camera's motion in which every motion that most objects share is taken
 for the camera's [s]: one that was moved goes on, or back. Assumed."""
 
-CAMERA_FIELDS = [('nearness', 'f8'), ('left', 'i8')]
-"""Camera fields of a track: inverse distance of its object from a camera of known pose [1/m]; stamp
-of the last frame in which the motion of that camera left the object outside the picture [ns]."""
+CAMERA_FIELDS = [('nearness', 'f8'), ('aloft', '?'), ('left', 'i8')]
+"""Camera fields of a track: inverse distance of its object from a camera of known pose [1/m];
+whether its parallax has shown that it does not stand on the ground; stamp of the last frame in
+which the motion of that camera left it outside the picture [ns]."""
 
 SEEN_OUTSIDE = 0.02
 """Probability that an object predicted outside the picture is visible: predictions from odometry
 are off by a few pixels at the border. Assumed."""
 
+NEARER = 0.01
+"""Step of inverse distances for a derivative [1/m]: of a motion that is almost linear in it."""
+
 
 class Turn(NamedTuple):
     """Motion of positions between two known viewpoints.
 
-    Objects in the picture are assumed to stand on the ground with their lower edges; others, to be
-    where they were last seen.
+    Objects in the picture are assumed to stand on the ground with their lower edges; those that
+    leave it, where their parallax says; others, to be where they were last seen.
 
     :param last: viewpoint of the last frame.
     :param now: viewpoint of this frame.
-    :param stamp: of this frame [ns].
+    :param stamp: of this frame [ns]; dt: since the last [s].
     """
 
     last: Viewpoint
     now: Viewpoint
     stamp: int
+    dt: float
 
-    def take(self, x: Floats, records: Records) -> EgoMotion:
+    def take(self, tracks: TrackTable[Bank]) -> EgoMotion:
         """Return the motion of tracks, with an A and a shift for each.
 
         Updates the recorded inverse distance, the extent that follows from it, and which tracks are
-        outside the picture.
-
-        :param x: (N, 2) positions in the last frame [px].
-        :param records: (N,) of the tracks.
+        outside the picture; of those that leave it, the velocity.
         """
+        x, records = tracks.filters.estimate()[0][:, :2], tracks.records
         near = _nearness(self.last, x, records)
         moved, A, now = self.now.moved(x, self.last, near)
+        outside = ~self.now.shows(moved, records['extent'])
+        leave = (outside & (records['left'] <= records['updated'])).nonzero()[0]
+        if len(leave):
+            off = self._off_nearness(tracks, leave, near[leave], moved[leave])
+            near[leave] += off
+            records['aloft'][leave] |= off != 0
+            moved, A, now = self.now.moved(x, self.last, near)
+            outside[leave] = ~self.now.shows(moved[leave], records['extent'][leave])
         records['nearness'] = now
         records['extent'] *= np.divide(now, near, out=np.ones(len(x)), where=near > 0)[
             :, None, None
         ]
-        outside = ~self.now.shows(moved, records['extent'])
         records['left'][outside] = self.stamp
         seen = records['visible'][outside] * SEEN_OUTSIDE
         records['hidden'][outside] += records['visible'][outside] - seen
         records['visible'][outside] = seen
         return EgoMotion(A, moved - _turned(A, x))
+
+    def _off_nearness(
+        self, tracks: TrackTable[Bank], leave: Indices, near: Floats, moved: Floats
+    ) -> Floats:
+        """Explain velocities of tracks, (K,), by how near their objects are, as far as they stand.
+
+        :param near: (K,) inverse distances [1/m]; moved: (K, 2) where that takes them [px].
+        :return: (K,) what is to be added to the inverse distances.
+        """
+        mean, cov = tracks.filters.estimate()
+        nearer = self.now.moved(mean[leave, :2], self.last, near + NEARER)[0]
+        slope = (nearer - moved) / NEARER / self.dt
+        off = off_nearness(near, mean[leave, 2:4], cov[leave, 2:4, 2:4], slope)
+        change = np.zeros((len(mean), 2))
+        change[leave] = -off[:, None] * slope
+        tracks.filters.accelerate(change)
+        return off
 
     def way(self, x: Floats, records: Records) -> Floats:
         """Return the displacements that led to the present positions x, (N, 2) [px]."""
@@ -90,11 +119,13 @@ class Turn(NamedTuple):
 def _nearness(view: Viewpoint, x: Floats, records: Records) -> Floats:
     """Return the inverse distances of tracks at x, (N, 2): (N,) [1/m].
 
-    They follow from the lower edges of objects; those out of view keep the recorded value.
+    They follow from the lower edges of objects; those out of view or off the ground keep the
+    recorded value.
     """
     reach = records['extent']
     feet = x + reach[:, 1] * [0.0, 1.0]
-    return np.where(view.shows(x, reach), view.nearness(x, feet), records['nearness'])
+    on_ground = view.shows(x, reach) & ~records['aloft']
+    return np.where(on_ground, view.nearness(x, feet), records['nearness'])
 
 
 class Camera:
@@ -118,7 +149,7 @@ class Camera:
         :param dt: since the last frame [s].
         """
         last, self._viewpoint, self._dt = self._viewpoint, viewpoint, dt
-        self._motion = Turn(last, viewpoint, stamp) if last and viewpoint else STANDING
+        self._motion = Turn(last, viewpoint, stamp, dt) if last and viewpoint else STANDING
 
     @property
     def stands(self) -> bool:
@@ -200,7 +231,7 @@ class Camera:
         if self.stands or not len(tracks):
             return
         records = tracks.records
-        A, shift, variance = self._motion.take(tracks.filters.estimate()[0][:, :2], records)
+        A, shift, variance = self._motion.take(tracks)
         tracks.filters.move(A, shift, variance)
         records['seen'] = _turned(A, records['seen']) + shift
         records['past'] = _turned(A[:, None], records['past']) + shift[:, None]

@@ -1,5 +1,6 @@
 """Ego motion: motion shared by all objects is the camera's, and carries all tracks along."""
 
+from collections.abc import Sized
 from typing import NamedTuple
 
 import numpy as np
@@ -65,9 +66,9 @@ class EgoMotion(NamedTuple):
         """Return where positions x, (..., 2) [px], have moved."""
         return np.asarray(x @ self.A.T + self.shift)
 
-    def take(self, x: Floats, _: object = None) -> 'EgoMotion':
-        """Return the motion of tracks at x, (N, 2) [px], with an A and a shift for each."""
-        count = len(x)
+    def take(self, tracks: Sized) -> 'EgoMotion':
+        """Return the motion of tracks, with an A and a shift for each."""
+        count = len(tracks)
         A, shift = np.broadcast_to(self.A, (count, 2, 2)), np.broadcast_to(self.shift, (count, 2))
         return EgoMotion(A, shift, self.variance)
 

@@ -22,7 +22,10 @@ from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import assumed_speed
 from colortrack_ros.tracking.sizes import Sizes
 
-KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'hits')
+KEPT = (
+    'track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'hits', 'nearness',
+    'aloft',
+)  # fmt: skip
 """Fields of a lost track that the new one takes over."""
 
 REACH_SIGMAS = 7.0
