@@ -51,7 +51,7 @@ UNSTEADY = 0.1
 frame-by-frame decisions stand unless sizes contradict them. Assumed: one of the two has then
 maneuvered in a fifth of the cases."""
 
-OWN = ('track_id', 'born', 'origin', 'color', 'hits', 'host', 'farthest')
+OWN = ('track_id', 'born', 'origin', 'color', 'hits', 'gaps', 'host', 'farthest')
 """Fields that a track keeps when it exchanges its state with another."""
 
 

@@ -15,6 +15,7 @@ from colortrack_ros.estimation.existence import HIDDEN_SHARE
 from colortrack_ros.estimation.existence import weigh_hidden
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.estimation.records import Records
+from colortrack_ros.tracking.flicker import are_seldom
 from colortrack_ros.tracking.flicker import Flicker
 from colortrack_ros.tracking.flicker import TELLING_HITS
 
@@ -213,9 +214,12 @@ class Disappearances:
             visible object, and whether it finds whole objects, see Adaptation.finds_whole.
         """
         existence: Floats = records['visible'] + records['hidden']
-        doubted = (records['state'] == COASTING) | (records['misses'] > records['hits'])
+        doubted = records['state'] == COASTING
+        if not (np.count_nonzero(records['misses']) or np.count_nonzero(doubted)):
+            return existence
+        detected, whole = detector()
+        doubted |= are_seldom(records, whole=whole)
         if np.count_nonzero(doubted):
-            detected, whole = detector()
             self._weigh_lost(records, existence, area, OWN_SHARE if whole else 1.0)
             # What is found in most frames is shown when it is: the dim and the half covered ones
             # are found less often than others.

@@ -97,7 +97,7 @@ def _start(
     started.set_velocity(np.arange(len(z)), lines.velocity)
     tracks.filters.put(track, started)
     for name, value in (
-        ('hits', 3), ('misses', 0), ('updated', prediction.step.now), ('seen', z),
+        ('hits', 3), ('misses', 0), ('gaps', 0), ('updated', prediction.step.now), ('seen', z),
         ('extent', blobs.reach(lines.blob)), ('visible', 1 - lines.by_chance), ('hidden', 0.0),
     ):  # fmt: skip
         records[name][track] = value

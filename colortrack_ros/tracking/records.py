@@ -27,6 +27,7 @@ FIELDS = [
     ('origin', 'f8', 2),
     ('seen', 'f8', 2),
     ('misses', 'u4'),
+    ('gaps', 'u4'),
     ('area', 'f4'),
     ('box_size', 'f8', 2),
     ('corner', 'f8', 2),
@@ -63,7 +64,7 @@ FIELDS = [
 """Fields of a track besides the COMMON ones.
 
 origin, seen: where it started and where it was last measured [px].
-misses: frames without a detection.
+misses, gaps: frames without a detection, and how many of them came right after one with it.
 area, box_size: of the last detection of this object alone [px].
 corner: of its box, top left, from its centroid [px].
 extent: reach of the object to the low and high side, by axis [px], see extents.

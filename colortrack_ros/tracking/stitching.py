@@ -57,10 +57,11 @@ is an object. Assumed."""
 def stitch(tracks: TrackTable[Bank], found: Indices, lost: Records) -> None:
     """Give new tracks, (K,), the IDs and sizes of lost ones, (K,) records."""
     records = tracks.records
-    hits = records['hits'][found] + lost['hits']
+    counted = {name: records[name][found] + lost[name] for name in ('hits', 'gaps')}
     for name in KEPT:
         records[name][found] = lost[name]
-    records['hits'][found] = hits
+    for name, count in counted.items():
+        records[name][found] = count
 
 
 def find_stitches(

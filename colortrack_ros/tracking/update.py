@@ -115,12 +115,13 @@ def _record_hits(
     records = tracks.records
     track = slice(None) if every else taken.track
     if (prediction.step.again or not every) and not prediction.step.pauses:
-        missed = prediction.unmeasured < (COUNTED_MISSES + 0.5) * prediction.step.period
-        if prediction.step.again:
-            records['misses'][track] -= missed[track]
-        else:
-            missed[track] = False
-            records['misses'] += missed
+        for name, frames in (('misses', COUNTED_MISSES + 0.5), ('gaps', JUST_LOST)):
+            missed = prediction.unmeasured < frames * prediction.step.period
+            if prediction.step.again:
+                records[name][track] -= missed[track]
+            else:
+                missed[track] = False
+                records[name] += missed
     tracks.record_hits(track, prediction.step.now)
     records['seen'][track] = taken.z
     systematic = blobs.systematic.take(taken.blob, axis=0)

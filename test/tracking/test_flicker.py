@@ -104,6 +104,42 @@ def test_points_that_flicker_in_their_places_are_not_shown_while_they_are_missed
     assert hidden > 0.9 * 100
 
 
+@pytest.mark.slow
+def test_what_is_covered_on_end_flickers_no_more_than_what_is_not():
+    """A network finds all but a few; one is covered for 12 frames of 30, again and again."""
+    rng, tracker, shown = (
+        np.random.default_rng(15),
+        Tracker(TrackerConfig(image_size=(640, 400))),
+        0,
+    )
+    for k in range(300):
+        found = rng.random(5) < 0.97
+        found[4] = k % 30 < 18
+        tracks = tracker.update(jittering(PLACES[found], 0.15, k, rng)).rows
+        near = np.hypot(tracks['u'] - PLACES[4, 0], tracks['v'] - PLACES[4, 1]) < 30
+        shown += k >= 90 and k % 30 == 18 and COASTING in tracks['state'][near]
+    assert shown == 7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('rate', 'least', 'most'), [(0.6, 0.0, 0.2), (0.8, 0.9, 1.0)])
+def test_what_a_network_seldom_finds_again_is_not_shown_at_all(rate, least, most):
+    """It lies in its place, as four others do that are found in all frames but a few."""
+    rng, tracker, shown = (
+        np.random.default_rng(16),
+        Tracker(TrackerConfig(image_size=(640, 400))),
+        [],
+    )
+    for k in range(400):
+        found = rng.random(5) < np.array([0.95, 0.95, 0.95, 0.95, rate])
+        tracks = tracker.update(jittering(PLACES[found], 0.15, k, rng)).rows
+        tracks = tracks[tracks['state'] != TENTATIVE]
+        away = np.hypot(tracks['u'] - PLACES[4, 0], tracks['v'] - PLACES[4, 1])
+        if k >= 100 and found[4]:
+            shown.append((away < 30).any())
+    assert least <= np.mean(shown) <= most
+
+
 def shown_at_rest(chance, rate, size=None, frames=400):
     """Return how often what lies in its places is shown where it is found, and where it is missed.
 
