@@ -249,7 +249,7 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
     z, R = doubles[:, :2].copy(), doubles.take(COVARIANCE, axis=1).reshape(-1, 2, 2)
     if not (known and config.detection_covariance):
         R[~definite | (not config.detection_covariance)] = config.measurement_noise**2 * np.eye(2)
-        learned.noisiness.guessed = rows['color'][~definite]
+        _learn_unstated(rows[~definite], config, learned)
     box, usual = _boxes(singles, z, config), np.zeros(z.shape)
     if config.use_boxes:
         given = doubles[:, 2::2] if config.detection_covariance else usual
@@ -261,6 +261,13 @@ def accept(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -
         cut, outside = np.zeros(z.shape, bool), np.zeros(z.shape, np.int8)
     size, mixed = box[:, 1] - box[:, 0], np.zeros(len(rows), bool)
     return Measurements(rows, z, R, box, size, mixed, cut, outside, usual, usual + 1)
+
+
+def _learn_unstated(rows: NDArray[np.void], config: TrackerConfig, learned: Adaptation) -> None:
+    """Learn from the rows, of dtype DETECTION, that state no covariance."""
+    learned.noisiness.guessed = rows['color']
+    if config.use_boxes:
+        learned.overlaps.see(rows)
 
 
 def _boxes(singles: NDArray[np.float32], z: Floats, config: TrackerConfig) -> Floats:

@@ -8,6 +8,7 @@ another size is neither merged nor cut, and a small one next to it is no piece: 
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import DETECTION_BOX
 from colortrack_ros.data import Floats
 from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.rectangles import points_inside
@@ -29,6 +30,10 @@ TWICE_SHARE, FIRST_ONCE = 0.05, 20.0
 """Share of detections that are duplicates above which the detector finds things twice, and initial
 count of those that are none. Assumed: it takes two in the first twenty."""
 
+LEAST_FRACTION = 0.01
+"""Least difference of a side from whole pixels that is none of rounding [px]: single precision, of
+shares of a picture 10,000 px wide, errs by 0.001."""
+
 MOST_OVERLAPPING = 8
 """Boxes compared with each, to bound the time. Assumed."""
 
@@ -38,12 +43,30 @@ class Overlaps:
 
     :ivar are_resolved: whether objects in front of each other have detections of their own.
     :ivar find_twice: whether objects are found several times in a frame, see duplicates.
+    :ivar are_estimated: whether boxes are estimates of a network, see see(). It tells of what is
+        lost; how alike the boxes of an object are is known only once they overlap or jitter.
     """
 
     def __init__(self) -> None:
-        self.are_resolved = self.find_twice = False
+        self.are_resolved = self.find_twice = self.are_estimated = False
+        self._estimates, self._outlines = 0.0, 0.0
         self._twice, self._found = 0.0, FIRST_ONCE
         self._overlapping, self._merged, self._frame = 0.0, 0.0, 0
+
+    def see(self, rows: NDArray[np.void]) -> None:
+        """Count the boxes of detections, (M,) of dtype DETECTION, that state no covariance.
+
+        A network estimates the sides of what it takes for an object, to fractions of a pixel, and
+        says how sure it is. The outline of a blob has whole pixels, and a circle around one no
+        such score.
+        """
+        size, score = rows.view(DETECTION_BOX)['size'], rows['score']
+        fraction = np.abs(size - np.rint(size)).max(axis=1)
+        estimated = (fraction > LEAST_FRACTION) & (score > 0) & (score < 1)
+        count, boxes = int(np.count_nonzero(estimated)), int(np.count_nonzero(size[:, 0] > 0))
+        self._estimates = LEFT * self._estimates + count
+        self._outlines = LEFT * self._outlines + boxes - count
+        self.are_estimated = self._estimates > self._outlines
 
     def look(self, box: Floats, color: NDArray[np.uint32]) -> None:
         """Count, every few frames, the boxes that contain the center of another.

@@ -166,13 +166,13 @@ class Tracker:
     ) -> Tracks:
         """The tracks, with the header of the detections."""
         learned, config, population = self._adaptation, self._in_force, self._population
-        now, usual = self._clock.now, config.detection_probability
+
+        def detector() -> tuple[float, bool]:
+            whole = learned.finds_whole or learned.overlaps.are_estimated
+            return learned.detection_rate.estimate(config.detection_probability), whole
+
         existence = learned.disappearances.existence(
-            tracks.records,
-            learned.area,
-            now,
-            self._period,
-            lambda: (learned.detection_rate.estimate(usual), learned.finds_whole),
+            tracks.records, learned.area, self._clock.now, self._period, detector
         )
         rows = published(tracks, detections.stamp, config, population, speed, existence)
         learned.camera.publish(rows, tracks)
