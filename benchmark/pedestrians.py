@@ -1,9 +1,10 @@
 """Public detections of people through the tracker: ``python benchmark/pedestrians.py FOLDER``.
 
 FOLDER holds folders of MOTChallenge (seqinfo.ini, det/det.txt, gt/gt.txt). The tracker gets all
-boxes as they come, and the picture's size. A track is right whose center is in the ellipse of a
-true box. Told are all published rows and those that are measured alone; beside them, where they are
-installed, SORT and ByteTrack of ``trackers``, which publish no others.
+boxes as they come, and the picture's size. A track is right whose box has its center in the ellipse
+of a true box: the border of the picture cuts both. Told are all published rows and those that are
+measured alone; beside them, where they are installed, SORT and ByteTrack of ``trackers``, which
+publish no others.
 """
 
 import argparse
@@ -91,7 +92,7 @@ def ours(sequence: Sequence, **options: object) -> Rows:
         tracks = tracker.update(message(sequence, k, boxes)).rows
         for row in tracks[tracks['state'] != TENTATIVE]:
             w, h = row['box_w'], row['box_h']
-            corner = row['u'] - w / 2, row['v'] - h / 2
+            corner = row['box_u'], row['box_v']  # u and v are the center of all of the object
             found.append((k, row['track_id'], *corner, w, h, row['state'] != COASTING))
     return np.array(found, float)
 
