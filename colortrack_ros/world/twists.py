@@ -7,6 +7,7 @@ and tell nothing; some are in the fixed frame instead of the robot's, which is n
 """
 
 from collections import deque
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,12 +54,17 @@ class Twists:
         readings.append((stamp, pose, v, turn))
         if stamp - readings[0][0] < SECONDS * NANOSECONDS:
             return ''
-        line = _contradiction(list(readings))
+        # a driver that differentiates its poses sends the twist of the step behind it
+        line = _contradiction(readings, slice(-1)) and _contradiction(readings, slice(1, None))
         readings.popleft()
         return line
 
 
-def _contradiction(readings: list[Reading]) -> str:
+def _contradiction(readings: Iterable[Reading], of_steps: slice) -> str:
+    """Return how poses contradict twists.
+
+    :param of_steps: which of the N readings have the twists of the N - 1 steps between them.
+    """
     stamps, poses, v, w = zip(*readings, strict=True)
     dt = np.diff(stamps) / NANOSECONDS
     yaw = np.unwrap([np.arctan2(pose.R[1, 0], pose.R[0, 0]) for pose in poses])
@@ -66,8 +72,8 @@ def _contradiction(readings: list[Reading]) -> str:
     # each step as the robot sees it, and by its twist
     R = np.stack([pose.R[:2, :2] for pose in poses[:-1]])
     own = np.einsum('nij,ni->nj', R, steps)
-    told = np.stack(v[:-1]) * dt[:, None]
-    way, turn = np.linalg.norm(told, axis=1).sum(), float(w[:-1] @ dt)
+    told = np.stack(v[of_steps]) * dt[:, None]
+    way, turn = np.linalg.norm(told, axis=1).sum(), float(w[of_steps] @ dt)
     driven, turned = np.linalg.norm(steps, axis=1).sum(), yaw[-1] - yaw[0]
     if way > LEAST_DRIVEN and driven < STANDING_SHARE * way:
         return (

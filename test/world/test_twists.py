@@ -65,6 +65,19 @@ def test_what_robots_drive_is_not_told(speed, turn, sideways):
     assert not lines(poses, (speed, sideways), turn, step=STEP * 20)  # once a second
 
 
+@pytest.mark.parametrize('behind', [True, False])
+def test_a_robot_that_stops_in_a_gap_between_messages_is_not_told(behind):
+    """A driver that differentiates its poses tells the twist of the way behind."""
+    twists, steps = Twists(), [0.05] * 20 + [0.45] + [0.05] * 20
+    stamps = np.cumsum([0.0, *steps])
+    rates = np.array([1.5] * 20 + [0.0] * 21)
+    yaw = np.cumsum([0.0, *rates * steps])
+    told = [0.0, *rates] if behind else [*rates, 0.0]
+    for stamp, at, turn in zip(stamps, yaw, told, strict=True):
+        pose = Pose.of_rpy((0, 0, 0), (0, 0, at))
+        assert not twists.see(round(stamp * 1e9), pose, (0.0, 0.0), turn)
+
+
 def test_twists_in_the_fixed_frame_are_not_told():
     poses = arc(0.4, 0.0) @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]) + [0, 0, np.pi / 2]
     assert not lines(poses, (0.0, 0.4), 0.0)
