@@ -37,7 +37,8 @@ def test_rviz_shows_topics_that_there_are_by_displays_of_their_types(topics):
     shown = set()
     for display in config['Displays']:
         if 'Topic' in display:
-            kind, name = display['Class'].rpartition('/')[2], display['Topic']['Value']
+            # relative, so that the namespace of RViz moves it as it does those of the nodes
+            kind, name = display['Class'].rpartition('/')[2], f'/{display["Topic"]["Value"]}'
             assert name in set().union(*(topics[parameter] for parameter in SHOWN_BY[kind]))
             shown.add(name)
     assert shown >= {f'/{name}' for name in NAMES}
