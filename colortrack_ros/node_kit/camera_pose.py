@@ -13,11 +13,11 @@ from colortrack_ros.node_kit.odometry import OdometryConfig
 from colortrack_ros.node_kit.odometry import receive_odometry
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.parameters import parameter
-from colortrack_ros.world.poses import CACHE
 from colortrack_ros.world.poses import NO_ROBOT
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import TransformError
+from colortrack_ros.world.poses import WENT_BACK
 
 
 @dataclass(frozen=True)
@@ -124,17 +124,18 @@ class TfPoses(CameraPoses):
     def _take(self, transform: TransformStamped, authority: str) -> None:
         """Keep a transform.
 
-        As a bag loops, tf2 would drop all until time is where it has been, within its cache.
+        As a simulation or bag starts again, tf2 would keep the poses of the run before, and drop
+        new ones that are older than its cache.
         """
         time, child = transform.header.stamp, transform.child_frame_id
         stamp = time.sec * NANOSECONDS + time.nanosec
         newest = self._newest.get(child, stamp)
-        if stamp < newest - CACHE * NANOSECONDS:
+        if stamp < newest - WENT_BACK * NANOSECONDS:
             self._buffer.clear()
             self._newest.clear()
             self._refuse(
-                f'TF: the time of {child!r} has gone back by more than {CACHE:g} s: poses start '
-                'anew'
+                f'TF: the time of {child!r} has gone back by more than {WENT_BACK:g} s: poses '
+                'start anew'
             )
             newest = stamp
         self._newest[child] = max(newest, stamp)

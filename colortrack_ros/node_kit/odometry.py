@@ -16,6 +16,7 @@ from colortrack_ros.parameters import parameter
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import PoseBuffer
 from colortrack_ros.world.poses import TransformError
+from colortrack_ros.world.poses import WENT_BACK
 from colortrack_ros.world.twists import Twists
 
 
@@ -60,7 +61,9 @@ class OdometryBuffer:
         if not self.poses.add(stamp, place):
             self.poses.clear()
             self.poses.add(stamp, place)
-            self._refuse('odometry: its time has gone back by more than 10 s: poses start anew')
+            self._refuse(
+                f'odometry: its time has gone back by more than {WENT_BACK:g} s: poses start anew'
+            )
         v, w = message.twist.twist.linear, message.twist.twist.angular
         if line := self._twists.see(stamp, place, (v.x, v.y), w.z):
             self._refuse(f'odometry contradicts itself: {line}')

@@ -14,6 +14,10 @@ from colortrack_ros.data import NANOSECONDS
 CACHE = 10.0
 """Time for which poses are kept [s]: tf2's default cache time."""
 
+WENT_BACK = 0.5
+"""Time [s] by which a pose is older than the newest only if time has gone back, as when a
+simulation or a short bag starts again: no picture waits longer for a late pose (world.waiting)."""
+
 SPARSE, APART = 0.05, 0.5
 """Interval between poses [s] above which the path is interpolated as a curve, and largest interval
 for that. A robot whose turn rate swings by 60 degrees/s within 3 s deviates from the chord by 0.04
@@ -178,9 +182,9 @@ class PoseBuffer:
         """Add a pose; it replaces one with the same stamp.
 
         :param stamp: [ns].
-        :return: False if it is older than the cache and was dropped (TF_OLD_DATA).
+        :return: False if it is older than the newest by more than WENT_BACK and was dropped.
         """
-        if self._stamps and stamp < self._stamps[-1] - CACHE * NANOSECONDS:
+        if self._stamps and stamp < self._stamps[-1] - WENT_BACK * NANOSECONDS:
             return False
         if stamp not in self._poses:
             insort(self._stamps, stamp)

@@ -124,6 +124,13 @@ def test_poses_are_kept_for_ten_seconds_and_older_ones_refused():
         one.at(14 * S)
 
 
+def test_a_pose_of_a_run_that_starts_again_is_not_mixed_with_those_of_the_last():
+    one = buffer(1.0, 2.0)
+    assert one.add(round(1.6 * S), pose(1.6))  # late
+    assert not one.add(round(1.4 * S), pose(0.0))
+    assert one.at(round(1.5 * S)).t[0] == pytest.approx(1.5)
+
+
 def test_a_second_pose_of_a_stamp_takes_the_place_of_the_first():
     one = buffer(1.0, 2.0)
     one.add(2 * S, pose(7.0))
