@@ -4,20 +4,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.time import Time
 
-from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.node_kit.odometry import OdometryConfig
 from colortrack_ros.node_kit.odometry import receive_odometry
 from colortrack_ros.node_kit.runtime import StartError
+from colortrack_ros.node_kit.transform_intake import TransformIntake
 from colortrack_ros.parameters import parameter
 from colortrack_ros.world.poses import NO_ROBOT
 from colortrack_ros.world.poses import OPTICAL
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import TransformError
-from colortrack_ros.world.poses import WENT_BACK
 
 
 @dataclass(frozen=True)
@@ -104,11 +102,10 @@ class TfPoses(CameraPoses):
                 'ros-jazzy-tf2-ros-py, or set pose_source: odometry'
             ) from error
         super().__init__(config)
-        self._tf2, self._refuse = tf2_ros, refuse
-        self._newest: dict[str, int] = {}
+        self._tf2 = tf2_ros
         self._buffer = tf2_ros.Buffer()
-        self._keep, self._buffer.set_transform = self._buffer.set_transform, self._take
-        self._listener = tf2_ros.TransformListener(self._buffer, node)
+        self._intake = TransformIntake(self._buffer, refuse)
+        self._listener = tf2_ros.TransformListener(self._intake, node)
 
     def at(self, stamp: int, frame_id: str) -> tuple[Pose, Pose]:
         """See CameraPoses."""
@@ -121,27 +118,9 @@ class TfPoses(CameraPoses):
         mount = self._lookup(of_camera, config.base_frame, optical, stamp)
         return base, mount @ OPTICAL.inverse()
 
-    def _take(self, transform: TransformStamped, authority: str) -> None:
-        """Keep a transform.
-
-        As a simulation or bag starts again, tf2 would keep the poses of the run before, and drop
-        new ones that are older than its cache.
-        """
-        time, child = transform.header.stamp, transform.child_frame_id
-        stamp = time.sec * NANOSECONDS + time.nanosec
-        newest = self._newest.get(child, stamp)
-        if stamp < newest - WENT_BACK * NANOSECONDS:
-            self._buffer.clear()
-            self._newest.clear()
-            self._refuse(
-                f'TF: the time of {child!r} has gone back by more than {WENT_BACK:g} s: poses '
-                'start anew'
-            )
-            newest = stamp
-        self._newest[child] = max(newest, stamp)
-        self._keep(transform, authority)
-
     def _lookup(self, what: str, parent: str, child: str, stamp: int) -> Pose:
+        if line := self._intake.rival(child, parent):
+            raise TransformError(f'{what}: {line}')
         try:
             found: Any = self._buffer.lookup_transform(parent, child, Time(nanoseconds=stamp))
         except self._tf2.TransformException as error:
