@@ -6,6 +6,7 @@ from pathlib import Path
 import signal
 import sys
 
+from nav_msgs.msg import Odometry
 import pytest
 from rcl_interfaces.srv import GetParameters
 from sensor_msgs.msg import Image
@@ -17,7 +18,7 @@ for module in ('launch_ros', 'launch_xml', 'ros2launch'):
     pytest.importorskip(module, reason='no ros2 launch here')
 
 NODES = ('camera', 'detector', 'tracker', 'overlay', 'window_tracker', 'contour_tracker',
-         'locator', 'follower')  # fmt: skip
+         'locator', 'follower', 'simulator')  # fmt: skip
 SOURCE = 'scene:single?width=320&height=240'
 SCENE = f'/**/camera:\n  ros__parameters:\n    source: {SOURCE}\n    loop: true\n'
 ROS2 = 'import sys; from ros2cli.cli import main; sys.exit(main())'
@@ -150,3 +151,22 @@ def test_a_robot_of_ones_own_with_its_topics_in_simulated_time(ros, launch):
     ), {topic: ros.node.count_subscribers(topic) for topic in takers}
     request = GetParameters.Request(names=['use_sim_time'])
     assert ros.call(GetParameters, 'robot1/follower/get_parameters', request).values[0].bool_value
+
+
+def test_the_frames_of_one_of_several_robots_have_its_prefix(ros, launch):
+    process = launch('world.launch.xml', 'namespace:=r1', 'frame_prefix:=r1/')
+    frames = {
+        'simulator': ['fixed_frame', 'base_frame', 'frame_id'],
+        'tracker': ['fixed_frame', 'base_frame'],
+        'locator': ['fixed_frame', 'base_frame', 'target_frame'],
+        'follower': ['fixed_frame', 'base_frame'],
+    }
+    assert ros.spin(lambda: len(names(ros)) == 5), process.output
+    for node, parameters in frames.items():
+        request = GetParameters.Request(names=parameters)
+        values = ros.call(GetParameters, f'r1/{node}/get_parameters', request).values
+        assert all(value.string_value.startswith('r1/') for value in values), node
+    odometry = ros.listen(Odometry, 'r1/odom')
+    locations = ros.listen(PointCloud2, 'r1/locations')
+    assert ros.spin(lambda: odometry and any(m.width for m in locations)), process.output
+    assert odometry[-1].header.frame_id == locations[-1].header.frame_id == 'r1/odom'
