@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
+from std_msgs.msg import Header
 
 from colortrack_ros.messages import MessageError
 from colortrack_ros.messages.serialized import message_of_serialized
@@ -39,6 +40,7 @@ class CameraViews:
         self._refuse, self._info_topic = refuse, info_topic
         self._rectified = config.rectified
         self._camera: CameraModel | None = None
+        self._info = CameraInfo()
         self._poses: CameraPoses
         if config.pose_source == 'tf':
             self._poses = TfPoses(node, config, refuse)
@@ -56,7 +58,9 @@ class CameraViews:
         """Take a serialized CameraInfo."""
         try:
             info = message_of_serialized(cdr, CameraInfo)
-            self._camera = CameraModel.of_info(info, self._rectified)
+            info.header = Header()  # all else is the same with each picture
+            if self._camera is None or info != self._info:
+                self._camera, self._info = CameraModel.of_info(info, self._rectified), info
         except (MessageError, CalibrationError) as error:
             self._camera = None
             self._refuse(str(error))

@@ -29,6 +29,7 @@ from colortrack_ros.world import Locator
 from colortrack_ros.world import LocatorConfig
 from colortrack_ros.world.selection import rule_of
 from colortrack_ros.world.selection import Selector
+from colortrack_ros.world.view import CalibrationWatch
 from colortrack_ros.world.view import View
 
 MAP = 'map'
@@ -85,6 +86,7 @@ class LocatorNode(ManagedNode[LocatorSetup]):
             self.get_logger().warning(MAP_JUMPS)
         self.health = Health(self, objects=lambda: self._output.alive)
         self._locator = Locator(setup.config, self.health.refuse, len(feeds))
+        self._calibrations = CalibrationWatch()
         self._selector = Selector(setup.output.select, setup.names)
         self._order: Interleaving[Seen] = Interleaving(
             len(feeds), self._locate, self.health.refuse, seconds_of(self)
@@ -124,6 +126,9 @@ class LocatorNode(ManagedNode[LocatorSetup]):
     def _publish(self, seen: Seen) -> None:
         tracks = seen.tracks
         with self.lock:
+            if line := self._calibrations.see(seen.camera, seen.view.camera):
+                self._locator.configure(self.setup.config)
+                self.get_logger().warning(line)
             locations = self._locator.update(
                 tracks, seen.detections, seen.view, seen.depth, seen.camera
             )

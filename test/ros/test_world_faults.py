@@ -82,6 +82,16 @@ def test_a_clock_that_goes_back_is_told_and_objects_are_located_again(ros, back)
     assert (row['x'], row['y']) == pytest.approx(BALL[:2], abs=0.02)
 
 
+def test_a_camera_that_is_calibrated_anew_locates_at_once(ros):
+    """As by camera_calibration, which tells a running camera."""
+    robot = Robot(ros, patient=True)
+    drive(robot, range(30), k=lambda _: (700.0, 0.0, 320.0, 0.0, 700.0, 240.0, 0.0, 0.0, 1.0))
+    drive(robot, range(30, 40))
+    robot.node.wait_for('the camera has been calibrated anew: objects restart')
+    (row,) = last(robot)
+    assert (row['x'], row['y']) == pytest.approx(BALL[:2], abs=0.02)
+
+
 UPSIDE_DOWN = str([*map(float, PLACE[:3]), float(np.pi), 0.25, 0.0])
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from colortrack_ros.world import CalibrationError
 from colortrack_ros.world import CameraModel
+from colortrack_ros.world.view import CalibrationWatch
 
 K = (520.0, 0, 321.5, 0, 515.0, 238.0, 0, 0, 1)
 P = (450.0, 0, 310, 0, 0, 450, 245, 0, 0, 0, 1, 0)
@@ -182,3 +183,21 @@ def test_the_picture_ends_half_a_pixel_beyond_its_outermost_centers():
         np.array([[-0.5, 0], [639.4, 479.4], [639.5, 0], [0, -0.6], [np.nan, 1]])
     )
     assert inside.tolist() == [True, True, False, False, False]
+
+
+def zoomed(by, width=640, d=PLUMB_BOB):
+    return CameraModel.of(width, 480, np.array(K) * [by, 1, 1, 1, by, 1, 1, 1, 1], d)
+
+
+@pytest.mark.parametrize('change', [{'by': 1.1}, {'by': 0.9}, {'width': 660}, {'d': ()}])
+def test_a_camera_that_is_calibrated_anew_is_noticed_once_and_no_other(change):
+    watch = CalibrationWatch()
+    assert [watch.see(camera, zoomed(1.0)) for camera in (0, 1, 0)] == [''] * 3
+    assert 'calibrated anew' in watch.see(0, zoomed(**{'by': 1.0} | change))
+    assert watch.see(0, zoomed(**{'by': 1.0} | change)) == ''
+    assert watch.see(1, zoomed(1.0)) == ''
+
+
+def test_a_lens_that_zooms_by_ten_times_in_six_seconds_is_not_calibrated_anew():
+    watch = CalibrationWatch()
+    assert not any(watch.see(0, zoomed(10 ** (k / 180))) for k in range(180))
