@@ -121,14 +121,15 @@ class Health:
             self._counts.taken += 1
             self._heard = self._seconds()
 
-    def gave_out(self, stamp: int) -> None:
+    def gave_out(self, stamp: int, *, repeated: bool = False) -> None:
         """Count a message that was published.
 
-        :param stamp: of its header [ns].
+        :param stamp: of its header, or of what it follows from [ns].
+        :param repeated: whether many may follow from one message, so that stamps may stand still.
         """
         latency = (self._node.get_clock().now().nanoseconds - stamp) * 1e-9
         with self._lock:
-            still = self._stamps.see(stamp)
+            still = '' if repeated else self._stamps.see(stamp)
             tell = still != '' and self._still == ''
             self._still = still
             self._counts.given += 1

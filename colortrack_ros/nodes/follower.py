@@ -188,7 +188,7 @@ class FollowerNode(ManagedNode[FollowerSetup]):
                 raise
         self._tell()
         self._publish(now, *speeds)
-        self.health.gave_out(at)
+        self.health.gave_out(at, repeated=True)
         # leave a stopped robot to other nodes until there is a target
         self._timer.reset() if self._following.follows else self._timer.cancel()
 

@@ -94,6 +94,15 @@ def test_it_drives_after_an_object_until_it_is_stopped_or_hears_no_more(ros):
     assert ros.spin(lambda: robot.commands and speed_of(robot.commands[-1]) == 0.0)
 
 
+def test_odometry_that_ends_is_told_as_that_and_not_as_stamps_that_stand_still(ros):
+    """Many commands follow from the last message of odometry."""
+    robot = Robot(ros)
+    assert robot.drives(True), ros.outputs()
+    assert robot.drives(False, tell=False)
+    robot.node.wait_for('was last measured')
+    assert 'the stamps stand still' not in robot.node.output
+
+
 def test_a_pose_is_followed_as_well_and_speeds_can_have_a_header(ros):
     robot = Robot(ros, TwistStamped, stamped='true', target_source='pose')
     assert robot.drives(True), ros.outputs()
