@@ -13,6 +13,7 @@ from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import parameter
+from colortrack_ros.world.alternation import Alternation
 from colortrack_ros.world.poses import Pose
 from colortrack_ros.world.poses import PoseBuffer
 from colortrack_ros.world.poses import TransformError
@@ -38,7 +39,7 @@ class OdometryBuffer:
 
     def __init__(self, config: OdometryConfig, refuse: Callable[[str], object]) -> None:
         self.poses = PoseBuffer(config.fixed_frame, config.base_frame)
-        self._refuse, self._twists = refuse, Twists()
+        self._refuse, self._twists, self._watch = refuse, Twists(), Alternation()
 
     def take(self, cdr: bytes) -> None:
         """Add a serialized nav_msgs/Odometry."""
@@ -61,9 +62,13 @@ class OdometryBuffer:
         if not self.poses.add(stamp, place):
             self.poses.clear()
             self.poses.add(stamp, place)
+            self._watch = Alternation()
             self._refuse(
                 f'odometry: its time has gone back by more than {WENT_BACK:g} s: poses start anew'
             )
+        self._watch.see(stamp, (t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+        if line := self._watch.line:
+            self._refuse(f'odometry {line}: several nodes publish it; expected one')
         v, w = message.twist.twist.linear, message.twist.twist.angular
         if line := self._twists.see(stamp, place, (v.x, v.y), w.z):
             self._refuse(f'odometry contradicts itself: {line}')
