@@ -68,7 +68,7 @@ class OdometryBuffer:
             )
         self._watch.see(stamp, (t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
         if line := self._watch.line:
-            self._refuse(f'odometry {line}: several nodes publish it; expected one')
+            self._refuse(f'odometry {line}: several nodes publish it, or its poses are that noisy')
         v, w = message.twist.twist.linear, message.twist.twist.angular
         if line := self._twists.see(stamp, place, (v.x, v.y), w.z):
             self._refuse(f'odometry contradicts itself: {line}')

@@ -54,7 +54,9 @@ class TransformIntake:
         passed: set[str] = set()
         while child != parent and child not in passed:
             if child in self._watches and (line := self._watches[child].line):
-                return f'{child!r} {line}: several nodes publish it in TF; expected one'
+                return (
+                    f'{child!r} {line}: several nodes publish it in TF, or its poses are that noisy'
+                )
             passed.add(child)
             child = self._parents.get(child, parent)
         return ''

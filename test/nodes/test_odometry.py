@@ -22,4 +22,6 @@ def test_two_drivers_of_one_name_are_told_by_their_poses(off):
             buffer.take(serialize_message(message))
     assert bool(told) == (off > 0)
     assert all('odometry goes to and fro by 0.' in line for line in told)
-    assert all(line.endswith('several nodes publish it; expected one') for line in told)
+    assert all(
+        line.endswith('several nodes publish it, or its poses are that noisy') for line in told
+    )

@@ -143,7 +143,7 @@ def test_two_nodes_that_publish_one_frame_in_tf_are_told(ros):
             )
     robot.see(19)
     robot.node.wait_for("'base_footprint' goes to and fro by 0.38 m")
-    robot.node.wait_for('several nodes publish it in TF; expected one')
+    robot.node.wait_for('several nodes publish it in TF, or its poses are that noisy')
     assert robot.locations == []
 
 
