@@ -17,18 +17,24 @@ class Rhythm:
     """
 
     def __init__(self) -> None:
-        self._empty, self._usual, self._alike = 0, 0, 0
+        self._empty, self._usual, self._alike, self._pauses = 0, 0, 0, False
 
-    def is_pause(self, count: int) -> bool:
+    def is_pause(self, count: int, *, again: bool = False) -> bool:
         """Take the next frame; return whether it is empty as frames usually are at this point.
 
         :param count: of its detections.
+        :param again: these are more of the same frame, which remains what it was.
         """
+        if not again:
+            self._pauses = self._take(count)
+        return self._pauses
+
+    def _take(self, count: int) -> bool:
         if not count:
             self._empty += 1
             return self._alike >= TIMES and self._empty <= self._usual
         if self._empty or self._usual:
-            again = self._empty == self._usual <= LONGEST_PAUSE
-            self._alike = self._alike + 1 if again else 0
+            alike = self._empty == self._usual <= LONGEST_PAUSE
+            self._alike = self._alike + 1 if alike else 0
             self._empty, self._usual = 0, self._empty
         return False

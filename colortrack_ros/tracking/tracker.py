@@ -203,7 +203,7 @@ class Tracker:
             self._in_force = self._adaptation.patient(self.config)
         if self.config.ego_motion == 'odometry' and not again:
             self._adaptation.camera.turn(detections.viewpoint, self._clock.now, self._period)
-        pauses = not again and self._rhythm.is_pause(detections.rows.size)
+        pauses = self._rhythm.is_pause(detections.rows.size, again=again)
         return Step(self._clock.now, dt, self._period, again, pauses)
 
     def _hypothesize(

@@ -58,3 +58,19 @@ def test_rare_clutter_is_no_track(seed):
             tracker.update(points(seen, round(k / 30 * 1e9))).rows['state'] != TENTATIVE
         ).sum()
     assert shown == 0
+
+
+@pytest.mark.parametrize('size', [None, (20, 20)])
+def test_what_a_second_detector_finds_in_the_pauses_of_the_first_is_tracked(size):
+    """Its messages have the stamps of the empty ones of the first."""
+    rng, tracker, found, names = np.random.default_rng(6), Tracker(), 0, set()
+    for k in range(150):
+        stamp, z = round(k / 30 * 1e9), rng.normal(PLACES + np.array([40 * k / 30, 0]), 1)
+        seen = (z, z[:0]) if k % 2 == 0 else (z[:0], z)
+        for each in seen:
+            tracks = tracker.update(points(each, stamp, size=size)).rows
+        tracks = tracks[tracks['state'] != TENTATIVE]
+        names.update(tracks['track_id'].tolist())
+        found += len(tracks) * (k >= 30)
+    assert found == 120 * len(PLACES)
+    assert len(names) == len(PLACES)
