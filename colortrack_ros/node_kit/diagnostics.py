@@ -99,6 +99,7 @@ class Health:
         self._lock = threading.Lock()
         self._counts = _Counts()
         self._reason = self._noted = self._still = self._logged = ''
+        self._noted_level = ERROR
         self._stamps = StampWatch()
         self._told = -TOLD_EVERY
         self._seconds = Elapsed(node)
@@ -106,14 +107,16 @@ class Health:
         self._publisher = publish_on(node, DiagnosticArray, '/diagnostics')
         node.create_timer(PERIOD, self.publish, clock=STEADY)
 
-    def note(self, trouble: str) -> None:
+    def note(self, trouble: str, level: bytes = ERROR) -> None:
         """Log what is wrong with a picture, once until it is over; empty if nothing is.
 
         Nothing refused keeps it from the log, unless it has just been logged as that.
+
+        :param level: of the status until then.
         """
         if trouble and not self._noted and trouble != self._logged:
             self._node.get_logger().warning(trouble)
-        self._noted, self._logged = trouble, ''
+        self._noted, self._noted_level, self._logged = trouble, level, ''
 
     def took_in(self) -> None:
         """Count a message or a frame that was received."""
@@ -188,7 +191,7 @@ class Health:
         lateness = f'{late:.3f} s from stamp to output'
         quiet = f'nothing has come in for {silence:.0f} s'
         refusal = f'{counts.refused} refused: {self._reason}'
-        rival, trouble = rival_of(self._node), self._trouble() or self._noted
+        rival, trouble, noted = rival_of(self._node), self._trouble(), self._noted
         crowd = crowd_of(self._node)
         if crowd:
             self._node.get_logger().warning(crowd, once=True)
@@ -197,8 +200,10 @@ class Health:
             self._node.get_logger().warning(mismatch, once=True)
         findings = (
             (ERROR, trouble, trouble != ''),
+            (ERROR, noted, noted != '' and self._noted_level == ERROR),
             (ERROR, lateness, late > limit['error_latency']),
             (ERROR, quiet, silence > limit['error_silence']),
+            (WARN, noted, noted != ''),
             (WARN, NO_CLOCK, lacks_clock(self._node)),
             (WARN, rival, rival != ''),
             (WARN, crowd, crowd != ''),

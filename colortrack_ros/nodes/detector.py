@@ -17,6 +17,7 @@ from colortrack_ros.detection.regions import Regions
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import image_of_frame
 from colortrack_ros.node_kit.diagnostics import Health
+from colortrack_ros.node_kit.diagnostics import WARN
 from colortrack_ros.node_kit.intake import configure
 from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.intake import receive_images
@@ -88,7 +89,7 @@ class DetectorNode(ManagedNode[DetectorSetup]):
         self.health.took_in()
         with self.lock:
             detections = self._detector.detect(frame)
-            self.health.note(self._detector.trouble)
+            self.health.note(self._detector.trouble, WARN)  # colors may be out of view
             if self._debug_publisher.get_subscription_count() > 0:
                 mask = dataclasses.replace(frame, image=self._detector.mask, encoding='mono8')
                 self._debug_publisher.publish(image_of_frame(mask))

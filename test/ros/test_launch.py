@@ -38,7 +38,7 @@ def launch(ros, tmp_path, monkeypatch):
             (share / 'colortrack_ros' / name / file.name).symlink_to(file)
     for name in NODES:
         (lib / name).symlink_to(executable(name))
-    paths = [str(tmp_path), os.environ.get('AMENT_PREFIX_PATH', '')]
+    paths = [str(tmp_path), os.environ.get('AMENT_PREFIX_PATH', sys.prefix)]
     monkeypatch.setenv('AMENT_PREFIX_PATH', os.pathsep.join(filter(None, paths)))
     monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path / 'log'))
 

@@ -191,6 +191,14 @@ def test_diagnostics_tell_what_is_wrong(ros):
     status_of(ros, diagnostics, '/tracker', DiagnosticStatus.ERROR, 'nothing has come in')
 
 
+def test_a_color_that_is_out_of_view_is_no_error(ros):
+    diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
+    ros.start('camera', **LOOP)
+    ros.start('detector', **{'colors': '[red, away]', 'away.rgb': '[20.0, 250.0, 250.0]'})
+    status_of(ros, diagnostics, '/detector', DiagnosticStatus.WARN, 'away is not in the picture')
+    assert not any(s.level == DiagnosticStatus.ERROR for m in diagnostics for s in m.status)
+
+
 def test_stamps_that_nobody_fills_in_are_told(ros):
     """No track was ever confirmed, and nobody said why."""
     diagnostics = ros.listen(DiagnosticArray, '/diagnostics')
