@@ -145,10 +145,10 @@ class Doubts:
     def _thicken(
         self, tracks: NDArray[np.uint32], measured: Measured, objects: Objects, camera: int
     ) -> None:
-        """Note the spread of what depth locates, if nobody knows how thick it is."""
-        thick = measured.lasting[:, DEPTH].nonzero()[0]
-        row, which = (objects.track_id[:, [camera]] == tracks[thick]).nonzero()
-        of = thick[which]
+        """Note the spread of what depth locates: 0 if it is known how thick it is."""
+        located = measured.used[:, DEPTH].nonzero()[0]
+        row, which = (objects.track_id[:, [camera]] == tracks[located]).nonzero()
+        of = located[which]
         shares = np.sqrt(measured.lasting[of, DEPTH]) / measured.z[of, DEPTH]
         self._shares |= dict(zip(objects.object_id[row].tolist(), shares.tolist(), strict=True))
 
