@@ -22,11 +22,11 @@ from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import assumed_speed
 from colortrack_ros.tracking.sizes import Sizes
 
-KEPT = (
-    'track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'hits', 'nearness',
-    'aloft',
-)  # fmt: skip
+KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'nearness', 'aloft')
 """Fields of a lost track that the new one takes over."""
+
+ADDED = ('hits', 'gaps')
+"""Fields of a lost track that are added to those of the new one."""
 
 REACH_SIGMAS = 7.0
 """Pairs more than this many standard deviations apart are not compared, to save time: beyond 7 the
@@ -57,11 +57,10 @@ is an object. Assumed."""
 def stitch(tracks: TrackTable[Bank], found: Indices, lost: Records) -> None:
     """Give new tracks, (K,), the IDs and sizes of lost ones, (K,) records."""
     records = tracks.records
-    counted = {name: records[name][found] + lost[name] for name in ('hits', 'gaps')}
     for name in KEPT:
         records[name][found] = lost[name]
-    for name, count in counted.items():
-        records[name][found] = count
+    for name in ADDED:
+        records[name][found] += lost[name]
 
 
 def find_stitches(

@@ -146,11 +146,11 @@ class Doubts:
         self, tracks: NDArray[np.uint32], measured: Measured, objects: Objects, camera: int
     ) -> None:
         """Note the spread of what depth locates: 0 if it is known how thick it is."""
-        located = measured.used[:, DEPTH].nonzero()[0]
-        row, which = (objects.track_id[:, [camera]] == tracks[located]).nonzero()
-        of = located[which]
-        shares = np.sqrt(measured.lasting[of, DEPTH]) / measured.z[of, DEPTH]
-        self._shares |= dict(zip(objects.object_id[row].tolist(), shares.tolist(), strict=True))
+        each = measured.aligned(tracks, objects.track_id[:, camera])
+        located = each.used[:, DEPTH]
+        shares = np.sqrt(each.lasting[located, DEPTH]) / each.z[located, DEPTH]
+        ids = objects.object_id[located].tolist()
+        self._shares |= dict(zip(ids, shares.tolist(), strict=True))
 
     def _fit(self, camera: int, line: str) -> None:
         """Note an inconsistency, or that there is none, once several checks agree."""

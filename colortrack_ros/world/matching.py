@@ -85,16 +85,16 @@ def measured_of(
     R[:, V, V] = rows['cov_vv'] + config.pixel_noise**2
     R[:, U, V] = R[:, V, U] = rows['cov_uv']
     z[:, BLOB] = seen_sizes(rows, config)
-    lasting = hidden_halves(rows, kinds.diameter > 0) ** 2
+    known, discs = kinds.diameter > 0, round_blobs(rows, z[:, BLOB])
+    lasting = hidden_halves(rows, known) ** 2
     used[:, RAY] = whole[:, None]
     used[:, PLANE] = whole & kinds.bound & (config.method in ('ground', 'fused'))
     R[:, PLANE, PLANE] = PLANE_SIGMA**2
     R[:, BLOB, BLOB] = config.size_noise**2
     by_size = (config.method in ('size', 'fused')) | ((config.method == 'ground') & ~kinds.bound)
-    used[:, BLOB] = whole & by_size & (kinds.diameter > 0) & round_blobs(rows, z[:, BLOB])
+    used[:, BLOB] = whole & by_size & known & discs
     if depth is not None and config.method in ('depth', 'fused'):
-        behind, spread = _centers_behind(rows, z[:, BLOB], kinds, camera)
-        measured = depths_of(rows, depth) / (1 - behind)
+        measured, spread = _centers(rows, z[:, BLOB], known | discs, camera, depth)
         used[:, DEPTH] = whole & np.isfinite(measured)
         z[:, DEPTH] = np.where(used[:, DEPTH], measured, 0.0)
         R[:, DEPTH, DEPTH] = np.square(config.depth_noise * z[:, DEPTH])
@@ -155,20 +155,26 @@ def hidden_halves(rows: NDArray[np.void], discs: Bools) -> Floats:
     return off
 
 
-def _centers_behind(
-    rows: NDArray[np.void], size: Floats, kinds: Kinds, camera: CameraModel
+def _centers(
+    rows: NDArray[np.void],
+    size: Floats,
+    spheres: Bools,
+    camera: CameraModel,
+    depth: NDArray[np.float32],
 ) -> tuple[Floats, Floats]:
-    """Return how far centers lie behind the surfaces seen, (N,), and the standard deviations.
+    """Return the depths of centers, (N,) [m], NaN if too few are valid, and what lasts in them.
 
-    Both are shares of the centers' depths. The size of a blob tells it of a sphere. What is no disc
-    and has no known diameter may be as flat as a sheet or as thick as that sphere.
+    The size of a blob tells how far the center of a sphere lies behind its surface. What may be
+    none may be as flat as a sheet or as thick as that sphere; its standard deviation is a share of
+    the depth.
 
     :param size: (N,) diameter of the blobs [px].
+    :param spheres: (N,) which are discs, or have a known diameter.
     """
     radius = size / (2 * np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
-    sphere = BULGE * np.minimum(radius, 0.5)
-    flat = (kinds.diameter <= 0) & ~round_blobs(rows, size)
-    return np.where(flat, sphere / 2, sphere), flat * sphere / np.sqrt(12)
+    behind = BULGE * np.minimum(radius, 0.5)
+    centers = depths_of(rows, depth) / (1 - np.where(spheres, behind, behind / 2))
+    return centers, ~spheres * behind / np.sqrt(12)
 
 
 def depths_of(rows: NDArray[np.void], depth: NDArray[np.float32]) -> Floats:
