@@ -21,6 +21,7 @@ from colortrack_ros.tracking.process_noise import ProcessNoise
 from colortrack_ros.tracking.recent import Recent
 from colortrack_ros.tracking.resolution import Resolution
 from colortrack_ros.tracking.sizes import Sizes
+from colortrack_ros.tracking.traffic import Entrances
 
 # Constants marked "assumed" were set by hand; benchmark/ablation.py --constants adaptation.NAME
 # shows what IDF1 becomes with half and twice the value.
@@ -73,10 +74,6 @@ AREA_SHRINKING = 0.6
 """Factor on that area for each new object inside a smaller one. If the logarithm of the area is
 normal with variance 1/2, n objects move its mode by -n/2, until it meets the area seen. Assumed."""
 
-BORDER, ENTERING, FEW_PLACES = 0.05, 0.9, 10.0
-"""Width of the border as a share of the picture, prior share of new objects that appear there, and
-its weight in objects. Assumed."""
-
 AT_START, LONG, WORTH = 15, 600, 90
 """Initial frames, whose objects are not new; memory for the rate of new ones; weight of its initial
 value [frames]. Assumed: half a second, 20 s, 3 s."""
@@ -113,7 +110,7 @@ class Adaptation:
         self.sizes = Sizes()
         self.has_met = False
         """Whether there have been objects yet."""
-        self._places = FEW_PLACES * np.array([ENTERING, 1 - ENTERING])
+        self._entrances = Entrances()
         self._begun, self._watched_for = WORTH * FIRST_NEW, float(WORTH)
         self._false, self._frames, self._births = FIRST_FALSE, 3, LEAST_NEW
         self._late, self._late_at = 0.0, 0
@@ -195,22 +192,15 @@ class Adaptation:
         return max(self._seen_area, FIRST_AREA * AREA_SHRINKING**self._met)
 
     def birth_places(self, z: Floats) -> Floats:
-        """Density of new objects at z, (K, 2): (K,) [1/px^2]; most appear at the border."""
-        inner = (1 - 2 * BORDER) ** 2
-        entered, appeared = self._places / self._places.sum()
-        share = np.where(self._is_at_border(z), entered / (1 - inner), appeared / inner)
-        return np.asarray(share / self.birth_area)
+        """Density of new objects at z, (K, 2): (K,) [1/px^2]; most appear near the border."""
+        return self._entrances.density(z, *self._bounds) / self.birth_area
 
-    def _is_at_border(self, z: Floats) -> Bools:
-        """Which positions, (K, 2) [px], are at the border of the picture, (K,).
-
-        While its size is not known, at the border of the box around all detections.
-        """
-        low, high = self._low, self._high
+    @property
+    def _bounds(self) -> tuple[Floats, Floats]:
+        """Corners of the picture, (2,) each [px], or of the box around all detections so far."""
         if all(self.image_size):
-            low, high = np.zeros(2), np.array(self.image_size)
-        margin = BORDER * (high - low)
-        return np.asarray((np.minimum(z - low, high - z) < margin).any(axis=1))
+            return np.zeros(2), np.array(self.image_size, float)
+        return self._low, self._high
 
     def learn_period(self, period: float) -> None:
         """Learn how slow all is from the time since the last frame [s]."""
@@ -270,8 +260,7 @@ class Adaptation:
         true = len(origin)
         self._frames += 1
         if true:
-            entered = np.count_nonzero(self._is_at_border(origin))
-            self._places += entered, true - entered
+            self._entrances.learn(origin, *self._bounds)
             if not all(self.image_size):
                 self._met += true
             if self._frames > AT_START:

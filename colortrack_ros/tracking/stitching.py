@@ -21,6 +21,7 @@ from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import assumed_speed
 from colortrack_ros.tracking.sizes import Sizes
+from colortrack_ros.tracking.traffic import share_staying
 
 KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'nearness', 'aloft')
 """Fields of a lost track that the new one takes over."""
@@ -53,6 +54,11 @@ CERTAIN, LIKELY = 1e3, math.log(1e3)
 tracks; for coasting ones, which may still be elsewhere, odds of a thousand that the confirmed track
 is an object. Assumed."""
 
+TELLING_GAIN = math.log(10)
+"""Gain from which a pair tells that what is lost there returns: odds of ten to one. Else a mistake
+makes the next one more likely. With 3, mean IDF1 of 25 sets of pedestrians is 0.2 lower; with 30
+the same."""
+
 
 def stitch(tracks: TrackTable[Bank], found: Indices, lost: Records) -> None:
     """Give new tracks, (K,), the IDs and sizes of lost ones, (K,) records."""
@@ -71,7 +77,7 @@ def find_stitches(
     learned: Adaptation,
     config: TrackerConfig,
     population: Population,
-) -> tuple[Indices, Indices]:
+) -> tuple[Indices, Indices, Bools]:
     """Choose pairs by the likelihood of their states against that of new objects.
 
     The first few detections decide what one could not: they are not clutter, and they have a
@@ -82,7 +88,7 @@ def find_stitches(
     :param found: M others, just confirmed.
     :param stamp: now [ns].
     :param period: of the frames [s].
-    :return: (K,) indices of lost tracks, and (K,) of the new ones that continue them.
+    :return: (K,) lost tracks, (K,) the new ones that continue them, and (K,) whether that tells.
     """
     fit = found.records['born'] > lost.records['updated'][:, None]
     fit |= found.records['host'] == lost.records['track_id'][:, None]
@@ -101,7 +107,7 @@ def find_stitches(
     no_other = np.where(remembered, CERTAIN, LIKELY)[one]
     gain += no_other * population.is_complete(found.records['color'])[other]
     chosen, _ = associate(one, other, gain)
-    return one[chosen], other[chosen]
+    return one[chosen], other[chosen], gain[chosen] > TELLING_GAIN
 
 
 def _is_repeated(
@@ -180,11 +186,10 @@ def _log_prior(
     :param gap: (K,) from the last measurement of the lost track to the first of the new one [s].
     :param one: (K,) indices of lost tracks.
     """
-    records = lost.records
-    share = np.array(records['hidden_share'])
-    share[remembered] = learned.disappearances.share_of_deleted(
-        records['seen'][remembered], learned.area
-    )
+    records, velocity = lost.records, lost.filters.estimate()[0][:, 2:4]
+    share, seen = np.array(records['hidden_share']), records['seen']
+    share[remembered] = learned.disappearances.share_of_deleted(seen[remembered], learned.area)
+    share = share_staying(share, seen, velocity, learned.image_size)
     share[records['splinter']] = 0.0
     detected = learned.detection_rate.estimate(config.detection_probability)
     back = learned.disappearances.return_odds(share[one], gap, unmeasured[one], detected, period)

@@ -98,7 +98,7 @@ def test_a_few_new_objects_show_how_small_the_picture_is(known, ratio):
     learned.learn_new(0, np.array([[60.0, 60.0], [260.0, 200.0], [100.0, 200.0]]))
     u, v = np.meshgrid(np.arange(320) + 0.5, np.arange(240) + 0.5)
     total = learned.birth_places(np.column_stack([u.ravel(), v.ravel()])).sum()
-    assert 1 / ratio <= total * (1 + 1e-9) <= 1 + 1e-6
+    assert 1 / ratio - 1e-3 < total < 1 + 1e-3  # a sum over pixels in place of an integral
 
 
 def test_where_all_are_alike_size_soon_says_nothing():
