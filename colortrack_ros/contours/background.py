@@ -65,6 +65,11 @@ class StillBackground(BackgroundModel):
         return self._stillness is not None and self._stillness.seconds < self._most
 
     @property
+    def seconds(self) -> float:
+        """Time since the first picture [s], while some of the background is unknown; 0 later."""
+        return 0.0 if self._stillness is None else self._stillness.seconds
+
+    @property
     def has_looked(self) -> bool:
         """Whether the last frame was compared with earlier ones, which takes time."""
         return self._stillness is not None and self._stillness.seconds == self._stillness.last

@@ -15,6 +15,7 @@ from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.displaced import is_displaced
 from colortrack_ros.contours.scene_change import SceneChange
 from colortrack_ros.contours.shadows import without_shadows
+from colortrack_ros.contours.unknown import goes_on
 from colortrack_ros.contours.usual import UsualArea
 from colortrack_ros.contours.weak import with_weak
 from colortrack_ros.data import Bools
@@ -115,6 +116,16 @@ class Foreground:
     def is_learning(self) -> bool:
         """Whether outlines may still be those of things in the first picture."""
         return self._config.start == 'background' and self._background.is_learning
+
+    def goes_on(self, box: Floats, age: Floats) -> Bools:
+        """Return which boxes, (N, 4), end where the background is unknown; see unknown.goes_on.
+
+        :param age: of the targets, (N,) [s]: those that were there before the background are whole.
+        """
+        unknown = self._background.unknown() if self.is_seen else None
+        if unknown is None:
+            return np.zeros(len(box), bool)
+        return goes_on(box, unknown) & (age <= self._background.seconds)
 
     def areas(self, frame: Frame, known: Floats) -> Areas | None:
         """Return the areas that differ, or None if too much does since the camera moves.

@@ -11,9 +11,9 @@ from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.foreground import Foreground
 from colortrack_ros.contours.position import positions
 from colortrack_ros.contours.spline import Spline
-from colortrack_ros.contours.usual import UsualArea
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
@@ -67,7 +67,7 @@ def published(
         brief = tracks.freshness(now, min(GONE_SECONDS, longest))
         fresh = np.where(told, fresh, brief)
     score = np.clip(tracks.records['edge_share'], 0, 1) * fresh
-    score[_are_parts(tracks.records, outlines, foreground.usual) & ~told] = 0.0
+    score[_are_parts(tracks.records, outlines, foreground, now) & ~told] = 0.0
     shown = (score >= config.min_score) | (tracks.records['state'] == TENTATIVE)
     tracks, score, outlines = tracks.take(shown), score[shown], outlines[shown]
     contours = tracks.filters
@@ -84,15 +84,19 @@ def published(
     return rows, outlines
 
 
-def _are_parts(records: Records, outlines: Floats, usual: UsualArea) -> Bools:
+def _are_parts(records: Records, outlines: Floats, foreground: Foreground, now: int) -> Bools:
     """Return which targets, (N,), show a part of a thing: a foot in front of its body, what is left
-    of somebody behind a sign, or an arm of somebody who is in the background.
+    of somebody behind a sign, an arm of somebody who is in the background, or the side of a car
+    whose middle hides a road that has not been seen yet.
 
     What has gone far from where it began is small, but a thing: a ball, or somebody among cars.
+
+    :param now: stamp [ns].
     """
     own = boxes(outlines)
     part = records['piece'] | (own[:, 3] - own[:, 1] < LEAST_HEIGHT * records['high'])
-    there = usual.at(own)
+    part |= foreground.goes_on(own, (now - records['born']) / NANOSECONDS)
+    there = foreground.usual.at(own)
     gone = outlines.mean(axis=1) - records['first_at'].mean(axis=1)[:, ::-1]
     stays = np.hypot(*gone.T) < GONE_SIDES * np.sqrt(there)
     return np.asarray(part | stays & (extents(own) < AREA_SHARE * there))
