@@ -24,6 +24,7 @@ from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.pick import pick_color
 from colortrack_ros.detection.pick import PickedColor
 from colortrack_ros.detection.pick import SEED_REACH
 from colortrack_ros.detection.pixels import split_rgb
@@ -88,12 +89,14 @@ class Example:
         medians = [np.median(rgb[part], axis=0) for part in parts if len(part)]
         return lab_from_rgb(np.rint(medians).astype(np.intp))
 
-    def part(self, largest_share: float = LARGEST_SHARE) -> Part:
+    def part(self, largest_share: float = LARGEST_SHARE, alone: bool = False) -> Part:
         """The object in its picture, as far as one color covers it.
 
         For a box, the ellipse inside. For a pixel, what is connected to it in the color there.
 
         :param largest_share: largest share of the picture that the color may cover.
+        :param alone: whether no other example shows more of its shades: then it is all that the
+            detector finds by its color.
         :raises ValueError: if it is outside its picture.
         """
         self.pixels()
@@ -110,6 +113,8 @@ class Example:
                 look_up(((away**2).sum(axis=1) < 1).view(np.uint8), cells, mask)
                 component = cv2.connectedComponents(mask)[1]
                 mask &= component == component[v, u]
+            if alone:
+                mask |= self._found(frame)
             mask[window] = 1
         else:
             row, column = np.ogrid[:height, :width]
@@ -118,6 +123,18 @@ class Example:
         left, top, width, height = cv2.boundingRect(mask)
         part = slice(top, top + height), slice(left, left + width)
         return Part(mask[part], cells[part], cells[window].reshape(-1), self.is_pixel)
+
+    def _found(self, frame: Frame) -> NDArray[np.uint8]:
+        """(H, W) 1 where the detector finds it by one click; nowhere if its color has no end."""
+        u, v = self.box[:2]
+        picked = pick_color(frame, u, v)
+        detector = Detector(replace(DetectorConfig(), colors=(picked.color,)))
+        detector.detect(frame)
+        found = (detector.labels > 0).astype(np.uint8)
+        component = cv2.connectedComponents(found)[1]
+        found &= component == component[v, u]
+        ends = not picked.runs_on and found.mean() < LARGEST_SHARE
+        return found * np.uint8(ends)
 
 
 def _around(place: int) -> slice:
@@ -140,7 +157,7 @@ def teach_color(
         sizes and shapes, are ignored.
     :raises ValueError: if an example is outside its picture, or the color fills the pictures.
     """
-    parts = [example.part() for example in examples]
+    parts = [example.part(alone=len(examples) == 1) for example in examples]
     found = discriminate(parts, [other.part(LARGEST_GROUND) for other in others])
     frames = {id(example.frame): plain(example.frame) for example in (*examples, *others)}
     counts = np.sum([count_colors(f.image, f.encoding) for f in frames.values()], axis=0)

@@ -55,6 +55,25 @@ def test_pictures_in_different_light_give_one_color_for_both():
     assert columns(dim, teach_color([at(bright, 0)])) != [0]
 
 
+def test_a_ball_shown_once_keeps_its_dark_side_when_its_shadow_is_said_to_be_something_else():
+    v, u = np.mgrid[:160, :240]
+    x, y = (u - 120) / 50, (v - 80) / 50
+    z = np.sqrt(np.clip(1 - x**2 - y**2, 0, 1))
+    light = 0.28 + 0.72 * np.clip(0.6 * z - 0.35 * x - 0.7 * y, 0, 1)
+    image = np.full((160, 240, 3), (205.0, 165.0, 115.0))
+    image[z > 0] = np.array([215, 100, 60]) * light[z > 0, None]
+    image[130:150, 20:80] = 84, 40, 8
+    image += np.random.default_rng(0).normal(0, 3, image.shape)
+    frame = Frame(np.clip(image, 0, 255).astype(np.uint8), 'rgb8')
+    for place in ((120, 80), (130, 95)):
+        picked = teach_color([Example(frame, (*place, 1, 1))], [Example(frame, (50, 140, 1, 1))])
+        (row,) = (
+            Detector(DetectorConfig(colors=(picked.color,), **picked.limits)).detect(frame).rows
+        )
+        assert row['area'] > 0.8 * np.count_nonzero(z)
+        assert np.hypot(row['u'] - 120, row['v'] - 80) < 3
+
+
 @pytest.mark.parametrize('encoding', ENCODINGS)
 def test_a_box_gives_its_dark_and_its_light_shades(encoding):
     frame = squares(RED, WALL, encoding=encoding)
