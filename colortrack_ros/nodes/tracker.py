@@ -80,12 +80,14 @@ class TrackerNode(ManagedNode[TrackerSetup]):
     def configure(self) -> None:
         """Create the tracker, publishers, services and subscriptions."""
         self._tracker = Tracker(self.setup.config)
-        self._dropped = self._crowded = 0
+        self._tracker.screening.refuse = self._refuse
         self._image_size = 0, 0
         self._skipped = self.stage.skipped
         self.health = Health(
             self,
             tracks=lambda: self._output.alive,
+            invalid_detections=lambda: self._tracker.screening.dropped,
+            detections_left_out=lambda: self._tracker.screening.crowded_out,
             repeated_detections=lambda: self._tracker.screening.repeated,
             repeated_pictures=lambda: self._tracker.repeats,
             skipped=lambda: self.stage.skipped,
@@ -120,22 +122,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         self.health.took_in()
         # in a pipeline, detections come from the detector's thread
         with self.lock, whole_updates(self._tracker):
-            tracks = self._tracker.update(detections)
-            screening = self._tracker.screening
-            dropped, crowded = screening.dropped, screening.crowded_out
-        if crowded > self._crowded:
-            self.health.refuse(
-                f'{crowded - self._crowded} of {len(detections.rows)} detections, the smallest: '
-                f'expected no more than max_detections, {self.setup.config.max_detections}'
-            )
-            self._crowded = crowded
-        if dropped > self._dropped:
-            self.health.refuse(
-                f'{dropped - self._dropped} of {len(detections.rows)} detections: expected '
-                'positions within 1e6 px, and a covariance that is positive definite or all zero'
-            )
-            self._dropped = dropped
-        return tracks
+            return self._tracker.update(detections)
 
     def _publish(self, tracks: Tracks, _: object) -> None:
         self._output.publish(tracks, self.setup.output.marker_scale)

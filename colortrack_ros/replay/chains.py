@@ -43,7 +43,7 @@ def make_chain(
     :param detected: takes the detections of an item.
     :param tracked: takes the tracks after an item.
     :param drop: takes the reason why an item came too late.
-    :param warn: takes what detector and tracker advise after each picture, empty if all is well.
+    :param warn: takes what detector and tracker tell of each picture, empty if all is well.
     :param viewpoints: of the pictures, if the tracker needs them.
     """
     detection: Stage[Frame, Detections] | None = None
@@ -55,12 +55,13 @@ def make_chain(
         detection.then(detected)
     if isinstance(setup.tracker, TrackerSetup):
         assert detection
-        tracking = Stage(Tracker(setup.tracker.config).update, drop)
+        of_detections = Tracker(setup.tracker.config)
+        of_detections.screening.refuse = warn
+        tracking = Stage(of_detections.update, drop)
         tracking.configure(setup.tracker.order)
         tracking.then(tracked)
-        return ColorChain(
-            detection, WithViewpoints(tracking, viewpoints, warn) if viewpoints else tracking
-        )
+        taker = WithViewpoints(tracking, viewpoints, warn) if viewpoints else tracking
+        return ColorChain(detection, taker)
     tracker = IMAGE_TRACKERS[setup.node](setup.tracker)
     pictures: Stage[Frame, Frame] = Stage(lambda frame: frame, drop)
     pictures.configure(setup.tracker.intake.order)

@@ -1,7 +1,9 @@
 """Measurements: the detections of a frame in the form that the tracker uses."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+import warnings
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,9 +140,11 @@ def median(values: Floats) -> Floats:
 
 
 class Screening:
-    """Refuses and counts detections that the tracker cannot use."""
+    """Refuses, counts and reports detections that the tracker cannot use."""
 
     def __init__(self) -> None:
+        self.refuse: Callable[[str], object] = _warn
+        """Takes the reason for each frame with such detections; by default it is a UserWarning."""
         self.dropped = 0
         """Detections refused so far: not finite, absurdly large, or with an invalid covariance."""
         self.repeated = 0
@@ -165,15 +169,24 @@ class Screening:
         else:
             self._known = rows
         few = largest(rows, config.max_detections)
-        self.crowded_out += len(rows) - len(few)
+        if len(few) < len(rows):
+            self.crowded_out += len(rows) - len(few)
+            self.refuse(f'the smallest detections: expected max_detections={len(few)} at most')
         given = all(config.image_size)
         learned.know_size(config.image_size if given else detections.image_size)
         blobs = accept(few, config, learned)
-        self.dropped += len(few) - len(blobs.rows)
+        if len(blobs.rows) < len(few):
+            self.dropped += len(few) - len(blobs.rows)
+            self.refuse('detections: expected up to 1e6 px, a positive definite or zero covariance')
         learned.learn_size(blobs.z)
         if config.detection_covariance:
             blobs.scale(learned.noisiness)
         return blobs
+
+
+def _warn(reason: str) -> None:
+    """Warn whoever has called Tracker.update: once for each line, since the text has no counts."""
+    warnings.warn(f'refused: {reason}', stacklevel=4)
 
 
 def unrepeated(rows: NDArray[np.void], known: NDArray[np.void]) -> NDArray[np.void]:

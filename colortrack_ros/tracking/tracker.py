@@ -74,7 +74,7 @@ class Tracker:
     """Many objects, one Kalman filter each (Pegoretti 2021, 3.1.2, its faults mended).
 
     :param config: see TrackerConfig.
-    :ivar repeats: number of repeated pictures.
+    :ivar repeats: number of repeated pictures. screening: refuses and tells what is invalid.
     """
 
     def __init__(self, config: TrackerConfig | None = None) -> None:

@@ -18,6 +18,9 @@ from support.recorded import of_topic
 from support.recorded import write_bag
 
 from colortrack_ros.bags import BagWriter
+from colortrack_ros.data import DETECTION
+from colortrack_ros.data import Detections
+from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import frame_of_image
 from colortrack_ros.messages import stamp_of
 
@@ -106,6 +109,16 @@ def test_malformed_messages_are_refused_and_counted(replay, folder, kind):
     assert 'frames      0\n' in out
     assert 'refused     2, the last: ' in out
     assert contents('new') == []
+
+
+def test_detections_that_are_not_finite_are_told(replay):
+    rows = np.zeros(2, DETECTION)
+    rows['u'] = 50, np.nan
+    found = [cloud_of_detections(Detections(rows, k * 40_000_000)) for k in range(3)]
+    write_bag(Path('run'), {'/detections': found})
+    status, out, _ = replay('run')
+    assert status == 0
+    assert 'warnings    3 pictures, the last: detections: expected up to 1e6 px' in out
 
 
 def test_bad_messages_between_good_ones_change_nothing(replay, bag, images):

@@ -81,7 +81,7 @@ def test_they_are_predictions_that_change_nothing():
     assert (one.repeats, other.repeats) == (1, 0)
 
 
-@pytest.mark.filterwarnings('error')
+@pytest.mark.filterwarnings('error', 'ignore:refused')
 def test_numbers_that_are_none_are_refused_as_before():
     tracker = Tracker(TrackerConfig(image_size=SIZE))
     for k, u in enumerate([np.nan, np.inf, -np.inf, -np.inf, 1e308, 1e308, 20.0, 20.0]):

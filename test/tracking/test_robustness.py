@@ -24,6 +24,7 @@ STAMPS = st.lists(st.one_of(st.integers(0, 10**9), st.integers(-(2**61), 2**61))
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings('ignore:refused')
 @settings(max_examples=60, deadline=None)
 @given(st.lists(ROWS, min_size=12, max_size=12), STAMPS, st.sampled_from(sorted(MOTION_MODELS)))
 def test_any_numbers_give_finite_tracks(frames, stamps, model):
@@ -47,7 +48,8 @@ def test_an_absurd_row_is_dropped_and_counted(name, value):
     rows['area'] = 9.0
     rows[name][1] = value
     tracker = Tracker()
-    assert len(tracker.update(Detections(rows)).rows) == 1
+    with pytest.warns(UserWarning, match='refused: detections: expected'):
+        assert len(tracker.update(Detections(rows)).rows) == 1
     assert tracker.screening.dropped == 1
 
 

@@ -81,7 +81,9 @@ def test_a_row_that_is_not_finite_is_dropped_and_counted(name, value):
     tracker = Tracker()
     detections = points([(1, 1), (200, 200)])
     detections.rows[name][0] = value
-    assert tracker.update(detections).rows['u'].tolist() == [200]
+    with pytest.warns(UserWarning, match='refused: detections: expected') as told:
+        assert tracker.update(detections).rows['u'].tolist() == [200]
+    assert [warning.filename for warning in told] == [__file__]
     assert tracker.screening.dropped == 1
 
 
@@ -89,7 +91,8 @@ def test_a_covariance_that_is_none_is_dropped_and_counted():
     tracker = Tracker()
     detections = points([(1, 1), (50, 50), (99, 99)], variance=1.0)
     detections.rows['cov_uv'][0], detections.rows['cov_vv'][1] = 1.5, -1.0
-    assert tracker.update(detections).rows['u'].tolist() == [99]
+    with pytest.warns(UserWarning, match='expected .* a positive definite or zero covariance'):
+        assert tracker.update(detections).rows['u'].tolist() == [99]
     assert tracker.screening.dropped == 2
 
 
@@ -97,7 +100,8 @@ def test_of_too_many_detections_the_largest_are_taken_and_the_others_counted():
     tracker = Tracker(TrackerConfig(max_detections=3))
     detections = points([(100.0 * k, 50) for k in range(6)], 0)
     detections.rows['area'] = [1, 9, 2, 8, 7, 3]
-    assert tracker.update(detections).rows['u'].tolist() == [100, 300, 400]
+    with pytest.warns(UserWarning, match='the smallest detections: expected max_detections=3'):
+        assert tracker.update(detections).rows['u'].tolist() == [100, 300, 400]
     assert tracker.screening.crowded_out == 3
     assert tracker.screening.dropped == 0
 
