@@ -1,7 +1,6 @@
 """Converts camera encodings, YUV and Bayer, to RGB."""
 
 from dataclasses import replace
-from numbers import Integral
 from typing import NamedTuple
 
 import cv2
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import ENCODINGS
 from colortrack_ros.data import Frame
+from colortrack_ros.stamps import require_stamp
 
 
 class Layout(NamedTuple):
@@ -84,11 +84,7 @@ def check(frame: Frame) -> None:
         raise ValueError(
             f'image: expected an array of uint8, got {type(frame.image).__name__}{why}'
         )
-    if not isinstance(frame.stamp, Integral):  # as of seconds, in which nothing would move
-        raise ValueError(
-            f'stamp: expected whole nanoseconds (int), got {frame.stamp!r}; of seconds they are '
-            'round(seconds * 1e9)'
-        )
+    require_stamp(frame.stamp)
     if frame.encoding not in LAYOUTS:
         raise ValueError(f'encoding: expected one of {list(LAYOUTS)}, got {frame.encoding!r}')
     layout, shape = LAYOUTS[frame.encoding], frame.image.shape

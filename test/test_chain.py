@@ -131,7 +131,7 @@ BALL = ReferenceColor.from_rgb('ball', (205, 58, 34))
         ),
         (
             lambda: Tracker().update(Detections(stamp=0.04)),
-            'whole nanoseconds (int), round(seconds * 1e9), got 0.04',
+            'whole nanoseconds (int), got 0.04; of seconds they are round(',
         ),
         (lambda: Tracker().update(Detections().rows), 'expected Detections, got ndarray'),
         (lambda: WindowTracker(WindowConfig(), [[1, 2, 30]]), 'boxes: expected (N, 4)'),

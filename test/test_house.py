@@ -34,7 +34,8 @@ ROOMS_WITHOUT_ROS = (
 ALLOWED = {
     'data': set(),
     'batch': {'files'},
-    'encodings': {'data'},
+    'stamps': set(),
+    'encodings': {'data', 'stamps'},
     'parameters': set(),
     'files': set(),
     'signals': set(),
@@ -42,7 +43,7 @@ ALLOWED = {
     'ellipses': set(),
     'scenes': {'data'},
     'sources': {'data', 'encodings', 'files', 'parameters', 'picture_files', 'scenes'},
-    'estimation': {'data', 'parameters'},
+    'estimation': {'data', 'parameters', 'stamps'},
     'detection': {'data', 'encodings', 'parameters', 'picture_files'},
     'tracking': {'data', 'estimation', 'parameters'},
     'windows': {'data', 'encodings', 'estimation', 'parameters'},
@@ -59,7 +60,7 @@ ALLOWED = {
 
 
 FLOORS = (
-    {'data', 'ellipses', 'files', 'parameters', 'signals'},
+    {'data', 'ellipses', 'files', 'parameters', 'signals', 'stamps'},
     {'batch', 'encodings', 'picture_files'},
     {'scenes', 'estimation', 'flow', 'messages', 'bags', 'drawing'},
     {'sources', 'detection', 'tracking', 'windows', 'world'},

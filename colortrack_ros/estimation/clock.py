@@ -1,9 +1,9 @@
 """Time between stamps, and when a tracker has to restart."""
 
 from collections.abc import Callable
-from numbers import Integral
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.stamps import require_stamp
 
 
 def time_passed(last: int | None, stamp: int, max_dt: float) -> tuple[float, str]:
@@ -16,9 +16,7 @@ def time_passed(last: int | None, stamp: int, max_dt: float) -> tuple[float, str
     :raises ValueError: the first stamp is no whole number, as of seconds, in which nothing moves.
     """
     if last is None:
-        if not isinstance(stamp, Integral):
-            expected = 'whole nanoseconds (int), round(seconds * 1e9)'
-            raise ValueError(f'stamp: expected {expected}, got {stamp!r}')
+        require_stamp(stamp)
         return 0.0, ''
     dt = (stamp - last) / NANOSECONDS
     if dt < 0:
