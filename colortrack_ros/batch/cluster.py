@@ -28,8 +28,8 @@ def run_on_cluster(
     try:
         from distributed import Client
         from distributed import wait
-    except ModuleNotFoundError as error:
-        raise BatchError(f'--scheduler: {error}; pip install colortrack_ros[cluster]') from error
+    except ImportError as error:
+        raise BatchError(f'--scheduler: {error}; needs Dask: pip install distributed') from error
     try:
         client = Client(scheduler)
     except (OSError, ValueError) as error:

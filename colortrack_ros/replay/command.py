@@ -25,7 +25,8 @@ def replay(args: Sequence[str], stop: threading.Event) -> int:
     arguments = parse(args)
     try:
         inputs = recordings_in(arguments.inputs)
-        if inputs != arguments.inputs or len(inputs) > 1 or arguments.report:
+        together = arguments.report or arguments.scheduler
+        if inputs != arguments.inputs or len(inputs) > 1 or together:
             return replay_many(arguments, inputs, stop)
         given = vars(arguments)
         _, own = own_options(given, inputs[0])

@@ -6,6 +6,7 @@ from pathlib import Path
 import subprocess
 import sys
 import threading
+from types import ModuleType
 
 import pytest
 from support.recorded import frames
@@ -129,6 +130,16 @@ def test_what_would_fail_for_all_is_told_before_anything_begins(options, reason,
     assert run(*SCENES, *options) == 1
     assert reason in capsys.readouterr().err
     assert os.listdir('.') == []
+
+
+@pytest.mark.parametrize('broken', [None, ModuleType('of another version')])
+@pytest.mark.parametrize('scenes', [SCENES, SCENES[:1]])
+def test_a_cluster_without_dask_is_told_in_a_line(scenes, broken, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, 'distributed', broken)
+    assert run(*scenes, '--scheduler', 'tcp://127.0.0.1:1') == 1
+    told = capsys.readouterr().err
+    assert told.startswith('replay: --scheduler: ')
+    assert told.endswith('; needs Dask: pip install distributed\n')
 
 
 @pytest.mark.slow
