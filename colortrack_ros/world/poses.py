@@ -16,7 +16,7 @@ CACHE = 10.0
 
 WENT_BACK = 0.5
 """Time [s] by which a pose is older than the newest only if time has gone back, as when a
-simulation or a short bag starts again: no picture waits longer for a late pose (world.waiting)."""
+simulation or a short bag starts again. Chosen: robots send odometry at 10 Hz or more."""
 
 SPARSE, APART = 0.05, 0.5
 """Interval between poses [s] above which the path is interpolated as a curve, and largest interval

@@ -12,10 +12,12 @@ from colortrack_ros.data import Detections
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
 from colortrack_ros.world.poses import TransformError
+from colortrack_ros.world.poses import WENT_BACK
 from colortrack_ros.world.view import View
 
-LONGEST_WAIT = 0.5
-"""Longest wait [s] for odometry and other inputs; robots send odometry at 10 Hz or more."""
+LONGEST_WAIT = WENT_BACK
+"""Longest wait [s] for odometry and other inputs, which robots send at 10 Hz or more. A pose that
+is later still is of no use: it counts as one of a time that has gone back."""
 
 MAX_WAITING = 30
 """Most detections and depths kept while waiting for their tracks: one second at 30 Hz."""
