@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from collections.abc import Mapping
 import contextlib
 from pathlib import Path
 from pathlib import PurePath
@@ -46,16 +47,16 @@ class BagReader:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path, self._unnamed = path, ''
+        self._path = path
         if path.suffix == ZSTD_SUFFIX:
             raise BagError(f'{path}: expected the folder of this bag, or the file after `zstd -d`')
-        if path.is_dir():
-            if not (path / 'metadata.yaml').is_file():
-                raise BagError(
-                    f'{path}: a bag without its metadata.yaml; give one of its files (after '
-                    '`zstd -d`, if it is compressed), or run `ros2 bag reindex` on it'
-                )
-            self._unnamed = ', '.join(_unnamed(path))
+        if path.is_dir() and not (path / 'metadata.yaml').is_file():
+            raise BagError(
+                f'{path}: a bag without its metadata.yaml; give one of its files (after '
+                '`zstd -d`, if it is compressed), or run `ros2 bag reindex` on it'
+            )
+        metadata = _metadata(path)
+        self._unnamed = ', '.join(_unnamed(path, metadata))
         self._expected: Counter[tuple[str, str]] | None = None
         with self._explained():
             for file in files_of(path):
@@ -64,7 +65,7 @@ class BagReader:
                 self._files: list[BagFile] = [open_bag(path)]
             except Exception as error:
                 self._why = _one_line(error)
-                self._expected = _recorded(path)
+                self._expected = _recorded(metadata)
                 if self._expected is None:
                     raise
                 self._files = _salvaged(path)
@@ -156,19 +157,18 @@ def files_of(path: Path) -> list[Path]:
     return [p for p in path.iterdir() if p.suffix in BAG_SUFFIXES] if path.is_dir() else [path]
 
 
-def _metadata(path: Path) -> Any:
-    """What metadata.yaml tells.
+def _metadata(path: Path) -> dict[str, Any]:
+    """What the metadata.yaml of a bag tells; nothing if it is not there, or not understood."""
+    with contextlib.suppress(*NOT_UNDERSTOOD):
+        text = read_file(path / 'metadata.yaml', MAX_METADATA)
+        return dict(yaml.safe_load(text)['rosbag2_bagfile_information'])
+    return {}
 
-    :raises ValueError, KeyError, TypeError, yaml.YAMLError: nothing that is understood.
-    """
-    text = read_file(path / 'metadata.yaml', MAX_METADATA)
-    return yaml.safe_load(text)['rosbag2_bagfile_information']
 
-
-def _unnamed(path: Path) -> list[str]:
+def _unnamed(path: Path, metadata: Mapping[str, Any]) -> list[str]:
     """Files of a bag that its metadata.yaml does not name, as after a recorder that was killed."""
     with contextlib.suppress(*NOT_UNDERSTOOD):
-        named = [PurePath(name).name for name in _metadata(path)['relative_file_paths']]
+        named = [PurePath(name).name for name in metadata['relative_file_paths']]
         # Players leave beside a compressed file what it holds.
         plain = {name.removesuffix(ZSTD_SUFFIX) for name in named}
         there = sorted(p.name for p in path.iterdir() if _is_part(p))
@@ -176,14 +176,14 @@ def _unnamed(path: Path) -> list[str]:
     return []
 
 
-def _recorded(path: Path) -> Counter[tuple[str, str]] | None:
+def _recorded(metadata: Mapping[str, Any]) -> Counter[tuple[str, str]] | None:
     """Number of messages of each topic and type, according to metadata.yaml.
 
     None if they are serialized in a way that nobody here can read: such a bag is not cut short.
     """
     counts: Counter[tuple[str, str]] = Counter()
     with contextlib.suppress(*NOT_UNDERSTOOD):
-        for entry in _metadata(path)['topics_with_message_count']:
+        for entry in metadata['topics_with_message_count']:
             topic = entry['topic_metadata']
             if topic['serialization_format'] != 'cdr':
                 return None
