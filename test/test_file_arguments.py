@@ -148,6 +148,7 @@ def test_the_commands_work_with_files(tmp_path, monkeypatch):
     assert {'o.json', 'o.html', 'o.jpg'} <= set(os.listdir())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     'words', [['replay', 'NAME.mp4', '--output', 'new'], ['replay', SCENE, '--video', 'NAME.mp4']]
 )

@@ -29,6 +29,7 @@ def frames(draw):
     return Frame(pixels, encoding, stamp, draw(TEXT))
 
 
+@pytest.mark.slow
 @given(frames())
 def test_a_frame_comes_back_from_its_message(frame):
     message = image_of_frame(frame)
