@@ -285,14 +285,14 @@ class Tracker:
         lost.extend(memory.tracks)
         if not len(lost):
             return found[:0]
-        one, other, sure = find_stitches(
+        one, other = find_stitches(
             lost, tracks.take(found), now, self._period, learned, self._in_force, self._population
         )
         away = tracks.records['born'][found[other]] - lost.records['updated'][one]
         stitch(tracks, found[other], lost.records.take(one))
         is_live = one < len(coasting)
         seen, away = lost.records['seen'][one], away / NANOSECONDS
-        for which, in_time in ((is_live & sure, True), (~is_live & sure, False)):
+        for which, in_time in ((is_live, True), (~is_live, False)):
             learned.disappearances.rejoin(seen[which], away[which], self._period, in_time=in_time)
         keep[coasting[one[is_live]]] = False
         memory.forget(one[~is_live] - len(coasting))
