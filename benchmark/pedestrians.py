@@ -158,11 +158,12 @@ def main() -> None:
             found = motmetrics.metrics.create().compute_many(
                 tallies, metrics=list(FIGURES), generate_overall=True
             )
-            each, overall = found.to_numpy()[:-1], found.to_numpy()[-1]
-            mean, switches = each.mean(axis=0), each[:, 3].sum()
-            figures = (f'{figure:.3f}' for figure in (*mean[:3], *overall[:2]))
-            idf1, mota, precision, *rest = figures
-            print(f'{name + what:28s} {idf1} {mota} {precision} {switches:.0f}', *rest)
+            *each, (all_idf1, all_mota, _, switches) = found.to_numpy()
+            idf1, mota, precision, _ = np.mean(each, axis=0)
+            print(
+                f'{name + what:28s} {idf1:.3f} {mota:.3f} {precision:.3f} {switches:.0f} '
+                f'{all_idf1:.3f} {all_mota:.3f}'
+            )
 
 
 if __name__ == '__main__':

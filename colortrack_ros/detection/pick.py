@@ -165,8 +165,7 @@ def _stable_region(rgb: NDArray[np.uint8], u: int, v: int) -> NDArray[np.bool_]:
     """Pixels connected to (u, v) at the first tolerance at which they hardly grow."""
     distance = np.linalg.norm(lab_from_rgb(rgb) - _seed_of(rgb, u, v), axis=-1)
     distance[v, u] = 0
-    parts = [cv2.connectedComponents((distance < t).astype(np.uint8))[1] for t in TOLERANCES]
-    regions = [part == part[v, u] for part in parts]
+    regions = [connected(distance < t, u, v) for t in TOLERANCES]
     area = np.array([np.count_nonzero(region) for region in regions], float)
     growth = (area[2:] - area[:-2]) / area[1:-1]
     # Regions smaller than the window are noise; those that fill the picture are background.
@@ -175,6 +174,12 @@ def _stable_region(rgb: NDArray[np.uint8], u: int, v: int) -> NDArray[np.bool_]:
     region = regions[first + 1]
     inner = cv2.erode(region.view(np.uint8), np.ones((3, 3), np.uint8)) != 0
     return inner if inner.any() else region
+
+
+def connected(mask: NDArray[np.bool_], u: int, v: int) -> NDArray[np.bool_]:
+    """What of a mask, (H, W), is connected to a pixel (u, v), which may be outside of the mask."""
+    component = cv2.connectedComponents(mask.view(np.uint8))[1]
+    return np.asarray(mask & (component == component[v, u]))
 
 
 def side_by_side(frame: Frame, detector: Detector) -> NDArray[np.uint8]:

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Frame
 from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.cells import cell_bounds
@@ -24,6 +25,7 @@ from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.pick import connected
 from colortrack_ros.detection.pick import pick_color
 from colortrack_ros.detection.pick import PickedColor
 from colortrack_ros.detection.pick import SEED_REACH
@@ -111,8 +113,7 @@ class Example:
             if extent is not None:
                 away = (cell_bounds()[0].T - extent.lab) / extent.axes
                 look_up(((away**2).sum(axis=1) < 1).view(np.uint8), cells, mask)
-                component = cv2.connectedComponents(mask)[1]
-                mask &= component == component[v, u]
+                mask &= connected(mask > 0, u, v)
             if alone:
                 mask |= self._found(frame)
             mask[window] = 1
@@ -124,17 +125,15 @@ class Example:
         part = slice(top, top + height), slice(left, left + width)
         return Part(mask[part], cells[part], cells[window].reshape(-1), self.is_pixel)
 
-    def _found(self, frame: Frame) -> NDArray[np.uint8]:
-        """(H, W) 1 where the detector finds it by one click; nowhere if its color has no end."""
+    def _found(self, frame: Frame) -> Bools:
+        """(H, W) where the detector finds it by one click; nowhere if its color has no end."""
         u, v = self.box[:2]
         picked = pick_color(frame, u, v)
-        detector = Detector(replace(DetectorConfig(), colors=(picked.color,)))
+        detector = Detector(DetectorConfig(colors=(picked.color,)))
         detector.detect(frame)
-        found = (detector.labels > 0).astype(np.uint8)
-        component = cv2.connectedComponents(found)[1]
-        found &= component == component[v, u]
+        found = connected(detector.labels > 0, u, v)
         ends = not picked.runs_on and found.mean() < LARGEST_SHARE
-        return found * np.uint8(ends)
+        return found if ends else np.zeros_like(found)
 
 
 def _around(place: int) -> slice:
