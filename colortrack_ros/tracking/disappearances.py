@@ -18,6 +18,7 @@ from colortrack_ros.estimation.records import Records
 from colortrack_ros.tracking.flicker import are_seldom
 from colortrack_ros.tracking.flicker import Flicker
 from colortrack_ros.tracking.flicker import TELLING_HITS
+from colortrack_ros.tracking.traffic import share_staying
 
 REMEMBERED = 200
 """Number of recent disappearances that are kept: at one a second, those of three minutes."""
@@ -243,6 +244,7 @@ class Disappearances:
         kinds = np.array([unseen, np.maximum(1 - seen - unseen, 0.0)])
         kinds *= records['hits'][track] >= TELLING_HITS
         share = self.share(records['seen'].take(track, axis=0), area, kinds.T.copy())
+        share = share_staying(share, records['leaving'][track])
         seen, unseen = weigh_hidden(seen, unseen, share, records['hidden_share'][track])
         for name, values in (('visible', seen), ('hidden', unseen), ('hidden_share', share)):
             records[name][track] = values

@@ -39,6 +39,7 @@ FIELDS = [
     ('visible', 'f8'),
     ('hidden', 'f8'),
     ('hidden_share', 'f8'),
+    ('leaving', 'f8'),
     ('shared', 'i8'),
     ('rival', 'u4'),
     ('met', 'i8'),
@@ -74,6 +75,7 @@ partial: never seen completely yet, by axis.
 outside: predicted outside the picture.
 visible, hidden: probability that the object exists and is, or is not, visible.
 hidden_share: share of the objects lost there that are hidden.
+leaving: rate at which objects that go where it went leave the picture [1/s], see traffic.
 shared: stamp of the last frame in which it shared its detection, see unresolved; 0 for none [ns].
 rival: ID of the track that it may have swapped detections with, 0 for none.
 met, apart: stamps of the first and the last frame in which the two were close [ns].

@@ -181,10 +181,10 @@ def _log_prior(
     :param gap: (K,) from the last measurement of the lost track to the first of the new one [s].
     :param one: (K,) indices of lost tracks.
     """
-    records, velocity = lost.records, lost.filters.estimate()[0][:, 2:4]
+    records = lost.records
     share, seen = np.array(records['hidden_share']), records['seen']
-    share[remembered] = learned.disappearances.share_of_deleted(seen[remembered], learned.area)
-    share = share_staying(share, seen, velocity, learned.image_size)
+    deleted = learned.disappearances.share_of_deleted(seen[remembered], learned.area)
+    share[remembered] = share_staying(deleted, records['leaving'][remembered])
     share[records['splinter']] = 0.0
     detected = learned.detection_rate.estimate(config.detection_probability)
     back = learned.disappearances.return_odds(share[one], gap, unmeasured[one], detected, period)

@@ -52,22 +52,27 @@ def _entering_density(z: Floats, low: Floats, high: Floats) -> Floats:
     return np.asarray(np.exp(-nearer / NEAR_BORDER) / (-np.expm1(-1 / NEAR_BORDER) * NEAR_BORDER))
 
 
-def share_staying(
-    share: Floats, seen: Floats, velocity: Floats, image_size: tuple[int, int]
-) -> Floats:
-    """Share, (N,), of the lost objects that are hidden in the picture, given where each was going.
+def leaving_rate(seen: Floats, velocity: Floats, image_size: tuple[int, int]) -> Floats:
+    """Rate, (N,) [1/s], at which detected objects leave that are where these were last measured.
 
-    The time that those that leave have left to the border is distributed exponentially; what hides
-    is lost anywhere on its way.
+    The time that they have left to the border is distributed exponentially.
 
-    :param share: (N,) of those that are hidden among all that are lost there.
-    :param seen: (N, 2) where each was last measured [px]; velocity: (N, 2) [px/s].
-    :param image_size: of the picture [px]; 0 if unknown, which says nothing.
+    :param seen: (N, 2) [px]; velocity: (N, 2) [px/s].
+    :param image_size: of the picture [px]; 0 if unknown, and then so is what leaves: 0.
     """
     if not all(image_size):
-        return share
+        return np.zeros(len(seen))
     way = np.maximum(np.where(velocity > 0, np.array(image_size) - seen, seen), 0.0)
     ahead = (way / np.maximum(np.abs(velocity), TINY)).min(axis=1)
-    leaving = np.exp(-ahead / LEFT_BEFORE) / LEFT_BEFORE
-    hidden = share * DISAPPEARING / (DISAPPEARING + leaving)
-    return np.asarray(hidden / (hidden + 1 - share))
+    return np.asarray(np.exp(-ahead / LEFT_BEFORE) / LEFT_BEFORE)
+
+
+def share_staying(share: Floats, leaving: Floats) -> Floats:
+    """Share, (N,), of the lost objects that are hidden in the picture, given where each was going.
+
+    What hides is lost anywhere on its way.
+
+    :param share: (N,) of those that are hidden among all that are lost there.
+    :param leaving: (N,) see leaving_rate().
+    """
+    return np.asarray(share / (1 + (1 - share) * leaving / DISAPPEARING))

@@ -28,6 +28,8 @@ from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.records import record_size
 from colortrack_ros.tracking.second_difference import learn_acceleration
+from colortrack_ros.tracking.traffic import leaving_rate
+from colortrack_ros.tracking.traffic import share_staying
 from colortrack_ros.tracking.turns import UndecidedTurns
 from colortrack_ros.tracking.turns import UNLIKELY
 
@@ -82,12 +84,9 @@ def update(
     _unsettle(tracks.records, prediction, taken, every=every)
     if config.acceleration_span:
         learn_acceleration(
-            tracks.records,
-            taken.track[whole],
-            taken.z[whole],
-            prediction.step.now,
+            tracks.records, taken.track[whole], taken.z[whole], prediction.step.now,
             config.acceleration_span,
-        )
+        )  # fmt: skip
     turns.correct(prediction, associated, taken, learned, config)
     if learned.maneuvers.is_due(prediction.step.now):
         variance = (taken.R[whole, 0, 0] + taken.R[whole, 1, 1]) / 2
@@ -224,9 +223,11 @@ def _learn_disappearances(
     recent &= records['left'] <= records['updated']  # a known turn takes away, but hides nothing
     lost = recent.nonzero()[0]
     if len(lost):
-        share = learned.disappearances.share(records['seen'][lost], learned.area)
+        seen = records['seen'][lost]
+        leaving = leaving_rate(seen, prediction.velocity[lost], learned.image_size)
+        share = share_staying(learned.disappearances.share(seen, learned.area), leaving)
         share[records['splinter'][lost]] = 0.0
-        records['hidden_share'][lost] = share
+        records['leaving'][lost], records['hidden_share'][lost] = leaving, share
         records['visible'][lost], records['hidden'][lost] = weigh_hidden(
             records['visible'][lost], records['hidden'][lost], share
         )

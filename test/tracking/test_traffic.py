@@ -8,6 +8,7 @@ from colortrack_ros.data import TENTATIVE
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.traffic import Entrances
+from colortrack_ros.tracking.traffic import leaving_rate
 from colortrack_ros.tracking.traffic import share_staying
 
 RATE, WIDTH, HEIGHT = 25, 700, 500
@@ -52,7 +53,8 @@ def walkers_by_id(seed, gap, margin):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ('gap', 'margin', 'most'), [((1.6, 2.0), 40, 6), ((2.5, 4.0), 40, 6), ((2.5, 4.0), 80, 12)]
+    ('gap', 'margin', 'most'),
+    [((0.8, 1.4), 40, 6), ((1.6, 2.0), 40, 6), ((2.5, 4.0), 40, 6), ((2.5, 4.0), 80, 12)],
 )
 def test_who_comes_in_at_a_door_is_not_who_has_left_by_it(gap, margin, most):
     """The detector looks up to 40 or 80 px from the border; a quarter or half may be mistaken."""
@@ -63,10 +65,12 @@ def test_who_comes_in_at_a_door_is_not_who_has_left_by_it(gap, margin, most):
 def test_what_was_lost_on_its_way_out_has_probably_left():
     seen = np.array([[600.0, 240.0], [600.0, 240.0], [320.0, 240.0], [10.0, 240.0]])
     velocity = np.array([[80.0, 0.0], [-80.0, 0.0], [0.0, 0.0], [0.0, -20.0]])
-    out, into, standing, along = share_staying(np.full(4, 0.9), seen, velocity, (640, 480))
+    leaving = leaving_rate(seen, velocity, (640, 480))
+    out, into, standing, along = share_staying(np.full(4, 0.9), leaving)
     assert out < 0.7
     assert min(into, standing, along) > 0.89
-    assert share_staying(np.full(4, 0.9), seen, velocity, (0, 0)).tolist() == [0.9] * 4
+    unknown = leaving_rate(seen, velocity, (0, 0))
+    assert share_staying(np.full(4, 0.9), unknown).tolist() == [0.9] * 4
 
 
 @pytest.mark.parametrize('low', [0.0, -50.0])
