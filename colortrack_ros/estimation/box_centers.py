@@ -10,12 +10,13 @@ of pedestrians, the default of trackers of boxes (Wojke, Bewley, Paulus: Simple 
 tracking with a deep association metric, 2017)."""
 
 
-def lasting_variance(size: Floats) -> Floats:
+def lasting_variance(size: Floats, share: float | Floats = LASTING_SHARE) -> Floats:
     """Return the variances on each axis, (K, 1) [px^2], of errors that last for seconds.
 
     :param size: (K, 2) width and height of the boxes [px].
+    :param share: standard deviation over the longer side, of all or of each, (K, 1).
     """
-    return np.asarray((LASTING_SHARE * size.max(axis=1, keepdims=True)) ** 2)
+    return np.asarray((share * size.max(axis=1, keepdims=True)) ** 2)
 
 
 def variance_of_part(share: float, size: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from colortrack_ros.estimation.box_centers import LASTING_SHARE
 from colortrack_ros.estimation.time_limits import TimeLimits
 from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import EXPERT
@@ -86,6 +87,13 @@ class WindowConfig(TimeLimits):
         'Greatest standard deviation of the position of a valid match.',
         unit='px',
         limits=(1e-3, 1e3),
+        audience=EXPERT,
+    )
+    box_error: float = parameter(
+        LASTING_SHARE,
+        "How far the middle of a first box is off its target's, as a standard deviation over the "
+        'longer side: part of the covariance where the template is found. 0 for exact boxes.',
+        limits=(0.0, 1.0),
         audience=EXPERT,
     )
     supervision: str = parameter(

@@ -1,13 +1,15 @@
 """Errors of positions that last, which no filter averages: of templates, and of sightings.
 
-A template shows the target a little beside its middle for as long as it is used. An appearance is
-that of a target that deforms, whose parts answer to the filter in the next frame as they do now.
+A template shows the target a little beside its middle for as long as it is used, as its first box
+was drawn. An appearance is that of a target that deforms, whose parts answer to the filter in the
+next frame as they do now.
 """
 
 import numpy as np
 
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
+from colortrack_ros.estimation.box_centers import LASTING_SHARE
 from colortrack_ros.estimation.box_centers import lasting_variance
 from colortrack_ros.estimation.box_centers import variance_of_part
 from colortrack_ros.estimation.records import Records
@@ -20,13 +22,20 @@ def sizes(records: Records) -> Floats:
     return np.stack([records['box_w'], records['box_h']], axis=1)
 
 
-def biases(records: Records, track: Indices, matches: Matches) -> Floats:
-    """Return covariances of what lasts of the errors of sightings, (K, 2, 2) [px^2].
+def biases(records: Records, track: Indices, matches: Matches, box_error: float) -> Floats:
+    """Return covariances of what lasts of the errors of matches, (K, 2, 2) [px^2].
 
-    :param track: (K,) indices of the targets that were sighted in this frame.
+    A template shows where the middle of the first box has gone, which is as far off the target's
+    now as it was then. An appearance has learned more than that box.
+
+    :param track: (K,) indices of the targets that were measured in this frame.
+    :param box_error: see WindowConfig.
     """
-    sigma2 = lasting_variance(sizes(records)[track])[..., None]
-    return np.asarray(np.nan_to_num(matches.R[track]) + sigma2 * np.eye(2))
+    sighted = matches.similarity[track] == 0
+    share = np.where(sighted, LASTING_SHARE, box_error)
+    sigma2 = lasting_variance(sizes(records)[track], share[:, None])[..., None]
+    R = np.where(sighted[:, None, None], np.nan_to_num(matches.R[track]), 0.0)
+    return np.asarray(R + sigma2 * np.eye(2))
 
 
 def drift(records: Records, i: int, matches: Matches, compensated: bool) -> Floats:

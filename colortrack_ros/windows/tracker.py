@@ -13,6 +13,7 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.data import whole_rows
 from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
+from colortrack_ros.estimation.box_centers import lasting_variance
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable
@@ -52,8 +53,8 @@ WINDOW_FIELDS = [
 template: the Template; appearance: the Appearance, with config.appearance; area, box_w, box_h: of
 the box [px]; similarity: of the last valid match, 0 before the first; mean_innovation: mean norm
 [px], infinite before the first; last: (u, v) by matching and by the filter in the last frame [px];
-drift: covariance of the template's drift on the object [px^2]; bias: of the error of the last
-sighting, which lasts, 0 if the template was found [px^2]; steps: the last velocities by
+drift: covariance of the template's drift on the object [px^2]; bias: of what lasts of the error of
+the last match, or of the first box [px^2]; steps: the last velocities by
 matching [px/s], NaN: none; seen: (u, v) of the last match [px]; looks: frames without a match since
 the target was last seen for certain; turns: frames in which its size or its appearance was learned;
 unfound: since its template was last found; followed: when it was last seen, even if in doubt
@@ -192,8 +193,7 @@ class WindowTracker:
         records['seen'][track], records['followed'][track] = matches.z[track], self._clock.now
         alike = track[matches.similarity[track] > 0]  # not sightings by appearance
         records['similarity'][alike] = matches.similarity[alike]
-        records['bias'][track], sighted = 0.0, track[matches.similarity[track] == 0]
-        records['bias'][sighted] = biases(records, sighted, matches)
+        records['bias'][track] = biases(records, track, matches, self.config.box_error)
         mean, norm = records['mean_innovation'], matches.innovation_norm
         step = norm - np.where(np.isinf(mean), 0.0, mean)
         usual = accepted & np.isfinite(norm) & (matches.alone | (norm <= mean))
@@ -276,6 +276,7 @@ class WindowTracker:
         new['mean_innovation'], new['steps'], new['area'] = np.inf, np.nan, box.prod(axis=1)
         new['last'], new['seen'], new['followed'] = center[:, None], center, self._clock.now
         new['box_w'], new['box_h'] = box.T
+        new['bias'] = lasting_variance(box, self.config.box_error)[..., None] * np.eye(2)
         wanted = self.config.window or np.maximum(box, LEAST_SIDE)
         size = np.array(frame.image.shape[1::-1])
         odd = np.broadcast_to(np.minimum(wanted, size).astype(int) - 1 | 1, box.shape)
