@@ -12,7 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from colortrack_ros.data import Bools
 from colortrack_ros.data import Frame
+from colortrack_ros.detection.blobs import BlobTable
 from colortrack_ros.detection.config import DetectorConfig
 from colortrack_ros.detection.detector import Detector
 from colortrack_ros.detection.extent import count_colors
@@ -127,12 +129,16 @@ def _found_at(frame: Frame, u: int, v: int, config: DetectorConfig) -> tuple[int
     """
     detector = Detector(replace(config, moving_only=False, **asdict(ShapeConfig())))
     detector.detect(frame)
-    blobs = detector.blobs
+    area = detector.blobs.area[are_at(detector.blobs, u, v, SEED_REACH)]
+    return int(area.max(initial=0)), float(np.mean(detector.mask > 0))
+
+
+def are_at(blobs: BlobTable, u: int, v: int, reach: int = 0) -> Bools:
+    """Return which blobs, (N,), have a pixel within a reach [px] of (u, v), by rows and columns."""
     row, left, right = blobs.runs.ends()
-    near = (abs(row - v) <= SEED_REACH) & (left <= u + SEED_REACH) & (u - SEED_REACH < right)
+    near = (abs(row - v) <= reach) & (left <= u + reach) & (u - reach < right)
     parts = zip(blobs.first_run, blobs.run_count, strict=True)
-    holds = [bool(near[first : first + count].any()) for first, count in parts]
-    return int(blobs.area[holds].max(initial=0)), float(np.mean(detector.mask > 0))
+    return np.array([near[first : first + count].any() for first, count in parts], bool)
 
 
 def _of_extent(extent: Extent, name: str) -> ReferenceColor:

@@ -25,6 +25,7 @@ from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.pick import are_at
 from colortrack_ros.detection.pick import connected
 from colortrack_ros.detection.pick import pick_color
 from colortrack_ros.detection.pick import PickedColor
@@ -191,7 +192,9 @@ def _measured(
 
 
 def _blob_of(detector: Detector, example: Example, exactly: bool = False) -> BlobTable:
-    """The largest blob whose box contains the center of an example, or an empty table.
+    """The blob at the center of an example, or else the largest whose box contains it.
+
+    It is empty if there is none. (The water around a fish may match as well: its box contains all.)
 
     :param exactly: only if the center pixel itself has the color.
     """
@@ -199,8 +202,9 @@ def _blob_of(detector: Detector, example: Example, exactly: bool = False) -> Blo
     u, v, width, height = example.box
     blobs, u, v = detector.blobs, u + width // 2, v + height // 2
     away = np.array([u, v]) - blobs.box[:, :2]
-    holds = ((away >= 0) & (away <= blobs.box[:, 2:])).all(axis=1)
-    holds &= not exactly or detector.labels[v, u] > 0
+    holds = are_at(blobs, u, v)
+    if not exactly and not holds.any():
+        holds = np.asarray(((away >= 0) & (away <= blobs.box[:, 2:])).all(axis=1))
     return blobs.take(holds & (holds.cumsum() == 1))
 
 

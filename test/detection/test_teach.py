@@ -55,6 +55,18 @@ def test_pictures_in_different_light_give_one_color_for_both():
     assert columns(dim, teach_color([at(bright, 0)])) != [0]
 
 
+def test_a_thing_inside_a_larger_one_of_its_color_is_measured_by_itself():
+    """A button on a coat, a fish in water that is found as well: the larger one's box holds it."""
+    image = np.full((240, 400, 3), WALL, float)
+    image[60:180, 60:180], image[70:170, 70:170], image[110:130, 110:130] = RED, WALL, RED
+    noise = np.random.default_rng(0).normal(0, 2, image.shape)
+    frame = Frame((image + noise).astype(np.uint8), 'rgb8')
+    picked = teach_color([Example(frame, (120, 120, 1, 1))], [Example(frame, (300, 120, 1, 1))])
+    assert 18**2 <= picked.area <= 22**2
+    found = Detector(DetectorConfig(colors=(picked.color,), **picked.limits)).detect(frame).rows
+    assert len(found) == 2  # the frame around it has the very same color
+
+
 def test_a_ball_shown_once_keeps_its_dark_side_when_its_shadow_is_said_to_be_something_else():
     v, u = np.mgrid[:160, :240]
     x, y = (u - 120) / 50, (v - 80) / 50
