@@ -189,7 +189,7 @@ class Belief(Columns):
         self._eye, self._fresh = view.optical.t, self._fresh and not measured.used.any()
         refused, likely = update(
             self.motion, self.errors, self._in_cases(measured), view, self._in_cases(kinds),
-            ground, camera, weigh=len(self.log_weight) > 1,
+            ground, camera, cases=len(self.log_weight),
         )  # fmt: skip
         doubt(self.motion, refused & self._in_cases(kinds).falls)
         if len(self.log_weight) == 1:

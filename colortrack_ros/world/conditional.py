@@ -75,7 +75,7 @@ class Updated:
     :ivar information: (N, 8 C, 8 C) of the measurement about the camera errors.
     :ivar vector: (N, 8 C) information times the correction.
     :ivar p: (N, 2) prior probabilities of the hypotheses.
-    :ivar volume: (N, 2) log density of a zero innovation; e: (N, 2, M) whitened innovations.
+    :ivar off: (N, 2, M) innovations; S: (N, 2, M, M) their covariances.
     """
 
     states: Motions
@@ -83,18 +83,24 @@ class Updated:
     information: Floats
     vector: Floats
     p: Floats
-    volume: Floats
-    e: Floats
+    off: Floats
+    S: Floats
 
-    def likelihoods(self) -> tuple[Floats, Floats]:
+    def likelihoods(self, of: Indices) -> tuple[Floats, Floats]:
         """Return the log likelihoods of the measurements and of zero innovations, (N,).
 
-        The camera errors are taken as estimated.
+        The camera errors are taken as estimated. How widely an object is expected is averaged over
+        its cases: speed and wander are in meters, so that in pixels, objects roll the more smoothly
+        the farther away they are. Otherwise, what rolls more smoothly than its kind may, or is
+        measured better than told, would be taken to be farther away with each picture.
+
+        :param of: (N,) which object each is, in one case or another.
         """
-        nis = np.square(self.e).sum(axis=-1)
-        logs = np.stack([self.volume - nis / 2, self.volume])
+        W, volume = whitening(_alike(self.S, of))
+        nis = np.square(W @ self.off[..., None])[..., 0].sum(axis=-1)
+        logs = np.stack([volume - nis / 2, volume])
         most = logs.max(axis=-1)
-        density = (self.p * np.exp(logs - most[..., None])).sum(axis=-1)
+        density = (_alike(self.p, of) * np.exp(logs - most[..., None])).sum(axis=-1)
         log, log_volume = most + np.log(np.maximum(density, TINY))
         return log, log_volume
 
@@ -132,7 +138,14 @@ def conditional(
     far &= ~two_ranges(measured)
     counted = np.where(falls | far, 0.0, COUNTED)[:, None] * _shares(states.probability)
     share = _told(step.G, step.direct[:, None], step.S)
-    return Updated(states, nis, *_learned(counted, share * white, e), p, volume, e)
+    return Updated(states, nis, *_learned(counted, share * white, e), p, step.off, step.S)
+
+
+def _alike(each: Floats, of: Indices) -> Floats:
+    """Return values, (N, ...), averaged over the cases of each object."""
+    total = np.zeros((of.max() + 1, *each.shape[1:]))
+    np.add.at(total, of, each)
+    return np.asarray((total.T / np.maximum(np.bincount(of), 1)).T[of])
 
 
 def _stabilize(step: Linearized, R: Floats) -> None:

@@ -84,15 +84,14 @@ def update(
     kinds: Kinds,
     ground: float,
     camera: int = 0,
-    weigh: bool = True,
+    cases: int = 1,
 ) -> tuple[Bools, Floats]:
     """Update states and camera errors by measurements, in place.
 
     :param objects: N, predicted; with G robots, the same number for each, grouped by robot.
     :param measured: of each object; nothing is used of unmeasured ones.
-    :param camera: index of the measuring camera.
-    :param weigh: whether to compute the likelihood.
-    :return: (N,) which measurements were refused; (G,) the log likelihood of all of them, or 0.
+    :param camera: index of the measuring camera; cases: how many the objects are grouped by.
+    :return: (N,) which were refused; (G,) the log likelihood of all of them, 0 if no other case is.
     """
     number, front = measured.used.sum(axis=1), in_front(objects, view)
     refused = (number > 0) & ~front
@@ -103,8 +102,9 @@ def update(
         part, measured, kinds = objects.take(rows), measured.take(rows), kinds.take(rows)
     part = in_inverse_depth(part, view.optical)
     robot = errors.robots(rows, len(objects))
+    limit, of = GATE[number[rows] - 1], rows % (len(objects) // cases) if cases > 1 else None
     states, right, change, likely = _jointly(
-        part, errors, robot, measured, view, kinds, ground, camera, GATE[number[rows] - 1], weigh
+        part, errors, robot, measured, view, kinds, ground, camera, limit, of
     )
     refused[rows[~right]] = True
     there = in_space(states, view.optical)
@@ -147,7 +147,7 @@ def _jointly(
     ground: float,
     camera: int,
     limit: Floats,
-    weigh: bool,
+    of: Indices | None,
 ) -> tuple[Motions, Bools, Floats, Floats]:
     """Update states in inverse depth, and the camera errors in place.
 
@@ -156,8 +156,9 @@ def _jointly(
     degrees. With the ground alone, that gains nothing.
 
     :param limit: (N,) gate of the normalized innovation squared.
+    :param of: (N,) which object each is, if cases are compared.
     :return: the states, (N,) which measurements passed the gate, the change of the camera errors,
-        and, if weigh is set, the log likelihood of the measurements, (G,).
+        and, if of is given, the log likelihood of the measurements, (G,).
     """
     prior, change = errors.mean, np.zeros_like(errors.mean)
     step = conditional(part, errors, robot, measured, view, kinds, ground, camera)
@@ -170,8 +171,8 @@ def _jointly(
             break
         there, moved = replace(errors, mean=prior + change), part.shifted(change[robot])
         step = conditional(moved, there, robot, measured, view, kinds, ground, camera)
-    of = errors.cov, change, further, told, step, robot, right, limit
-    likely = _likelihood(*of) if weigh else np.zeros(len(change))
+    each = errors.cov, change, further, told, step, robot, right, limit
+    likely = np.zeros(len(change)) if of is None else _likelihood(*each, of)
     errors.mean, errors.cov = prior + change, cov
     return step.states.shifted(further[robot]), right, change, likely
 
@@ -264,13 +265,14 @@ def _likelihood(
     robot: Indices,
     right: Bools,
     limit: Floats,
+    of: Indices,
 ) -> Floats:
     """Return the log likelihood of measurements, (G,); parameters as for :func:`_corrected`.
 
     :param change: (G, 8 C) total change of the errors, including the further one.
     :param told: information and vector, as returned by :func:`_corrected`.
     """
-    (information, vector), (each, volume) = told, step.likelihoods()
+    (information, vector), (each, volume) = told, step.likelihoods(of)
     at = change - further
     log = _summed(each[right], robot[right], len(P))
     # log likelihood of a Gaussian in the errors, linearized away from its mean

@@ -32,6 +32,7 @@ class Linearized(Columns):
     :ivar direct: (N, M, 8 C) their derivative by the camera errors, with states fixed.
     :ivar visible: (N,) whether the camera sees the object at that point.
     :ivar G: (N, 2, M, 8 C) derivative of the innovations by the camera errors.
+    :ivar off: (N, 2, M) predicted minus measured values.
     :ivar S: (N, 2, M, M) covariance of the innovations; W: its whitening matrix, of the same shape;
         volume: (N, 2) its log determinant.
     :ivar seen: (N, 2, M, 8 + 8 C + 1) whitened: the cross-covariance with the states, G, and the
@@ -44,6 +45,7 @@ class Linearized(Columns):
     direct: Floats
     visible: Bools
     G: Floats
+    off: Floats
     S: Floats
     W: Floats
     volume: Floats
@@ -95,8 +97,10 @@ class Prior(Columns):
         states = Motions(prior.whole - gain @ seen, prior.probability)
         states.mean[..., 2] = np.maximum(states.mean[..., 2], prior.mean[..., 2] / FARTHER)
         ahead = (prior.probability[:, None] @ states.mean)[:, 0]
-        G = innovations[..., OF_OBJECT:-1]
-        return Linearized(H, rest[..., :-1], visible, G, S, W, volume, seen, gain, states, ahead)
+        G, off = innovations[..., OF_OBJECT:-1], innovations[..., -1]
+        return Linearized(
+            H, rest[..., :-1], visible, G, off, S, W, volume, seen, gain, states, ahead
+        )
 
     def _linearized(self, at: Floats) -> tuple[Floats, Floats, Bools]:
         """Return the derivative of the measurements by the states, (N, M, 8), the one by the camera

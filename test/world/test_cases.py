@@ -1,0 +1,32 @@
+"""What the cases of the pitch are told by objects that roll."""
+
+import numpy as np
+from support.balls_seen import FRAME
+from support.balls_seen import seen
+
+from colortrack_ros.world import Locator
+from colortrack_ros.world import LocatorConfig
+from colortrack_ros.world import Pose
+from colortrack_ros.world.camera import CameraModel
+from colortrack_ros.world.config import Kind
+from colortrack_ros.world.config import KindConfig
+from colortrack_ros.world.view import View
+
+CAMERA = CameraModel.of(320, 240, (260, 0, 159.5, 0, 260, 119.5, 0, 0, 1))
+MOUNT = Pose.of_rpy((0.1, 0, 0.5), (0, 0.25, 0))
+VIEW = View(CAMERA, Pose.of_rpy((0, 0, 0), (0, 0, 0)), MOUNT)
+STANDS = 4.1, -1.2, 0.1
+
+
+def test_a_ball_that_rolls_straight_before_a_robot_that_stands_tells_nothing_of_its_pitch():
+    """It was taken to be far away, as it would roll so evenly in pixels there: 0.6 m for both."""
+    kind = Kind('red', KindConfig(diameter=0.2))
+    one = Locator(LocatorConfig(colors=(kind,)), lambda _: None)
+    for k in range(60):
+        rolls = 2.3 + 0.4 * k * FRAME * 1e-9, 0.0, 0.1
+        out = one.update(*seen(VIEW, [rolls, STANDS], (k + 1) * FRAME), VIEW)
+    away = np.hypot(out.rows['x'] - [rolls[0], STANDS[0]], out.rows['y'] - [rolls[1], STANDS[1]])
+    assert (away < 0.1).all()
+    # the pitch is as uncertain as before: 0.01 rad at 4.2 m, 0.4 m above
+    spread = np.sqrt(np.linalg.eigvalsh(out.rows['covariance'][1].reshape(6, 6)[:2, :2])[-1])
+    assert 0.4 < spread < 0.55
