@@ -6,7 +6,9 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
 from std_msgs.msg import Header
 
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.messages import MessageError
+from colortrack_ros.messages.header import stamp_of
 from colortrack_ros.messages.serialized import message_of_serialized
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.camera_pose import CameraPoses
@@ -17,10 +19,14 @@ from colortrack_ros.world import CalibrationError
 from colortrack_ros.world import CameraModel
 from colortrack_ros.world import TransformError
 from colortrack_ros.world.view import View
+from colortrack_ros.world.waiting import LONGEST_WAIT
 
 
 class CameraViews:
     """The lens from CameraInfo, the pose from odometry or TF.
+
+    A CameraInfo is of the picture with its stamp and of later ones: drivers that bin or crop change
+    it while detectors are still busy with earlier pictures.
 
     :param config: source of the pose.
     :param info_topic: of the CameraInfo.
@@ -40,6 +46,8 @@ class CameraViews:
         self._refuse, self._info_topic = refuse, info_topic
         self._rectified = config.rectified
         self._camera: CameraModel | None = None
+        self._before: CameraModel | None = None
+        self._since = 0
         self._info = CameraInfo()
         self._poses: CameraPoses
         if config.pose_source == 'tf':
@@ -58,11 +66,14 @@ class CameraViews:
         """Take a serialized CameraInfo."""
         try:
             info = message_of_serialized(cdr, CameraInfo)
-            info.header = Header()  # all else is the same with each picture
+            stamp, info.header = stamp_of(info.header), Header()  # all else is mostly the same
+            if stamp < self._since:
+                self._before = None  # time has gone back
             if self._camera is None or info != self._info:
+                self._before, self._since = self._camera, stamp
                 self._camera, self._info = CameraModel.of_info(info, self._rectified), info
         except (MessageError, CalibrationError) as error:
-            self._camera = None
+            self._camera = self._before = None
             self._refuse(str(error))
 
     def at(self, stamp: int, frame_id: str) -> View:
@@ -77,4 +88,7 @@ class CameraViews:
                 'told without CameraInfo',
                 later=True,
             )
-        return View(self._camera, *self._poses.at(stamp, frame_id))
+        camera = self._camera
+        if self._before is not None and 0 < self._since - stamp <= LONGEST_WAIT * NANOSECONDS:
+            camera = self._before
+        return View(camera, *self._poses.at(stamp, frame_id))

@@ -1,0 +1,54 @@
+"""CameraInfo that changes while a robot drives, as drivers that bin or crop send it."""
+
+import pytest
+from sensor_msgs.msg import RegionOfInterest
+from support.ball_before_camera import BALL
+from support.ball_before_camera import info
+from support.ball_before_camera import PLACE
+from support.ball_before_camera import seen_by
+from support.ball_before_camera import START
+from support.locating_robot import FRAME
+from support.locating_robot import Robot
+
+from colortrack_ros.messages import locations_of_cloud
+from colortrack_ros.world import CameraModel
+from colortrack_ros.world import Pose
+from colortrack_ros.world.view import View
+
+MOUNT = Pose.of_rpy(PLACE[:3], PLACE[3:])
+PART = {
+    'binning_x': 2,
+    'binning_y': 2,
+    'roi': RegionOfInterest(x_offset=60, y_offset=40, width=560, height=420),
+}
+
+
+def part_of_sensor(stamp):
+    message = info(stamp)
+    for name, value in PART.items():
+        setattr(message, name, value)
+    return message
+
+
+def test_each_picture_is_located_by_its_own_calibration(ros):
+    """The one of the next picture, which is of a part of the sensor, comes first: detectors are
+    slower than drivers."""
+    robot = Robot(ros, patient=True)
+    infos = [info(START + k * FRAME) for k in range(10)]
+    infos += [part_of_sensor(START + k * FRAME) for k in range(10, 20)]
+    robot.info.publish(infos[0])
+    ros.settle()
+    for k in range(19):
+        robot.drive(k)
+        robot.info.publish(infos[k + 1])
+        ros.settle()
+        base = Pose.of_rpy((0.02 * k, 0, 0), (0, 0, 0))
+        view = View(CameraModel.of_info(infos[k]), base, MOUNT)
+        for publisher, cloud in zip(
+            (robot.detections, robot.tracks), seen_by(START + k * FRAME, view), strict=True
+        ):
+            publisher.publish(cloud)
+        assert ros.spin(lambda k=k: len(robot.locations) == k + 1), ros.outputs()
+        (row,) = locations_of_cloud(robot.locations[-1]).rows
+        assert (row['x'], row['y']) == pytest.approx(BALL[:2], abs=0.02), k
+    robot.node.wait_for('the camera has been calibrated anew: objects restart')
