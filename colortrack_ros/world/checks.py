@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.data import Bools
-from colortrack_ros.data import Detections
 from colortrack_ros.data import Floats
 from colortrack_ros.estimation.gaussian import mixture
 from colortrack_ros.estimation.gaussian import TINY
@@ -65,20 +64,6 @@ def coarse(view: View) -> str:
 def rounding(view: View) -> Floats:
     """Return the spacing of x, y, z of dtype LOCATION at the robot's position, (3,) [m]."""
     return np.spacing(np.abs(view.base.t).astype(np.float32)).astype(float)
-
-
-def outside(detections: Detections, view: View) -> str:
-    """Report a detection outside the picture of the calibration."""
-    pixels = np.stack([detections.rows['u'], detections.rows['v']], axis=1)
-    inside = view.camera.contains(pixels)
-    if inside.all():
-        return ''
-    out = pixels[~inside]
-    return (
-        f'a detection at u {out[0, 0]:.0f}, v {out[0, 1]:.0f} is outside of the '
-        f'{view.camera.width}x{view.camera.height} picture of CameraInfo: the calibration is of '
-        'another picture'
-    )
 
 
 def beyond(track: int, config: LocatorConfig) -> str:

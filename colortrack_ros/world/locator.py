@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from copy import deepcopy
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +16,11 @@ from colortrack_ros.data import whole_rows
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.checks import beyond
 from colortrack_ros.world.checks import coarse
-from colortrack_ros.world.checks import outside
 from colortrack_ros.world.checks import unknown
 from colortrack_ros.world.checks import unsaid
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.doubts import Doubts
+from colortrack_ros.world.fitting import fitting
 from colortrack_ros.world.margins import Margins
 from colortrack_ros.world.matching import measured_of
 from colortrack_ros.world.matching import taken_detections
@@ -102,9 +101,7 @@ class Locator:
         :param camera: index of the camera that took the picture.
         """
         self._advance(tracks.stamp, view)
-        if trouble := outside(detections, view):
-            self._tell(trouble)
-            detections = replace(detections, rows=detections.rows[:0])
+        detections, depth = fitting(detections, depth, view, self._tell)
         rows = self._known(tracks)
         taken = taken_detections(rows, detections)
         self._follow(rows, camera)
@@ -288,10 +285,7 @@ class Locator:
         ids, self._next_id = self._next_id + np.arange(count), self._next_id + count
         if self._cameras == 1:
             ids = tracks['track_id'].astype(np.int64)
-        colors, belief, kinds = (
-            tracks['color'].astype(np.int64),
-            belief.take(sure),
-            kinds.take(sure),
-        )
+        colors = tracks['color'].astype(np.int64)
+        belief, kinds = belief.take(sure), kinds.take(sure)
         self._objects.extend(Objects.begun(ids, colors, self._cameras, belief, kinds))
         self._objects.link(np.arange(-count, 0), tracks, camera, self._stamp)

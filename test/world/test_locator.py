@@ -244,6 +244,19 @@ def test_a_calibration_of_another_picture_size_is_told_and_locates_nothing():
 
 
 @pytest.mark.slow
+def test_a_depth_picture_of_another_size_is_told_and_not_read():
+    """As of a depth camera that is not aligned with the color: its pixels look elsewhere."""
+    one, told = locator('depth')
+    view = view_at()
+    depth = depth_of(view, BALL)
+    for k in range(3):
+        out = one.update(*seen(view, BALL, (k + 1) * FRAME), view, depth[::2, ::2])
+    assert len(out.rows) == 0
+    assert 'depth picture of 320x240 pixels: expected the 640x480 of CameraInfo' in told[0]
+    out = one.update(*seen(view, BALL, 4 * FRAME), view, depth)
+    assert len(out.rows) == 1
+
+
 def test_an_object_that_was_moved_is_found_again_and_told_of():
     one, told = locator(motion='still')
     for k in range(10):
