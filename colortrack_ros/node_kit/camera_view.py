@@ -43,12 +43,13 @@ class CameraViews:
         refuse: Callable[[str], object],
         came: Callable[[], object],
     ) -> None:
-        self._refuse, self._info_topic = refuse, info_topic
+        self._refuse, self._info_topic, self._node = refuse, info_topic, node
         self._rectified = config.rectified
         self._camera: CameraModel | None = None
         self._before: CameraModel | None = None
-        self._since = 0
+        self._since, self._frame_id = 0, ''
         self._info = CameraInfo()
+        self._frames = ('', '')
         self._poses: CameraPoses
         if config.pose_source == 'tf':
             self._poses = TfPoses(node, config, refuse)
@@ -66,12 +67,14 @@ class CameraViews:
         """Take a serialized CameraInfo."""
         try:
             info = message_of_serialized(cdr, CameraInfo)
-            stamp, info.header = stamp_of(info.header), Header()  # all else is mostly the same
+            frame_id, stamp = info.header.frame_id, stamp_of(info.header)
+            info.header = Header()  # all else is mostly the same
             if stamp < self._since:
                 self._before = None  # time has gone back
             if self._camera is None or info != self._info:
                 self._before, self._since = self._camera, stamp
                 self._camera, self._info = CameraModel.of_info(info, self._rectified), info
+            self._frame_id = frame_id
         except (MessageError, CalibrationError) as error:
             self._camera = self._before = None
             self._refuse(str(error))
@@ -88,7 +91,19 @@ class CameraViews:
                 'told without CameraInfo',
                 later=True,
             )
+        self._compare(frame_id)
         camera = self._camera
         if self._before is not None and 0 < self._since - stamp <= LONGEST_WAIT * NANOSECONDS:
             camera = self._before
         return View(camera, *self._poses.at(stamp, frame_id))
+
+    def _compare(self, frame_id: str) -> None:
+        """Warn once if the CameraInfo is of another frame than the picture: of another camera?"""
+        frames = self._frame_id, frame_id
+        if all(frames) and frames[0] != frames[1] and frames != self._frames:
+            self._frames = frames
+            self._node.get_logger().warning(
+                f'CameraInfo on {self._info_topic} is of frame {frames[0]!r}, and pictures are of '
+                f'{frames[1]!r}: if it is that of another camera, objects are elsewhere; expected '
+                'one frame for both'
+            )

@@ -4,6 +4,7 @@ import pytest
 from sensor_msgs.msg import RegionOfInterest
 from support.ball_before_camera import BALL
 from support.ball_before_camera import info
+from support.ball_before_camera import picture
 from support.ball_before_camera import PLACE
 from support.ball_before_camera import seen_by
 from support.ball_before_camera import START
@@ -52,3 +53,19 @@ def test_each_picture_is_located_by_its_own_calibration(ros):
         (row,) = locations_of_cloud(robot.locations[-1]).rows
         assert (row['x'], row['y']) == pytest.approx(BALL[:2], abs=0.02), k
     robot.node.wait_for('the camera has been calibrated anew: objects restart')
+
+
+def test_the_calibration_of_another_camera_is_told_by_its_frame(ros):
+    """As of the right camera of a pair: nothing else tells it from that of the left one."""
+    robot = Robot(ros, patient=True)
+    other = info(START)
+    other.header.frame_id = 'right'
+    robot.info.publish(other)
+    ros.settle()
+    robot.drive(0)
+    for publisher, cloud in zip((robot.detections, robot.tracks), picture(START, 0.0), strict=True):
+        publisher.publish(cloud)
+    robot.node.wait_for(
+        "CameraInfo on camera/camera_info is of frame 'right', and pictures are of 'cam'"
+    )
+    assert ros.spin(lambda: len(robot.locations) == 1), ros.outputs()
