@@ -10,6 +10,7 @@ publish no others.
 import argparse
 from collections.abc import Iterator
 import configparser
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 import warnings
@@ -26,6 +27,8 @@ from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 
 FIGURES = ('idf1', 'mota', 'precision', 'num_switches')
+
+PEERS = ('SORTTracker', 'ByteTrackTracker') if find_spec('trackers') else ()
 
 OURS: dict[str, dict[str, object]] = {'ours': {}, 'without use_boxes': {'use_boxes': False}}
 
@@ -142,11 +145,7 @@ def thinned(sequence: Sequence, seed: int) -> Sequence:
 def figures(sequences: list[Sequence]) -> dict[str, np.ndarray]:
     """The six figures, (6,), of us and of peers, see main()."""
     runs = {name: [ours(one, **options) for one in sequences] for name, options in OURS.items()}
-    for name in ('SORTTracker', 'ByteTrackTracker'):
-        try:
-            runs[name] = [theirs(one, name) for one in sequences]
-        except ImportError as error:
-            print(f'{name}: {error}')
+    runs |= {name: [theirs(one, name) for one in sequences] for name in PEERS}
     tables = {}
     for name, every in runs.items():
         told = (('', 0), (', measured', 1)) if name in OURS else (('', 0),)
@@ -171,15 +170,15 @@ def main() -> None:
     """
     parser = argparse.ArgumentParser('pedestrians', description=__doc__)
     parser.add_argument('folder', type=Path)
-    parser.add_argument('--runs', type=int, help='each without 5 % of the detections, by chance')
+    parser.add_argument(
+        '--runs', type=int, default=0, help='each without 5 %% of the detections, by chance'
+    )
     args = parser.parse_args()
     whole = [Sequence.of(path.parent) for path in args.folder.glob('*/seqinfo.ini')]
-    if not args.runs:
-        told = {name: table[None] for name, table in figures(whole).items()}
-    else:
-        every = [figures([thinned(one, run) for one in whole]) for run in range(args.runs)]
-        told = {name: np.array([tables[name] for tables in every]) for name in every[0]}
-    for name, table in told.items():
+    thin = [[thinned(one, run) for one in whole] for run in range(args.runs)]
+    every = [figures(sequences) for sequences in thin or [whole]]
+    for name in every[0]:
+        table = np.array([tables[name] for tables in every])
         idf1, mota, precision, switches, all_idf1, all_mota = table.mean(axis=0)
         sure = table.std(axis=0)[:2] / np.sqrt(len(table))
         print(
