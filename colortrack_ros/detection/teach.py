@@ -201,9 +201,9 @@ def _blob_of(detector: Detector, example: Example, exactly: bool = False) -> Blo
     detector.detect(example.frame)
     u, v, width, height = example.box
     blobs, u, v = detector.blobs, u + width // 2, v + height // 2
-    away = np.array([u, v]) - blobs.box[:, :2]
     holds = are_at(blobs, u, v)
     if not exactly and not holds.any():
+        away = np.array([u, v]) - blobs.box[:, :2]
         holds = np.asarray(((away >= 0) & (away <= blobs.box[:, 2:])).all(axis=1))
     return blobs.take(holds & (holds.cumsum() == 1))
 

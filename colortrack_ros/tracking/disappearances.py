@@ -103,7 +103,13 @@ class Disappearances:
         hidden = time > LOST * period
         self.learn(place[hidden], time[hidden], returned=True, in_time=in_time)
 
-    def share(self, place: Floats, area: float, lost: Floats | None = None) -> Floats:
+    def share(
+        self,
+        place: Floats,
+        area: float,
+        lost: Floats | None = None,
+        leaving: Floats | float = 0.0,
+    ) -> Floats:
         """Probability, (K,), that each lost object is hidden and returns before it is deleted.
 
         By the densities of both kinds, each a sum of kernels and a uniform part: an occluder hides
@@ -114,6 +120,7 @@ class Disappearances:
         :param area: of the picture [px^2].
         :param lost: (K, 2) probabilities so far that each is hidden, and gone, if they are to
             count as evidence for each other; else None.
+        :param leaving: (K,) see traffic.leaving_rate().
         """
         if self._is_new:
             self._conclude(area)
@@ -124,19 +131,20 @@ class Disappearances:
             np.fill_diagonal(beside, 0.0)
             near += beside @ lost
         count = self._count + lost.sum(axis=0) - lost
-        return _share(near, count, self._spread, area)
+        return share_staying(_share(near, count, self._spread, area), leaving)
 
-    def share_of_deleted(self, place: Floats, area: float) -> Floats:
+    def share_of_deleted(self, place: Floats, area: float, leaving: Floats | float = 0.0) -> Floats:
         """The same, (K,), for tracks that have been deleted, and of ever being seen again.
 
-        :param place, area: see share().
+        :param place, area, leaving: see share().
         """
         if self._is_new:
             self._conclude(area)
         weight = _kernel(place, self._place)
         own = ~self._returned[:, 0] & _is_one_of(place, self._place)
         weight[own] = 0.0
-        return _share(weight @ self._kinds, ~own @ self._kinds, self._spread, area)
+        share = _share(weight @ self._kinds, ~own @ self._kinds, self._spread, area)
+        return share_staying(share, leaving)
 
     def _conclude(self, area: float) -> None:
         """Estimate which of the deleted tracks are hidden still, and what appears anywhere.
@@ -243,8 +251,8 @@ class Disappearances:
         seen, unseen = records['visible'][track], records['hidden'][track]
         kinds = np.array([unseen, np.maximum(1 - seen - unseen, 0.0)])
         kinds *= records['hits'][track] >= TELLING_HITS
-        share = self.share(records['seen'].take(track, axis=0), area, kinds.T.copy())
-        share = share_staying(share, records['leaving'][track])
+        place, leaving = records['seen'].take(track, axis=0), records['leaving'][track]
+        share = self.share(place, area, kinds.T.copy(), leaving)
         seen, unseen = weigh_hidden(seen, unseen, share, records['hidden_share'][track])
         for name, values in (('visible', seen), ('hidden', unseen), ('hidden_share', share)):
             records[name][track] = values

@@ -21,7 +21,6 @@ from colortrack_ros.tracking.maneuvers import maneuver_chance
 from colortrack_ros.tracking.population import Population
 from colortrack_ros.tracking.prediction import assumed_speed
 from colortrack_ros.tracking.sizes import Sizes
-from colortrack_ros.tracking.traffic import share_staying
 
 KEPT = ('track_id', 'born', 'origin', 'color', 'extent', 'growth', 'partial', 'nearness', 'aloft')
 """Fields of a lost track that the new one takes over."""
@@ -183,8 +182,9 @@ def _log_prior(
     """
     records = lost.records
     share, seen = np.array(records['hidden_share']), records['seen']
-    deleted = learned.disappearances.share_of_deleted(seen[remembered], learned.area)
-    share[remembered] = share_staying(deleted, records['leaving'][remembered])
+    share[remembered] = learned.disappearances.share_of_deleted(
+        seen[remembered], learned.area, records['leaving'][remembered]
+    )
     share[records['splinter']] = 0.0
     detected = learned.detection_rate.estimate(config.detection_probability)
     back = learned.disappearances.return_odds(share[one], gap, unmeasured[one], detected, period)

@@ -67,7 +67,7 @@ def leaving_rate(seen: Floats, velocity: Floats, image_size: tuple[int, int]) ->
     return np.asarray(np.exp(-ahead / LEFT_BEFORE) / LEFT_BEFORE)
 
 
-def share_staying(share: Floats, leaving: Floats) -> Floats:
+def share_staying(share: Floats, leaving: Floats | float) -> Floats:
     """Share, (N,), of the lost objects that are hidden in the picture, given where each was going.
 
     What hides is lost anywhere on its way.

@@ -29,7 +29,6 @@ from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.records import record_size
 from colortrack_ros.tracking.second_difference import learn_acceleration
 from colortrack_ros.tracking.traffic import leaving_rate
-from colortrack_ros.tracking.traffic import share_staying
 from colortrack_ros.tracking.turns import UndecidedTurns
 from colortrack_ros.tracking.turns import UNLIKELY
 
@@ -225,7 +224,7 @@ def _learn_disappearances(
     if len(lost):
         seen = records['seen'][lost]
         leaving = leaving_rate(seen, prediction.velocity[lost], learned.image_size)
-        share = share_staying(learned.disappearances.share(seen, learned.area), leaving)
+        share = learned.disappearances.share(seen, learned.area, leaving=leaving)
         share[records['splinter'][lost]] = 0.0
         records['leaving'][lost], records['hidden_share'][lost] = leaving, share
         records['visible'][lost], records['hidden'][lost] = weigh_hidden(

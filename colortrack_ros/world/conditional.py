@@ -143,9 +143,21 @@ def conditional(
 
 def _alike(each: Floats, of: Indices) -> Floats:
     """Return values, (N, ...), averaged over the cases of each object."""
-    total = np.zeros((of.max() + 1, *each.shape[1:]))
+    count = np.bincount(of)
+    total = summed(each, of, len(count))
+    return np.asarray((total.T / np.maximum(count, 1)).T[of])
+
+
+def summed(each: Floats, of: Indices, count: int) -> Floats:
+    """Sum values, (N, ...), of each of count things.
+
+    :param of: (N,) which of them each belongs to.
+    """
+    if count == 1:
+        return np.asarray(each.sum(axis=0, keepdims=True))
+    total = np.zeros((count, *each.shape[1:]))
     np.add.at(total, of, each)
-    return np.asarray((total.T / np.maximum(np.bincount(of), 1)).T[of])
+    return total
 
 
 def _stabilize(step: Linearized, R: Floats) -> None:

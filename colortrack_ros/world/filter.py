@@ -16,6 +16,7 @@ from colortrack_ros.data import Indices
 from colortrack_ros.world.conditional import conditional
 from colortrack_ros.world.conditional import LINEAR_WITHIN
 from colortrack_ros.world.conditional import LINEARIZATIONS
+from colortrack_ros.world.conditional import summed
 from colortrack_ros.world.conditional import Updated
 from colortrack_ros.world.contact import keep_on_ground
 from colortrack_ros.world.inverse_depth import in_inverse_depth
@@ -245,8 +246,8 @@ def _corrected(
         vector, (G, 8 C), of accepted measurements; see Updated.
     """
     robot, count = robot[right], len(P)
-    information = _summed(step.information[right], robot, count)
-    vector = _summed(step.vector[right], robot, count)
+    information = summed(step.information[right], robot, count)
+    vector = summed(step.vector[right], robot, count)
     # (P^-1 + L)^-1 = (I + P L)^-1 P, for P that may be singular
     A = np.eye(vector.shape[1]) + P @ information
     off = P @ vector[..., None] - change[..., None]
@@ -274,20 +275,11 @@ def _likelihood(
     """
     (information, vector), (each, volume) = told, step.likelihoods(of)
     at = change - further
-    log = _summed(each[right], robot[right], len(P))
+    log = summed(each[right], robot[right], len(P))
     # log likelihood of a Gaussian in the errors, linearized away from its mean
     bent = (information @ at[..., None])[..., 0]
     A = np.eye(vector.shape[1]) + P @ information
     log -= (at * (vector + bent / 2)).sum(axis=1) + np.linalg.slogdet(A)[1] / 2
     log += ((vector + bent) * change).sum(axis=1) / 2
     # a refused measurement counts as one at the edge of the gate
-    return log + _summed((volume - limit / 2)[~right], robot[~right], len(P))
-
-
-def _summed(each: Floats, robot: Indices, count: int) -> Floats:
-    """Sum values, (N, ...), over the objects of each of count robots."""
-    if count == 1:
-        return np.asarray(each.sum(axis=0, keepdims=True))
-    total = np.zeros((count, *each.shape[1:]))
-    np.add.at(total, robot, each)
-    return total
+    return log + summed((volume - limit / 2)[~right], robot[~right], len(P))

@@ -243,7 +243,6 @@ def test_a_calibration_of_another_picture_size_is_told_and_locates_nothing():
     assert 'outside of the 640x480 picture of CameraInfo' in told[0]
 
 
-@pytest.mark.slow
 def test_a_depth_picture_of_another_size_is_told_and_not_read():
     """As of a depth camera that is not aligned with the color: its pixels look elsewhere."""
     one, told = locator('depth')
@@ -257,6 +256,7 @@ def test_a_depth_picture_of_another_size_is_told_and_not_read():
     assert len(out.rows) == 1
 
 
+@pytest.mark.slow
 def test_an_object_that_was_moved_is_found_again_and_told_of():
     one, told = locator(motion='still')
     for k in range(10):
