@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
+import contextlib
 import copy
 import heapq
 from operator import itemgetter
@@ -108,9 +109,12 @@ class PortableFile:
     def __init__(self, path: Any) -> None:
         self._reader = _reader_of(path)
         _open(self._reader)
-        for part in self._parts():
-            if isinstance(part, McapReader) and not part.connections:
-                part.meta_scan()  # its index leaves out the topics, as it may
+        with contextlib.ExitStack() as opened:
+            opened.callback(self.close)
+            for part in self._parts():
+                if isinstance(part, McapReader) and not part.connections:
+                    part.meta_scan()  # its index leaves out the topics, as it may
+            opened.pop_all()  # it stays open from here on
         self.duration, connections = self._reader.duration, self._reader.connections
         sizes = {c.id: c.msgcount for c in connections}
         if found := getattr(self._reader.storage, 'statistics', None):

@@ -70,6 +70,7 @@ class BagReader:
                     raise
                 self._files = _salvaged(path)
                 if not any(file.topics for file in self._files):
+                    self.close()
                     raise
         sizes: Counter[tuple[str, str]] = Counter()
         for topic in [topic for file in self._files for topic in file.topics]:

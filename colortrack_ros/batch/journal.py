@@ -29,18 +29,20 @@ class Journal:
         self._lines: dict[str, dict[str, Any]] = {}
         if path is None:
             return
-        try:
-            if path.exists():
-                require_file(path)
-            self._file = path.open('a+')
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if fresh:
-                self._file.truncate(0)
-            self._read(path)
-        except BlockingIOError:
-            raise BatchError(f'{path}: another run writes it now') from None
-        except OSError as error:
-            raise BatchError(f'{path}: {error.strerror}') from error
+        with contextlib.ExitStack() as opened:
+            try:
+                if path.exists():
+                    require_file(path)
+                self._file = opened.enter_context(path.open('a+'))
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if fresh:
+                    self._file.truncate(0)
+                self._read(path)
+            except BlockingIOError:
+                raise BatchError(f'{path}: another run writes it now') from None
+            except OSError as error:
+                raise BatchError(f'{path}: {error.strerror}') from error
+            opened.pop_all()  # it stays open from here on
 
     def _read(self, path: Path) -> None:
         self._file.seek(0)

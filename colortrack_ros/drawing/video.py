@@ -41,6 +41,7 @@ class VideoFile:
         self._staged = str(Path(self._folder.name) / path.name)
         self._writer = cv2.VideoWriter(self._staged, cv2.VideoWriter.fourcc(*'mp4v'), rate, size)
         if not self._writer.isOpened():
+            self._folder.cleanup()
             reason = 'no video can be written there; expected an .mp4'
             raise OSError(errno.EINVAL, reason, str(path))
 

@@ -32,8 +32,12 @@ class BagSource(Source):
         try:
             self._reader = BagReader(path)
             pictures = [found for found in self._reader.topics if found.kind in MESSAGES]
+        except BagError as error:
+            raise SourceError(f'{path}: {error}') from error
+        try:
             self._topic: Topic = choose(pictures, topic, f'/{IntakeConfig().image_topic}', '')
-        except (BagError, StartError) as error:
+        except StartError as error:
+            self._reader.close()
             raise SourceError(f'{path}: {error}') from error
         self.total = self._topic.size
         gaps = max(self.total - 1, 1)

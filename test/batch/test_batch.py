@@ -11,6 +11,7 @@ import threading
 
 import pytest
 from support import work
+from support.open_files import nothing_left_open
 from support.paths import ROOT
 from support.waiting import wait_until
 
@@ -101,7 +102,8 @@ def test_what_a_killed_run_has_begun_is_not_refused_by_its_own_traces(tmp_path):
 def test_a_file_that_is_no_report_is_left_alone(tmp_path, text):
     report = tmp_path / 'tracks.csv'
     report.write_text(text)
-    with pytest.raises(BatchError, match='expected the report of an earlier run'):
+    said = 'expected the report of an earlier run'
+    with nothing_left_open(), pytest.raises(BatchError, match=said):
         run(work.square, tasks(tmp_path, [1]), nobody, report=report)
     assert report.read_text() == text
 

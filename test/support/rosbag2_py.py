@@ -70,6 +70,10 @@ class SequentialReader:
         self._pending = None
         self._topics = None
 
+    def __del__(self):
+        if hasattr(self, '_bag') and self._bag.is_open:
+            self._bag.close()
+
     def set_filter(self, storage_filter):
         self._topics = storage_filter
 

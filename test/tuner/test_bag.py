@@ -1,8 +1,11 @@
 """The pictures of a bag in the tuner."""
 
+import contextlib
+
 import numpy as np
 import pytest
 from support.damaged import damaged_video
+from support.open_files import nothing_left_open
 from support.recorded import frames
 from support.recorded import short_bag
 from support.recorded import write_bag
@@ -33,9 +36,11 @@ def test_the_frames_of_a_bag_have_their_numbers_and_stamps(tmp_path):
 def test_of_a_bag_with_several_topics_one_has_to_be_chosen(tmp_path):
     pictures = frames(SCENE)[:2]
     bag = write_bag(tmp_path / 'bag', {'/left': pictures, '/right': pictures})
-    with pytest.raises(SourceError, match='--topic may choose'):
-        open_footage(str(bag), RunningNodes())
-    assert open_footage(str(bag), RunningNodes(), topic='/left').total == 2
+    with nothing_left_open():
+        with pytest.raises(SourceError, match='--topic may choose'):
+            open_footage(str(bag), RunningNodes())
+        with contextlib.closing(open_footage(str(bag), RunningNodes(), topic='/left')) as footage:
+            assert footage.total == 2
 
 
 @pytest.mark.parametrize('kind', ['bag', 'video'])

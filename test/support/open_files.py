@@ -1,0 +1,17 @@
+"""What is left open."""
+
+from collections.abc import Iterator
+import contextlib
+import gc
+import warnings
+
+
+@contextlib.contextmanager
+def nothing_left_open() -> Iterator[None]:
+    """Python closes in silence what nobody has closed: here it fails."""
+    gc.collect()  # what others have left
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter('always', ResourceWarning)
+        yield
+        gc.collect()
+    assert [str(w.message) for w in told if w.category is ResourceWarning] == []
