@@ -26,7 +26,8 @@ from colortrack_ros.tracking.recent import UNMEASURED
 from colortrack_ros.tracking.recent import VARIANCE
 from colortrack_ros.tracking.recent import Z
 
-INDICES = 10.0 ** np.arange(-5, 4.1, 0.5)
+INDEX_STEP = 0.5
+INDICES = 10.0 ** np.arange(-5, 4.1, INDEX_STEP)
 """Tracking indices q dt^3 / r of the probes, half a decade apart: from objects that move straight
 for seconds to motion that no filter can smooth."""
 
@@ -64,6 +65,10 @@ TRACKS_AT_ONCE = 200
 """Tracks processed at once, to keep intermediate results in the cache. Measured: for 1000 tracks,
 50, 100, 200, 400 and all at once take 0.96, 0.75, 0.66, 0.64 and 0.79 ms a frame; for 300 tracks
 0.32, 0.29, 0.26, 0.26 and 0.25."""
+
+SOONER = 1.2
+"""Frames up to which a measurement counts as that of the next one: 1.2^3 is half a step of the
+indices, below which the gains are the same."""
 
 LEAST_NOISE = 1e-4
 """Least squared innovation over the variance of the measurement, for objects that are exactly at
@@ -141,19 +146,20 @@ class ProcessNoise:
         self._fit, self._count = self._fit * remembered.prod(), self._count * remembered.prod()
         for first in range(0, len(records), TRACKS_AT_ONCE):
             some = records.part(slice(first, first + TRACKS_AT_ONCE))
-            self._take(some, oldest_first[1:], remembered)
+            self._take(some, oldest_first[1:], remembered, period)
         self._conclude(records, track, period)
 
-    def _take(self, records: Records, slots: Indices, remembered: Floats) -> None:
+    def _take(self, records: Records, slots: Indices, remembered: Floats, period: float) -> None:
         """Process the measurements of some frames for some of the tracks.
 
         :param slots: (F,) of the frames in Recent, the oldest first.
         :param remembered: (F,) share of earlier evidence that each frame keeps.
+        :param period: of the frames [s].
         """
         some = records['measured'][:, slots].swapaxes(0, 1)
         measured = some[..., UNMEASURED] > 0
         age = _ages(records['probe_age'], measured, some[..., MANEUVERED] > TURNED)
-        squares = _follow(records, some, measured, age)
+        squares = _follow(records, some, measured, age, period)
         known = measured & (some[..., STEADY_CAMERA] > 0) & (age > FORMED_AGE)
         variance = some[..., VARIANCE]
         squares += LEAST_NOISE * variance[..., None]
@@ -191,19 +197,23 @@ class ProcessNoise:
         records['log_noise'][track] = log_noise - self.log_noise
 
 
-def _follow(records: Records, some: Floats, measured: Bools, age: NDArray[np.int64]) -> Floats:
+def _follow(
+    records: Records, some: Floats, measured: Bools, age: NDArray[np.int64], period: float
+) -> Floats:
     """Update the probes of all tracks with the measurements of some frames.
 
     :param some: (F, N, RING_COLUMNS) measurements in Recent.
     :param measured: (F, N) which tracks are measured.
     :param age: (F, N) of the probes, with these measurements.
+    :param period: of the frames [s].
     :return: (F, N, G) squared innovations [px^2].
     """
     T = np.where(measured, np.maximum(some[..., UNMEASURED], 1e-6), 0.0)
     level, per_time = np.minimum(age, len(ALPHA) - 1), measured / np.where(measured, T, 1.0)
+    alpha, beta = _gains_after(T / period, level)
     gain = np.empty((*age.shape, 2, 1, len(INDICES)))
-    gain[:, :, 0, 0] = ALPHA.take(level, axis=0) * measured[..., None]
-    gain[:, :, 1, 0] = BETA.take(level, axis=0) * per_time[..., None]
+    gain[:, :, 0, 0] = alpha * measured[..., None]
+    gain[:, :, 1, 0] = beta * per_time[..., None]
     probe, e = records['probe'].copy(), np.empty((*age.shape, 2, len(INDICES)))
     for i in range(len(age)):
         probe[:, 0] += probe[:, 1] * T[i][:, None, None]
@@ -212,6 +222,21 @@ def _follow(records: Records, some: Floats, measured: Bools, age: NDArray[np.int
     records['probe'], records['probe_age'] = probe, age[-1]
     e *= e
     return np.asarray(e[:, :, 0] + e[:, :, 1])
+
+
+def _gains_after(frames: Floats, level: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    """Return alpha and beta of the probes, (F, N, G).
+
+    After frames without it, an object may be as far off as one whose index is as many times as
+    large as the time cubed: gains for the usual time made much noise of objects often missed.
+
+    :param frames: (F, N) since each was measured; level: (F, N) rows of ALPHA.
+    """
+    if not np.count_nonzero(frames > SOONER):
+        return ALPHA.take(level, axis=0), BETA.take(level, axis=0)
+    later = np.rint(3 * np.log10(np.maximum(frames, 1.0)) / INDEX_STEP).astype(np.int64)
+    probe = np.minimum(np.arange(len(INDICES)) + later[..., None], len(INDICES) - 1)
+    return ALPHA[level[..., None], probe], BETA[level[..., None], probe]
 
 
 def _ages(age: NDArray[np.int64], measured: Bools, turned: Bools) -> NDArray[np.int64]:

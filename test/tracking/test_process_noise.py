@@ -1,5 +1,7 @@
 """The probes that learn the process noise, against the Riccati equation and one by one."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -54,14 +56,17 @@ def one_by_one(seen, variances, turned, steady, period):
             if np.isnan(z[0]):
                 continue
             T = (k - last) * period
-            last = k
+            before, last = last, k
             if turned[k] and age > process_noise.SETTLED_AGE:
                 age = 0
             age += 1
             level = min(age, len(ALPHA) - 1)
             error = z - (place + T * speed)
-            place = place + T * speed + ALPHA[level, probe] * error
-            speed = speed + BETA[level, probe] / T * error
+            # the index that q T^3 / r is nearest to
+            later = round(math.log10((k - before) ** 3) / process_noise.INDEX_STEP)
+            then = min(probe + later, len(INDICES) - 1)
+            place = place + T * speed + ALPHA[level, then] * error
+            speed = speed + BETA[level, then] / T * error
             fit[probe] *= np.exp(-period / process_noise.STEP_MEMORY)
             count[probe] *= np.exp(-period / process_noise.STEP_MEMORY)
             if age > process_noise.FORMED_AGE and steady[k]:
@@ -92,3 +97,32 @@ def test_all_probes_of_all_tracks_do_what_each_of_them_does_alone():
     for i, (fit, count) in enumerate(one_by_one(*of, period) for of in fits):
         np.testing.assert_allclose(records['fit'][i], fit, rtol=1e-9)
         np.testing.assert_allclose(records['fit_count'][i], count, rtol=1e-9)
+
+
+@pytest.mark.parametrize('missed', [0.0, 0.3, 0.5])
+@pytest.mark.parametrize('sigma', [60.0, 300.0, 1500.0])
+@pytest.mark.parametrize('period', [0.1, 1 / 30])
+def test_what_is_often_missed_is_not_taken_for_restless(period, sigma, missed):
+    random, count = np.random.default_rng(1), 30
+    T = period
+    Q = sigma**2 / 30 * np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])
+    root = np.linalg.cholesky(Q)
+    records, recent, noise = (
+        Records([*RECENT_FIELDS, *STEP_FIELDS], count),
+        Recent(),
+        ProcessNoise(),
+    )
+    x, since = np.zeros((count, 2, 2)), np.zeros(count)
+    for _ in range(300):
+        x[..., 0] += T * x[..., 1]
+        x += random.normal(size=x.shape) @ root.T
+        (track,) = np.nonzero(random.random(count) >= missed)
+        since += T
+        z, one, yes = x[track, :, 0], np.ones(len(track)), np.ones(len(track), bool)
+        z = z + random.normal(size=z.shape)
+        given, of = np.column_stack([one, one]), (one, since[track], 0 * one)
+        since[track] = 0
+        steady = of[1] < 1.5 * T
+        if recent.take(records, track, z, given, *of, yes, steady, z, T):
+            noise.learn(records, track, recent, T)
+    assert 0.75 < math.exp(noise.log_noise) / sigma < 1.33
