@@ -26,10 +26,12 @@ from colortrack_ros.tracking.recent import UNMEASURED
 from colortrack_ros.tracking.recent import VARIANCE
 from colortrack_ros.tracking.recent import Z
 
-INDEX_STEP = 0.5
-INDICES = 10.0 ** np.arange(-5, 4.1, INDEX_STEP)
-"""Tracking indices q dt^3 / r of the probes, half a decade apart: from objects that move straight
-for seconds to motion that no filter can smooth."""
+INDICES = 10.0 ** np.arange(-5, 4.1, 0.5)
+"""Tracking indices q dt^3 / r of the probes for a dt of REFERENCE_PERIOD, half a decade apart: from
+objects that move straight for seconds to motion that no filter can smooth."""
+
+LOG_STEP = math.log(10) / 6
+"""Log of the time that is worth a step of the indices, in which it is cubed."""
 
 EFFICIENCY = 6 / math.pi**2
 """Efficiency of the mean log of a squared normal pair, relative to its mean, as an estimate of its
@@ -66,10 +68,6 @@ TRACKS_AT_ONCE = 200
 50, 100, 200, 400 and all at once take 0.96, 0.75, 0.66, 0.64 and 0.79 ms a frame; for 300 tracks
 0.32, 0.29, 0.26, 0.26 and 0.25."""
 
-SOONER = 1.2
-"""Frames up to which a measurement counts as that of the next one: 1.2^3 is half a step of the
-indices, below which the gains are the same."""
-
 LEAST_NOISE = 1e-4
 """Least squared innovation over the variance of the measurement, for objects that are exactly at
 rest: a hundredth of a standard deviation, so that its log does not outweigh other evidence."""
@@ -100,17 +98,20 @@ ALPHA, BETA = _gains()
 LOG_EXCESS = -np.log(1 - ALPHA[-1])
 """Log of the innovation covariance over R, (G,): alpha = P / (P + R)."""
 
+PROBES = np.arange(len(INDICES))
+
 STEP_FIELDS = [
     ('probe', 'f8', (2, 2, len(INDICES))),
     ('probe_age', 'i8'),
     ('fit', 'f8', len(INDICES)),
-    ('fit_count', 'f8', 2),
+    ('fit_count', 'f8', 4),
     ('log_noise', 'f8'),
 ]
 """Process-noise fields of a track: positions [px] and velocities [px/s] of its probes, by axis;
 number of measurements that they have processed; sums of the logs of their squared innovations; the
-number of these and the sum of the log variances of the measurements; log of its process noise
-relative to that of the crowd."""
+number of these, and the sums of the log variances of the measurements, of the log times before
+them, and of the steps of the indices that these are worth; log of its process noise relative to
+that of the crowd."""
 
 
 class ProcessNoise:
@@ -120,7 +121,7 @@ class ProcessNoise:
     """
 
     def __init__(self) -> None:
-        self._fit, self._count = np.zeros(len(INDICES)), np.zeros(2)
+        self._fit, self._count = np.zeros(len(INDICES)), np.zeros(4)
         self.log_noise, self._slower = math.log(FIRST_NOISE), 0.0
 
     def assume(self, slowness: float) -> None:
@@ -132,13 +133,12 @@ class ProcessNoise:
         self.log_noise += slower - self._slower
         self._slower = slower
 
-    def learn(self, records: Records, track: Indices, recent: Recent, period: float) -> None:
+    def learn(self, records: Records, track: Indices, recent: Recent) -> None:
         """Learn from the measurements of the last EVERY frames.
 
         :param records: (N,) of all tracks, with STEP_FIELDS and those of Recent.
         :param track: (K,) tracks measured in the last frame.
         :param recent: slots of the frames in the records.
-        :param period: since the last frame [s].
         """
         oldest_first = recent.newest_first()[EVERY::-1]
         stamps = recent.stamps[oldest_first]
@@ -146,27 +146,28 @@ class ProcessNoise:
         self._fit, self._count = self._fit * remembered.prod(), self._count * remembered.prod()
         for first in range(0, len(records), TRACKS_AT_ONCE):
             some = records.part(slice(first, first + TRACKS_AT_ONCE))
-            self._take(some, oldest_first[1:], remembered, period)
-        self._conclude(records, track, period)
+            self._take(some, oldest_first[1:], remembered)
+        self._conclude(records, track)
 
-    def _take(self, records: Records, slots: Indices, remembered: Floats, period: float) -> None:
+    def _take(self, records: Records, slots: Indices, remembered: Floats) -> None:
         """Process the measurements of some frames for some of the tracks.
 
         :param slots: (F,) of the frames in Recent, the oldest first.
         :param remembered: (F,) share of earlier evidence that each frame keeps.
-        :param period: of the frames [s].
         """
         some = records['measured'][:, slots].swapaxes(0, 1)
         measured = some[..., UNMEASURED] > 0
         age = _ages(records['probe_age'], measured, some[..., MANEUVERED] > TURNED)
-        squares = _follow(records, some, measured, age, period)
+        T = np.where(measured, np.maximum(some[..., UNMEASURED], 1e-6), REFERENCE_PERIOD)
+        log_time = np.log(T)
+        steps = np.rint((log_time - math.log(REFERENCE_PERIOD)) / LOG_STEP)
+        squares = _follow(records, some, measured, age, T, steps.astype(np.int64))
         known = measured & (some[..., STEADY_CAMERA] > 0) & (age > FORMED_AGE)
         variance = some[..., VARIANCE]
         squares += LEAST_NOISE * variance[..., None]
         fit = np.log(np.where(known[..., None], squares, 1.0))
-        count = np.zeros((*known.shape, 2))
-        count[..., 0] = known
-        count[..., 1] = known * np.log(np.maximum(variance, 1e-12))
+        log_variance = np.log(np.maximum(variance, 1e-12))
+        count = known[..., None] * np.stack([1.0 + 0 * T, log_variance, log_time, steps], axis=-1)
         for name, new in (('fit', fit), ('fit_count', count)):
             total = records[name].copy()
             for i, left in enumerate(np.where(measured, remembered[:, None], 1.0)[..., None]):
@@ -177,43 +178,54 @@ class ProcessNoise:
         self._fit += since @ fit.sum(axis=1)
         self._count += since @ count.sum(axis=1)
 
-    def _conclude(self, records: Records, track: Indices, period: float) -> None:
+    def _conclude(self, records: Records, track: Indices) -> None:
         """Compute the posterior means of ln sigma_s of the crowd and of tracks."""
-        count, log_sum = self._count
+        count = self._count[0]
         if count < 1:
             return
-        typical, noise = log_sum / count, -3 * math.log(period)
-        log_sigma = (np.log(INDICES) + typical + noise - math.log(REFERENCE_PERIOD)) / 2
+        _, level, log_time, steps = self._count / count
+        typical = level - 3 * (log_time - LOG_STEP * steps)
+        log_sigma = (np.log(INDICES) + typical - math.log(REFERENCE_PERIOD)) / 2
         prior = -0.5 * ((log_sigma - math.log(FIRST_NOISE) - self._slower) / SPREAD) ** 2
-        crowd = prior + _log_likelihood(self._fit, count, typical)
+        crowd = prior + _log_likelihood(self._fit, count, level, steps)
         worth = min(1.0, CROWD_WORTH / count)
         fit = records['fit'][track] + worth * self._fit
         own = records['fit_count'][track] + worth * self._count
-        level = own[:, 1] / own[:, 0]
-        likelihood = prior + _log_likelihood(fit, own[:, :1], level[:, None])
+        number, (level, log_time, steps) = own[:, :1], (own[:, 1:] / own[:, :1]).T[..., None]
+        likelihood = prior + _log_likelihood(fit, number, level, steps)
         bounds = LOG_RANGE[0] + self._slower, LOG_RANGE[1]
         self.log_noise = float(_mean(crowd, log_sigma).clip(*bounds))
-        log_noise = (_mean(likelihood, log_sigma) + (level - typical) / 2).clip(*bounds)
+        scale = (level - 3 * (log_time - LOG_STEP * steps))[:, 0] - typical
+        log_noise = (_mean(likelihood, log_sigma) + scale / 2).clip(*bounds)
         records['log_noise'][track] = log_noise - self.log_noise
 
 
 def _follow(
-    records: Records, some: Floats, measured: Bools, age: NDArray[np.int64], period: float
+    records: Records,
+    some: Floats,
+    measured: Bools,
+    age: NDArray[np.int64],
+    T: Floats,
+    steps: NDArray[np.int64],
 ) -> Floats:
     """Update the probes of all tracks with the measurements of some frames.
+
+    With q T^3 / r for an index, each probe stands for the same q, however often objects are missed
+    and however irregular frames are.
 
     :param some: (F, N, RING_COLUMNS) measurements in Recent.
     :param measured: (F, N) which tracks are measured.
     :param age: (F, N) of the probes, with these measurements.
-    :param period: of the frames [s].
+    :param T: (F, N) times since the previous ones [s].
+    :param steps: (F, N) how many indices larger than INDICES those for these times are.
     :return: (F, N, G) squared innovations [px^2].
     """
-    T = np.where(measured, np.maximum(some[..., UNMEASURED], 1e-6), 0.0)
-    level, per_time = np.minimum(age, len(ALPHA) - 1), measured / np.where(measured, T, 1.0)
-    alpha, beta = _gains_after(T / period, level)
+    level = np.minimum(age, len(ALPHA) - 1)[..., None]
+    index = (PROBES + steps[..., None]).clip(0, len(PROBES) - 1)
     gain = np.empty((*age.shape, 2, 1, len(INDICES)))
-    gain[:, :, 0, 0] = alpha * measured[..., None]
-    gain[:, :, 1, 0] = beta * per_time[..., None]
+    gain[:, :, 0, 0] = ALPHA[level, index] * measured[..., None]
+    gain[:, :, 1, 0] = BETA[level, index] * (measured / T)[..., None]
+    T = T * measured
     probe, e = records['probe'].copy(), np.empty((*age.shape, 2, len(INDICES)))
     for i in range(len(age)):
         probe[:, 0] += probe[:, 1] * T[i][:, None, None]
@@ -222,21 +234,6 @@ def _follow(
     records['probe'], records['probe_age'] = probe, age[-1]
     e *= e
     return np.asarray(e[:, :, 0] + e[:, :, 1])
-
-
-def _gains_after(frames: Floats, level: NDArray[np.int64]) -> tuple[Floats, Floats]:
-    """Return alpha and beta of the probes, (F, N, G).
-
-    After frames without it, an object may be as far off as one whose index is as many times as
-    large as the time cubed: gains for the usual time made much noise of objects often missed.
-
-    :param frames: (F, N) since each was measured; level: (F, N) rows of ALPHA.
-    """
-    if not np.count_nonzero(frames > SOONER):
-        return ALPHA.take(level, axis=0), BETA.take(level, axis=0)
-    later = np.rint(3 * np.log10(np.maximum(frames, 1.0)) / INDEX_STEP).astype(np.int64)
-    probe = np.minimum(np.arange(len(INDICES)) + later[..., None], len(INDICES) - 1)
-    return ALPHA[level[..., None], probe], BETA[level[..., None], probe]
 
 
 def _ages(age: NDArray[np.int64], measured: Bools, turned: Bools) -> NDArray[np.int64]:
@@ -255,10 +252,13 @@ def _ages(age: NDArray[np.int64], measured: Bools, turned: Bools) -> NDArray[np.
     return ages
 
 
-def _log_likelihood(fit: Floats, count: Floats | float, log_variance: Floats | float) -> Floats:
+def _log_likelihood(
+    fit: Floats, count: Floats | float, log_variance: Floats | float, steps: Floats | float
+) -> Floats:
     """Return log-likelihoods of the indices, by innovations and by their expected size given R."""
     mean = fit / np.maximum(count, 1.0)
-    excess = mean - (MEAN_LOG + math.log(2) + log_variance + LOG_EXCESS)
+    log_excess = np.interp(PROBES + steps, PROBES, LOG_EXCESS)
+    excess = mean - (MEAN_LOG + math.log(2) + log_variance + log_excess)
     trusted = np.minimum(count, LEVEL_COUNT)
     return np.asarray(-EFFICIENCY * (fit + 0.5 * trusted * excess**2))
 

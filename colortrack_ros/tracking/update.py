@@ -284,7 +284,7 @@ def _learn_more(
         grown = learned.noisiness.learn(records, track, learned.recent, predicted)
         prediction.bank.doubt(track, grown)
     if not config.process_noise:
-        learned.unsteadiness.learn(records, track, learned.recent, period)
+        learned.unsteadiness.learn(records, track, learned.recent)
 
 
 def _learn_jitter(

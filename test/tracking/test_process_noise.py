@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from colortrack_ros.estimation.motion.constant_velocity import REFERENCE_PERIOD
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.tracking import process_noise
 from colortrack_ros.tracking.process_noise import ALPHA
@@ -44,40 +45,42 @@ def test_what_is_straight_is_fitted_by_least_squares_at_first(count):
     np.testing.assert_allclose([place, speed], [offset + slope * k[-1], slope], rtol=1e-9)
 
 
-def one_by_one(seen, variances, turned, steady, period):
-    """Of each probe of a track: sums of log squared innovations, their number and log variances.
+def one_by_one(seen, variances, turned, steady, dt):
+    """Of each probe of a track: sums of log squared innovations; what else is summed of these.
 
     :param seen: (F, 2) positions [px], NaN where it was missed, which forgets nothing.
+    :param dt: (F,) since the frame before [s].
     """
-    fit, count = np.zeros(len(INDICES)), np.zeros((len(INDICES), 2))
+    fit, count = np.zeros(len(INDICES)), np.zeros((len(INDICES), 4))
     for probe in range(len(INDICES)):
-        place, speed, age, last = np.zeros(2), np.zeros(2), 0, -1
+        place, speed, age, last = np.zeros(2), np.zeros(2), 0, 0
         for k, z in enumerate(seen):
             if np.isnan(z[0]):
                 continue
-            T = (k - last) * period
-            before, last = last, k
+            T = dt[last : k + 1].sum()
+            last = k + 1
             if turned[k] and age > process_noise.SETTLED_AGE:
                 age = 0
             age += 1
             level = min(age, len(ALPHA) - 1)
             error = z - (place + T * speed)
             # the index that q T^3 / r is nearest to
-            later = round(math.log10((k - before) ** 3) / process_noise.INDEX_STEP)
-            then = min(probe + later, len(INDICES) - 1)
+            later = round(math.log10((T / REFERENCE_PERIOD) ** 3) / 0.5)
+            then = min(max(probe + later, 0), len(INDICES) - 1)
             place = place + T * speed + ALPHA[level, then] * error
             speed = speed + BETA[level, then] / T * error
-            fit[probe] *= np.exp(-period / process_noise.STEP_MEMORY)
-            count[probe] *= np.exp(-period / process_noise.STEP_MEMORY)
+            fit[probe] *= np.exp(-dt[k] / process_noise.STEP_MEMORY)
+            count[probe] *= np.exp(-dt[k] / process_noise.STEP_MEMORY)
             if age > process_noise.FORMED_AGE and steady[k]:
                 square = error @ error + process_noise.LEAST_NOISE * variances[k]
                 fit[probe] += np.log(square)
-                count[probe] += 1, np.log(variances[k])
+                count[probe] += 1, np.log(variances[k]), np.log(T), later
     return fit, count[0]
 
 
 def test_all_probes_of_all_tracks_do_what_each_of_them_does_alone():
-    random, period, frames = np.random.default_rng(0), 0.04, 12 * EVERY
+    random, frames = np.random.default_rng(0), 12 * EVERY
+    dt = random.uniform(0.01, 0.08, frames)
     seen = random.normal(0, 5, (3, frames, 2)).cumsum(axis=1)
     seen[0, 20:23] = seen[1, 41] = np.nan
     variances, turned = random.uniform(0.2, 4, (3, frames)), random.random((3, frames)) < 0.05
@@ -86,43 +89,53 @@ def test_all_probes_of_all_tracks_do_what_each_of_them_does_alone():
     recent, noise, missed = Recent(), ProcessNoise(), np.zeros(3)
     for k in range(frames):
         (track,) = np.nonzero(~np.isnan(seen[:, k, 0]))
-        missed += 1
-        of = variances[track, k], period * missed[track], turned[track, k].astype(float)
+        missed += dt[k]
+        of = variances[track, k], missed[track], turned[track, k].astype(float)
         missed[track] = 0
         whole = np.ones(len(track), bool)
         given, z = np.column_stack([of[0], of[0]]), seen[track, k]
-        if recent.take(records, track, z, given, *of, whole, steady[track, k], z, period):
-            noise.learn(records, track, recent, period)
+        if recent.take(records, track, z, given, *of, whole, steady[track, k], z, dt[k]):
+            noise.learn(records, track, recent)
     fits = zip(seen, variances, turned, steady, strict=True)
-    for i, (fit, count) in enumerate(one_by_one(*of, period) for of in fits):
+    for i, (fit, count) in enumerate(one_by_one(*of, dt) for of in fits):
         np.testing.assert_allclose(records['fit'][i], fit, rtol=1e-9)
         np.testing.assert_allclose(records['fit_count'][i], count, rtol=1e-9)
 
 
+INTERVALS = {
+    'even': lambda random, _: 1.0,
+    'jittered': lambda random, _: random.uniform(0.3, 1.7),
+    'at random': lambda random, _: max(random.exponential(), 0.03),
+    'in bursts': lambda random, k: 0.2 if k % 5 else 4.2,
+    'now faster, now slower': lambda random, k: 1.0 + 2.0 * (k // 60 % 2),
+}
+"""Between frames, in mean periods."""
+
+
+@pytest.mark.parametrize('interval', INTERVALS.values(), ids=INTERVALS)
 @pytest.mark.parametrize('missed', [0.0, 0.3, 0.5])
 @pytest.mark.parametrize('sigma', [60.0, 300.0, 1500.0])
 @pytest.mark.parametrize('period', [0.1, 1 / 30])
-def test_what_is_often_missed_is_not_taken_for_restless(period, sigma, missed):
+def test_process_noise_is_what_it_is_whenever_frames_come_and_whatever_is_missed(
+    period, sigma, missed, interval
+):
+    """Nearly: the gains of a probe are those of intervals that all are as long as the last."""
     random, count = np.random.default_rng(1), 30
-    T = period
-    Q = sigma**2 / 30 * np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])
-    root = np.linalg.cholesky(Q)
-    records, recent, noise = (
-        Records([*RECENT_FIELDS, *STEP_FIELDS], count),
-        Recent(),
-        ProcessNoise(),
-    )
+    records = Records([*RECENT_FIELDS, *STEP_FIELDS], count)
+    recent, noise = Recent(), ProcessNoise()
     x, since = np.zeros((count, 2, 2)), np.zeros(count)
-    for _ in range(300):
+    for k in range(300):
+        T = period * interval(random, k)
+        Q = sigma**2 * REFERENCE_PERIOD * np.array([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])
         x[..., 0] += T * x[..., 1]
-        x += random.normal(size=x.shape) @ root.T
+        x += random.normal(size=x.shape) @ np.linalg.cholesky(Q).T
         (track,) = np.nonzero(random.random(count) >= missed)
         since += T
-        z, one, yes = x[track, :, 0], np.ones(len(track)), np.ones(len(track), bool)
-        z = z + random.normal(size=z.shape)
-        given, of = np.column_stack([one, one]), (one, since[track], 0 * one)
+        one, yes, unmeasured = np.ones(len(track)), np.ones(len(track), bool), since[track]
+        z, given = x[track, :, 0] + random.normal(size=(len(track), 2)), np.column_stack([one, one])
         since[track] = 0
-        steady = of[1] < 1.5 * T
-        if recent.take(records, track, z, given, *of, yes, steady, z, T):
-            noise.learn(records, track, recent, T)
-    assert 0.75 < math.exp(noise.log_noise) / sigma < 1.33
+        of = one, unmeasured, 0 * one, yes, unmeasured < 1.01 * T
+        if recent.take(records, track, z, given, *of, z, T):
+            noise.learn(records, track, recent)
+    largest = 1.4 if interval is INTERVALS['even'] else 2.5
+    assert 0.7 < math.exp(noise.log_noise) / sigma < largest
