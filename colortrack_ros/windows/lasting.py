@@ -33,9 +33,17 @@ def biases(records: Records, track: Indices, matches: Matches, box_error: float)
     """
     sighted = matches.similarity[track] == 0
     share = np.where(sighted, LASTING_SHARE, box_error)
-    sigma2 = lasting_variance(sizes(records)[track], share[:, None])[..., None]
     R = np.where(sighted[:, None, None], np.nan_to_num(matches.R[track]), 0.0)
-    return np.asarray(R + sigma2 * np.eye(2))
+    return np.asarray(R + bias_of_box(sizes(records)[track], share[:, None]))
+
+
+def bias_of_box(size: Floats, share: float | Floats) -> Floats:
+    """Return covariances of how far the middle of a box is off its target's, (K, 2, 2) [px^2].
+
+    :param size: (K, 2) width and height of the boxes [px].
+    :param share: standard deviation over the longer side, of all or of each, (K, 1).
+    """
+    return np.asarray(lasting_variance(size, share)[..., None] * np.eye(2))
 
 
 def drift(records: Records, i: int, matches: Matches, compensated: bool) -> Floats:

@@ -13,13 +13,13 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.data import whole_rows
 from colortrack_ros.encodings import check
 from colortrack_ros.encodings import plain
-from colortrack_ros.estimation.box_centers import lasting_variance
 from colortrack_ros.estimation.clock import Clock
 from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 from colortrack_ros.windows.appearance import Appearance
 from colortrack_ros.windows.config import WindowConfig
+from colortrack_ros.windows.lasting import bias_of_box
 from colortrack_ros.windows.lasting import biases
 from colortrack_ros.windows.lasting import drift
 from colortrack_ros.windows.lasting import sizes
@@ -276,7 +276,7 @@ class WindowTracker:
         new['mean_innovation'], new['steps'], new['area'] = np.inf, np.nan, box.prod(axis=1)
         new['last'], new['seen'], new['followed'] = center[:, None], center, self._clock.now
         new['box_w'], new['box_h'] = box.T
-        new['bias'] = lasting_variance(box, self.config.box_error)[..., None] * np.eye(2)
+        new['bias'] = bias_of_box(box, self.config.box_error)
         wanted = self.config.window or np.maximum(box, LEAST_SIDE)
         size = np.array(frame.image.shape[1::-1])
         odd = np.broadcast_to(np.minimum(wanted, size).astype(int) - 1 | 1, box.shape)
