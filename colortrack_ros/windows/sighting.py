@@ -119,16 +119,22 @@ def are_doubtful(
     return np.asarray(unsure & (records['looks'] > 0) & ~(matches.similarity > 0))
 
 
-def are_faint(records: Records, matches: Matches, sightings: dict[int, Sighting]) -> Bools:
+def are_faint(
+    records: Records, matches: Matches, sightings: dict[int, Sighting], accepted: Bools
+) -> Bools:
     """Return which targets, (N,), are seen only by an appearance that hardly answers to them.
 
     Their filter has found nothing that stays, and follows whatever is there. They are followed and
-    learned, but not reported as seen.
+    learned, but not reported as seen. If it answers in the end, it has learned what is there, so
+    that only the template, which does not learn meanwhile, tells that it is the target.
+
+    :param accepted: (N,) which targets are measured.
     """
-    faint = np.zeros(len(records), bool)
+    faint = np.array(records['faint'])
     for i in sightings:
-        faint[i] = not records['appearance'][i].is_distinct
-    return np.asarray(faint & ~(matches.similarity > 0))
+        faint[i] |= not records['appearance'][i].is_distinct
+    records['faint'] = faint & ~(accepted & (matches.similarity > 0))
+    return np.array(records['faint'])
 
 
 def learn(

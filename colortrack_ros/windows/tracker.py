@@ -47,6 +47,7 @@ WINDOW_FIELDS = [
     ('similarity', 'f8'), ('mean_innovation', 'f8'), ('last', 'f8', (2, 2)),
     ('drift', 'f8', (2, 2)), ('bias', 'f8', (2, 2)), ('steps', 'f8', (STEPS, 2)),
     ('seen', 'f8', 2), ('looks', 'i8'), ('turns', 'i8'), ('unfound', 'i8'), ('followed', 'i8'),
+    ('faint', '?'),
 ]  # fmt: skip
 """Fields of a target in addition to those of every track.
 
@@ -58,7 +59,7 @@ the last match, or of the first box [px^2]; steps: the last velocities by
 matching [px/s], NaN: none; seen: (u, v) of the last match [px]; looks: frames without a match since
 the target was last seen for certain; turns: frames in which its size or its appearance was learned;
 unfound: since its template was last found; followed: when it was last seen, even if in doubt
-[ns]."""
+[ns]; faint: see are_faint."""
 
 
 class WindowTracker:
@@ -126,7 +127,7 @@ class WindowTracker:
         accepted = self._supervise(matches, valid, predicted)
         overdue = self._tracks.is_overdue(self._clock.now, self.config.max_time_since_update)
         certain = accepted & ~are_doubtful(self._tracks.records, matches, sightings, overdue)
-        faint = are_faint(self._tracks.records, matches, sightings)
+        faint = are_faint(self._tracks.records, matches, sightings, accepted)
         self._correct(matches, accepted, certain & ~faint, dt)
         if self._is_learning:
             learn(frame, self._tracks.records, certain, matches, sightings)
@@ -231,7 +232,7 @@ class WindowTracker:
         position = self._tracks.filters.bank.estimate()[0][:, :2]
         place = np.where(accepted[:, None], matches.z, position)
         records['last'] = np.stack([place, position], axis=1)
-        sharp = accepted & matches.are_sharp(self.config.max_deviation)
+        sharp = accepted & ~records['faint'] & matches.are_sharp(self.config.max_deviation)
         for i, (crop, template) in enumerate(zip(matches.crops, records['template'], strict=True)):
             if compensated:
                 alike = float(matches.similarity[i]), float(matches.correlation[i])

@@ -1,10 +1,14 @@
 """What is learned of a target from what was looked at already."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.window_pictures import frame
 from support.window_pictures import texture
 
+from colortrack_ros.data import COASTING
+from colortrack_ros.data import CONFIRMED
 from colortrack_ros.windows import appearance
 from colortrack_ros.windows import matching
 from colortrack_ros.windows import WindowTracker
@@ -46,6 +50,29 @@ def test_what_is_learned_beside_the_middle_is_found_where_it_was():
         target.learn(picture, CENTER, seen)
     seen = target.look(picture, CENTER)
     assert seen.z == pytest.approx(CENTER, abs=0.6)
+
+
+@pytest.mark.parametrize('found', [False, True])
+def test_what_hardly_answered_for_a_time_is_seen_again_only_where_its_template_is_found(
+    monkeypatch, found
+):
+    """Until then its filter has learned what it followed, and no new template shows that either."""
+    now = {'distinct': True, 'found': True}
+    monkeypatch.setattr(Appearance, 'likeness', lambda *_: 1.0)
+    monkeypatch.setattr(Appearance, 'is_distinct', property(lambda _: now['distinct']))
+    monkeypatch.setattr(Matches, 'are_valid', lambda own, *_: np.full(len(own.z), now['found']))
+    tracker = WindowTracker(targets=[145, 105, 31, 31])
+    states, templates = [], []
+    for k in range(40):
+        now.update(distinct=not 5 <= k < 20, found=k < 5 or (found and k >= 30))
+        picture = turned_picture(min(max(k - 5, 0) / 10, 1))
+        tracks = tracker.update(replace(picture, stamp=k * 33_000_000))
+        states.append(int(tracks.rows['state'][0]))
+        templates.append(tracker._tracks.records['template'][0])
+    assert states[:5] == [CONFIRMED] * 5
+    assert states[5:30] == [COASTING] * 25
+    assert states[30:] == [CONFIRMED if found else COASTING] * 10
+    assert all(each is templates[0] for each in templates[:30])
 
 
 @pytest.mark.parametrize(('likeness', 'searches'), [(1.0, 5), (0.0, 10)])
