@@ -12,6 +12,7 @@ from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.gaussian import TINY
+from colortrack_ros.world.cases import PITCH
 from colortrack_ros.world.linearized import Linearized
 from colortrack_ros.world.linearized import Prior
 from colortrack_ros.world.measurement import Measured
@@ -76,6 +77,7 @@ class Updated:
     :ivar vector: (N, 8 C) information times the correction.
     :ivar p: (N, 2) prior probabilities of the hypotheses.
     :ivar off: (N, 2, M) innovations; S: (N, 2, M, M) their covariances.
+    :ivar shown: (N, 2) share of the pitch's effect that cases are told by; see `likelihoods`.
     """
 
     states: Motions
@@ -85,6 +87,7 @@ class Updated:
     p: Floats
     off: Floats
     S: Floats
+    shown: Floats
 
     def likelihoods(self, of: Indices) -> tuple[Floats, Floats]:
         """Return the log likelihoods of the measurements and of zero innovations, (N,).
@@ -94,14 +97,20 @@ class Updated:
         the farther away they are. Otherwise, what rolls more smoothly than its kind may, or is
         measured better than told, would be taken to be farther away with each picture.
 
+        What may move tells of cases only as far as parallax shows the pitch, as it tells of the
+        camera errors. While the robot stands, all that differs is how fast and how evenly things
+        roll, in meters, and `speed` and `wander` are guesses.
+
         :param of: (N,) which object each is, in one case or another.
         """
         W, volume = whitening(_alike(self.S, of))
         nis = np.square(W @ self.off[..., None])[..., 0].sum(axis=-1)
         logs = np.stack([volume - nis / 2, volume])
         most = logs.max(axis=-1)
-        density = (_alike(self.p, of) * np.exp(logs - most[..., None])).sum(axis=-1)
-        log, log_volume = most + np.log(np.maximum(density, TINY))
+        p = _alike(self.p, of)
+        density = (p * np.exp(logs - most[..., None])).sum(axis=-1)
+        shown = (p * _alike(self.shown, of)).sum(axis=-1)
+        log, log_volume = shown * (most + np.log(np.maximum(density, TINY)))
         return log, log_volume
 
 
@@ -138,7 +147,9 @@ def conditional(
     far &= ~two_ranges(measured)
     counted = np.where(falls | far, 0.0, COUNTED)[:, None] * _shares(states.probability)
     share = _told(step.G, step.direct[:, None], step.S)
-    return Updated(states, nis, *_learned(counted, share * white, e), p, step.off, step.S)
+    fixed = np.asarray(~kinds.speed.any(axis=1))
+    shown = np.where(fixed[:, None], 1.0, share[..., 0, PITCH])
+    return Updated(states, nis, *_learned(counted, share * white, e), p, step.off, step.S, shown)
 
 
 def _alike(each: Floats, of: Indices) -> Floats:

@@ -1,8 +1,18 @@
 """What the cases of the pitch are told by objects that roll."""
 
+import sys
+
 import numpy as np
+import pytest
+from scipy.special import chdtri
 from support.balls_seen import FRAME
 from support.balls_seen import seen
+from support.paths import ROOT
+
+sys.path.append(str(ROOT / 'benchmark'))
+
+import world
+import world_scene
 
 from colortrack_ros.world import Locator
 from colortrack_ros.world import LocatorConfig
@@ -30,3 +40,14 @@ def test_a_ball_that_rolls_straight_before_a_robot_that_stands_tells_nothing_of_
     # the pitch is as uncertain as before: 0.01 rad at 4.2 m, 0.4 m above
     spread = np.sqrt(np.linalg.eigvalsh(out.rows['covariance'][1].reshape(6, 6)[:2, :2])[-1])
     assert 0.4 < spread < 0.55
+
+
+@pytest.mark.slow
+def test_balls_that_roll_evenly_tell_a_robot_that_stands_nothing_of_its_pitch(monkeypatch):
+    """They were twice as far off as 1 degree of pitch lets them be: 43 % of the range."""
+    monkeypatch.setattr(world, 'config_of', lambda *_: world_scene.config_of('ground', 'rests'))
+    monkeypatch.setitem(world_scene.SPEED, 'rolls', (0.2, 0.2, 0.0))
+    monkeypatch.setitem(world_scene.WANDER, 'rolls', 0.0)
+    out = world.run('ground', 'rolls', False, runs=40, seed=3)
+    assert out.rmse() < 0.25
+    assert np.mean(out.nees[out.counted > 0] < chdtri(4, 0.05)) > 0.9
