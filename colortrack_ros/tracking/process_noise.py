@@ -99,6 +99,7 @@ LOG_EXCESS = -np.log(1 - ALPHA[-1])
 """Log of the innovation covariance over R, (G,): alpha = P / (P + R)."""
 
 PROBES = np.arange(len(INDICES))
+"""Places in INDICES, (G,)."""
 
 STEP_FIELDS = [
     ('probe', 'f8', (2, 2, len(INDICES))),
@@ -110,8 +111,8 @@ STEP_FIELDS = [
 """Process-noise fields of a track: positions [px] and velocities [px/s] of its probes, by axis;
 number of measurements that they have processed; sums of the logs of their squared innovations; the
 number of these, and the sums of the log variances of the measurements, of the log times before
-them, and of the steps of the indices that these are worth; log of its process noise relative to
-that of the crowd."""
+them, and of the steps of INDICES that these are worth; log of its process noise relative to that of
+the crowd."""
 
 
 class ProcessNoise:
@@ -167,7 +168,8 @@ class ProcessNoise:
         squares += LEAST_NOISE * variance[..., None]
         fit = np.log(np.where(known[..., None], squares, 1.0))
         log_variance = np.log(np.maximum(variance, 1e-12))
-        count = known[..., None] * np.stack([1.0 + 0 * T, log_variance, log_time, steps], axis=-1)
+        count = np.stack([np.ones_like(T), log_variance, log_time, steps], axis=-1)
+        count *= known[..., None]
         for name, new in (('fit', fit), ('fit_count', count)):
             total = records[name].copy()
             for i, left in enumerate(np.where(measured, remembered[:, None], 1.0)[..., None]):
@@ -184,7 +186,7 @@ class ProcessNoise:
         if count < 1:
             return
         _, level, log_time, steps = self._count / count
-        typical = level - 3 * (log_time - LOG_STEP * steps)
+        typical = _log_unit(level, log_time, steps)
         log_sigma = (np.log(INDICES) + typical - math.log(REFERENCE_PERIOD)) / 2
         prior = -0.5 * ((log_sigma - math.log(FIRST_NOISE) - self._slower) / SPREAD) ** 2
         crowd = prior + _log_likelihood(self._fit, count, level, steps)
@@ -195,9 +197,17 @@ class ProcessNoise:
         likelihood = prior + _log_likelihood(fit, number, level, steps)
         bounds = LOG_RANGE[0] + self._slower, LOG_RANGE[1]
         self.log_noise = float(_mean(crowd, log_sigma).clip(*bounds))
-        scale = (level - 3 * (log_time - LOG_STEP * steps))[:, 0] - typical
-        log_noise = (_mean(likelihood, log_sigma) + scale / 2).clip(*bounds)
+        differs = (_log_unit(level, log_time, steps)[:, 0] - typical) / 2
+        log_noise = (_mean(likelihood, log_sigma) + differs).clip(*bounds)
         records['log_noise'][track] = log_noise - self.log_noise
+
+
+def _log_unit(level: Floats, log_time: Floats, steps: Floats) -> Floats:
+    """Return the log of the q [px^2/s^3] that an index of 1 in INDICES stands for.
+
+    :param level, log_time, steps: means over measurements, see STEP_FIELDS.
+    """
+    return level - 3 * (log_time - LOG_STEP * steps)
 
 
 def _follow(
