@@ -5,7 +5,6 @@ from dataclasses import replace
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
@@ -14,6 +13,7 @@ from colortrack_ros.tracking.camera import Camera
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.detection_rate import DetectionRate
 from colortrack_ros.tracking.disappearances import Disappearances
+from colortrack_ros.tracking.first_speed import share_of_speed
 from colortrack_ros.tracking.maneuvers import Maneuvers
 from colortrack_ros.tracking.noise import MeasurementNoise
 from colortrack_ros.tracking.overlaps import Overlaps
@@ -37,13 +37,9 @@ FIRST_WATCHED, SPEED_MEMORY = 1.0, 0.33
 """Weight of FIRST_SPEED as a time of observing a track, and memory for the speed of many [s].
 Assumed."""
 
-SPEED_FROM = 20
-"""Least number of objects whose displacements between the first two frames give the speed: from 20,
-the 80 % quantile of a Rayleigh distribution has an asymptotic standard error of 14 %."""
-
-QUANTILE = 0.8
-"""Quantile of those displacements. The largest fifth may lead to another object's detection.
-Assumed: with 0.5 and 0.98, IDF1 of four worlds of 30 to 50 objects changes by 0.01 at most."""
+SPEED_FROM = 5
+"""Least number of objects of which the first two frames give the speed. Assumed: of fewer, one that
+is faster is too many."""
 
 LEAST_SPEED = 100.0
 """Least speed: an object at rest may start to move this fast at any time [px/s]. Assumed."""
@@ -53,8 +49,8 @@ SLOW_PERIOD = 0.125
 fewer than eight pictures a second watches what moves little from one to the next."""
 
 FEWEST_PERIODS, PERIODS = 2, 8
-"""Least number of such periods in a row, since one is a pause, and how many of the last ones the
-shortest is taken of. Assumed."""
+"""Least number of such periods in a row, since one is a pause unless it is the very first, and how
+many of the last ones the shortest is taken of. Assumed."""
 
 FEWEST_MISSED = 4
 """Frames that a track outlives at least unmeasured, where frames are slow. Where one detection in
@@ -104,8 +100,10 @@ class Adaptation:
         self.unsteadiness = ProcessNoise()
         self.slow_periods = deque[float](maxlen=PERIODS)
         """The last periods above SLOW_PERIOD, in a row [s]."""
+        self.slowness = 1.0
+        """Frame period over SLOW_PERIOD, at least 1."""
         self._least_speed = LEAST_SPEED
-        self._speed2 = np.full(2, FIRST_SPEED**2)
+        self._speed2, self._share = np.full(2, FIRST_SPEED**2), 1.0
         self._watched = FIRST_WATCHED
         self.sizes = Sizes()
         self.has_met = False
@@ -142,12 +140,6 @@ class Adaptation:
     def noise(self) -> float:
         """sigma_s, standard deviation of the acceleration on each axis [px/s^2]."""
         return math.exp(self.unsteadiness.log_noise)
-
-    @property
-    def slowness(self) -> float:
-        """Frame period over SLOW_PERIOD, at least 1."""
-        slow = len(self.slow_periods) >= FEWEST_PERIODS
-        return min(self.slow_periods) / SLOW_PERIOD if slow else 1.0
 
     @property
     def speed(self) -> Floats:
@@ -208,8 +200,10 @@ class Adaptation:
             self.slow_periods.clear()
         else:
             self.slow_periods.append(period)
+        slow = len(self.slow_periods) >= (FEWEST_PERIODS if self.has_met else 1)
+        self.slowness = min(self.slow_periods) / SLOW_PERIOD if slow else 1.0
         self._least_speed = LEAST_SPEED / self.slowness
-        self.unsteadiness.assume(self.slowness)
+        self.unsteadiness.assume(self.slowness, self._share)
 
     def patient(self, config: TrackerConfig) -> TrackerConfig:
         """Return a configuration with which tracks outlive FEWEST_MISSED slow frames at least."""
@@ -240,16 +234,15 @@ class Adaptation:
     def meet(self, before: Floats, after: Floats, dt: float) -> None:
         """Learn the speed from the first objects, (N, 2), and the next detections, (M, 2) [px].
 
-        The nearest detection is an object's own unless objects are dense and fast. Displacements
-        have a Rayleigh distribution.
-
         :param dt: between the two [s].
         """
         self.has_met = True
         if min(len(before), len(after)) >= SPEED_FROM:
-            way = float(np.quantile(cKDTree(after).query(before)[0], QUANTILE))
-            sigma = way / math.sqrt(-2 * math.log(1 - QUANTILE))
-            self._speed2 = np.minimum(self._speed2, (sigma / dt) ** 2)
+            way = FIRST_SPEED * min(dt, SLOW_PERIOD)
+            share = share_of_speed(before, after, way)
+            self._speed2 = np.full(2, (share * way / dt) ** 2)
+            self._share = max(share, LEAST_SPEED / FIRST_SPEED)
+            self.unsteadiness.assume(self.slowness, self._share)
 
     def learn_new(self, false: int = 0, origin: Floats = NO_ORIGINS) -> None:
         """Learn from the tracks deleted unconfirmed in a frame, and from those confirmed.

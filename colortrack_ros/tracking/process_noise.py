@@ -123,16 +123,20 @@ class ProcessNoise:
 
     def __init__(self) -> None:
         self._fit, self._count = np.zeros(len(INDICES)), np.zeros(4)
-        self.log_noise, self._slower = math.log(FIRST_NOISE), 0.0
+        self.log_noise = self._first = math.log(FIRST_NOISE)
+        self._least = LOG_RANGE[0]
 
-    def assume(self, slowness: float) -> None:
-        """Assume less noise for frames that are so many times as far apart as at usual rates.
+    def assume(self, slowness: float, share: float) -> None:
+        """Assume less noise for frames farther apart than at usual rates, and for slow scenes.
 
-        The variance that it adds to a position in a frame, q dt^3 / 3, stays as it is.
+        :param slowness: times that they are as far apart: what the noise adds to the variance of a
+            position in a frame, q dt^3 / 3, stays as it is.
+        :param share: speed over that of usual scenes: what is smaller in the picture turns less.
         """
         slower = -1.5 * math.log(slowness)
-        self.log_noise += slower - self._slower
-        self._slower = slower
+        first = math.log(FIRST_NOISE * share) + slower
+        self.log_noise += first - self._first
+        self._first, self._least = first, LOG_RANGE[0] + slower
 
     def learn(self, records: Records, track: Indices, recent: Recent) -> None:
         """Learn from the measurements of the last EVERY frames.
@@ -188,14 +192,14 @@ class ProcessNoise:
         _, level, log_time, steps = self._count / count
         typical = _log_unit(level, log_time, steps)
         log_sigma = (np.log(INDICES) + typical - math.log(REFERENCE_PERIOD)) / 2
-        prior = -0.5 * ((log_sigma - math.log(FIRST_NOISE) - self._slower) / SPREAD) ** 2
+        prior = -0.5 * ((log_sigma - self._first) / SPREAD) ** 2
         crowd = prior + _log_likelihood(self._fit, count, level, steps)
         worth = min(1.0, CROWD_WORTH / count)
         fit = records['fit'][track] + worth * self._fit
         own = records['fit_count'][track] + worth * self._count
         number, (level, log_time, steps) = own[:, :1], (own[:, 1:] / own[:, :1]).T[..., None]
         likelihood = prior + _log_likelihood(fit, number, level, steps)
-        bounds = LOG_RANGE[0] + self._slower, LOG_RANGE[1]
+        bounds = self._least, LOG_RANGE[1]
         self.log_noise = float(_mean(crowd, log_sigma).clip(*bounds))
         differs = (_log_unit(level, log_time, steps)[:, 0] - typical) / 2
         log_noise = (_mean(likelihood, log_sigma) + differs).clip(*bounds)

@@ -1,10 +1,15 @@
 """What the tracker learns of the scene does as well as known values."""
 
+import math
+
 import numpy as np
 import pytest
 from support.silhouettes import FRAME
 from support.silhouettes import points
 
+from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.data import TENTATIVE
+from colortrack_ros.evaluation import Tally
 from colortrack_ros.tracking import Tracker
 from colortrack_ros.tracking import TrackerConfig
 from colortrack_ros.tracking.adaptation import Adaptation
@@ -76,8 +81,53 @@ def test_the_first_two_frames_of_a_crowd_tell_its_speed(speed):
 def test_the_first_two_frames_of_a_few_objects_tell_nothing():
     learned = Adaptation(1.5)
     before = learned.speed
-    learned.meet(np.zeros((19, 2)), np.zeros((19, 2)), 1 / 30)
+    learned.meet(np.zeros((4, 2)), np.zeros((4, 2)), 1 / 30)
     assert (learned.speed == before).all()
+
+
+@pytest.mark.parametrize('rate', [1, 5, 30])
+@pytest.mark.parametrize(('count', 'way'), [(8, 1.5), (16, 4.0), (60, 4.0)])
+def test_slow_ones_of_which_some_are_missed_are_known_to_be_slow_from_the_second_frame(
+    count, way, rate
+):
+    """Though who is missed has a neighbor's detection as the nearest one."""
+    rng = np.random.default_rng(0)
+    before = rng.uniform(0, 40 * math.sqrt(count), (count, 2))
+    after = before + rng.normal(0, way, before.shape)
+    after = np.concatenate([after[count // 5 :], rng.uniform(0, 40 * math.sqrt(count), (3, 2))])
+    learned = Adaptation(1.5)
+    first = learned.speed[0]
+    learned.meet(before, rng.permutation(after), 1 / rate)
+    assert (learned.speed < max(3 * way * rate, 0.4 * first, 101)).all()
+
+
+def test_ways_as_far_as_the_next_neighbor_leave_the_speed_as_assumed():
+    rng = np.random.default_rng(0)
+    before, after = rng.uniform(0, 300, (2, 40, 2))
+    learned = Adaptation(1.5)
+    first = learned.speed[0]
+    learned.meet(before, after, 0.1)
+    assert (learned.speed > 0.6 * first).all()
+
+
+def test_a_herd_filmed_once_a_second_keeps_its_ids_from_the_start():
+    """Sixteen that walk by 2 px, 30 px apart, and are missed one time in ten."""
+    switches = 0
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        place = 30.0 * np.stack(np.meshgrid(range(4), range(4)), axis=-1).reshape(-1, 2)
+        place += 400 + rng.uniform(-5, 5, place.shape)
+        tracker, tally = Tracker(TrackerConfig(image_size=(1200, 900))), Tally(15.0)
+        for k in range(12):
+            place += rng.normal(0, 2.0, place.shape)
+            seen = place[rng.random(16) >= 0.1]
+            seen = rng.permutation(seen + rng.normal(0, 1.0, seen.shape))
+            rows = tracker.update(points(seen, k * NANOSECONDS)).rows
+            rows = rows[rows['state'] != TENTATIVE]
+            found = np.stack([rows['track_id'], rows['u'], rows['v']], axis=1)
+            tally.add(np.column_stack([np.arange(16), place]), found)
+        switches += tally.score().switches
+    assert switches < 30
 
 
 def test_new_objects_are_expected_at_the_border_of_what_has_been_seen():

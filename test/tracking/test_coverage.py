@@ -74,9 +74,13 @@ def squared(e, P):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('motion', [straight, weaving, bouncing, stopping])
-def test_ellipses_hold_the_truth_seen_and_unseen(motion):
-    several = [watch(motion, seed) for seed in range(3)]
+@pytest.mark.parametrize(
+    ('motion', 'seeds'),
+    # Of what stops while hidden each seed holds 80 to 96 %, so that three vary by 3 points.
+    [(straight, 3), (weaving, 3), (bouncing, 3), (stopping, 6)],
+)
+def test_ellipses_hold_the_truth_seen_and_unseen(motion, seeds):
+    several = [watch(motion, seed) for seed in range(seeds)]
     seen, coasting, speeds, both = (np.concatenate(part) for part in zip(*several, strict=True))
     seen, coasting, speeds = (d2 < ELLIPSE for d2 in (seen, coasting, speeds))
     assert len(coasting) > 500

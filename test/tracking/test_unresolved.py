@@ -100,9 +100,10 @@ def compare(monkeypatch, count, frames, rate, seeds=3, **detector):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ('count', 'rate', 'noise', 'touch', 'seeds'),
-    # Few are lost of the last: in most seeds sharing changes nothing, and six may show any ratio.
+    # Few are lost of the last: in most seeds sharing changes nothing, and fourteen may show 0.76
+    # where forty show 0.70.
     # Of the others 1 - IDF1 is 0.06 to 0.28 of what it is without in each of six seeds.
-    [(20, 20, 2.0, 25.0, 3), (12, 60, 0.5, 45.0, 3), (40, 15, 1.0, 12.0, 14)],
+    [(20, 20, 2.0, 25.0, 3), (12, 60, 0.5, 45.0, 3), (40, 15, 1.0, 12.0, 20)],
 )
 def test_a_crowd_that_merges_and_splits_keeps_its_ids(
     monkeypatch, count, rate, noise, touch, seeds
