@@ -17,6 +17,7 @@ from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.cells import CELLS
 from colortrack_ros.detection.color_table import look_up
 from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.growth import HALF_WAY
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.growth import nearest_sample
@@ -127,7 +128,8 @@ def shades_beyond(
     """Centers of additional ellipsoids for lighter and darker shades of a color.
 
     Each is a step ahead on the ridge of the color's own pixels. They end at the last gap before one
-    that doubles these, includes an object not connected to them, or reaches gray or another color.
+    that doubles these, covers too much of the picture, includes an object not connected to them, or
+    reaches gray or another color.
 
     :param cells, counts: (H, W) and (65536,) of :func:`sample_colors`.
     :param apart: colors that other objects have, which are left outside.
@@ -149,7 +151,7 @@ def shades_beyond(
             more, before = number[added].sum(), number[has].sum()
             if more <= SHADE_GAP * before:
                 ended = shades.copy(), has
-            if not 0 < more <= before:
+            if not 0 < more <= before or before + more > LARGEST_SHARE * cells.size:
                 break
             each = filled[core], filled[has & ~core], filled[added]
             if not _is_at_objects(cells, *each, most_apart=ELSEWHERE_SHARE * before):

@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 
 from colortrack_ros.data import NANOSECONDS
+from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.cells import CELLS
 from colortrack_ros.detection.extent import Extent
+from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import sample_colors
 from colortrack_ros.detection.growth import HALF_WAY
+from colortrack_ros.detection.growth import nearest_sample
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.lab import linear_from_srgb
 from colortrack_ros.detection.shade_follower import ShadeFollower
@@ -109,6 +112,14 @@ def test_nor_where_there_is_more_of_a_shade_than_of_the_color():
         shades_beyond(cells, np.bincount(cells.reshape(-1), minlength=CELLS), DARK, [])
     )
     assert shades.reshape(-1, 3)[:, 0].max(initial=0) < 34
+
+
+def test_nor_over_more_of_the_picture_than_a_color_may_cover():
+    cells, counts = graded(((160, 120), 120, RED))
+    shades = shades_beyond(cells, counts, DARK, [])
+    color = cell_bounds()[0].T
+    inside = nearest_sample(color, (DARK.lab, *shades), np.array(DARK.axes)) < 1
+    assert counts @ inside < LARGEST_SHARE * cells.size
 
 
 def with_patch(radius):
