@@ -14,6 +14,7 @@ from colortrack_ros.sources.base import SourceError
 from colortrack_ros.sources.capture import Now
 from colortrack_ros.sources.edit_list import shown_pictures
 from colortrack_ros.sources.ends import last_picture
+from colortrack_ros.sources.interlaced import is_unconverted
 from colortrack_ros.sources.matroska import expected_pictures
 from colortrack_ros.sources.picture_size import Size
 from colortrack_ros.sources.picture_size import SizeWatch
@@ -93,6 +94,11 @@ class VideoSource(RecordedSource):
             raise SourceError(
                 f'source {spec!r}: no video can be read from this file; expected mp4, mkv, avi, '
                 'mov or another format of FFmpeg'
+            )
+        if is_unconverted(spec):
+            raise SourceError(
+                f'source {spec!r}: its pictures are interlaced, which OpenCV {cv2.__version__} '
+                'cannot convert: make a file of whole ones, `ffmpeg -i OLD -vf yadif NEW.mp4`'
             )
         super().__init__(own_rate if own_rate > 0 else rate or DEFAULT_RATE)
         self._last, self._longest, self._shape = -1.0, 1.0, ()

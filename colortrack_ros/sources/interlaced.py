@@ -1,0 +1,47 @@
+"""Interlaced videos, whose pictures newer versions of OpenCV do not convert."""
+
+import os
+import subprocess
+import sys
+
+import cv2
+import numpy as np
+
+FIRST_PICTURES = 3
+"""Number of first pictures that are the same to the last bit where none of them was converted.
+Assumed: that is rare otherwise, such as in recordings of a screen, and then costs half a second."""
+
+TIME_TO_ASK = 5.0
+"""Timeout for what FFmpeg says [s]. Assumed: half the time that a file has to be opened."""
+
+READ_ONE = 'import cv2, sys; cv2.VideoCapture(sys.argv[1], cv2.CAP_FFMPEG).read()'
+
+FFMPEG_ERRORS = {'OPENCV_FFMPEG_LOGLEVEL': '16'}
+"""AV_LOG_ERROR of libavutil/log.h."""
+
+
+def is_unconverted(path: str) -> bool:
+    """Whether OpenCV returns memory that it has never written to instead of the pictures.
+
+    With FFmpeg 8, as in the wheels of OpenCV 5, it does so if a picture is marked as interlaced,
+    and reports success. Only FFmpeg's log tells, which is read once in a process, and muted in
+    this one.
+    """
+    capture = cv2.VideoCapture(path, cv2.CAP_FFMPEG)
+    first = capture.read()[1]
+    same = all(np.array_equal(first, capture.read()[1]) for _ in range(FIRST_PICTURES - 1))
+    capture.release()
+    if first is None or not same:
+        return False
+    command = [sys.executable, '-c', READ_ONE, path]
+    try:
+        said = subprocess.run(
+            command,
+            env=os.environ | FFMPEG_ERRORS,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=TIME_TO_ASK,
+        ).stdout
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return b'interlaced' in said
