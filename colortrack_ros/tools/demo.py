@@ -5,16 +5,22 @@ video.
 import argparse
 from collections.abc import Iterable
 from collections.abc import Sequence
+import os
 from pathlib import Path
+import shlex
+import sys
 import time
 
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile
+from rclpy.qos import ReliabilityPolicy
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
+from sensor_msgs.msg import CameraInfo
 from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 
@@ -43,6 +49,10 @@ QUIET = 3.0
 """The demo is over when nothing has arrived for this long [s]. Assumed: with half of it a slow node
 ends it early; with twice as much everybody waits 3 s longer for the summary."""
 
+TRACKED_SHARE = 0.9
+"""Share of the pictures shown that have to be tracked; with fewer, the user is told. Assumed: the
+last ones are still under way when the time is up."""
+
 
 class Recorder(Node):
     """Keeps the newest tracks, and writes the overlay to a video and its best frame to a PNG."""
@@ -51,7 +61,7 @@ class Recorder(Node):
         super().__init__('demo')
         self.tracks = Tracks()
         self.objects: dict[int, np.void] = {}
-        self.messages = self.frames = 0
+        self.messages = self.frames = self.shown = 0
         self.latencies: list[float] = []
         self.heard = time.monotonic()
         self._out = out
@@ -63,6 +73,12 @@ class Recorder(Node):
         self.create_subscription(
             Image, 'overlay/image_raw', self._take_picture, qos_profile_sensor_data, raw=True
         )
+        # One with each picture, and so small that none is lost.
+        quietly = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+        self.create_subscription(CameraInfo, 'camera/camera_info', self._count, quietly, raw=True)
+
+    def _count(self, _: bytes) -> None:
+        self.shown += 1
 
     def _take_tracks(self, message: PointCloud2) -> None:
         self.tracks = tracks_of_cloud(message)
@@ -195,16 +211,20 @@ def main(args: Sequence[str] | None = None) -> int:
         return told(error)
     if nodes.stopped and not recorder.frames:
         return INTERRUPTED
-    return status or _report(recorder, arguments.out)
+    return status or _report(recorder, arguments)
+
+
+def _detector_parameters(arguments: argparse.Namespace) -> list[str]:
+    """NAME:=VALUE of what is given."""
+    name = 'object' if arguments.color else 'red'
+    color = [f'colors:=[{name}]', f'{name}.rgb:={arguments.color}'] if arguments.color else []
+    return color + ([f'{name}.tolerance:={arguments.tolerance}'] if arguments.tolerance else [])
 
 
 def _start(nodes: NodeGroup, recorder: Recorder, arguments: argparse.Namespace) -> None:
     """Start the nodes; the camera starts once all others are running."""
-    name = 'object' if arguments.color else 'red'
-    color = [f'colors:=[{name}]', f'{name}.rgb:={arguments.color}'] if arguments.color else []
-    tolerance = [f'{name}.tolerance:={arguments.tolerance}'] if arguments.tolerance else []
     nodes.start('tracker')
-    nodes.start('detector', *color, *tolerance)
+    nodes.start('detector', *_detector_parameters(arguments))
     nodes.start('overlay')
     nodes.spin_until(recorder.is_complete)
     source = f'source:={arguments.source}'
@@ -230,7 +250,7 @@ def _watch(recorder: Recorder, nodes: NodeGroup, seconds: float) -> int:
     return 0
 
 
-def _report(recorder: Recorder, out: Path) -> int:
+def _report(recorder: Recorder, arguments: argparse.Namespace) -> int:
     console = Console()
     latency = 1e3 * float(np.median(recorder.latencies)) if recorder.latencies else 0.0
     console.print(table_of(recorder.objects.values(), 'objects, when last seen'))
@@ -238,10 +258,29 @@ def _report(recorder: Recorder, out: Path) -> int:
         f'{recorder.messages} frames tracked, {len(recorder.objects)} objects, '
         f'median latency from camera to tracks {latency:.1f} ms'
     )
+    if recorder.messages < TRACKED_SHARE * recorder.shown:
+        skipped = f'{recorder.shown - recorder.messages} of {recorder.shown} pictures were skipped'
+        console.print(f'{skipped}: they come faster than this machine tracks them')
+        if Path(arguments.source).exists():
+            command = replay_command(arguments)
+            console.print(f'To take each: {command}', soft_wrap=True, markup=False, highlight=False)
     if not recorder.frames:
         return 1
+    out = arguments.out
     console.print(f'Look at {out / "demo.png"} and {out / "demo.mp4"}')
     return 0
+
+
+def replay_command(arguments: argparse.Namespace) -> str:
+    """The command that tracks every picture of the same source."""
+    script = Path(sys.executable).with_name('replay')
+    words = os.path.relpath(script) if script.exists() else 'ros2 run colortrack_ros replay'
+    params = ['--params-file', arguments.params] if arguments.params else []
+    given = [
+        word for each in _detector_parameters(arguments) for word in ('-p', f'detector:{each}')
+    ]
+    results = ['--output', str(arguments.out / 'tracks'), '--video', str(arguments.out / 'all.mp4')]
+    return f'{words} ' + shlex.join([arguments.source, *params, *given, *results, '--force'])
 
 
 if __name__ == '__main__':

@@ -5,6 +5,7 @@ import fcntl
 import os
 from pathlib import Path
 import pty
+import shlex
 import signal
 import subprocess
 import sys
@@ -157,6 +158,26 @@ def test_a_film_is_shown_once(demo, tmp_path):
     told, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert '45 frames tracked, 1 objects' in told
+
+
+def test_a_film_too_fast_for_the_machine_is_told_with_the_command_that_takes_all_of_it(
+    demo, tmp_path
+):
+    """43 of the 187 pictures of a telephone's film were tracked, without a word."""
+    film = str(tmp_path / 'film.mp4')
+    writer = cv2.VideoWriter(film, cv2.VideoWriter.fourcc(*'mp4v'), 1000, (1280, 960))
+    for k in range(100):
+        image = np.full((960, 1280, 3), 90, np.uint8)
+        writer.write(cv2.circle(image, (100 + 10 * k, 480), 60, (30, 20, 220), cv2.FILLED))
+    writer.release()
+    given = '--source', film, '--color', '220,20,30', '--seconds', '15'
+    told, _ = demo('', *given, stdout=subprocess.PIPE, text=True).communicate(timeout=PATIENCE)
+    assert 'pictures were skipped' in told
+    command = told.partition('To take each: ')[2].splitlines()[0]
+    table = tmp_path / 'tracks.csv'
+    subprocess.run([*shlex.split(command), '--csv', str(table)], check=True)
+    last = table.read_text().splitlines()[-1]
+    assert last.startswith('99000000,'), 'the last picture, at 0.099 s'
 
 
 @pytest.mark.parametrize(
