@@ -243,9 +243,9 @@ class ColorFinder:
             )
         return ''
 
-    def keep(self, blobs: BlobTable, stamp: int) -> NDArray[np.bool_]:
-        """(N,) whether a blob is large enough for an object of its color."""
-        kept = self._usual.keep(blobs, stamp)
+    def keep(self, blobs: BlobTable, pixels: int, stamp: int) -> NDArray[np.bool_]:
+        """(N,) whether a blob may be an object of its color; pixels: of the picture."""
+        kept = self._usual.keep(blobs, pixels, stamp)
         self._specks = int(np.count_nonzero(~kept))
         return kept
 

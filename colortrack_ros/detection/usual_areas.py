@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.shape import aspect
 
 # Unless noted otherwise, the constants below were chosen. On four real clips, `python
@@ -24,6 +25,10 @@ LEAST_SHARE, PIECE_SHARE = 1 / 20, 1 / 3
 at 4.5 times the distance, but no glints. The second drops pieces that a stripe or a finger cuts
 off, up to a third. Equal objects right beside each other, if they are no discs, are assumed to
 differ in distance by less than a factor of 1.7. Assumed."""
+
+MOST_SUDDEN = 4.0
+"""Area over the usual one from which on a blob over more of the picture than a color may cover is
+no object, but a wall in passing, a flash, or darkness. Assumed: none gets twice as wide at once."""
 
 PIECE_REACH = 0.5
 """Margin around the box of a blob in which its pieces lie [share of the side of the box].
@@ -48,8 +53,11 @@ class UsualAreas:
         self._usual = np.zeros((2, count))
         self._measured = 0
 
-    def keep(self, blobs: BlobTable, stamp: int) -> NDArray[np.bool_]:
-        """(N,) whether a blob is large enough compared to the usual one of its color."""
+    def keep(self, blobs: BlobTable, pixels: int, stamp: int) -> NDArray[np.bool_]:
+        """(N,) whether a blob is as large as an object, compared to the usual one of its color.
+
+        :param pixels: of the picture.
+        """
         if not self._sought:
             return np.ones(len(blobs.area), bool)
         half = USUAL_SECONDS / 2 * NANOSECONDS
@@ -59,11 +67,16 @@ class UsualAreas:
             self._usual = np.stack([np.zeros_like(last), last])
             self._measured = stamp
         color = blobs.label.astype(np.intp) - 1
+        known = self._usual.max(axis=0)[color]
+        sudden = (known > 0) & (
+            blobs.area > np.maximum(MOST_SUDDEN * known, LARGEST_SHARE * pixels)
+        )
         for k in self._sought:
-            self._usual[0, k] = max(self._usual[0, k], _usual_area(blobs.area[color == k]))
+            area = blobs.area[(color == k) & ~sudden]
+            self._usual[0, k] = max(self._usual[0, k], _usual_area(area))
         usual = self._usual.max(axis=0)[color]
         mine = np.isin(color, self._sought)
-        kept = ~mine | (blobs.area >= LEAST_SHARE * usual)
+        kept = ~mine | ((blobs.area >= LEAST_SHARE * usual) & ~sudden)
         kept[kept & mine] = ~_is_piece(blobs.take(kept & mine), usual[kept & mine])
         return kept
 

@@ -38,6 +38,7 @@ from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import ReferenceColorConfig
 from colortrack_ros.encodings import is_yuv
 from colortrack_ros.encodings import plain
+from colortrack_ros.encodings import size_of
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import named
 from colortrack_ros.parameters import parameter
@@ -216,7 +217,8 @@ class ColorDistance(Method):
 
     def keep(self, frame: Frame, blobs: BlobTable) -> NDArray[np.bool_]:
         """Keep blobs that are large enough, for colors whose least area is estimated."""
-        return self._finder.keep(blobs, frame.stamp)
+        height, width = size_of(frame)
+        return self._finder.keep(blobs, height * width, frame.stamp)
 
     def learn(self, frame: Frame, blobs: BlobTable, kept: BlobTable) -> None:
         """Update the background outside all blobs, and move the colors toward the detected ones."""
