@@ -37,6 +37,11 @@ QUARTER_TILES = 16
 share of one half is 1/8. Half and twice the value: what trembles by 4 px 0.16 and -0.12, not 0.25,
 and nothing else (as above)."""
 
+LEAST_SPREAD_OUT = 0.3
+"""Least share of the rows times that of the columns in which texture has gone. Where it is less, a
+thing may have left a plain background: the share of the picture that things cover at most
+(foreground.MAX_FOREGROUND)."""
+
 
 class Tiles:
     """Tiles of a picture, with their texture.
@@ -91,9 +96,10 @@ class SceneChange:
     """Tells another scene from things in front of the same one, by texture, in any light.
 
     The scene has changed if, in each quarter of the picture, most of the background's texture has
-    gone, and most of the new texture stands still. The correlation of small tiles does not depend
-    on the light; whatever moves, including the picture of a moving camera, does not stand still; a
-    cover without texture shows nothing; and known targets are left out.
+    gone, and most of the new texture stands still. A thing that leaves a plain background takes all
+    of its texture along, but only from where it stood. The correlation of small tiles does not
+    depend on the light; whatever moves, including the picture of a moving camera, does not stand
+    still; a cover without texture shows nothing; and known targets are left out.
 
     :ivar seconds: time for which another scene has stood still [s].
     """
@@ -157,4 +163,6 @@ class SceneChange:
         ]
         has, lost = (np.array([np.sum(x[q]) for q in quarters]) for x in (textured, gone))
         judged = has >= QUARTER_TILES
-        return bool(judged.sum() >= 2 and (2 * lost > has)[judged].all())
+        spread = gone.any(axis=0).mean() * gone.any(axis=1).mean()
+        is_all = judged.sum() >= 2 and (2 * lost > has)[judged].all()
+        return bool(is_all and spread >= LEAST_SPREAD_OUT)

@@ -125,6 +125,22 @@ def test_those_who_walk_on_a_plain_floor_from_the_first_picture_on_are_followed(
 
 
 @pytest.mark.slow
+def test_who_stood_before_a_plain_wall_from_the_first_picture_on_is_followed_when_leaving():
+    """All texture of the background was theirs and went with them: for another scene, unseen."""
+    wall = np.full((240, 320), 120.0)
+
+    def shown(k):
+        at = 70.0 + 3 * max(k - 50, 0), 120.0
+        return picture('person', at, 32.0, background=wall, seed=k)
+
+    results, told = told_of([shown(k) for k in range(110)])
+    assert not told
+    assert all(
+        is_followed(tracks, 70.0 + 3 * (k - 50)) for k, tracks in enumerate(results[85:], 85)
+    )
+
+
+@pytest.mark.slow
 def test_before_a_camera_that_moves_all_the_time_no_scene_stands_still():
     pictures = [seen(k, (0, round(40 * np.sin(k / 8)))) for k in range(FRAMES)]
     assert not told_of(pictures)[1]
