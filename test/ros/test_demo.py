@@ -144,13 +144,20 @@ def test_a_color_that_is_not_there_is_told_with_the_nearest_that_is(demo, tmp_pa
     process.wait(PATIENCE)
 
 
-def test_a_film_is_shown_once(demo, tmp_path):
-    film = str(tmp_path / 'film.mp4')
-    writer = cv2.VideoWriter(film, cv2.VideoWriter.fourcc(*'mp4v'), 30, (160, 120))
-    for k in range(45):
-        image = np.full((120, 160, 3), 90, np.uint8)
-        writer.write(cv2.circle(image, (30 + 2 * k, 60), 12, (30, 20, 220), cv2.FILLED))
+def film_of_a_ball(folder, count, rate, width, height):
+    """A film of so many pictures in which a red ball passes; its path."""
+    film = str(folder / 'film.mp4')
+    writer = cv2.VideoWriter(film, cv2.VideoWriter.fourcc(*'mp4v'), rate, (width, height))
+    for k in range(count):
+        image = np.full((height, width, 3), 90, np.uint8)
+        at = width // 5 + k * width // (2 * count), height // 2
+        writer.write(cv2.circle(image, at, height // 10, (30, 20, 220), cv2.FILLED))
     writer.release()
+    return film
+
+
+def test_a_film_is_shown_once(demo, tmp_path):
+    film = film_of_a_ball(tmp_path, 45, 30, 160, 120)
     (tmp_path / 'all.yaml').write_text(ALL)
     params = str(tmp_path / 'all.yaml')
     given = '--source', film, '--color', '220,20,30', '--seconds', '15', '--params', params
@@ -164,12 +171,7 @@ def test_a_film_too_fast_for_the_machine_is_told_with_the_command_that_takes_all
     demo, tmp_path
 ):
     """43 of the 187 pictures of a telephone's film were tracked, without a word."""
-    film = str(tmp_path / 'film.mp4')
-    writer = cv2.VideoWriter(film, cv2.VideoWriter.fourcc(*'mp4v'), 1000, (1280, 960))
-    for k in range(100):
-        image = np.full((960, 1280, 3), 90, np.uint8)
-        writer.write(cv2.circle(image, (100 + 10 * k, 480), 60, (30, 20, 220), cv2.FILLED))
-    writer.release()
+    film = film_of_a_ball(tmp_path, 100, 1000, 1280, 960)
     given = '--source', film, '--color', '220,20,30', '--seconds', '15'
     told, _ = demo('', *given, stdout=subprocess.PIPE, text=True).communicate(timeout=PATIENCE)
     assert 'pictures were skipped' in told
