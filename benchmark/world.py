@@ -49,6 +49,7 @@ from colortrack_ros.world.config import RANGE_METHODS
 from colortrack_ros.world.measurement import expected
 from colortrack_ros.world.objects import Objects
 from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.settling import published as settled
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.view import View
@@ -133,7 +134,8 @@ def run(
             look(table, measured, view, begun, base.t - last, k, scene.dt)
         judged, last, seen = begun & there & within(scene, distance), base.t, there
         shown = published(truth, rng) if as_told else truth
-        frames.append(np.stack([*judge(belief, shown, known, distance), judged, begun]))
+        now = settled(belief, kinds)
+        frames.append(np.stack([*judge(now, shown, known, distance), judged, begun]))
     return Outcome(len(known), runs, objects, *np.array(frames).swapaxes(0, 1), scene.rate)
 
 

@@ -21,6 +21,7 @@ from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
 from colortrack_ros.world.measurement import PLANE_SIGMA
 from colortrack_ros.world.poses import Pose
+from colortrack_ros.world.settling import settle
 from colortrack_ros.world.state import BIASES
 from colortrack_ros.world.state import GRAVITY
 from colortrack_ros.world.state import HEIGHT
@@ -157,6 +158,7 @@ def look(table, measured, view, begun, way, k, dt):
     belief.drift(view.base.t, way, 0.0, np.zeros(2))
     refused = belief.update(measured, view, table.kinds, 0.0)
     refused[begun] = table.kick(refused & begun, measured, view, 0.0, 0, (before, now))[begun]
+    settle(belief, table.kinds)
     table.updates[measured.used.any(axis=1) & ~refused] = now
 
 

@@ -113,7 +113,7 @@ class Belief(Columns):
         if len(self.log_weight) == 1:
             return mean, cov
         near = _parted(inverted(each[:, POSITION] - self._eye)[0], len(self.log_weight))
-        near = (self._of_objects()[..., None] * near).sum(axis=0)
+        near = (self.of_objects()[..., None] * near).sum(axis=0)
         there = self._eye + inverted(near)[0]
         off = mean[:, POSITION] - there
         cov[:, POSITION, POSITION] += off[:, :, None] * off[:, None, :]
@@ -130,7 +130,7 @@ class Belief(Columns):
         if len(self.log_weight) == 1:
             return mean, cov
         cases = len(self.log_weight)
-        return mixture(self._of_objects(), _parted(mean, cases), _parted(cov, cases))
+        return mixture(self.of_objects(), _parted(mean, cases), _parted(cov, cases))
 
     def started(
         self,
@@ -200,7 +200,7 @@ class Belief(Columns):
         log -= log.max(axis=0)
         log = np.maximum(log - np.log(np.exp(log).sum(axis=0)), np.log(LEAST_CASE))
         self.log_weight = log - np.log(np.exp(log).sum(axis=0))
-        most = (self._of_objects() * _parted(refused, len(log))).sum(axis=0) > 1 / 2
+        most = (self.of_objects() * _parted(refused, len(log))).sum(axis=0) > 1 / 2
         self._unite()
         return np.asarray(most)
 
@@ -244,7 +244,7 @@ class Belief(Columns):
         """Return the rows of count objects, repeated for each case."""
         return np.tile(np.arange(count), len(self.log_weight))
 
-    def _of_objects(self) -> Floats:
+    def of_objects(self) -> Floats:
         """Return the weights of the cases, (C, N), of each object's robot."""
         robots = self.log_weight.shape[1]
         return np.asarray(np.repeat(np.exp(self.log_weight), len(self) // robots, axis=1))
@@ -281,7 +281,7 @@ class Belief(Columns):
         """Return the states, (N,), merged after a change of the camera errors, (C N, 8)."""
         cases = len(self.log_weight)
         motion = in_inversion(self.motion, self._eye).shifted(change)
-        weight = self._of_objects()[..., None]
+        weight = self.of_objects()[..., None]
         share = weight * _parted(motion.probability, cases)
         p = share.sum(axis=0)
         # objects that have just begun to fall have a hypothesis of probability 0

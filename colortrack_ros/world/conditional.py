@@ -54,7 +54,8 @@ rolls slowly looks, in all pictures alike, like a standing object seen with came
 weight of the standing hypothesis is its probability to this power: as if the object had to stand in
 that many independent pictures. With 1, `python benchmark/world.py --elsewhere --seed 21 --runs 30`
 gives rolling objects at 60 Hz a NEES of 5.8 in place of 3.7, of 4; with 16 4.1; with 256 3.6, but
-then the error of resting objects is 2.0 instead of 1.6 %."""
+then the error of resting objects is 2.0 instead of 1.6 %. What may roll slowly (`Kinds.slow`) does
+not need it."""
 
 LEAST_LIKELY = 1e-3
 """Least probability of each hypothesis, however badly it fits: a ball that is kicked fits none.
@@ -145,7 +146,7 @@ def conditional(
     nis = np.where(step.visible, _weigh(states, P, white, volume, e, falls), np.nan)
     # the joint update linearizes these again at the changed errors
     far &= ~two_ranges(measured)
-    counted = np.where(falls | far, 0.0, COUNTED)[:, None] * _shares(states.probability)
+    counted = np.where(falls | far, 0.0, COUNTED)[:, None] * _shares(states.probability, kinds)
     share = _told(step.G, step.direct[:, None], step.S)
     fixed = np.asarray(~kinds.speed.any(axis=1))
     shown = np.where(fixed[:, None], 1.0, share[..., 0, PITCH])
@@ -184,9 +185,9 @@ def _stabilize(step: Linearized, R: Floats) -> None:
     cov[...] += (K @ R - cov @ H.swapaxes(-1, -2)) @ K.swapaxes(-1, -2)
 
 
-def _shares(probability: Floats) -> Floats:
+def _shares(probability: Floats, kinds: Kinds) -> Floats:
     """Return the weight of each hypothesis in the information about the cameras, (N, 2)."""
-    surely = probability[:, STANDS, None] ** SURELY
+    surely = (probability[:, STANDS] ** np.where(kinds.slow > 0, 1, SURELY))[:, None]
     return np.concatenate([surely, 1 - surely], axis=1)
 
 

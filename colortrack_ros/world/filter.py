@@ -24,6 +24,7 @@ from colortrack_ros.world.inverse_depth import in_space
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
 from colortrack_ros.world.measurement import two_ranges
+from colortrack_ros.world.state import ALONG_GROUND
 from colortrack_ros.world.state import BIASES
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
@@ -217,6 +218,7 @@ def started(
     sigma = np.zeros((count, 2, OF_OBJECT))
     sigma[..., POSITION] = reach[:, None, None]
     sigma[:, MOVES, VELOCITY] = kinds.speed
+    sigma[:, STANDS, ALONG_GROUND] = kinds.slow[:, None]
     sigma[..., BIASES] = kinds.sigma[:, None]
     objects = Motions.of(
         np.zeros((count, 2, OF_OBJECT)),

@@ -30,6 +30,8 @@ from colortrack_ros.world.measurement import guesses
 from colortrack_ros.world.measurement import Measured
 from colortrack_ros.world.measurement import PLANE
 from colortrack_ros.world.objects import Objects
+from colortrack_ros.world.settling import published
+from colortrack_ros.world.settling import settle
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import jumped
@@ -134,7 +136,7 @@ class Locator:
         if ahead > 0 and len(objects):
             belief = deepcopy(belief)
             belief.predict(objects.kinds, self._config.ground_height, ahead, self._unseen)
-        mean, cov = belief.combined()
+        mean, cov = published(belief, objects.kinds).combined()
         rows = np.zeros(len(objects), LOCATION)
         for at, name in enumerate(('x', 'y', 'z', 'vx', 'vy', 'vz')):
             rows[name] = mean[:, at]
@@ -218,6 +220,7 @@ class Locator:
         if refused.any():
             ground, times = self._config.ground_height, (self._before, self._stamp)
             refused = objects.kick(refused, all_measured, view, ground, camera, times)
+        settle(objects.belief, objects.kinds)
         right = all_measured.used.any(axis=1) & ~refused
         objects.updates[right, camera] = self._stamp
         unfit = self._stamp - objects.updates[:, camera] > STUBBORN * NANOSECONDS

@@ -14,6 +14,7 @@ from colortrack_ros.data import Indices
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.measurement import Measured
+from colortrack_ros.world.settling import settle
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.view import View
 
@@ -90,8 +91,9 @@ class Objects(Columns):
         at = at[there]
         self.states[there, camera] = tracks['state'][at]
         self.scores[there, camera] = tracks['score'][at]
-        left = self.track_id.any(axis=1)
+        left = np.asarray(self.track_id.any(axis=1))
         if not left.all():
+            settle(self.belief, self.kinds, ~left)
             self.keep(np.flatnonzero(left))
 
     def link(self, rows: Indices, tracks: NDArray[np.void], camera: int, stamp: int) -> None:
