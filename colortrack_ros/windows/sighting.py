@@ -133,8 +133,7 @@ def are_faint(
     faint = np.array(records['faint'])
     for i in sightings:
         faint[i] |= not records['appearance'][i].is_distinct
-    records['faint'] = faint & ~(accepted & (matches.similarity > 0))
-    return np.array(records['faint'])
+    return np.asarray(faint & ~(accepted & (matches.similarity > 0)))
 
 
 def learn(

@@ -128,6 +128,7 @@ class WindowTracker:
         overdue = self._tracks.is_overdue(self._clock.now, self.config.max_time_since_update)
         certain = accepted & ~are_doubtful(self._tracks.records, matches, sightings, overdue)
         faint = are_faint(self._tracks.records, matches, sightings, accepted)
+        self._tracks.records['faint'] = faint
         self._correct(matches, accepted, certain & ~faint, dt)
         if self._is_learning:
             learn(frame, self._tracks.records, certain, matches, sightings)
