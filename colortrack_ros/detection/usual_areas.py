@@ -28,7 +28,8 @@ differ in distance by less than a factor of 1.7. Assumed."""
 
 MOST_SUDDEN = 4.0
 """Area over the usual one from which on a blob over more of the picture than a color may cover is
-no object, but a wall in passing, a flash, or darkness. Assumed: none gets twice as wide at once."""
+no object, but a wall in passing, a flash, or darkness, unless it stays for USUAL_SECONDS. Assumed:
+none gets twice as wide at once."""
 
 PIECE_REACH = 0.5
 """Margin around the box of a blob in which its pieces lie [share of the side of the box].
@@ -52,6 +53,8 @@ class UsualAreas:
         self._sought = sought
         self._usual = np.zeros((2, count))
         self._measured = 0
+        self._unfilled = np.zeros(count, np.int64)
+        """Last picture that each color did not suddenly fill [ns]."""
 
     def keep(self, blobs: BlobTable, pixels: int, stamp: int) -> NDArray[np.bool_]:
         """(N,) whether a blob is as large as an object, compared to the usual one of its color.
@@ -68,9 +71,9 @@ class UsualAreas:
             self._measured = stamp
         color = blobs.label.astype(np.intp) - 1
         known = self._usual.max(axis=0)[color]
-        sudden = (known > 0) & (
-            blobs.area > np.maximum(MOST_SUDDEN * known, LARGEST_SHARE * pixels)
-        )
+        fills = (known > 0) & (blobs.area > np.maximum(MOST_SUDDEN * known, LARGEST_SHARE * pixels))
+        self._unfilled[np.bincount(color[fills], minlength=len(self._unfilled)) == 0] = stamp
+        sudden = fills & (stamp - self._unfilled[color] < USUAL_SECONDS * NANOSECONDS)
         for k in self._sought:
             area = blobs.area[(color == k) & ~sudden]
             self._usual[0, k] = max(self._usual[0, k], _usual_area(area))
