@@ -8,13 +8,19 @@ import cv2
 import numpy as np
 
 FIRST_PICTURES = 3
-"""Number of first pictures that are the same to the last bit where none of them was converted.
-Assumed: that is rare otherwise, such as in recordings of a screen, and then costs half a second."""
+"""Number of first pictures that are the same to the last bit where none after the first was
+converted. Assumed: that is rare otherwise, such as in recordings of a screen, and then costs half a
+second."""
 
 TIME_TO_ASK = 5.0
 """Timeout for what FFmpeg says [s]. Assumed: half the time that a file has to be opened."""
 
-READ_ONE = 'import cv2, sys; cv2.VideoCapture(sys.argv[1], cv2.CAP_FFMPEG).read()'
+READ_FIRST = f"""
+import cv2, sys
+capture = cv2.VideoCapture(sys.argv[1], cv2.CAP_FFMPEG)
+for _ in range({FIRST_PICTURES}):
+    capture.read()
+"""
 
 FFMPEG_ERRORS = {'OPENCV_FFMPEG_LOGLEVEL': '16'}
 """AV_LOG_ERROR of libavutil/log.h."""
@@ -24,19 +30,19 @@ def is_unconverted(path: str) -> bool:
     """Whether OpenCV returns memory that it has never written to instead of the pictures.
 
     With FFmpeg 8, as in the wheels of OpenCV 5, it does so if a picture is marked as interlaced,
-    and reports success. Only FFmpeg's log tells, which is read once in a process, and muted in
-    this one.
+    and reports success. Only FFmpeg's log tells. Its level is set once in a process, and this one's
+    is quiet, so another process reads the pictures again.
     """
     capture = cv2.VideoCapture(path, cv2.CAP_FFMPEG)
-    first = capture.read()[1]
-    same = all(np.array_equal(first, capture.read()[1]) for _ in range(FIRST_PICTURES - 1))
+    pictures = [image for read, image in (capture.read() for _ in range(FIRST_PICTURES)) if read]
     capture.release()
-    if first is None or not same:
+    if not pictures or not all(np.array_equal(pictures[0], other) for other in pictures[1:]):
         return False
-    command = [sys.executable, '-c', READ_ONE, path]
+    command = [sys.executable, '-c', READ_FIRST, os.path.abspath(path)]
     try:
         said = subprocess.run(
             command,
+            cwd=os.sep,  # else it would import a cv2.py or queue.py of the current folder
             env=os.environ | FFMPEG_ERRORS,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
