@@ -261,8 +261,7 @@ def _report(recorder: Recorder, arguments: argparse.Namespace) -> int:
     if recorder.messages < TRACKED_SHARE * recorder.shown:
         skipped = f'{recorder.shown - recorder.messages} of {recorder.shown} pictures were skipped'
         console.print(f'{skipped}: they come faster than this machine tracks them')
-        if Path(arguments.source).exists():
-            command = replay_command(arguments)
+        if command := replay_command(arguments):
             console.print(f'To take each: {command}', soft_wrap=True, markup=False, highlight=False)
     if not recorder.frames:
         return 1
@@ -272,15 +271,19 @@ def _report(recorder: Recorder, arguments: argparse.Namespace) -> int:
 
 
 def replay_command(arguments: argparse.Namespace) -> str:
-    """The command that tracks every picture of the same source."""
+    """The command that tracks every picture of the same source; empty if that does not wait."""
+    source = Path(arguments.source)
+    if not source.is_file() and not source.is_dir():
+        return ''
     script = Path(sys.executable).with_name('replay')
-    words = os.path.relpath(script) if script.exists() else 'ros2 run colortrack_ros replay'
+    installed = ['ros2', 'run', 'colortrack_ros', 'replay']
+    words = [os.path.relpath(script)] if script.exists() else installed
     params = ['--params-file', arguments.params] if arguments.params else []
     given = [
         word for each in _detector_parameters(arguments) for word in ('-p', f'detector:{each}')
     ]
     results = ['--output', str(arguments.out / 'tracks'), '--video', str(arguments.out / 'all.mp4')]
-    return f'{words} ' + shlex.join([arguments.source, *params, *given, *results, '--force'])
+    return shlex.join([*words, arguments.source, *params, *given, *results, '--force'])
 
 
 if __name__ == '__main__':

@@ -1,5 +1,6 @@
 """The demo, whose nodes are processes: nobody waits for the dead, none is left behind."""
 
+import argparse
 import contextlib
 import fcntl
 import os
@@ -180,6 +181,21 @@ def test_a_film_too_fast_for_the_machine_is_told_with_the_command_that_takes_all
     subprocess.run([*shlex.split(command), '--csv', str(table)], check=True)
     last = table.read_text().splitlines()[-1]
     assert last.startswith('99000000,'), 'the last picture, at 0.099 s'
+
+
+def test_a_command_has_its_words_quoted_and_a_device_has_none(tmp_path, monkeypatch):
+    program = tmp_path / 'my robot' / 'replay'
+    program.parent.mkdir()
+    program.touch()
+    monkeypatch.setattr(sys, 'executable', str(program.with_name('python')))
+    given = argparse.Namespace(
+        source=str(tmp_path), params='', color='', tolerance='', out=tmp_path
+    )
+    words = shlex.split(demo_module.replay_command(given))
+    assert Path(words[0]).resolve() == program.resolve()
+    assert words[1] == str(tmp_path)
+    given.source = os.devnull
+    assert not demo_module.replay_command(given)
 
 
 @pytest.mark.parametrize(
