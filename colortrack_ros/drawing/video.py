@@ -1,6 +1,7 @@
 """Writes pictures to disk, one by one or as a video."""
 
 import errno
+import math
 import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,13 +15,17 @@ from colortrack_ros.files import require_utf8
 from colortrack_ros.files import resolved
 from colortrack_ros.files import write_file
 
+MOST_TICKS = 65535
+"""Most ticks that MPEG-4 counts of a second: vop_time_increment_resolution has 16 bits (ISO/IEC
+14496-2, 6.2.3)."""
+
 
 class VideoFile:
     """An MPEG-4 video, in its place once it is complete: :meth:`close` checks that, since OpenCV
     reports no errors. One that is not closed leaves what was there.
 
     :param path: ends in .mp4.
-    :param rate: frames a second [Hz].
+    :param rate: frames a second [Hz]; rounded to what MPEG-4 can tell; 0 for a single picture.
     :param size: width and height of all pictures [px].
     :raises OSError: no video can be written there.
     """
@@ -39,6 +44,8 @@ class VideoFile:
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(path)) from error
         self._staged = str(Path(self._folder.name) / path.name)
+        rate = min(rate or 1.0, MOST_TICKS)
+        rate = round(rate, int(math.log10(MOST_TICKS / rate)))
         self._writer = cv2.VideoWriter(self._staged, cv2.VideoWriter.fourcc(*'mp4v'), rate, size)
         if not self._writer.isOpened():
             self._folder.cleanup()

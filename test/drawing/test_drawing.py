@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import cv2
 from hypothesis import given
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -190,6 +191,25 @@ def test_a_video_that_is_cut_short_leaves_what_was_there(tmp_path):
     assert [(file.name, file.read_bytes()) for file in tmp_path.iterdir()] == [('film.mp4', b'old')]
     VideoFile(film, 30.0, (160, 120)).write(noise)  # nobody closes it
     assert [(file.name, file.read_bytes()) for file in tmp_path.iterdir()] == [('film.mp4', b'old')]
+
+
+def test_a_single_picture_of_no_rate_is_a_video(tmp_path):
+    video = VideoFile(tmp_path / 'film.mp4', 0.0, (64, 48))
+    video.write(np.zeros((48, 64, 3), np.uint8))
+    video.close()
+    assert cv2.VideoCapture(str(tmp_path / 'film.mp4')).read()[0]
+
+
+@pytest.mark.parametrize('rate', [0.05, 29.97, 149.7387, 997.009, 1e9])
+def test_a_video_has_any_rate(tmp_path, rate):
+    """Three digits of it were one too many for MPEG-4 at many rates above 65 Hz."""
+    film = tmp_path / 'film.mp4'
+    video = VideoFile(film, rate, (64, 48))
+    for _ in range(2):
+        video.write(np.zeros((48, 64, 3), np.uint8))
+    video.close()
+    written = cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FPS)
+    assert written == pytest.approx(min(rate, 65535), rel=1e-3)
 
 
 def test_a_picture_on_a_full_disk_is_told_with_its_name(tmp_path):
