@@ -17,6 +17,7 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rclpy.qos import QoSProfile
 from rclpy.qos import ReliabilityPolicy
+from rclpy.subscription import Subscription
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
@@ -76,9 +77,17 @@ class Recorder(Node):
         # One with each picture, and so small that none is lost.
         quietly = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
         self.create_subscription(CameraInfo, 'camera/camera_info', self._count, quietly, raw=True)
+        # The camera waits for subscribers of its pictures alone: once it has found this one, it has
+        # found the one above, too. Without it, up to all pictures of a short film were not counted.
+        self._found: Subscription | None = self.create_subscription(
+            Image, 'camera/image_raw', lambda _: None, qos_profile_sensor_data, raw=True
+        )
 
     def _count(self, _: bytes) -> None:
         self.shown += 1
+        if self._found is not None:
+            self.destroy_subscription(self._found)
+            self._found = None
 
     def _take_tracks(self, message: PointCloud2) -> None:
         self.tracks = tracks_of_cloud(message)
@@ -119,7 +128,7 @@ class Recorder(Node):
             'detections'
         )
         publishers = ('detections', 'tracks', 'overlay/image_raw')
-        return listeners == 3 and all(self.count_publishers(topic) for topic in publishers)
+        return listeners == 4 and all(self.count_publishers(topic) for topic in publishers)
 
     def close(self) -> None:
         """Finish the video, and write the last picture if it was over before the best one.
@@ -229,7 +238,7 @@ def _start(nodes: NodeGroup, recorder: Recorder, arguments: argparse.Namespace) 
     nodes.spin_until(recorder.is_complete)
     source = f'source:={arguments.source}'
     once = 'exit_at_end:=true', 'loop:=false'  # objects would jump back to where they began
-    nodes.start('camera', source, 'wait_for_subscribers:=2', *once)
+    nodes.start('camera', source, 'wait_for_subscribers:=3', *once)
 
 
 def _watch(recorder: Recorder, nodes: NodeGroup, seconds: float) -> int:
