@@ -13,6 +13,7 @@ from colortrack_ros.tracking.camera import Camera
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.detection_rate import DetectionRate
 from colortrack_ros.tracking.disappearances import Disappearances
+from colortrack_ros.tracking.first_speed import share_enough
 from colortrack_ros.tracking.first_speed import share_of_speed
 from colortrack_ros.tracking.maneuvers import Maneuvers
 from colortrack_ros.tracking.noise import MeasurementNoise
@@ -37,9 +38,10 @@ FIRST_WATCHED, SPEED_MEMORY = 1.0, 0.33
 """Weight of FIRST_SPEED as a time of observing a track, and memory for the speed of many [s].
 Assumed."""
 
-SPEED_FROM = 5
-"""Least number of objects of which the first two frames give the speed. Assumed: of fewer, one that
-is faster is too many."""
+SPEED_FROM, SURELY_FROM = 5, 20
+"""Least number of objects of which the first two frames give the speed, and of which it is believed
+to be less than tells neighbors apart: what rests may be hit in a moment. Assumed: of fewer than
+five, one that is faster is too many; 20 have the root mean square speed with an error of 16 %."""
 
 LEAST_SPEED = 100.0
 """Least speed: an object at rest may start to move this fast at any time [px/s]. Assumed."""
@@ -240,6 +242,8 @@ class Adaptation:
         if min(len(before), len(after)) >= SPEED_FROM:
             way = FIRST_SPEED * min(dt, SLOW_PERIOD)
             share = share_of_speed(before, after, way)
+            if len(before) < SURELY_FROM:
+                share = max(share, share_enough(before, after, way))
             self._speed2 = np.full(2, (share * way / dt) ** 2)
             self._share = max(share, LEAST_SPEED / FIRST_SPEED)
             self.unsteadiness.assume(self.slowness, self._share)

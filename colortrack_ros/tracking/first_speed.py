@@ -19,6 +19,10 @@ SEEN_NEXT = 0.9
 FAST = np.array([0.001, 0.05, 0.2])
 """Candidates for the share of objects as fast as assumed while the others are slower. Assumed."""
 
+NEAR_QUANTILE, SIGMAS_APART = 0.25, 3.0
+"""Quantile of the distances of neighbors, and how many standard deviations of their ways they are
+apart if they are told apart. Assumed."""
+
 ASSUMED_COUNT = 1.0
 """Weight of the speed assumed, in objects: they may move slowly now, and faster later. Assumed."""
 
@@ -52,3 +56,12 @@ def share_of_speed(before: Floats, after: Floats, way: float) -> float:
     moved += ASSUMED_COUNT
     square = (moved + crept * SHARES**2) / (moved + crept)
     return math.sqrt((weight * square).sum() / weight.sum())
+
+
+def share_enough(before: Floats, after: Floats, way: float) -> float:
+    """Return the way over the one assumed, at most 1, by which most neighbors are told apart.
+
+    :param before, after, way: as of share_of_speed().
+    """
+    next_one = np.quantile(cKDTree(after).query(before, k=2)[0][:, 1], NEAR_QUANTILE)
+    return min(float(next_one) / (SIGMAS_APART * way), 1.0)

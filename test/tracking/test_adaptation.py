@@ -130,6 +130,25 @@ def test_a_herd_filmed_once_a_second_keeps_its_ids_from_the_start():
     assert switches < 30
 
 
+def test_what_rests_at_first_and_bursts_into_motion_keeps_its_ids():
+    """Eight balls at rest for a second, hit all at once; each is missed one time in ten."""
+    switches = 0
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        place, angle = rng.uniform(100, (1180, 620), (8, 2)), rng.uniform(0, 7, 8)
+        velocity = 400 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        tracker, tally = Tracker(TrackerConfig(image_size=(1280, 720))), Tally(20.0)
+        for k in range(60):
+            now = place + velocity * max(0, k - 30) / 30
+            seen = (now + rng.normal(0, 1.0, now.shape))[rng.random(8) >= 0.1]
+            rows = tracker.update(points(rng.permutation(seen), k * FRAME)).rows
+            rows = rows[rows['state'] != TENTATIVE]
+            found = np.stack([rows['track_id'], rows['u'], rows['v']], axis=1)
+            tally.add(np.column_stack([np.arange(8), now]), found)
+        switches += tally.score().switches
+    assert switches < 4
+
+
 def test_new_objects_are_expected_at_the_border_of_what_has_been_seen():
     learned = Adaptation(1.5)
     learned.learn_size(np.array([[0.0, 0.0], [320.0, 180.0]]))

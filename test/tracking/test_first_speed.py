@@ -14,6 +14,7 @@ from colortrack_ros.tracking.first_speed import ASSUMED_COUNT
 from colortrack_ros.tracking.first_speed import FAST
 from colortrack_ros.tracking.first_speed import LOG_SPREAD
 from colortrack_ros.tracking.first_speed import SEEN_NEXT
+from colortrack_ros.tracking.first_speed import share_enough
 from colortrack_ros.tracking.first_speed import share_of_speed
 from colortrack_ros.tracking.first_speed import SHARES
 
@@ -71,3 +72,10 @@ def test_nobody_near_again_and_nobody_moved_are_finite(count):
     before = np.random.default_rng(0).uniform(0, 100, (count, 2))
     assert share_of_speed(before, before + 1e6, 1.0) == pytest.approx(1.0, abs=1e-3)
     assert share_of_speed(before, before, 1.0) < 1.1 / math.sqrt(count + 1) + 0.01
+
+
+def test_neighbors_say_how_fast_all_may_be_and_still_be_told_apart():
+    """Thirty pixels are three standard deviations of ten."""
+    before = 30.0 * np.stack(np.meshgrid(range(4), range(4)), axis=-1).reshape(-1, 2)
+    assert share_enough(before, before + 0.1, 20.0) == pytest.approx(0.5, abs=0.01)
+    assert share_enough(before, before + 0.1, 5.0) == 1.0
