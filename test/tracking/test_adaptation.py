@@ -110,6 +110,15 @@ def test_ways_as_far_as_the_next_neighbor_leave_the_speed_as_assumed():
     assert (learned.speed > 0.6 * first).all()
 
 
+def follow(tracker, tally, place, rng, stamp):
+    """Track what is detected of true places, (N, 2), one time in ten nothing, and judge it."""
+    seen = (place + rng.normal(0, 1.0, place.shape))[rng.random(len(place)) >= 0.1]
+    rows = tracker.update(points(rng.permutation(seen), stamp)).rows
+    rows = rows[rows['state'] != TENTATIVE]
+    found = np.stack([rows['track_id'], rows['u'], rows['v']], axis=1)
+    tally.add(np.column_stack([np.arange(len(place)), place]), found)
+
+
 def test_a_herd_filmed_once_a_second_keeps_its_ids_from_the_start():
     """Sixteen that walk by 2 px, 30 px apart, and are missed one time in ten."""
     switches = 0
@@ -120,12 +129,7 @@ def test_a_herd_filmed_once_a_second_keeps_its_ids_from_the_start():
         tracker, tally = Tracker(TrackerConfig(image_size=(1200, 900))), Tally(15.0)
         for k in range(12):
             place += rng.normal(0, 2.0, place.shape)
-            seen = place[rng.random(16) >= 0.1]
-            seen = rng.permutation(seen + rng.normal(0, 1.0, seen.shape))
-            rows = tracker.update(points(seen, k * NANOSECONDS)).rows
-            rows = rows[rows['state'] != TENTATIVE]
-            found = np.stack([rows['track_id'], rows['u'], rows['v']], axis=1)
-            tally.add(np.column_stack([np.arange(16), place]), found)
+            follow(tracker, tally, place, rng, k * NANOSECONDS)
         switches += tally.score().switches
     assert switches < 30
 
@@ -140,11 +144,7 @@ def test_what_rests_at_first_and_bursts_into_motion_keeps_its_ids():
         tracker, tally = Tracker(TrackerConfig(image_size=(1280, 720))), Tally(20.0)
         for k in range(60):
             now = place + velocity * max(0, k - 30) / 30
-            seen = (now + rng.normal(0, 1.0, now.shape))[rng.random(8) >= 0.1]
-            rows = tracker.update(points(rng.permutation(seen), k * FRAME)).rows
-            rows = rows[rows['state'] != TENTATIVE]
-            found = np.stack([rows['track_id'], rows['u'], rows['v']], axis=1)
-            tally.add(np.column_stack([np.arange(8), now]), found)
+            follow(tracker, tally, now, rng, k * FRAME)
         switches += tally.score().switches
     assert switches < 4
 
