@@ -40,7 +40,7 @@ and nothing else (as above)."""
 LEAST_SPREAD_OUT = 0.3
 """Least share of the rows times that of the columns in which texture has gone. Where it is less, a
 thing may have left a plain background: the share of the picture that things cover at most
-(foreground.MAX_FOREGROUND)."""
+(foreground.MAX_FOREGROUND). Another scene is not noticed there, either."""
 
 
 class Tiles:
