@@ -43,6 +43,14 @@ def joseph(P: Floats, K: Floats, R: Floats) -> Floats:
     return P
 
 
+def normalized(log_weight: Floats) -> Floats:
+    """Return log weights, (C, ...), of which the weights have the sum 1 over the first axis.
+
+    :param log_weight: the largest is about 0, so that none of importance underflows.
+    """
+    return np.asarray(log_weight - np.log(np.exp(log_weight).sum(axis=0)))
+
+
 def mixture(weight: Floats, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:
     """Mean and covariance of Gaussian mixtures over the first axis.
 

@@ -15,6 +15,7 @@ from colortrack_ros.tracking.detection_rate import DetectionRate
 from colortrack_ros.tracking.disappearances import Disappearances
 from colortrack_ros.tracking.first_speed import share_enough
 from colortrack_ros.tracking.first_speed import share_of_speed
+from colortrack_ros.tracking.first_speed import two_nearest
 from colortrack_ros.tracking.maneuvers import Maneuvers
 from colortrack_ros.tracking.noise import MeasurementNoise
 from colortrack_ros.tracking.overlaps import Overlaps
@@ -241,9 +242,10 @@ class Adaptation:
         self.has_met = True
         if min(len(before), len(after)) >= SPEED_FROM:
             way = FIRST_SPEED * min(dt, SLOW_PERIOD)
-            share = share_of_speed(before, after, way)
+            near = two_nearest(before, after) / way
+            share = share_of_speed(near)
             if len(before) < SURELY_FROM:
-                share = max(share, share_enough(before, after, way))
+                share = max(share, share_enough(near))
             self._speed2 = np.full(2, (share * way / dt) ** 2)
             self._share = max(share, LEAST_SPEED / FIRST_SPEED)
             self.unsteadiness.assume(self.slowness, self._share)

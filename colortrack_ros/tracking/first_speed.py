@@ -27,7 +27,16 @@ ASSUMED_COUNT = 1.0
 """Weight of the speed assumed, in objects: they may move slowly now, and faster later. Assumed."""
 
 
-def share_of_speed(before: Floats, after: Floats, way: float) -> float:
+def two_nearest(before: Floats, after: Floats) -> Floats:
+    """Return the distances of the nearest two detections, (N, 2) [px], nearest first.
+
+    :param before: (N, 2) positions in a frame [px].
+    :param after: (M, 2) in the next one, at least two.
+    """
+    return np.asarray(cKDTree(after).query(before, k=2)[0])
+
+
+def share_of_speed(near: Floats) -> float:
     """Return the root mean square of the ways of objects, over the one assumed.
 
     The next detection of an object that moves little is much nearer than the second nearest one.
@@ -38,11 +47,9 @@ def share_of_speed(before: Floats, after: Floats, way: float) -> float:
 
     for a way that is normal with s on each axis: neither is the object's own, or one of them is.
 
-    :param before: (N, 2) positions in a frame [px].
-    :param after: (M, 2) in the next one, at least two.
-    :param way: standard deviation of the way on each axis, as assumed [px].
+    :param near: (N, 2) see two_nearest(), over the standard deviation of the way assumed, by axis.
     """
-    near2 = np.maximum((cKDTree(after).query(before, k=2)[0] / way) ** 2, 1e-12)
+    near2 = np.maximum(near**2, 1e-12)
     s2 = (SHARES**2)[:, None, None]
     close = np.exp(-near2 / (2 * s2))  # by speed, object, neighbor
     own = SEEN_NEXT / s2[..., 0] * close.sum(axis=-1)
@@ -58,10 +65,9 @@ def share_of_speed(before: Floats, after: Floats, way: float) -> float:
     return math.sqrt((weight * square).sum() / weight.sum())
 
 
-def share_enough(before: Floats, after: Floats, way: float) -> float:
+def share_enough(near: Floats) -> float:
     """Return the way over the one assumed, at most 1, by which most neighbors are told apart.
 
-    :param before, after, way: as of share_of_speed().
+    :param near: as of share_of_speed().
     """
-    next_one = np.quantile(cKDTree(after).query(before, k=2)[0][:, 1], NEAR_QUANTILE)
-    return min(float(next_one) / (SIGMAS_APART * way), 1.0)
+    return min(float(np.quantile(near[:, 1], NEAR_QUANTILE)) / SIGMAS_APART, 1.0)

@@ -23,6 +23,7 @@ from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.data import Selection
 from colortrack_ros.estimation.gaussian import mixture
+from colortrack_ros.estimation.gaussian import normalized
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.cases import CASE_PITCHES
 from colortrack_ros.world.cases import CASE_WIDTH
@@ -198,8 +199,7 @@ class Belief(Columns):
         counted = COUNTED if LIFT in self._divided else 1.0
         log = self.log_weight + counted * likely.reshape(self.log_weight.shape)
         log -= log.max(axis=0)
-        log = np.maximum(log - np.log(np.exp(log).sum(axis=0)), np.log(LEAST_CASE))
-        self.log_weight = log - np.log(np.exp(log).sum(axis=0))
+        self.log_weight = normalized(np.maximum(normalized(log), np.log(LEAST_CASE)))
         most = (self.of_objects() * _parted(refused, len(log))).sum(axis=0) > 1 / 2
         self._unite()
         return np.asarray(most)

@@ -16,6 +16,7 @@ from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.gaussian import mixture
+from colortrack_ros.estimation.gaussian import normalized
 from colortrack_ros.world.belief import Belief
 from colortrack_ros.world.conditional import summed
 from colortrack_ros.world.state import ALONG_GROUND
@@ -128,7 +129,7 @@ def _stilled(belief: Belief, rows: Indices, R: Floats) -> Belief:
         log = _learned(errors.cov, np.tile(W, (cases, 1, 1)) @ velocity, p, of)[-1]
         log = belief.log_weight + log.reshape(cases, robots)
         log -= log.max(axis=0)
-        stilled.log_weight = log - np.log(np.exp(log).sum(axis=0))
+        stilled.log_weight = normalized(log)
     return stilled
 
 

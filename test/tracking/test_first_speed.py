@@ -17,6 +17,7 @@ from colortrack_ros.tracking.first_speed import SEEN_NEXT
 from colortrack_ros.tracking.first_speed import share_enough
 from colortrack_ros.tracking.first_speed import share_of_speed
 from colortrack_ros.tracking.first_speed import SHARES
+from colortrack_ros.tracking.first_speed import two_nearest
 
 
 def whose(r1, r2, s, density):
@@ -64,18 +65,21 @@ def test_it_is_what_the_plain_version_says(seed, way, count):
     before, after = rng.uniform(0, 3, (count, 2)), rng.uniform(0, 3, (4, 2))
     after[0] = before[0] + 0.05
     near = np.sort(np.hypot(*(before[:, None] - after).T).T, axis=1)[:, :2]
-    assert share_of_speed(before, after, way) == pytest.approx(plainly(near, way), rel=1e-3)
+    assert share_of_speed(two_nearest(before, after) / way) == pytest.approx(
+        plainly(near, way), rel=1e-3
+    )
 
 
 @pytest.mark.parametrize('count', [2, 5, 100])
 def test_nobody_near_again_and_nobody_moved_are_finite(count):
     before = np.random.default_rng(0).uniform(0, 100, (count, 2))
-    assert share_of_speed(before, before + 1e6, 1.0) == pytest.approx(1.0, abs=1e-3)
-    assert share_of_speed(before, before, 1.0) < 1.1 / math.sqrt(count + 1) + 0.01
+    assert share_of_speed(two_nearest(before, before + 1e6)) == pytest.approx(1.0, abs=1e-3)
+    assert share_of_speed(two_nearest(before, before)) < 1.1 / math.sqrt(count + 1) + 0.01
 
 
 def test_neighbors_say_how_fast_all_may_be_and_still_be_told_apart():
     """Thirty pixels are three standard deviations of ten."""
     before = 30.0 * np.stack(np.meshgrid(range(4), range(4)), axis=-1).reshape(-1, 2)
-    assert share_enough(before, before + 0.1, 20.0) == pytest.approx(0.5, abs=0.01)
-    assert share_enough(before, before + 0.1, 5.0) == 1.0
+    near = two_nearest(before, before + 0.1)
+    assert share_enough(near / 20.0) == pytest.approx(0.5, abs=0.01)
+    assert share_enough(near / 5.0) == 1.0
