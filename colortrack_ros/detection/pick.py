@@ -7,6 +7,7 @@ from dataclasses import field
 from dataclasses import replace
 from functools import cache
 from typing import Any
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -24,6 +25,7 @@ from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.extent import LEAST_SPREAD
 from colortrack_ros.detection.growth import MOST_GROWTH
 from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.own_color import own_color_at
 from colortrack_ros.detection.pixels import split_rgb
 from colortrack_ros.detection.reference import expect
 from colortrack_ros.detection.reference import MAX_TOLERANCE
@@ -36,6 +38,9 @@ from colortrack_ros.encodings import writable_bgr
 
 SEED_REACH = 3
 """Half the side of the square whose median is the initial color [px]: 49 pixels."""
+
+OWN_REACH = 1
+"""The same where a thing shows its own color, which may be a narrow rim around a highlight [px]."""
 
 TOLERANCES = np.arange(4.0, 81.0, 2.0)
 """Tolerances tried for a region around a point [CIELAB units]: from the least that camera noise
@@ -100,8 +105,7 @@ def pick_color(
 
     :param u, v: the pixel [px].
     :param name: of the color.
-    :param config: of the detector that looks for the object; its colors, and its limits of sizes
-        and shapes, are ignored.
+    :param config: of the detector; its colors, sizes, and shapes are ignored.
     :param fixed: whether to give the tolerance and the least area of this picture anyway.
     :raises ValueError: if the pixel is outside the picture.
     """
@@ -111,26 +115,73 @@ def pick_color(
     valid = 0 <= u < columns and 0 <= v < rows
     expect(valid, 'pixel', (u, v), f'u, v in the picture of {columns} x {rows} px')
     rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
-    extent = find_extent(count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v))
-    region = cache(lambda: _stable_region(rgb, u, v))  # slow, and rarely needed
-    whole = _of_extent(extent, name) if extent else _color_of(rgb, region(), name)
     config = config or DetectorConfig()
+    sight = _clearest(frame, rgb, u, v, config)
+    region = cache(lambda: _stable_region(rgb, u, v))  # slow, and rarely needed
+    extent = sight.extent
+    whole = _of_extent(extent, name) if extent else _color_of(rgb, region(), name)
     colors = (ReferenceColor(name, whole.lab), whole)[fixed:]
-    tried = [(color, *_found_at(frame, u, v, replace(config, colors=(color,)))) for color in colors]
-    color, area, share = max(tried, key=lambda one: one[1] > 0)
+    tried = [(color, *_found_at(frame, *sight.place, color, config)) for color in colors]
+    color, blobs, share = max(tried, key=lambda one: len(one[1].area) > 0)
     runs_on = extent is not None and extent.growth > MOST_GROWTH
-    return PickedColor(color, area or int(region().sum()), share, runs_on=runs_on)
+    area = int(blobs.area.max(initial=0)) or int(region().sum())
+    return PickedColor(color, area, share, runs_on=runs_on)
 
 
-def _found_at(frame: Frame, u: int, v: int, config: DetectorConfig) -> tuple[int, float]:
-    """Area of the largest blob at a pixel, 0 if there is none, and share of the picture found.
+class _Sight(NamedTuple):
+    """How far the color of a place reaches, and the blobs there that the detector finds by it."""
+
+    place: tuple[int, int]
+    extent: Extent | None = None
+    blobs: BlobTable | None = None
+
+    @property
+    def growth(self) -> float:
+        """How much the color runs into others, infinite if nothing is found."""
+        is_found = self.blobs is not None and len(self.blobs.area) > 0
+        return self.extent.growth if self.extent and is_found else np.inf
+
+
+def _clearest(
+    frame: Frame, rgb: NDArray[np.uint8], u: int, v: int, config: DetectorConfig
+) -> _Sight:
+    """The sight of the color at a pixel, or of the thing's own color if that runs into others less.
+
+    A highlight may have the color of a pale floor, or run into it, where its own color does not.
+    """
+    counts, seed = count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v)
+
+    def sight(place: tuple[int, int], lab: Triple, fixed: bool = False) -> _Sight:
+        extent = find_extent(counts, lab)
+        if extent is None:
+            return _Sight(place)
+        whole = _of_extent(extent, 'seen')
+        color = whole if fixed else ReferenceColor('seen', whole.lab)
+        return _Sight(place, extent, _found_at(frame, *place, color, config)[0])
+
+    here = sight((u, v), seed)
+    own = here.place if here.growth <= MOST_GROWTH else own_color_at(rgb, u, v, seed)
+    if own == here.place:
+        return here
+    there = sight(own, _seed_of(rgb, *own, OWN_REACH))
+    is_same = there.blobs is not None and boxes_hold(there.blobs, u, v).any()
+    if there.growth > MOST_GROWTH and here.growth == np.inf:
+        here = sight(here.place, seed, fixed=True)
+    return there if is_same and there.growth < here.growth else here
+
+
+def _found_at(
+    frame: Frame, u: int, v: int, color: ReferenceColor, config: DetectorConfig
+) -> tuple[BlobTable, float]:
+    """The blobs at a pixel, and the share of the picture that a color covers.
 
     One picture shows nothing that moves, and what is clicked may have any size and shape.
     """
-    detector = Detector(replace(config, moving_only=False, **asdict(ShapeConfig())))
+    config = replace(config, colors=(color,), moving_only=False, **asdict(ShapeConfig()))
+    detector = Detector(config)
     detector.detect(frame)
-    area = detector.blobs.area[are_at(detector.blobs, u, v, SEED_REACH)]
-    return int(area.max(initial=0)), float(np.mean(detector.mask > 0))
+    blobs = detector.blobs
+    return blobs.take(are_at(blobs, u, v, SEED_REACH)), float(np.mean(detector.mask > 0))
 
 
 def are_at(blobs: BlobTable, u: int, v: int, reach: int = 0) -> Bools:
@@ -139,6 +190,12 @@ def are_at(blobs: BlobTable, u: int, v: int, reach: int = 0) -> Bools:
     near = (abs(row - v) <= reach) & (left <= u + reach) & (u - reach < right)
     parts = zip(blobs.first_run, blobs.run_count, strict=True)
     return np.array([near[first : first + count].any() for first, count in parts], bool)
+
+
+def boxes_hold(blobs: BlobTable, u: int, v: int) -> Bools:
+    """Return which blobs, (N,), have a box that contains (u, v)."""
+    away = np.array([u, v]) - blobs.box[:, :2]
+    return np.asarray(((away >= 0) & (away <= blobs.box[:, 2:])).all(axis=1))
 
 
 def _of_extent(extent: Extent, name: str) -> ReferenceColor:
@@ -160,9 +217,9 @@ def _color_of(rgb: NDArray[np.uint8], region: NDArray[np.bool_], name: str) -> R
     return ReferenceColor(name, (L, a, b), max(da, db), (dL, da, db))
 
 
-def _seed_of(rgb: NDArray[np.uint8], u: int, v: int) -> Triple:
+def _seed_of(rgb: NDArray[np.uint8], u: int, v: int, reach: int = SEED_REACH) -> Triple:
     """The median color of the window around a pixel."""
-    rows, columns = (slice(max(x - SEED_REACH, 0), x + SEED_REACH + 1) for x in (v, u))
+    rows, columns = (slice(max(x - reach, 0), x + reach + 1) for x in (v, u))
     L, a, b = np.median(lab_from_rgb(rgb[rows, columns].reshape(-1, 3)), axis=0).tolist()
     return L, a, b
 

@@ -26,6 +26,7 @@ from colortrack_ros.detection.extent import LARGEST_GROUND
 from colortrack_ros.detection.extent import LARGEST_SHARE
 from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.pick import are_at
+from colortrack_ros.detection.pick import boxes_hold
 from colortrack_ros.detection.pick import connected
 from colortrack_ros.detection.pick import pick_color
 from colortrack_ros.detection.pick import PickedColor
@@ -203,8 +204,7 @@ def _blob_of(detector: Detector, example: Example, exactly: bool = False) -> Blo
     blobs, u, v = detector.blobs, u + width // 2, v + height // 2
     holds = are_at(blobs, u, v)
     if not exactly and not holds.any():
-        away = np.array([u, v]) - blobs.box[:, :2]
-        holds = np.asarray(((away >= 0) & (away <= blobs.box[:, 2:])).all(axis=1))
+        holds = boxes_hold(blobs, u, v)
     return blobs.take(holds & (holds.cumsum() == 1))
 
 

@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 from support.lit_balls import draw_lit_ball
@@ -10,6 +11,8 @@ from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import pick
 from colortrack_ros.detection import pick_color
 from colortrack_ros.detection import side_by_side
+from colortrack_ros.detection.lab import lab_from_rgb
+from colortrack_ros.detection.own_color import own_color_at
 from colortrack_ros.scenes import open_scene
 
 
@@ -96,6 +99,53 @@ def test_what_has_neither_a_gap_nor_a_blob_is_segmented_once(monkeypatch):
     image = np.random.default_rng(0).integers(0, 255, (40, 40, 3), np.uint8)
     assert pick_color(Frame(image), 20, 20).area == segment(*seen[0]).sum()
     assert len(seen) == 1
+
+
+CLOTH, FLOOR = (150, 40, 65), (255, 250, 236)
+
+
+def overexposed_ball(u, v, radius=16):
+    """A yellow ball on a red cloth; what it mirrors is as white as the floor beside the cloth."""
+    image = np.full((240, 320, 3), CLOTH[::-1], float)
+    image[:, 260:] = FLOOR[::-1]
+    column, row = np.meshgrid(np.arange(320) - u, np.arange(240) - v)
+    away = np.hypot(column, row)[..., None] / radius
+    own = np.clip((away - 0.5) / 0.2, 0, 1)
+    ball = own * (40, 200, 255) + (1 - own) * FLOOR[::-1]
+    image = np.where(away < 1, ball, image)
+    image += np.random.default_rng(0).normal(0, 2, image.shape)
+    return Frame(np.clip(image, 0, 255).astype(np.uint8))
+
+
+@pytest.mark.parametrize('fixed', [False, True])
+@pytest.mark.parametrize('click', [(8, 0), (0, -7), (-6, 6)])
+def test_a_click_on_the_highlight_of_a_ball_picks_the_color_of_its_rim(click, fixed):
+    frame = overexposed_ball(100, 120)
+    picked = pick_color(frame, 100 + click[0], 120 + click[1], fixed=fixed)
+    rows = Detector(DetectorConfig(colors=(picked.color,), **picked.limits)).detect(frame).rows
+    assert rows['box_u'] + rows['box_w'] / 2 == pytest.approx([100], abs=1)
+    assert rows['box_w'] == pytest.approx([31 - 2 * (not picked.color.is_sought)], abs=1)
+
+
+def test_a_click_beside_a_ball_of_its_hue_does_not_pick_the_ball():
+    image = np.full((240, 320, 3), (170, 225, 255), np.uint8)
+    cv2.circle(image, (100, 120), 20, (0, 200, 255), -1)
+    picked = pick_color(Frame(cv2.blur(image, (3, 3))), 100, 97)
+    assert picked.color.lab[2] < 40
+
+
+@pytest.mark.parametrize('rgb', [(205, 58, 34), (34, 205, 58), (13, 17, 99), (255, 255, 0)])
+def test_a_climb_ends_where_all_is_of_one_color(rgb):
+    picture = np.full((41, 67, 3), rgb, np.uint8)
+    lab = tuple(lab_from_rgb(picture[0, 0]).tolist())
+    for u, v in ((0, 0), (66, 40), (31, 20)):
+        assert own_color_at(picture, u, v, lab) == (u, v)
+
+
+def test_gray_has_no_color_of_its_own_elsewhere():
+    rgb = np.full((20, 30, 3), 128, np.uint8)
+    rgb[:, 15:] = 255, 0, 0
+    assert own_color_at(rgb, 13, 10, (54.0, 0.0, 0.0)) == (13, 10)
 
 
 @pytest.mark.parametrize('pixel', [(-1, 0), (30, 0), (0, 20)])
