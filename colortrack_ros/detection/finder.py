@@ -116,12 +116,18 @@ class ColorFinder:
                 present.append(k)
             elif pixels_near(now, self._colors[k].lab) >= FEWEST_PIXELS:
                 self._fills.add(k)
-        for k in present:
-            if not (self._colors[k].is_sampled or self._colors[k].inverted):
-                apart = apart_from(self._colors, k)
+        has_left = False
+        for k, extent in self._found.items():
+            if self._colors[k].is_sampled or self._colors[k].inverted:
+                continue
+            apart, is_seen = apart_from(self._colors, k), False
+            if k in present:
                 pause = LOOK_SECONDS if self._is_new(k, stamp) else SHADES_SECONDS
-                self._shades[k].follow(cells, now, self._found[k], apart, share, stamp, pause)
-        return before != self._state()
+                follow = self._shades[k].follow
+                is_seen = follow(cells, now, extent, apart, share, stamp, pause)
+            if due and not is_seen:
+                has_left |= self._shades[k].leave(now, extent, extent.pixels / FEWEST_LEFT)
+        return has_left or before != self._state()
 
     def _state(self) -> list[object]:
         return [(self._found.get(k), self._shades[k].shades) for k in self._sought]

@@ -10,6 +10,7 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.cells import cell_bounds
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.growth import nearest_sample
+from colortrack_ros.detection.growth import SIZE_STEP
 from colortrack_ros.detection.light_change import lab_in_light
 from colortrack_ros.detection.light_change import lightest_channel
 from colortrack_ros.detection.reference import Triple
@@ -29,6 +30,9 @@ LEAST_LEFT, MOST_AROUND = 1 / 2, 2.0
 """Share of their pixels that fewer shades must keep, and growth of the pixels of all shades from
 which on this does not matter. A shadow that touches an object ends the search for its shades in the
 shadow, but takes nothing from the object; half of the wall is no part of it. Assumed."""
+
+LESS_REACH = float(np.exp(SIZE_STEP))
+"""Factor by which the reach is taken back, step by step: that of the sizes tried."""
 
 LONG_AGO = -(1 << 62)
 """Stamp of a search that is to be repeated [ns]."""
@@ -100,7 +104,7 @@ class ShadeFollower:
         share: float,
         stamp: int,
         pause: float = SHADES_SECONDS,
-    ) -> None:
+    ) -> bool:
         """Take a picture into account.
 
         A sudden extension would include pixels that were next to the object by chance in one
@@ -111,10 +115,11 @@ class ShadeFollower:
         :param apart: colors that other objects have, which are left outside.
         :param share: weight of this picture.
         :param pause: least time between two searches [s].
+        :returns: whether an object of the color itself is in the picture.
         """
         reach = reach_of(cells, counts, extent, apart)
         if reach is None:
-            return
+            return False
         known = reach if self._reach is None else self._reach
         self._reach = min(reach, float(known + share * (reach - known)))
         whole, last = self._near(extent), self._last
@@ -126,6 +131,25 @@ class ShadeFollower:
                 self._confirmed, self._pixels = self._confirmed + 1, _pixels(counts, whole, new)
                 self._tried = whole.axes
             self._last = _Search(stamp, whole, new)
+        return True
+
+    def leave(self, counts: NDArray[np.float64], extent: Extent, most: float) -> bool:
+        """Take a picture into account where the color itself is not, or hardly.
+
+        Shades that still have many pixels there are those of something else: they are given up.
+
+        :param counts: (65536,) of :func:`sample_colors`.
+        :param most: largest number of pixels that the object may have.
+        :returns: whether any are given up.
+        """
+        before = self._reach, self.shades
+        if self.shades and _pixels(counts, self.whole(extent), self.shades) > most:
+            self.shades = ()
+        (filled,) = counts.nonzero()
+        away = nearest_sample(cell_bounds()[0].T[filled], (extent.lab,), np.array(extent.axes))
+        while self._reach and self._reach > 1 and counts[filled[away < self._reach]].sum() > most:
+            self._reach = max(1.0, self._reach / LESS_REACH)
+        return before != (self._reach, self.shades)
 
     def _change(
         self, shades: tuple[Triple, ...], counts: NDArray[np.float64], whole: Extent

@@ -220,3 +220,20 @@ def test_neither_is_a_thing_of_another_color_before_white():
         image = np.full((240, 320, 3), 255, np.uint8)
         cv2.circle(image, (150 + 5 * k, 120), 80, color, cv2.FILLED)
         assert changes(change, image) == [1, 1, 1]
+
+
+@pytest.mark.slow
+def test_when_a_thing_is_gone_sand_of_a_paler_shade_is_not_found_in_its_place():
+    detector, false = sought((225, 182, 29)), []
+    for k in range(80):
+        is_there = k < 30 or k >= 60
+        image = np.full((240, 320, 3), (150, 140, 120), float)
+        if is_there:
+            draw_lit_ball(image, 160, 100, 22, (235, 190, 30), 0.55)
+        else:
+            image[170:, :260] = 100, 140, 150
+        image = cv2.GaussianBlur(image, (0, 0), 0.8)
+        rows = detector.detect(Frame(noisy(image, seed=k), stamp=k * NANOSECONDS // 10)).rows
+        assert not is_there or rows['u'] == pytest.approx([160], abs=1)
+        false.append(len(rows) - is_there)
+    assert sum(false) <= 3, 'until the next look, a quarter of a second later'

@@ -170,3 +170,16 @@ def test_other_light_moves_the_shades_and_two_searches_in_a_row_change_them():
     assert np.array(follower.shades) == pytest.approx(np.array(before))
     follower.follow(*many, DARK, [], 0.2, 4 * NANOSECONDS)
     assert len(follower.shades) > len(before)
+
+
+@pytest.mark.parametrize(('most', 'kept'), [(5 * 40**2, True), (40**2, False)])
+def test_without_the_color_its_shades_have_no_more_pixels_than_the_thing_may(most, kept):
+    follower, thing = ShadeFollower(), graded(((100, 100), 40, RED))
+    for k in range(3):
+        follower.follow(*thing, DARK, [], 0.2, k * NANOSECONDS)
+    known = follower.whole(DARK), follower.shades
+    counts = thing[1].copy()
+    counts[nearest_sample(cell_bounds()[0].T, (DARK.lab,), np.array(DARK.axes)) < 1] = 0
+    assert follower.leave(counts, DARK, most) is not kept
+    assert ((follower.whole(DARK), follower.shades) == known) is kept
+    assert bool(follower.shades) is kept
