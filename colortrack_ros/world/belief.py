@@ -65,12 +65,13 @@ class Belief(Columns):
     :ivar motion: (C N,) states of the objects in each of C cases, grouped by case.
     :ivar errors: (C R) errors of the cameras, in the same order.
     :ivar log_weight: (C, R) log weights of the cases.
+    :ivar eye: (3,) position of the camera in the last picture [m].
     """
 
     def __init__(self, motion: Motions, errors: CameraErrors, log_weight: Floats) -> None:
         self.motion, self.errors, self.log_weight = motion, errors, log_weight
         self._united = np.zeros(log_weight.shape[1], bool)
-        self._eye, self._fresh, self._divided = np.zeros(3), True, list[int]()
+        self.eye, self._fresh, self._divided = np.zeros(3), True, list[int]()
 
     @classmethod
     def of(cls, config: LocatorConfig, cameras: int = 1, robots: int = 1) -> 'Belief':
@@ -113,9 +114,9 @@ class Belief(Columns):
         mean, cov = self.mixed(each, cov)
         if len(self.log_weight) == 1:
             return mean, cov
-        near = _parted(inverted(each[:, POSITION] - self._eye)[0], len(self.log_weight))
+        near = _parted(inverted(each[:, POSITION] - self.eye)[0], len(self.log_weight))
         near = (self.of_objects()[..., None] * near).sum(axis=0)
-        there = self._eye + inverted(near)[0]
+        there = self.eye + inverted(near)[0]
         off = mean[:, POSITION] - there
         cov[:, POSITION, POSITION] += off[:, :, None] * off[:, None, :]
         mean[:, POSITION] = there
@@ -153,7 +154,7 @@ class Belief(Columns):
             self.errors, ground, camera,
         )  # fmt: skip
         belief = copy(self)
-        belief.motion, belief._eye = motion, view.optical.t
+        belief.motion, belief.eye = motion, view.optical.t
         return belief
 
     def forget(self, dt: float) -> None:
@@ -187,7 +188,7 @@ class Belief(Columns):
 
         :return: (N,) which measurements were refused, by most of the weight.
         """
-        self._eye, self._fresh = view.optical.t, self._fresh and not measured.used.any()
+        self.eye, self._fresh = view.optical.t, self._fresh and not measured.used.any()
         refused, likely = update(
             self.motion, self.errors, self._in_cases(measured), view, self._in_cases(kinds),
             ground, camera, cases=len(self.log_weight),
@@ -280,7 +281,7 @@ class Belief(Columns):
     def _united_motion(self, change: Floats) -> Motions:
         """Return the states, (N,), merged after a change of the camera errors, (C N, 8)."""
         cases = len(self.log_weight)
-        motion = in_inversion(self.motion, self._eye).shifted(change)
+        motion = in_inversion(self.motion, self.eye).shifted(change)
         weight = self.of_objects()[..., None]
         share = weight * _parted(motion.probability, cases)
         p = share.sum(axis=0)
@@ -288,7 +289,7 @@ class Belief(Columns):
         share = np.where(p > 0, share / np.maximum(p, TINY), weight)
         mean, cov = mixture(share, _parted(motion.mean, cases), _parted(motion.cov, cases))
         slope = (share[..., None, None] * _parted(motion.slope, cases)).sum(axis=0)
-        return out_of_inversion(Motions.of(mean, slope, cov, p), self._eye)
+        return out_of_inversion(Motions.of(mean, slope, cov, p), self.eye)
 
 
 def _parted(a: NDArray[Any], cases: int) -> NDArray[Any]:
