@@ -23,7 +23,6 @@ from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.data import Selection
 from colortrack_ros.estimation.gaussian import mixture
-from colortrack_ros.estimation.gaussian import normalized
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.cases import CASE_PITCHES
 from colortrack_ros.world.cases import CASE_WIDTH
@@ -31,6 +30,7 @@ from colortrack_ros.world.cases import divided
 from colortrack_ros.world.cases import is_low
 from colortrack_ros.world.cases import LIFT
 from colortrack_ros.world.cases import PITCH
+from colortrack_ros.world.cases import weighed
 from colortrack_ros.world.conditional import COUNTED
 from colortrack_ros.world.config import LocatorConfig
 from colortrack_ros.world.filter import doubt
@@ -53,10 +53,6 @@ from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.view import View
 
 Table = TypeVar('Table', bound=Columns)
-
-LEAST_CASE = 1e-300
-"""Least weight of a case, for its logarithm. With 1e-9, one with an object above the horizon came
-back after 4 s: once its height was learned from there, nothing contradicted it any more."""
 
 
 class Belief(Columns):
@@ -198,12 +194,10 @@ class Belief(Columns):
             return refused
         # beside a height, pictures that are linearized at one wrong place tell of cases alike, too
         counted = COUNTED if LIFT in self._divided else 1.0
-        log = self.log_weight + counted * likely.reshape(self.log_weight.shape)
-        log -= log.max(axis=0)
-        self.log_weight = normalized(np.maximum(normalized(log), np.log(LEAST_CASE)))
-        most = (self.of_objects() * _parted(refused, len(log))).sum(axis=0) > 1 / 2
+        self.log_weight = weighed(self.log_weight, counted * likely)
+        most = self.of_objects() * _parted(refused, len(self.log_weight))
         self._unite()
-        return np.asarray(most)
+        return np.asarray(most.sum(axis=0) > 1 / 2)
 
     def in_front(self, view: View) -> Bools:
         """Which objects, (N,), are in front of the camera in all cases."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from colortrack_ros.data import Floats
+from colortrack_ros.estimation.gaussian import normalized
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import OF_OBJECT
@@ -23,6 +24,10 @@ close enough that their sum has a single maximum."""
 CASE_PITCHES, CASE_WEIGHTS = np.array([-(3**0.5), 0.0, 3**0.5]), np.array([1 / 6, 2 / 3, 1 / 6])
 """Centers and weights of the cases: Gauss-Hermite, exact for moments up to the fifth."""
 
+LEAST_CASE = 1e-300
+"""Least weight of a case, for its logarithm. With 1e-9, one with an object above the horizon came
+back after 4 s: once its height was learned from there, nothing contradicted it any more."""
+
 
 def divided(errors: CameraErrors, log_weight: Floats, error: int) -> tuple[CameraErrors, Floats]:
     """Return errors that nothing has measured yet, and log weights, with an error split into cases.
@@ -37,6 +42,13 @@ def divided(errors: CameraErrors, log_weight: Floats, error: int) -> tuple[Camer
     cov[:, error, error] *= CASE_WIDTH**2
     weights = np.concatenate([log_weight + w for w in np.log(CASE_WEIGHTS)])
     return CameraErrors(mean, cov, errors.first), weights
+
+
+def weighed(log_weight: Floats, likely: Floats) -> Floats:
+    """Return the log weights of cases, (C, R), after log likelihoods, (C R,)."""
+    log = log_weight + likely.reshape(log_weight.shape)
+    log -= log.max(axis=0)
+    return normalized(np.maximum(normalized(log), np.log(LEAST_CASE)))
 
 
 def is_low(view: View, kinds: Kinds, ground: float, cov: Floats) -> bool:

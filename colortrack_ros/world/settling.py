@@ -16,9 +16,9 @@ from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.gaussian import mixture
-from colortrack_ros.estimation.gaussian import normalized
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.belief import Belief
+from colortrack_ros.world.cases import weighed
 from colortrack_ros.world.conditional import summed
 from colortrack_ros.world.state import ALONG_GROUND
 from colortrack_ros.world.state import CameraErrors
@@ -112,7 +112,7 @@ def _stilled(belief: Belief, rows: Indices, R: Floats) -> Belief:
 
     :param rows: (K,) of which objects; R: (K, 2, 2) covariances of the measurements.
     """
-    errors, (cases, robots) = belief.errors, belief.log_weight.shape
+    errors, cases = belief.errors, len(belief.log_weight)
     at, motion = _in_all_cases(belief, rows), belief.motion
     stands, p = motion.whole[at, STANDS], motion.probability[at, STANDS]
     velocity, of = stands[:, ALONG_GROUND], errors.robots(at, len(motion))
@@ -131,9 +131,7 @@ def _stilled(belief: Belief, rows: Indices, R: Floats) -> Belief:
         white = np.tile(whitening(S.mean(axis=0))[0], (cases, 1, 1)) @ velocity
         share = np.tile(share.reshape(cases, -1).mean(axis=0), cases)
         log = _learned(errors.cov, white, share, of)[-1]
-        log = belief.log_weight + log.reshape(cases, robots)
-        log -= log.max(axis=0)
-        stilled.log_weight = normalized(log)
+        stilled.log_weight = weighed(belief.log_weight, log)
     return stilled
 
 
