@@ -33,9 +33,13 @@ error. Boxes are rounded to whole pixels, and extents are learned from them, so 
 little more than half a pixel. 0.5 and 0.75 do equally well on three real cups in several sizes."""
 
 LASTING = 4.0
-"""Number of frames for which a wrong choice of side makes the same error. Variances are multiplied
-by it, since the filter assumes independent errors in successive frames. Assumed."""
+"""Number of frames for which the centroid of a box of another size has the same error. Variances
+are multiplied by it, since the filter assumes independent errors in successive frames. Assumed."""
 
+CHOSEN = 1 / 3
+"""Time for which a wrong choice of side makes the same error [s], though no less than LASTING
+frames. Assumed: a bar that turns looks narrower for that long; with 0.13 s it is lost by 200 px at
+30 Hz, with 3 s what turns back behind a cover is."""
 
 LOG_OTHER_SIZE = math.log(OTHER_SIZE)
 """Prior of neither side being the object's own, which then looks smaller or larger than it is."""
@@ -189,7 +193,8 @@ def _take_sides(
     shape = 0.0 if prediction.finds_whole else TOLERANCE_SHARE * size
     variance = _variances(center, of_side + shape * shape)
     weight = _sides(prediction, blobs, track, blob, shared, center, variance)
-    mean, variance = _as_one(center, variance, weight)
+    lasting = max(LASTING, CHOSEN / prediction.step.period)
+    mean, variance = _as_one(center, variance, weight, lasting)
     partial = prediction.records['partial'][track]
     if np.count_nonzero(partial):
         variance += np.where(partial, blobs.variance[blob], 0.0)
@@ -213,18 +218,20 @@ def _variances(center: Floats, of_side: Floats) -> Floats:
     return np.array([of_side, of_side + between * between / 12, of_side])
 
 
-def _as_one(center: Floats, variance: Floats, weight: Floats) -> tuple[Floats, Floats]:
+def _as_one(
+    center: Floats, variance: Floats, weight: Floats, lasting: float
+) -> tuple[Floats, Floats]:
     """One measurement, (K, 2) [px], and its variance [px^2], for three centers, (3, K, 2).
 
     They are averaged by the information that each adds, so that the least certain one counts only
-    if it is by far the most probable. What they differ by may last.
+    if it is by far the most probable. What they differ by lasts for that many frames.
     """
     share = weight / variance
     total = 1 / np.add.reduce(share)
     share *= total
     mean = np.add.reduce(share * center)
     rest = center - mean
-    return mean, total + LASTING * np.add.reduce(share * (rest * rest))
+    return mean, total + lasting * np.add.reduce(share * (rest * rest))
 
 
 def _sides(

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from colortrack_ros.tracking.centers import CHOSEN
 from colortrack_ros.tracking.centers import LASTING
 from colortrack_ros.tracking.centers import measure_centers
 from colortrack_ros.tracking.merged import EDGE_VARIANCE
@@ -74,7 +75,7 @@ def test_three_centers_are_averaged_where_that_is_better(low, width, expected, v
         return
     share = weight / weight.sum() / S
     mean = share @ centers / share.sum()
-    mixed = (1 + LASTING * share @ (centers - mean) ** 2) / share.sum()
+    mixed = (1 + CHOSEN * RATE * share @ (centers - mean) ** 2) / share.sum()
     nearest = abs(centers - expected).argmin() == 1
     if nearest and abs(np.log(width / (2 * HALF[0]))) <= looks_alike(width, 2 * HALF[1]):
         assert z == pytest.approx([centers[1], 100])
