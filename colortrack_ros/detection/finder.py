@@ -178,12 +178,15 @@ class ColorFinder:
         """
         known, color, pool = self._found[k], self._colors[k], self._pool
         pooled = measure(pool, known)
-        if measure(now, known).pixels < LEAST_PRESENT * pooled.pixels:
+        pixels = measure(now, known).pixels
+        if pixels < LEAST_PRESENT * pooled.pixels:
             return False
         is_new = self._is_new(k, stamp)
+        # far more pixels at once may be of what else has come: the pooled color is a mixture then
+        labs = (known.lab, pooled.lab)[: 1 + (pixels < known.pixels / FEWEST_LEFT)]
 
         def is_same(extent: Extent) -> bool:
-            way = nearest_sample(np.array([extent.lab]), (known.lab, pooled.lab), SHAPE)
+            way = nearest_sample(np.array([extent.lab]), labs, SHAPE)
             is_near = way < NEAR and extent.growth < MOST_GROWTH
             share = extent.pixels / max(pooled.pixels, 1)
             is_whole = share > LEAST_PRESENT or extent.growth < pooled.growth
@@ -191,7 +194,7 @@ class ColorFinder:
 
         allowed = 0 if is_new else known.pixels / FEWEST_LEFT
         is_followed = not (is_new or color.is_sampled or color.inverted)
-        for lab in (pooled.lab, color.lab) if is_followed else (color.lab,):
+        for lab in (labs[-1], color.lab) if is_followed else (color.lab,):
             extent = self._find(k, pool, lab, allowed)
             if extent is not None and (is_new or is_same(extent)):
                 self._found[k] = self._lit[k] = extent

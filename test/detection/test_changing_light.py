@@ -237,3 +237,19 @@ def test_when_a_thing_is_gone_sand_of_a_paler_shade_is_not_found_in_its_place():
         assert not is_there or rows['u'] == pytest.approx([160], abs=1)
         false.append(len(rows) - is_there)
     assert sum(false) <= 3, 'until the next look, a quarter of a second later'
+
+
+@pytest.mark.slow
+def test_a_ball_is_found_again_after_sand_of_one_of_its_shades():
+    """Its color had become that of the sand, of which there is twelve times as much, for good."""
+    detector = sought((211, 171, 27))
+    for k in range(60):
+        is_there = k // 15 % 2 == 0
+        image = np.full((240, 320, 3), (150, 140, 120), float)
+        if is_there:
+            draw_lit_ball(image, 160, 100, 22, (235, 190, 30), 0.15)
+        else:
+            image[170:, :260] = 100, 140, 150
+        image = cv2.GaussianBlur(image, (0, 0), 0.8)
+        rows = detector.detect(Frame(noisy(image, seed=k), stamp=k * NANOSECONDS // 10)).rows
+        assert not is_there or rows['u'] == pytest.approx([160], abs=1)
