@@ -1,11 +1,13 @@
 """Picks a reference color from a picture."""
 
+from collections.abc import Callable
 from collections.abc import Mapping
 from dataclasses import asdict
 from dataclasses import dataclass
 from dataclasses import field
 from dataclasses import replace
 from functools import cache
+from functools import partial
 from typing import Any
 from typing import NamedTuple
 
@@ -115,13 +117,13 @@ def pick_color(
     valid = 0 <= u < columns and 0 <= v < rows
     expect(valid, 'pixel', (u, v), f'u, v in the picture of {columns} x {rows} px')
     rgb = np.stack(split_rgb(frame.image, frame.encoding), axis=-1)
-    config = config or DetectorConfig()
-    sight = _clearest(frame, rgb, u, v, config)
+    found = cache(partial(_found_at, frame, config or DetectorConfig()))
+    sight = _clearest(frame, rgb, u, v, name, found)
     region = cache(lambda: _stable_region(rgb, u, v))  # slow, and rarely needed
     extent = sight.extent
     whole = _of_extent(extent, name) if extent else _color_of(rgb, region(), name)
     colors = (ReferenceColor(name, whole.lab), whole)[fixed:]
-    tried = [(color, *_found_at(frame, *sight.place, color, config)) for color in colors]
+    tried = [(color, *found(sight.place, color)) for color in colors]
     color, blobs, share = max(tried, key=lambda one: len(one[1].area) > 0)
     runs_on = extent is not None and extent.growth > MOST_GROWTH
     area = int(blobs.area.max(initial=0)) or int(region().sum())
@@ -143,11 +145,14 @@ class _Sight(NamedTuple):
 
 
 def _clearest(
-    frame: Frame, rgb: NDArray[np.uint8], u: int, v: int, config: DetectorConfig
-) -> _Sight:
+    frame: Frame, rgb: NDArray[np.uint8], u: int, v: int, name: str,
+    found: Callable[[tuple[int, int], ReferenceColor], tuple[BlobTable, float]],
+) -> _Sight:  # fmt: skip
     """The sight of the color at a pixel, or of the thing's own color if that runs into others less.
 
     A highlight may have the color of a pale floor, or run into it, where its own color does not.
+
+    :param found: _found_at() of the frame.
     """
     counts, seed = count_colors(frame.image, frame.encoding), _seed_of(rgb, u, v)
 
@@ -155,9 +160,9 @@ def _clearest(
         extent = find_extent(counts, lab)
         if extent is None:
             return _Sight(place)
-        whole = _of_extent(extent, 'seen')
-        color = whole if fixed else ReferenceColor('seen', whole.lab)
-        return _Sight(place, extent, _found_at(frame, *place, color, config)[0])
+        whole = _of_extent(extent, name)
+        color = whole if fixed else ReferenceColor(name, whole.lab)
+        return _Sight(place, extent, found(place, color)[0])
 
     here = sight((u, v), seed)
     own = here.place if here.growth <= MOST_GROWTH else own_color_at(rgb, u, v, seed)
@@ -171,9 +176,9 @@ def _clearest(
 
 
 def _found_at(
-    frame: Frame, u: int, v: int, color: ReferenceColor, config: DetectorConfig
+    frame: Frame, config: DetectorConfig, place: tuple[int, int], color: ReferenceColor
 ) -> tuple[BlobTable, float]:
-    """The blobs at a pixel, and the share of the picture that a color covers.
+    """The blobs at a place, and the share of the picture that a color covers.
 
     One picture shows nothing that moves, and what is clicked may have any size and shape.
     """
@@ -181,7 +186,7 @@ def _found_at(
     detector = Detector(config)
     detector.detect(frame)
     blobs = detector.blobs
-    return blobs.take(are_at(blobs, u, v, SEED_REACH)), float(np.mean(detector.mask > 0))
+    return blobs.take(are_at(blobs, *place, SEED_REACH)), float(np.mean(detector.mask > 0))
 
 
 def are_at(blobs: BlobTable, u: int, v: int, reach: int = 0) -> Bools:
