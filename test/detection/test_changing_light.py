@@ -222,34 +222,34 @@ def test_neither_is_a_thing_of_another_color_before_white():
         assert changes(change, image) == [1, 1, 1]
 
 
-@pytest.mark.slow
-def test_when_a_thing_is_gone_sand_of_a_paler_shade_is_not_found_in_its_place():
-    detector, false = sought((225, 182, 29)), []
-    for k in range(80):
-        is_there = k < 30 or k >= 60
+def false_where_sand_comes(color, darkest, is_there):
+    """How many false things are found in each picture, where a ball is always found if it is there.
+
+    :param color: that is sought, of the ball; darkest: share of light on its dark side.
+    :param is_there: of each picture, whether the ball is in it, and else sand.
+    """
+    detector, false = sought(color), []
+    for k, there in enumerate(is_there):
         image = np.full((240, 320, 3), (150, 140, 120), float)
-        if is_there:
-            draw_lit_ball(image, 160, 100, 22, (235, 190, 30), 0.55)
+        if there:
+            draw_lit_ball(image, 160, 100, 22, (235, 190, 30), darkest)
         else:
             image[170:, :260] = 100, 140, 150
         image = cv2.GaussianBlur(image, (0, 0), 0.8)
         rows = detector.detect(Frame(noisy(image, seed=k), stamp=k * NANOSECONDS // 10)).rows
-        assert not is_there or rows['u'] == pytest.approx([160], abs=1)
-        false.append(len(rows) - is_there)
+        assert not there or rows['u'] == pytest.approx([160], abs=1)
+        false.append(len(rows) - there)
+    return false
+
+
+@pytest.mark.slow
+def test_when_a_thing_is_gone_sand_of_a_paler_shade_is_not_found_in_its_place():
+    is_there = [k < 30 or k >= 60 for k in range(80)]
+    false = false_where_sand_comes((225, 182, 29), 0.55, is_there)
     assert sum(false) <= 3, 'until the next look, a quarter of a second later'
 
 
 @pytest.mark.slow
 def test_a_ball_is_found_again_after_sand_of_one_of_its_shades():
     """Its color had become that of the sand, of which there is twelve times as much, for good."""
-    detector = sought((211, 171, 27))
-    for k in range(60):
-        is_there = k // 15 % 2 == 0
-        image = np.full((240, 320, 3), (150, 140, 120), float)
-        if is_there:
-            draw_lit_ball(image, 160, 100, 22, (235, 190, 30), 0.15)
-        else:
-            image[170:, :260] = 100, 140, 150
-        image = cv2.GaussianBlur(image, (0, 0), 0.8)
-        rows = detector.detect(Frame(noisy(image, seed=k), stamp=k * NANOSECONDS // 10)).rows
-        assert not is_there or rows['u'] == pytest.approx([160], abs=1)
+    false_where_sand_comes((211, 171, 27), 0.15, [k // 15 % 2 == 0 for k in range(60)])
