@@ -120,11 +120,11 @@ class ColorFinder:
         for k, extent in self._found.items():
             if self._colors[k].is_sampled or self._colors[k].inverted:
                 continue
-            apart, is_seen = apart_from(self._colors, k), False
+            is_seen = False
             if k in present:
+                apart = apart_from(self._colors, k)
                 pause = LOOK_SECONDS if self._is_new(k, stamp) else SHADES_SECONDS
-                follow = self._shades[k].follow
-                is_seen = follow(cells, now, extent, apart, share, stamp, pause)
+                is_seen = self._shades[k].follow(cells, now, extent, apart, share, stamp, pause)
             if due and not is_seen:
                 has_left |= self._shades[k].leave(now, extent, extent.pixels / FEWEST_LEFT)
         return has_left or before != self._state()
