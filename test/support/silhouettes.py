@@ -59,13 +59,18 @@ def discs(centers, radius, shape, bar=None, stamp=0):
         mask |= (u - center[0]) ** 2 + (v - center[1]) ** 2 <= radius**2
     if bar is not None:
         mask[:, bar[0] : bar[1]] = False
+    return blobs_of(mask, stamp)
+
+
+def blobs_of(mask, stamp=0):
+    """Detections of what is connected in a mask, (H, W), largest first."""
     labels, count = ndimage.label(mask, np.ones((3, 3)))
     rows = np.zeros(count, DETECTION)
     for i, (down, across) in enumerate(ndimage.find_objects(labels)):
         y, x = np.nonzero(labels[down, across] == i + 1)
         box = across.start, down.start, across.stop - across.start, down.stop - down.start
-        cut_u = across.start == 0 or across.stop == shape[1]
-        cut_v = down.start == 0 or down.stop == shape[0]
+        cut_u = across.start == 0 or across.stop == mask.shape[1]
+        cut_v = down.start == 0 or down.stop == mask.shape[0]
         row = rows[i]
         row['u'], row['v'], row['area'] = box[0] + x.mean(), box[1] + y.mean(), len(x)
         row['box_u'], row['box_v'], row['box_w'], row['box_h'] = box
