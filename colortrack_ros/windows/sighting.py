@@ -66,7 +66,8 @@ def sight(
     for i, appearance in enumerate(records['appearance']):
         if not inside[i]:
             valid[i], looks[i] = False, max(looks[i], 1)
-        elif valid[i] and looks[i] == 0 and _are_sized(turns[i] + 1):
+        just_sized = valid[i] and looks[i] == 0 and _are_sized(turns[i] + 1)
+        if just_sized or not appearance:  # none, since it was off until now: see learn
             continue
         seen = _seek(frame, records, i, matches.z[i] if valid[i] else None, predicted[i])
         if seen is None:
@@ -145,7 +146,7 @@ def learn(
     A sighting that resembles the target less than usual is learned only where the template is found
     as well: two witnesses that agree on the place are hardly wrong. (By its likeness alone, a
     target that deforms would no longer be learned from some frame on, and resemble itself less and
-    less.)
+    less.) A target that has none, since appearances were just switched on, gets its first one.
 
     :param accepted: (N,) which targets are measured and not doubtful.
     """
@@ -153,8 +154,11 @@ def learn(
     records['looks'] = np.where(accepted, 0, records['looks'] + 1)
     records['turns'] += accepted
     for i in np.flatnonzero(accepted).tolist():
-        appearance: Appearance = records['appearance'][i]
-        seen = sightings.get(i)
+        appearance, seen = records['appearance'][i], sightings.get(i)
+        if not appearance:
+            size = np.array([records['box_w'][i], records['box_h'][i]], float)
+            records['appearance'][i] = Appearance(frame, matches.z[i], size)
+            continue
         if _are_sized(records['turns'][i]):
             appearance.resize(frame, matches.z[i])
         elif found[i] or seen is None or appearance.is_sure(seen):

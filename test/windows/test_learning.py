@@ -11,6 +11,7 @@ from colortrack_ros.data import COASTING
 from colortrack_ros.data import CONFIRMED
 from colortrack_ros.windows import appearance
 from colortrack_ros.windows import matching
+from colortrack_ros.windows import WindowConfig
 from colortrack_ros.windows import WindowTracker
 from colortrack_ros.windows.appearance import Appearance
 from colortrack_ros.windows.correlation import CorrelationFilter
@@ -50,6 +51,19 @@ def test_what_is_learned_beside_the_middle_is_found_where_it_was():
         target.learn(picture, CENTER, seen)
     seen = target.look(picture, CENTER)
     assert seen.z == pytest.approx(CENTER, abs=0.6)
+
+
+@pytest.mark.parametrize('switch', ['appearance', 'drift_compensation'])
+def test_an_appearance_that_is_switched_on_later_is_learned_from_then_on(switch):
+    """Without it, what the target turns into is lost; with it from the start, 2.8 px off."""
+    learning = WindowConfig(renewal=1.0)
+    tracker = WindowTracker(replace(learning, **{switch: False}), targets=[145, 105, 31, 31])
+    for k in range(60):
+        if k == 5:
+            tracker.configure(learning)
+        rows = tracker.update(frame(turned_picture(min(k / 40, 1)).image, k)).rows
+        assert (rows['track_id'].tolist(), rows['state'].tolist()) == ([1], [CONFIRMED])
+        assert np.hypot(rows['u'][0] - 160, rows['v'][0] - 120) < 3
 
 
 @pytest.mark.parametrize('found', [False, True])
