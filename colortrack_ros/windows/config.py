@@ -12,6 +12,9 @@ from colortrack_ros.windows.costs import COSTS
 WINDOW_METHODS = ('WM', 'WM+K', 'WM+K+PSO')
 SUPERVISIONS = ('confidence', 'discrepancy')
 
+LEAST_SIDE = 5
+"""Least width and height of a template [px]: 25 pixels for the six unknowns of Template.align."""
+
 
 @dataclass(frozen=True)
 class WindowConfig(TimeLimits):
@@ -31,7 +34,7 @@ class WindowConfig(TimeLimits):
     )
     window: int = parameter(
         0,
-        "Side of the square window (N), odd; 0 takes each target's box.",
+        "Side of the square window (N), odd, from 5 on; 0 takes each target's box.",
         unit='px',
         limits=(0, 999),
     )
@@ -186,5 +189,8 @@ class WindowConfig(TimeLimits):
 
     def check(self) -> None:
         """A window with a pixel in its middle."""
-        if self.window and self.window % 2 == 0:
-            raise ValueError(f'window: expected an odd number of px, or 0, got {self.window}')
+        if self.window and (self.window % 2 == 0 or self.window < LEAST_SIDE):
+            raise ValueError(
+                f'window: expected an odd number of at least {LEAST_SIDE} px, or 0, '
+                f'got {self.window}'
+            )

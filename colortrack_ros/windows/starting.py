@@ -5,11 +5,9 @@ import numpy as np
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
+from colortrack_ros.windows.config import LEAST_SIDE
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.crop import cut_window
-
-LEAST_SIDE = 5
-"""Least width and height of a template [px]: 25 pixels for the six unknowns of Template.align."""
 
 UNIFORM_LEVELS = 0.5
 """Largest standard deviation of a uniform patch [levels]: rounding alone makes as much."""
@@ -34,9 +32,10 @@ def are_centered_in(boxes: Floats, position: Floats, size: Floats) -> Bools:
 def are_followable(frame: Frame, boxes: Floats, config: WindowConfig) -> Bools:
     """Return which boxes, (N,), can be told from their surroundings.
 
-    The center must lie inside the picture, and the box may not be larger than the picture. Unless
-    the size of the template is given, the box must fill at least half of the smallest one, which
-    would otherwise show mostly background. And the search region must have some texture.
+    The center must lie inside the picture, and the box may not be larger than the picture, which
+    has to hold a template. Unless the size of the template is given, the box must fill at least
+    half of the smallest one, which would otherwise show mostly background. And the search region
+    must have some texture.
 
     :param boxes: (N, 4) u, v of the top left pixel, width and height [px].
     """
@@ -45,7 +44,7 @@ def are_followable(frame: Frame, boxes: Floats, config: WindowConfig) -> Bools:
     with np.errstate(invalid='ignore'):
         inside = (center >= 0) & (center <= size - 1) & (side >= 1) & (side <= size)
         least = 1 if config.window else LEAST_SIDE**2 / 2
-        good = np.asarray(inside.all(axis=1) & (side.prod(axis=1) >= least))
+        good = inside.all(axis=1) & (side.prod(axis=1) >= least) & (size >= LEAST_SIDE).all()
     reach = np.array([config.search_width, config.search_height])
     for i in np.flatnonzero(good):
         around = np.minimum(side[i] + reach, size)[::-1].astype(int)

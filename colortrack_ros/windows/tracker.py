@@ -18,6 +18,7 @@ from colortrack_ros.estimation.track_table import is_inside
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 from colortrack_ros.windows.appearance import Appearance
+from colortrack_ros.windows.config import LEAST_SIDE
 from colortrack_ros.windows.config import WindowConfig
 from colortrack_ros.windows.lasting import bias_of_box
 from colortrack_ros.windows.lasting import biases
@@ -34,7 +35,6 @@ from colortrack_ros.windows.sighting import sight
 from colortrack_ros.windows.starting import are_centered_in
 from colortrack_ros.windows.starting import are_followable
 from colortrack_ros.windows.starting import centers
-from colortrack_ros.windows.starting import LEAST_SIDE
 from colortrack_ros.windows.swarm import Swarm
 from colortrack_ros.windows.template import Template
 

@@ -111,7 +111,7 @@ def test_detections_start_targets_in_the_picture_that_they_are_of(ros):
 
 def test_bad_images_and_parameters_are_refused_and_the_node_goes_on(ros):
     node = ros.start('window_tracker', window=14, cost='sum', targets='[1.0, 2.0, 3.0]')
-    node.wait_for('window: expected an odd number of px, or 0, got 14')
+    node.wait_for('window: expected an odd number of at least 5 px, or 0, got 14')
     node.wait_for('cost: expected one of sad, ssd')
     node.wait_for('targets: expected u, v, width, height of each box')
     publisher, tracks, _ = ready(ros)
