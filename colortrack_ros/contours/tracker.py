@@ -262,8 +262,10 @@ class ContourTracker:
         if not len(new):
             return
         outlines = [new.areas.outline(k, self.config.outline) for k in range(len(new))]
-        nodes = [equally_spaced(each, self._spline) for each in outlines]
-        contours = Contours.new(np.array(nodes), new.velocity / self.config.rate, self.config)
+        nodes = np.array([equally_spaced(each, self._spline) for each in outlines])
+        encloses = self._spline.area(nodes) > 1  # [px]; a line's is about 0
+        new, nodes = new.take(encloses), nodes[encloses]
+        contours = Contours.new(nodes, new.velocity / self.config.rate, self.config)
         records = begin(self._tracks, contours, self._spline, self._clock.now)
         remember(records, new.areas, picture)
         records['by_area'] = self.config.outline == 'area'

@@ -51,6 +51,21 @@ def test_after_a_reset_targets_start_again_before_the_background_that_is_known()
     assert tracks.rows['track_id'].tolist() == [2]
 
 
+@pytest.mark.parametrize('start', ['background', 'difference'])
+@pytest.mark.parametrize(('w', 'h', 'count'), [(1, 40, 0), (40, 1, 0), (4, 4, 0), (5, 5, 1)])
+def test_what_an_outline_does_not_enclose_starts_nothing(start, w, h, count):
+    """The area of a line is 0, and its middle is nowhere."""
+    fine = ContourConfig(start=start, min_area=16, opening_size=1, blur_sigma=0.0)
+    tracker = ContourTracker(replace(fine, learn_seconds=0.1))
+    for i in range(60):
+        image = np.full((240, 320), 100, np.uint8)
+        if i >= 20:
+            image[80 + i :, 40 + 2 * i :][:h, :w] = 220
+        rows = tracker.update(frame(image, i)).rows
+        assert np.isfinite(rows['u']).all()
+    assert rows['track_id'].tolist() == count * [1]
+
+
 @pytest.mark.parametrize('config', [QUICK, ContourConfig(), replace(QUICK, start='difference')])
 def test_pictures_of_other_sizes_and_encodings_do_no_harm(config):
     tracker = ContourTracker(config)
