@@ -50,7 +50,8 @@ def predict_existence(
 def _transition(dt: float, longest: float) -> tuple[float, float, float, float]:
     """Probabilities of visible to visible and to hidden, and of hidden to visible and to hidden."""
     returning = -math.expm1(-3 * dt / max(longest, 1e-3))
-    covered, gone = -math.expm1(-dt / COVERED_EVERY), -math.expm1(-dt / GONE_EVERY)
+    gone = -math.expm1(-dt / GONE_EVERY)
+    covered = min(-math.expm1(-dt / COVERED_EVERY), 1 - gone)  # in a long time it may be both
     return 1 - covered - gone, covered, returning, 1 - returning
 
 

@@ -38,6 +38,10 @@ SIGNIFICANT = 9.2
 which they are accepted: half the quantile of chi-square with 2 degrees of freedom that a standing
 camera exceeds once in 10,000 frames."""
 
+MOST_ZOOM = 2.0
+"""Greatest zoom from frame to frame, in or out. Assumed. Objects within their noise of one point,
+or detections at one, zoom to nothing or to anything, and tell nothing but the shift."""
+
 LEAST_SIGMA = 0.1
 """Least standard deviation of a detection about its prediction [px], for scenes that are exactly
 static."""
@@ -179,7 +183,8 @@ def _similarity(x: Floats, z: Floats) -> EgoMotion:
     size = max(float((x**2).sum()), 1e-9)
     zoom = float((x * y).sum()) / size
     turn = float((x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]).sum()) / size
-    A = np.array([[zoom, -turn], [turn, zoom]])
+    told = 1 / MOST_ZOOM <= np.hypot(zoom, turn) <= MOST_ZOOM
+    A = np.array([[zoom, -turn], [turn, zoom]]) if told else STANDING.A
     return EgoMotion(A, other - A @ middle)
 
 

@@ -70,6 +70,20 @@ def test_of_one_or_two_nobody_can_tell_whose_motion_it_is(count):
     assert find_ego_motion(x, np.full_like(x, 2.0), x + 20) is None
 
 
+@pytest.mark.parametrize('count', [5, 6, 24])
+@pytest.mark.parametrize('spread', [0, 3, 40])
+def test_detections_on_a_single_point_are_no_zoom_to_nothing(count, spread):
+    rng = np.random.default_rng(0)
+    tracker = Tracker(TrackerConfig(ego_motion='detections'))
+    place = 200 + spread * rng.normal(size=(count, 2))
+    for k in range(40):
+        seen = place + rng.normal(0, 0.5, (count, 2))
+        seen[:] = place.mean(axis=0) if k in (20, 30) else seen
+        rows = tracker.update(points(seen, k * FRAME)).rows
+        assert np.isfinite(rows['u']).all()
+    np.testing.assert_allclose(rows['u'].mean(), place[:, 0].mean(), atol=10)
+
+
 def ids(moves, ego_motion):
     """Return the last rows of six objects at rest in a jumping picture, one hidden meanwhile."""
     tracker = Tracker(TrackerConfig(ego_motion=ego_motion))
