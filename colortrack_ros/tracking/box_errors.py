@@ -11,7 +11,6 @@ import math
 import numpy as np
 
 from colortrack_ros.data import Floats
-from colortrack_ros.estimation.box_centers import lasting_variance
 from colortrack_ros.tracking.recent import EVERY
 from colortrack_ros.tracking.recent import SEEN_SIZE
 from colortrack_ros.tracking.recent import WHOLE
@@ -34,8 +33,18 @@ and cars, as found by four public detectors, most have 0.2 to 1.7."""
 MOST_EXCESS = 2.0
 """Largest one that is an error's; beyond it the sizes themselves change. Assumed."""
 
-EXCESS_PRIOR = np.where(EXCESSES > 0, 0.5 / np.count_nonzero(EXCESSES), 0.5)
-"""Prior probabilities of EXCESSES: white errors are as likely as others. Assumed."""
+WHITE_ERRORS = np.array([1 / 2, 1 / 47])
+"""Prior probability of white errors, of boxes of any origin (assumed: as likely as others) and of a
+network's: of those 45 sequences none had them (rule of succession)."""
+
+ERRING = np.stack([(EXCESSES > 0) & (EXCESSES <= MOST_EXCESS), EXCESSES > 0])
+"""Which EXCESSES are of errors that last, by origin. Sizes that change by themselves hide them, but
+a network errs all the same."""
+
+EXCESS_PRIOR = np.where(
+    EXCESSES > 0, (1 - WHITE_ERRORS[:, None]) / np.count_nonzero(EXCESSES), WHITE_ERRORS[:, None]
+)
+"""Prior probabilities of EXCESSES, by origin."""
 
 EXCESS_VARIANCE = 3.4
 """Variance of a log ratio per pair of differences. Found by drawing long series of white normal
@@ -48,11 +57,12 @@ LEAST_EXCESS_VARIANCE = 0.05**2
 class BoxErrors:
     """Learns whether the errors of boxes last, and how far their centers are then off.
 
-    :ivar lasting: probability that they last, times the share of them that moves centers.
+    :ivar lasting: probability that they last, times the share of them that moves centers: of boxes
+        of any origin, and of a network's.
     """
 
     def __init__(self) -> None:
-        self.lasting = 0.0
+        self.lasting = 0.0, 1 - WHITE_ERRORS[1]
         self._pairs, self._jitter, self._excess = 0, np.zeros(2), np.zeros(2)
 
     def learn(self, measured: Floats) -> None:
@@ -68,16 +78,12 @@ class BoxErrors:
         self._pairs += np.count_nonzero(known)
         self._jitter += logs[0][known].sum(axis=0)
         self._excess += (logs[1] - logs[0])[known].sum(axis=0)
-        self.lasting = 0.0
+        self.lasting = 0.0, 1 - WHITE_ERRORS[1]
         if self._jitter[0] > LEAST_SIZE_JITTER * self._pairs:
             (of_size, of_center), excess = self._jitter / self._pairs, self._excess / self._pairs
             variance = EXCESS_VARIANCE / self._pairs + LEAST_EXCESS_VARIANCE
             d2 = (excess.min() - EXCESSES) ** 2 / variance
             weight = EXCESS_PRIOR * np.exp((d2.min() - d2) / 2)
-            lasting = (EXCESSES > 0) & (EXCESSES <= MOST_EXCESS)
             share = min(math.exp(of_center - of_size), 1.0)
-            self.lasting = share * float(weight[lasting].sum() / weight.sum())
-
-    def variance(self, size: Floats) -> Floats:
-        """Return the variances on each axis, (K, 1), of centers of boxes of a size, (K, 2) [px]."""
-        return self.lasting * lasting_variance(size)
+            any_origin, network = share * (weight * ERRING).sum(axis=1) / weight.sum(axis=1)
+            self.lasting = float(any_origin), float(network)

@@ -9,6 +9,7 @@ from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
 from colortrack_ros.estimation.bank import Bank
+from colortrack_ros.estimation.box_centers import lasting_variance
 from colortrack_ros.estimation.existence import update_existence
 from colortrack_ros.estimation.existence import weigh_hidden
 from colortrack_ros.estimation.records import Records
@@ -122,13 +123,13 @@ def _record_hits(
                 records[name] += missed
     tracks.record_hits(track, prediction.step.now)
     records['seen'][track] = taken.z
-    systematic = blobs.systematic.take(taken.blob, axis=0)
-    if learned.noisiness.boxes.lasting:
-        unstated = blobs.rows['cov_uu'].take(taken.blob) == 0
-        lasting = learned.noisiness.boxes.variance(blobs.size.take(taken.blob, axis=0))
-        systematic += unstated[:, None] * lasting
-    records['systematic'][track] = systematic
     blob, z = taken.blob, taken.z
+    systematic = blobs.systematic.take(blob, axis=0)
+    lasting = learned.noisiness.boxes.lasting[learned.overlaps.are_estimated]
+    if lasting:
+        size = blobs.size.take(blob, axis=0) * (blobs.rows['cov_uu'].take(blob) == 0)[:, None]
+        systematic += lasting * lasting_variance(size)
+    records['systematic'][track] = systematic
     if np.count_nonzero(blobs.mixed):
         alone = np.bincount(blob)[blob] == 1
         track, blob, z = taken.track[alone], blob[alone], z[alone]

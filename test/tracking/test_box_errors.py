@@ -24,11 +24,13 @@ def drifting(rng, shape, rate, seconds):
     return lasting(rng, shape, np.exp(-1 / (rate * seconds)))
 
 
-def track(z, size, rate, variance=0.0):
+def track(z, size, rate, variance=0.0, score=1.0):
     """Positions, (F, COUNT, 2), and covariances, (F, COUNT, 2, 2), published by COUNT tracks."""
     tracker, found = Tracker(TrackerConfig(image_size=SIZE)), []
     for k, (at, boxes) in enumerate(zip(z, size, strict=True)):
-        rows = tracker.update(points(at, round(k * 1e9 / rate), variance, size=boxes)).rows
+        detections = points(at, round(k * 1e9 / rate), variance, size=boxes)
+        detections.rows['score'] = score
+        rows = tracker.update(detections).rows
         if k >= SETTLED:
             found.append(rows[np.argsort(rows['v'])])  # on lines one above another
     rows = np.array(found)
@@ -64,6 +66,29 @@ def test_ellipses_hold_centers_of_boxes_whose_sides_err_for_seconds(size, rate):
         d2 = (e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=2)
         inside.append(np.mean(d2 < 5.991))
     assert 0.85 < np.mean(inside) < 0.995
+
+
+def test_boxes_of_a_network_that_hardly_change_are_not_believed_to_a_pixel():
+    """They are drawn a twentieth of the side beside what stands there, and stay so."""
+    inside = []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        x = np.repeat(centers(rng, 30, 1), 90, axis=0)
+        z = x + 5.0 * rng.normal(0, 1, (1, COUNT, 2)) + rng.normal(0, 0.1, x.shape)
+        at, P = track(z, np.array([60, 100]) + rng.normal(0, 0.1, x.shape), 30, score=0.8)
+        e = x[SETTLED:] - at
+        inside.append(np.mean((e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=2) < 5.991))
+    assert np.mean(inside) > 0.85
+
+
+@pytest.mark.slow
+def test_a_network_whose_boxes_err_anew_in_each_frame_is_believed_soon():
+    rng = np.random.default_rng(0)
+    x = centers(rng, 30, 300)
+    size = np.array([60, 100]) + rng.normal(0, 3, x.shape)
+    P = track(x + rng.normal(0, 1.5, x.shape), size, 30, score=0.8)[1]
+    assert np.sqrt(P[:30, :, 0, 0].mean()) > 2 * np.sqrt(P[-90:, :, 0, 0].mean())
+    assert np.sqrt(P[-90:, :, 0, 0].mean()) < 1.2
 
 
 def approaching(rng, x):
