@@ -26,14 +26,26 @@ def time_passed(last: int | None, stamp: int, max_dt: float) -> tuple[float, str
     return dt, ''
 
 
+MOST_STRETCH = 2.0
+"""Largest ratio of a jump to the one before at which both are the time between frames. Assumed: one
+of them may have been lost."""
+
+LONGEST_JUMP = 15.0
+"""Longest jump that may be the time between frames [s]: radars of air traffic turn once in 12 s.
+Assumed."""
+
+
 class Clock:
     """A tracker's clock: the stamp of its last frame, and why it last restarted.
 
+    :param follows: follow a source that is slower than any jump allowed, such as a radar that turns
+        once in 2.5 s: a jump right after another one is the time between its frames.
     :ivar restarted: the reason, until :meth:`tell_restart` returns it; empty if there is none.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, follows: bool = False) -> None:
         self._stamp: int | None = None
+        self._follows, self._jump = follows, 0.0
         self.restarted = ''
 
     @property
@@ -63,9 +75,22 @@ class Clock:
         """
         dt, why = time_passed(self._stamp, stamp, max_dt)
         if why:
-            reset(why)
+            dt = self._time_of_slow(stamp)
+            if not dt:
+                reset(why)
+        elif self._jump:
+            self._jump = 0.0
         self._stamp = stamp
         return dt
+
+    def _time_of_slow(self, stamp: int) -> float:
+        """Time step [s] of a jump that is the time between frames; 0 of other ones."""
+        before, self._jump = self._jump, 0.0
+        passed = (stamp - (self._stamp or 0)) / NANOSECONDS
+        if not (self._follows and 0 < passed <= LONGEST_JUMP):
+            return 0.0
+        self._jump = passed
+        return passed if passed <= MOST_STRETCH * before else 0.0
 
     def tell_restart(self) -> str:
         """Why the tracker restarted; empty if it did not, or if this has been asked before."""

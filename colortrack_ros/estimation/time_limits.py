@@ -21,7 +21,8 @@ class TimeLimits(Config):
     max_dt: float = parameter(
         2.0,
         'The tracker restarts if the stamps jump by more than this; that of detections not before '
-        'they jump by more than four frames, where these take longer than 0.125 s.',
+        'they jump by more than four frames, where these take longer than 0.125 s. A second such '
+        'jump on end, of up to 15 s, is how slow its source is, and does not restart it.',
         unit='s',
         limits=(1e-3, 3600.0),
         audience=EXPERT,

@@ -79,7 +79,7 @@ class Tracker:
 
     def __init__(self, config: TrackerConfig | None = None) -> None:
         self.config = config or TrackerConfig()
-        self.screening, self.repeats, self._clock = Screening(), 0, Clock()
+        self.screening, self.repeats, self._clock = Screening(), 0, Clock(follows=True)
         self._start(1)
 
     def _start(self, first_id: int) -> None:

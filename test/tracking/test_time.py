@@ -102,6 +102,29 @@ def test_what_a_slow_camera_misses_three_times_keeps_its_id(rate):
     assert seen_again(rate, 3, TrackerConfig(max_hidden=0.0)) == [1, 1]
 
 
+@pytest.mark.parametrize('period', [2.1, 2.5, 12.0])
+def test_a_source_that_is_slower_than_max_dt_is_followed_from_the_third_frame_on(period):
+    """A radar that turns once in 2.5 s: of each jump alone, the tracker restarts."""
+    place = np.stack([np.full(6, 300.0), 100.0 + 80 * np.arange(6)], axis=1)
+    tracker, told = Tracker(TrackerConfig(max_hidden=0.0)), []
+    for k in range(12):
+        seen = place[int(k == 8) :] + np.array([3.0 * k, 0.0])
+        tracks = tracker.update(points(seen, round((1 + k) * period * NANOSECONDS)))
+        told.append(bool(tracks.restarted))
+    assert told == [k == 1 for k in range(12)]
+    assert tracks.rows['track_id'].tolist() == [7, 8, 9, 10, 11, 12]  # 1 to 6 were before
+    assert (tracks.rows['state'] == CONFIRMED).all()
+
+
+def test_two_cuts_of_a_recording_restart_it_twice():
+    tracker, stamp, told = Tracker(), 0.0, []
+    for step in (0.1, 0.1, 5.0, 0.1, 0.1, 5.0, 0.1, 5.0, 12.0, 0.1):
+        stamp += step
+        tracks = tracker.update(points([(300.0, 300.0)], round(stamp * NANOSECONDS)))
+        told.append(bool(tracks.restarted))
+    assert told == [False, False, True, False, False, True, False, True, True, False]
+
+
 def test_three_messages_of_a_slow_camera_that_are_lost_do_not_restart_it():
     """3.2 s are more than max_dt."""
     tracker = Tracker(TrackerConfig(max_hidden=0.0))
