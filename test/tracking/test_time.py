@@ -116,6 +116,19 @@ def test_a_source_that_is_slower_than_max_dt_is_followed_from_the_third_frame_on
     assert (tracks.rows['state'] == CONFIRMED).all()
 
 
+@pytest.mark.parametrize('count', [1, 2, 4])
+@pytest.mark.parametrize('period', [4.0, 8.0, 12.0])
+def test_few_objects_are_followed_however_slow_their_source_is(count, period):
+    """By a speed of 700 px/s they are 2800 px away in 4 s, and all detections of new objects."""
+    place = np.stack([np.full(count, 300.0), 100.0 + 80 * np.arange(count)], axis=1)
+    tracker, ids = Tracker(TrackerConfig(image_size=(1920, 1080))), set()
+    for k in range(12):
+        seen = place + np.array([20.0 * k, 0])
+        rows = tracker.update(points(seen, round((1 + k) * period * NANOSECONDS))).rows
+        ids.update(rows['track_id'][rows['state'] == CONFIRMED].tolist())
+    assert len(ids) == count
+
+
 def test_two_cuts_of_a_recording_restart_it_twice():
     tracker, stamp, told = Tracker(), 0.0, []
     for step in (0.1, 0.1, 5.0, 0.1, 0.1, 5.0, 0.1, 5.0, 12.0, 0.1):
