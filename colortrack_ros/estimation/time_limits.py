@@ -6,6 +6,9 @@ from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
+MOST_SECONDS = 3600.0
+"""Longest time that may be set [s]."""
+
 
 @dataclass(frozen=True)
 class TimeLimits(Config):
@@ -16,7 +19,7 @@ class TimeLimits(Config):
         'A track that has not been measured for longer is deleted; by the tracker of detections '
         'after four frames at the earliest, where these take longer than 0.125 s.',
         unit='s',
-        limits=(0.0, 3600.0),
+        limits=(0.0, MOST_SECONDS),
     )
     max_dt: float = parameter(
         2.0,
@@ -24,6 +27,6 @@ class TimeLimits(Config):
         'they jump by more than four frames, where these take longer than 0.125 s. A second such '
         'jump on end, of up to 15 s, is how slow its source is, and does not restart it.',
         unit='s',
-        limits=(1e-3, 3600.0),
+        limits=(1e-3, MOST_SECONDS),
         audience=EXPERT,
     )

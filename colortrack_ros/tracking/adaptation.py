@@ -8,6 +8,7 @@ import numpy as np
 
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
+from colortrack_ros.estimation.time_limits import MOST_SECONDS
 from colortrack_ros.tracking.borders import Borders
 from colortrack_ros.tracking.camera import Camera
 from colortrack_ros.tracking.config import TrackerConfig
@@ -50,11 +51,6 @@ LEAST_SPEED = 100.0
 SLOW_PERIOD = 0.125
 """Frame period above which all is assumed to be slower in proportion [s]. Assumed: whoever takes
 fewer than eight pictures a second watches what moves little from one to the next."""
-
-FEW_PERIOD = 1.0
-"""Frame period above which fewer than SPEED_FROM objects are assumed to go no farther in it [s]: at
-700 px/s they go 2800 px in 4 s, and each detection is likelier to be of a new one. Assumed: with
-0.5, players seen once a second lose 2 to 4 points of IDF1."""
 
 FEWEST_PERIODS, PERIODS = 2, 8
 """Least number of such periods in a row, since one is a pause unless it is the very first, and how
@@ -217,7 +213,7 @@ class Adaptation:
         """Return a configuration with which tracks outlive FEWEST_MISSED slow frames at least."""
         if self.slowness == 1:
             return config
-        least = FEWEST_MISSED * SLOW_PERIOD * self.slowness
+        least = min(FEWEST_MISSED * SLOW_PERIOD * self.slowness, MOST_SECONDS)
         names = 'max_time_since_update', 'max_dt'
         return replace(config, **{name: max(getattr(config, name), least) for name in names})
 
@@ -254,8 +250,8 @@ class Adaptation:
             self._speed2 = np.full(2, (share * way / dt) ** 2)
             self._share = max(share, LEAST_SPEED / FIRST_SPEED)
             self.unsteadiness.assume(self.slowness, self._share)
-        elif dt > FEW_PERIOD:
-            self._speed2 = np.full(2, (FIRST_SPEED * FEW_PERIOD / dt) ** 2)
+        elif dt > SLOW_PERIOD:
+            self._speed2 = np.full(2, (FIRST_SPEED * SLOW_PERIOD / dt) ** 2)
 
     def learn_new(self, false: int = 0, origin: Floats = NO_ORIGINS) -> None:
         """Learn from the tracks deleted unconfirmed in a frame, and from those confirmed.

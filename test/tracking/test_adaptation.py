@@ -134,6 +134,38 @@ def test_a_herd_filmed_once_a_second_keeps_its_ids_from_the_start():
     assert switches < 30
 
 
+@pytest.mark.parametrize('period', [0.5, 1.0, 1.9])
+@pytest.mark.parametrize('count', [1, 2, 4])
+def test_a_few_that_are_filmed_seldom_keep_their_ids(count, period):
+    """They move by some 4 px from one picture to the next, and are missed one time in ten."""
+    made = 0
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        place, tracker = rng.uniform(100, 500, (count, 2)), Tracker(TrackerConfig())
+        step = rng.normal(0, 3.0, place.shape)
+        for k in range(42):
+            place += step
+            seen = rng.random(count) >= (0.1 if k > 2 else 0.0)
+            stamp = round(k * period * NANOSECONDS)
+            rows = tracker.update(
+                points((place + rng.normal(0, 0.5, place.shape))[seen], stamp)
+            ).rows
+            if k == 2:
+                made -= int(max(rows['track_id']))
+        assert len(rows) == count
+        made += int(max(rows['track_id']))
+    assert made == 0
+
+
+def test_one_picture_in_a_quarter_of_an_hour_is_waited_for():
+    """Four of these periods are longer than any parameter may be."""
+    tracker = Tracker(TrackerConfig(max_dt=3600.0))
+    for k in range(5):
+        tracks = tracker.update(points([(300.0, 200.0)], k * 1000 * NANOSECONDS))
+        assert tracks.restarted == ''
+    assert np.isfinite(tracks.rows['u']).all()
+
+
 def test_what_rests_at_first_and_bursts_into_motion_keeps_its_ids():
     """Eight balls at rest for a second, hit all at once; each is missed one time in ten."""
     switches = 0

@@ -38,6 +38,15 @@ def test_what_is_long_ago_is_forgotten():
     assert learned.share(place[:1], 9e5) > 0.98
 
 
+@pytest.mark.parametrize('dt', [0.03, 15.0, 60.0, 3600.0])
+def test_chances_stay_chances_whatever_time_has_passed(dt):
+    shares = np.array([0.0, 0.3, 1.0])
+    visible, hidden = predict_existence(shares, 1 - shares, dt, 1.5)
+    assert (visible >= 0).all()
+    assert (hidden >= 0).all()
+    assert (visible + hidden <= 1 + 1e-12).all()
+
+
 @pytest.mark.parametrize('share', [0.02, 0.5, HIDDEN_SHARE, 0.99])
 def test_weighed_by_the_share_existence_of_what_is_missed_goes_to_it(share):
     """It has just been missed often enough to be invisible, and could not have reappeared yet."""
