@@ -14,6 +14,7 @@ from colortrack_ros.windows.appearance import NEARBY
 from colortrack_ros.windows.appearance import RARER
 from colortrack_ros.windows.appearance import Sighting
 from colortrack_ros.windows.matching import Matches
+from colortrack_ros.windows.one_place import crowded_out
 
 RINGS = 20
 """Rings of places to search around the last position of a lost target. In steps of the smallest
@@ -44,9 +45,8 @@ def left_out(records: Records) -> list[int]:
 
 
 def sight(
-    frame: Frame, records: Records, matches: Matches, valid: Bools,
-    predicted: Floats,
-) -> dict[int, Sighting]:  # fmt: skip
+    frame: Frame, records: Records, matches: Matches, valid: Bools, predicted: Floats
+) -> dict[int, Sighting]:
     """Search for targets by their appearance.
 
     A target that was just seen for sure, and whose template is found, is skipped in every other
@@ -54,6 +54,7 @@ def sight(
 
     Where the template is not found, or is found away from where the target is clearly seen, the
     sighting replaces the match. (A template that has learned some background stays there with it.)
+    A target seen where another one is, and less clearly, is not seen at all: see crowded_out.
 
     :param records: of the N tracks.
     :param valid: (N,) whether the template is found; set where the target is seen.
@@ -67,7 +68,7 @@ def sight(
         if not inside[i]:
             valid[i], looks[i] = False, max(looks[i], 1)
         just_sized = valid[i] and looks[i] == 0 and _are_sized(turns[i] + 1)
-        if just_sized or not appearance:  # none, since it was off until now: see learn
+        if just_sized or not appearance:  # it was off until now: see learn
             continue
         seen = _seek(frame, records, i, matches.z[i] if valid[i] else None, predicted[i])
         if seen is None:
@@ -78,6 +79,9 @@ def sight(
         error = matches.z[i] - seen.z
         if not valid[i] or error @ np.linalg.solve(seen.R, error) > DISAGREEMENT:
             matches.z[i], matches.R[i], matches.similarity[i], valid[i] = seen.z, seen.R, 0, True
+    for i in crowded_out(records, matches, valid, sightings):
+        valid[i] = False
+        del sightings[i]
     return sightings
 
 

@@ -47,7 +47,7 @@ WINDOW_FIELDS = [
     ('similarity', 'f8'), ('mean_innovation', 'f8'), ('last', 'f8', (2, 2)),
     ('drift', 'f8', (2, 2)), ('bias', 'f8', (2, 2)), ('steps', 'f8', (STEPS, 2)),
     ('seen', 'f8', 2), ('looks', 'i8'), ('turns', 'i8'), ('unfound', 'i8'), ('followed', 'i8'),
-    ('faint', '?'),
+    ('faint', '?'), ('company', 'O'),
 ]  # fmt: skip
 """Fields of a target in addition to those of every track.
 
@@ -55,11 +55,11 @@ template: the Template; appearance: the Appearance, with config.appearance; area
 the box [px]; similarity: of the last valid match, 0 before the first; mean_innovation: mean norm
 [px], infinite before the first; last: (u, v) by matching and by the filter in the last frame [px];
 drift: covariance of the template's drift on the object [px^2]; bias: of what lasts of the error of
-the last match, or of the first box [px^2]; steps: the last velocities by
-matching [px/s], NaN: none; seen: (u, v) of the last match [px]; looks: frames without a match since
-the target was last seen for certain; turns: frames in which its size or its appearance was learned;
-unfound: since its template was last found; followed: when it was last seen, even if in doubt
-[ns]; faint: see are_faint."""
+the last match, or of the first box [px^2]; steps: the last velocities by matching [px/s], NaN:
+none; seen: (u, v) of the last match [px]; looks: frames without a match since the target was last
+seen for certain; turns: frames in which its size or its appearance was learned; unfound: since its
+template was last found; followed: when it was last seen, even if in doubt [ns]; faint: see
+are_faint; company: IDs of those at its place at first, 0: not yet known."""
 
 
 class WindowTracker:

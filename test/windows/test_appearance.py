@@ -228,3 +228,31 @@ def test_what_was_seen_beside_a_target_and_then_covers_it_is_not_taken_for_it(se
         for row in tracker.update(frame(picture, k)).rows:
             away = np.hypot(row['u'] - 160, row['v'] - 120)
             assert away < 31 or row['state'] != CONFIRMED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('share', [0.7, 1.0])
+def test_a_window_does_not_go_over_to_another_target_that_crosses_before_its_own(share):
+    """Both look much alike, as walkers do, and none is like its template."""
+    look, other = texture(33, 31, 31), texture(133, 31, 31)
+    boxes = [around((160, 120)), around((280, 120))]
+    tracker = WindowTracker(WindowConfig(min_similarity=1.0), boxes)
+    for k in range(80):
+        place = {1: 160, 2: 280 - 3 * k}
+        picture = shown(
+            share * look + (1 - share) * other, (place[2], 120), shown(look, (160, 120))
+        )
+        rows = tracker.update(frame(picture, k)).rows
+        for row in rows[rows['state'] == CONFIRMED]:
+            assert abs(row['u'] - place[row['track_id']]) < 31
+    assert rows['state'].tolist() == [CONFIRMED, CONFIRMED]
+
+
+def test_two_windows_that_are_started_on_one_thing_stay_both():
+    """A detector may have drawn two boxes: none of them tells which is the better one."""
+    look = texture(33, 31, 31)
+    boxes = [around((100, 120)), np.add(around((100, 120)), [5, 0, 0, 0])]
+    tracker = WindowTracker(WindowConfig(min_similarity=1.0), boxes)
+    for k in range(20):
+        rows = tracker.update(frame(shown(look, (100 + 2 * k, 120)), k)).rows
+        assert rows['state'].tolist() == [CONFIRMED, CONFIRMED]
