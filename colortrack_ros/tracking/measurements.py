@@ -1,9 +1,7 @@
 """Measurements: the detections of a frame in the form that the tracker uses."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-import warnings
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +9,6 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
 from colortrack_ros.data import DETECTION
-from colortrack_ros.data import Detections
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.tracking.adaptation import Adaptation
@@ -28,9 +25,6 @@ ROW_DOUBLES = DETECTION.itemsize // 8
 
 COVARIANCE = np.array([2, 3, 3, 4])
 """Columns of the four entries of the covariance, in doubles."""
-
-USED_BYTES = 68
-"""Used bytes of a row of DETECTION; the rest is padding with arbitrary contents."""
 
 FARTHEST = 1e6
 """Bound of a coordinate [px]: no picture is that wide, and doubles hold its square exactly."""
@@ -137,76 +131,6 @@ def median(values: Floats) -> Floats:
     """
     ordered, count = np.sort(values, axis=0), len(values)
     return np.asarray((ordered[(count - 1) // 2] + ordered[count // 2]) / 2)
-
-
-class Screening:
-    """Refuses, counts and reports detections that the tracker cannot use."""
-
-    def __init__(self) -> None:
-        self.refuse: Callable[[str], object] = _warn
-        """Takes the reason for each frame with such detections; by default it is a UserWarning."""
-        self.dropped = 0
-        """Detections refused so far: not finite, absurdly large, or with an invalid covariance."""
-        self.repeated = 0
-        """Detections refused so far: the same as before, with the same stamp."""
-        self.crowded_out = 0
-        """Detections left out so far: the smallest of a frame with more than max_detections."""
-        self._known = np.zeros(0, DETECTION)
-
-    def measure(
-        self, detections: Detections, learned: Adaptation, config: TrackerConfig, *, again: bool
-    ) -> Measurements:
-        """Convert the detections of a frame.
-
-        :param learned: size of the picture, which is learned here, and noise of the detections.
-        :param again: whether these are more detections of the previous stamp.
-        """
-        rows = detections.rows
-        if again:
-            rows = unrepeated(rows, self._known)
-            self.repeated += len(detections.rows) - len(rows)
-            self._known = np.concatenate([self._known, rows], dtype=DETECTION)
-        else:
-            self._known = rows
-        few = largest(rows, config.max_detections)
-        if len(few) < len(rows):
-            self.crowded_out += len(rows) - len(few)
-            self.refuse(f'the smallest detections: expected max_detections={len(few)} at most')
-        given = all(config.image_size)
-        learned.know_size(config.image_size if given else detections.image_size)
-        blobs = accept(few, config, learned)
-        if len(blobs.rows) < len(few):
-            self.dropped += len(few) - len(blobs.rows)
-            self.refuse('detections: expected up to 1e6 px, a positive definite or zero covariance')
-        learned.learn_size(blobs.z)
-        if config.detection_covariance:
-            blobs.scale(learned.noisiness)
-        return blobs
-
-
-def _warn(reason: str) -> None:
-    """Warn whoever has called Tracker.update: once for each line, since the text has no counts."""
-    warnings.warn(f'refused: {reason}', stacklevel=4)
-
-
-def unrepeated(rows: NDArray[np.void], known: NDArray[np.void]) -> NDArray[np.void]:
-    """The rows, of dtype DETECTION, that are not bitwise equal to any of the known ones."""
-    before = set(_bytes_of(known))
-    return rows[np.array([row not in before for row in _bytes_of(rows)], bool)]
-
-
-def _bytes_of(rows: NDArray[np.void]) -> list[bytes]:
-    """Each row without its padding."""
-    size = DETECTION.itemsize
-    raw = np.ascontiguousarray(rows).tobytes()
-    return [raw[i : i + USED_BYTES] for i in range(0, len(raw), size)]
-
-
-def largest(rows: NDArray[np.void], most: int) -> NDArray[np.void]:
-    """The rows, of dtype DETECTION; the largest, in their order, if there are more than most."""
-    if len(rows) <= most:
-        return rows
-    return rows[np.sort(np.argsort(-rows['area'], kind='stable')[:most])]
 
 
 def _outside(

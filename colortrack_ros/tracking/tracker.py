@@ -37,7 +37,6 @@ from colortrack_ros.tracking.hypotheses import hypothesize
 from colortrack_ros.tracking.hypotheses import score
 from colortrack_ros.tracking.initiation import initiate
 from colortrack_ros.tracking.measurements import Measurements
-from colortrack_ros.tracking.measurements import Screening
 from colortrack_ros.tracking.memory import Memory
 from colortrack_ros.tracking.merge_split import merge_split
 from colortrack_ros.tracking.population import Population
@@ -51,6 +50,7 @@ from colortrack_ros.tracking.records import FIELDS
 from colortrack_ros.tracking.records import published
 from colortrack_ros.tracking.repeats import Repeats
 from colortrack_ros.tracking.rhythm import Rhythm
+from colortrack_ros.tracking.screening import Screening
 from colortrack_ros.tracking.stitching import find_stitches
 from colortrack_ros.tracking.stitching import stitch
 from colortrack_ros.tracking.strays import take_strays

@@ -42,6 +42,16 @@ def test_detections_of_one_moment_may_come_in_several_messages():
             )
 
 
+@pytest.mark.parametrize(('first', 'then', 'told'), [(0.6, 0.7, 1), (0.6, 300, 0), (300, 0.6, 0)])
+def test_positions_that_are_shares_of_the_picture_are_told_once(first, then, told):
+    tracker, reasons = Tracker(TrackerConfig(image_size=(640, 480))), []
+    tracker.screening.refuse = reasons.append
+    for k in range(60):
+        tracker.update(points([(first if k < 5 else then, 0.5), (0.1, 0.2)], k * FRAME))
+    assert len(reasons) == told
+    assert all('expected px, got 0 to 1' in reason for reason in reasons)
+
+
 def test_what_is_in_the_padding_of_a_repeated_row_does_not_matter():
     tracker = Tracker()
     first = points([[10, 10], [50, 50]], FRAME)
