@@ -41,7 +41,7 @@ def are_followable(frame: Frame, boxes: Floats, config: WindowConfig) -> Bools:
     """
     center, side = centers(boxes), boxes[:, 2:]
     size = np.array(frame.image.shape[1::-1])
-    with np.errstate(invalid='ignore'):
+    with np.errstate(invalid='ignore', over='ignore'):
         inside = (center >= 0) & (center <= size - 1) & (side >= 1) & (side <= size)
         least = 1 if config.window else LEAST_SIDE**2 / 2
         good = inside.all(axis=1) & (side.prod(axis=1) >= least) & (size >= LEAST_SIDE).all()
