@@ -79,10 +79,9 @@ def sight(
         error = matches.z[i] - seen.z
         if not valid[i] or error @ np.linalg.solve(seen.R, error) > DISAGREEMENT:
             matches.z[i], matches.R[i], matches.similarity[i], valid[i] = seen.z, seen.R, 0, True
-    for i in crowded_out(records, matches, valid, sightings):
-        valid[i] = False
-        del sightings[i]
-    return sightings
+    out = crowded_out(records, matches, valid, sightings)
+    valid[out] = False
+    return {i: seen for i, seen in sightings.items() if i not in out}
 
 
 def _seek(

@@ -16,6 +16,7 @@ from colortrack_ros.windows.appearance import LEARNED
 from colortrack_ros.windows.appearance import NEARBY
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.scale import ScaleFilter
+from colortrack_ros.windows.template import Template
 
 WALL = 0.4 * texture(30, 240, 320) + 70
 
@@ -256,3 +257,22 @@ def test_two_windows_that_are_started_on_one_thing_stay_both():
     for k in range(20):
         rows = tracker.update(frame(shown(look, (100 + 2 * k, 120)), k)).rows
         assert rows['state'].tolist() == [CONFIRMED, CONFIRMED]
+
+
+@pytest.mark.parametrize('wait', [0, 1])
+def test_a_window_whose_template_is_found_without_being_alike_may_be_crowded_out(monkeypatch, wait):
+    """At a least similarity of 0; in every other frame it is not looked for besides."""
+    aligned = Template.align
+
+    def align(template, crop, position):
+        alike = template.picture.shape == (31, 31)
+        return aligned(template, crop, position) if alike else (position, 0.0, -1.0)
+
+    monkeypatch.setattr(Template, 'align', align)
+    boxes = [around((160, 120)), around((220, 120), 29)]
+    tracker = WindowTracker(WindowConfig(min_similarity=0.0, max_drop=1.0), boxes)
+    for k in range(20):
+        u = 220 - 5 * min(max(k - wait - 2, 0), 11)
+        picture = shown(texture(35, 29, 29), (u, 120), shown(texture(33, 31, 31), (160, 120)))
+        rows = tracker.update(frame(picture, k)).rows
+    assert rows['track_id'].tolist() == [1, 2]
