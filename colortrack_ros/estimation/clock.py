@@ -78,7 +78,7 @@ class Clock:
             dt = self._time_of_slow(stamp)
             if not dt:
                 reset(why)
-        elif self._jump:
+        elif dt:  # else there is more of one frame, and the jump to it stays the last
             self._jump = 0.0
         self._stamp = stamp
         return dt

@@ -116,6 +116,19 @@ def test_a_source_that_is_slower_than_max_dt_is_followed_from_the_third_frame_on
     assert (tracks.rows['state'] == CONFIRMED).all()
 
 
+def test_two_messages_of_each_turn_of_a_radar_are_of_one_frame():
+    """As of two detectors: both have one stamp."""
+    place = np.stack([np.full(6, 300.0), 100.0 + 80 * np.arange(6)], axis=1)
+    tracker, told = Tracker(), []
+    for k in range(16):
+        detections = points(place[k % 2 :: 2], round((1 + k // 2) * 2.5 * NANOSECONDS))
+        tracks = tracker.update(detections)
+        told.append(bool(tracks.restarted))
+    assert told == [k == 2 for k in range(16)]
+    assert (tracks.rows['state'] == CONFIRMED).all()
+    assert len(tracks.rows) == 6
+
+
 @pytest.mark.parametrize('count', [1, 2, 4])
 @pytest.mark.parametrize('period', [4.0, 8.0, 12.0])
 def test_few_objects_are_followed_however_slow_their_source_is(count, period):
