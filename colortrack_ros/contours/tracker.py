@@ -258,12 +258,13 @@ class ContourTracker:
         new = self._initiation.candidates(nobodys, self._clock.now)
         if follows:
             new = new.take(resume(self._tracks, self._spline, new.areas, self._clock.now))
-        new = new.take(np.arange(len(new)) < self.config.max_targets - len(self._tracks))
-        if not len(new):
+        free = self.config.max_targets - len(self._tracks)
+        if not len(new) or free <= 0:
             return
         outlines = [new.areas.outline(k, self.config.outline) for k in range(len(new))]
         nodes = np.array([equally_spaced(each, self._spline) for each in outlines])
-        encloses = self._spline.area(nodes) > 1  # [px]; a line's is about 0
+        encloses = self._spline.area(nodes) > 1  # [px^2]; a line's is about 0
+        encloses &= encloses.cumsum() <= free
         new, nodes = new.take(encloses), nodes[encloses]
         contours = Contours.new(nodes, new.velocity / self.config.rate, self.config)
         records = begin(self._tracks, contours, self._spline, self._clock.now)

@@ -66,6 +66,19 @@ def test_what_an_outline_does_not_enclose_starts_nothing(start, w, h, count):
     assert rows['track_id'].tolist() == count * [1]
 
 
+def test_what_encloses_nothing_takes_no_place():
+    """A line above a square, of which one may be followed."""
+    fine = ContourConfig(start='background', min_area=16, opening_size=1, blur_sigma=0.0)
+    tracker = ContourTracker(replace(fine, learn_seconds=0.1, max_targets=1))
+    for i in range(40):
+        image = np.full((240, 320), 100, np.uint8)
+        if i >= 20:
+            image[20 + i :, 40 + 2 * i :][:40, :1] = 220
+            image[120:, 40 + 2 * i :][:20, :20] = 220
+        rows = tracker.update(frame(image, i)).rows
+    np.testing.assert_allclose(rows['v'], [129.5], atol=1)
+
+
 @pytest.mark.parametrize('config', [QUICK, ContourConfig(), replace(QUICK, start='difference')])
 def test_pictures_of_other_sizes_and_encodings_do_no_harm(config):
     tracker = ContourTracker(config)
