@@ -1,4 +1,7 @@
-"""Each parameter at the ends of its range, from the start, and set while things are followed."""
+"""Each number, switch and choice at the ends of its range, from the start, and set later.
+
+Lists and free text are left out, and ends that are refused beside the defaults of others.
+"""
 
 from functools import cache
 

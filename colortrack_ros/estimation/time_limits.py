@@ -24,8 +24,8 @@ class TimeLimits(Config):
     max_dt: float = parameter(
         2.0,
         'The tracker restarts if the stamps jump by more than this; that of detections not before '
-        'they jump by more than four frames, where these take longer than 0.125 s. A second such '
-        'jump on end, of up to 15 s, is how slow its source is, and does not restart it.',
+        'they jump by more than four frames, where these take longer than 0.125 s, nor at a second '
+        'such jump on end, of up to 15 s and at most twice the first: its source is so slow.',
         unit='s',
         limits=(1e-3, MOST_SECONDS),
         audience=EXPERT,

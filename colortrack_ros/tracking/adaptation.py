@@ -238,6 +238,8 @@ class Adaptation:
     def meet(self, before: Floats, after: Floats, dt: float) -> None:
         """Learn the speed from the first objects, (N, 2), and the next detections, (M, 2) [px].
 
+        Fewer than SPEED_FROM are assumed to be as slow as their source is.
+
         :param dt: between the two [s].
         """
         self.has_met = True
