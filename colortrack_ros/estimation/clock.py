@@ -26,9 +26,9 @@ def time_passed(last: int | None, stamp: int, max_dt: float) -> tuple[float, str
     return dt, ''
 
 
-MOST_STRETCH = 2.0
+MOST_STRETCH = 2.5
 """Largest ratio of a jump to the one before at which both are the time between frames. Assumed: one
-of them may have been lost."""
+frame may have been lost, and stamps jitter."""
 
 LONGEST_JUMP = 15.0
 """Longest jump that may be the time between frames [s]: radars of air traffic turn once in 12 s.

@@ -25,7 +25,7 @@ class TimeLimits(Config):
         2.0,
         'The tracker restarts if the stamps jump by more than this; that of detections not before '
         'they jump by more than four frames, where these take longer than 0.125 s, nor at a second '
-        'such jump on end, of up to 15 s and at most twice the first: its source is so slow.',
+        'such jump on end, of up to 15 s and at most 2.5 times the first: its source is so slow.',
         unit='s',
         limits=(1e-3, MOST_SECONDS),
         audience=EXPERT,

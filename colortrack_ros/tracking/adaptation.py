@@ -108,7 +108,7 @@ class Adaptation:
         """Frame period over SLOW_PERIOD, at least 1."""
         self._least_speed = LEAST_SPEED
         self._speed2, self._share = np.full(2, FIRST_SPEED**2), 1.0
-        self._watched = FIRST_WATCHED
+        self._watched, self._is_slow_unseen = FIRST_WATCHED, False
         self.sizes = Sizes()
         self.has_met = False
         """Whether there have been objects yet."""
@@ -201,6 +201,8 @@ class Adaptation:
     def learn_period(self, period: float) -> None:
         """Learn how slow all is from the time since the last frame [s]."""
         if period <= SLOW_PERIOD:
+            if len(self.slow_periods) == 1 and self._is_slow_unseen:
+                self._speed2 = np.full(2, FIRST_SPEED**2)  # it was a pause after the first frame
             self.slow_periods.clear()
         else:
             self.slow_periods.append(period)
@@ -253,6 +255,7 @@ class Adaptation:
             self._share = max(share, LEAST_SPEED / FIRST_SPEED)
             self.unsteadiness.assume(self.slowness, self._share)
         elif dt > SLOW_PERIOD:
+            self._is_slow_unseen = True
             self._speed2 = np.full(2, (FIRST_SPEED * SLOW_PERIOD / dt) ** 2)
 
     def learn_new(self, false: int = 0, origin: Floats = NO_ORIGINS) -> None:

@@ -22,7 +22,8 @@ def crowded_out(
     One walker looks nearly like another to a correlation filter, so that the window of somebody who
     is covered would go over to who covers them. Who is followed there already is more like what the
     window shows. Targets whose templates are found are told by them, and stay. So do those that
-    were at one place from the start: somebody behind somebody else, or two boxes of one thing.
+    were at one place from the start: somebody behind somebody else, or two boxes of one thing. And
+    who was lost may answer to anything, so that it crowds out nobody who was seen until now.
 
     :param valid: (N,) which targets are found, by their templates or by sightings.
     :param sightings: of those that were looked for, by index.
@@ -35,7 +36,10 @@ def crowded_out(
     for i, seen in sightings.items():
         if not matches.similarity[i] > 0:
             likeness[i] = records['appearance'][i].likeness(seen)
-    same &= valid[:, None] & valid & (likeness[:, None] < likeness)
+    followed = records['looks'] == 0
+    same &= (
+        valid[:, None] & valid & (likeness[:, None] < likeness) & (followed | ~followed[:, None])
+    )
     pairs = np.argwhere(same).tolist()
     return sorted({i for i, j in pairs if ids[j] not in company[i] and ids[i] not in company[j]})
 

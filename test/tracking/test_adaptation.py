@@ -157,6 +157,21 @@ def test_a_few_that_are_filmed_seldom_keep_their_ids(count, period):
     assert made == 0
 
 
+def test_a_pause_after_the_first_picture_does_not_make_fast_ones_slow():
+    """Two at 700 px/s: each gets a new ID after the pause at most, and keeps it."""
+    made = 0
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        place, angle = rng.uniform(900, 1000, (2, 2)), rng.uniform(0, 7, 2)
+        way = 700 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        tracker = Tracker(TrackerConfig(image_size=(4000, 4000)))
+        for t in (0.0, *(1.5 + np.arange(40) / 30)):
+            seen = (place + way * t + rng.normal(0, 0.5, way.shape))[rng.random(2) < 0.9]
+            rows = tracker.update(points(seen, round(t * NANOSECONDS))).rows
+        made += int(max(rows['track_id']))
+    assert made <= 4 * 4
+
+
 def test_one_picture_in_a_quarter_of_an_hour_is_waited_for():
     """Four of these periods are longer than any parameter may be."""
     tracker = Tracker(TrackerConfig(max_dt=3600.0))

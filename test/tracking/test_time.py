@@ -144,7 +144,7 @@ def test_few_objects_are_followed_however_slow_their_source_is(count, period):
 
 def test_two_cuts_of_a_recording_restart_it_twice():
     tracker, stamp, told = Tracker(), 0.0, []
-    for step in (0.1, 0.1, 5.0, 0.1, 0.1, 5.0, 0.1, 5.0, 12.0, 0.1):
+    for step in (0.1, 0.1, 5.0, 0.1, 0.1, 5.0, 0.1, 5.0, 14.0, 0.1):
         stamp += step
         tracks = tracker.update(points([(300.0, 300.0)], round(stamp * NANOSECONDS)))
         told.append(bool(tracks.restarted))

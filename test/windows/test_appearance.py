@@ -1,5 +1,7 @@
 """Targets that change their look, their size, or their place all at once."""
 
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from colortrack_ros.windows.appearance import Appearance
 from colortrack_ros.windows.appearance import LEARNED
 from colortrack_ros.windows.appearance import NEARBY
 from colortrack_ros.windows.matching import Matches
+from colortrack_ros.windows.one_place import crowded_out
 from colortrack_ros.windows.scale import ScaleFilter
 from colortrack_ros.windows.template import Template
 
@@ -276,3 +279,15 @@ def test_a_window_whose_template_is_found_without_being_alike_may_be_crowded_out
         picture = shown(texture(35, 29, 29), (u, 120), shown(texture(33, 31, 31), (160, 120)))
         rows = tracker.update(frame(picture, k)).rows
     assert rows['track_id'].tolist() == [1, 2]
+
+
+@pytest.mark.parametrize(('looks', 'out'), [([0, 0], [0]), ([0, 7], []), ([7, 7], [0])])
+def test_what_was_lost_crowds_out_nobody_who_was_seen_until_now(looks, out):
+    """The second one is more like itself at the place of both."""
+    likeness = [SimpleNamespace(likeness=lambda _, own=own: own) for own in (0.7, 0.9)]
+    records = {
+        'track_id': np.array([1, 2]), 'looks': np.array(looks), 'appearance': likeness,
+        'box_w': np.full(2, 20.0), 'box_h': np.full(2, 40.0), 'company': [{1}, {2}],
+    }  # fmt: skip
+    matches = SimpleNamespace(z=np.full((2, 2), 50.0), similarity=np.zeros(2))
+    assert crowded_out(records, matches, np.ones(2, bool), {0: None, 1: None}) == out
