@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from colortrack_ros.data import Floats
+from colortrack_ros.estimation.gaussian import TINY
 
 COVERED_EVERY = 10.0
 """Mean time until a visible object is occluded [s]. Assumed. In the worlds of
@@ -52,7 +53,7 @@ def _transition(dt: float, longest: float) -> tuple[float, float, float, float]:
     returning = -math.expm1(-3 * dt / max(longest, 1e-3))
     gone = -math.expm1(-dt / GONE_EVERY)
     covered = min(-math.expm1(-dt / COVERED_EVERY), 1 - gone)  # in a long time it may be both
-    return max(1 - covered - gone, 0.0), covered, returning, 1 - returning
+    return max(1 - covered - gone, TINY), covered, returning, 1 - returning
 
 
 def update_existence(visible: Floats, hidden: Floats, ratio: Floats) -> tuple[Floats, Floats]:

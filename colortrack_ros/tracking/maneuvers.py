@@ -69,9 +69,14 @@ is no acceleration; what follows from these: maneuvers [1/s], the density that i
 and what a coasting track needs beyond that [px^2/s^3]."""
 
 
+MOST_MANEUVERS = 30.0
+"""Mean number of maneuvers after which one is as good as certain: without any there is a chance of
+1e-13 left, whose logarithm is finite."""
+
+
 def maneuver_chance(rate: Floats, T: Floats) -> Floats:
     """Probability of a maneuver, (K,), within T [s] at a rate [1/s]: they are a Poisson process."""
-    return -np.expm1(-rate * T)
+    return -np.expm1(-np.minimum(rate * T, MOST_MANEUVERS))
 
 
 class Maneuvers:

@@ -172,6 +172,7 @@ def test_a_pause_after_the_first_picture_does_not_make_fast_ones_slow():
     assert made <= 4 * 4
 
 
+@pytest.mark.filterwarnings('error')
 def test_one_picture_in_a_quarter_of_an_hour_is_waited_for():
     """Four of these periods are longer than any parameter may be."""
     tracker = Tracker(TrackerConfig(max_dt=3600.0))
