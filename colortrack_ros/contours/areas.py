@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from colortrack_ros.contours.boxes import overlaps
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
+from colortrack_ros.estimation.boxes import overlaps
 
 Mask = NDArray[np.uint8]
 

@@ -15,24 +15,6 @@ def boxes(outlines: Floats) -> Floats:
     return np.concatenate([outlines.min(axis=1), outlines.max(axis=1)], axis=1)
 
 
-def intersections(one: Floats, other: Floats) -> Floats:
-    """Return the areas of the intersections of boxes (N, 4) and (K, 4), (N, K) [px^2]."""
-    low = np.maximum(one[:, None, :2], other[None, :, :2])
-    high = np.minimum(one[:, None, 2:], other[None, :, 2:])
-    return np.asarray(np.clip(high - low + 1, 0, None).prod(axis=2))
-
-
-def extents(box: Floats) -> Floats:
-    """Return the areas of boxes, (N,) [px^2]."""
-    return np.asarray((box[:, 2:] - box[:, :2] + 1).prod(axis=1))
-
-
-def overlaps(one: Floats, other: Floats) -> Floats:
-    """Return the intersections over union of boxes (N, 4) and (K, 4), (N, K)."""
-    common = intersections(one, other)
-    return np.asarray(common / (extents(one)[:, None] + extents(other) - common))
-
-
 def is_at_border(box: Floats, height: int, width: int) -> Bools:
     """Return which boxes, (N, 4), are close enough to the border to leave the picture, (N,)."""
     far = np.array([width, height]) - 1 - LEAVES

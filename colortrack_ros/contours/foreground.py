@@ -10,7 +10,6 @@ from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.areas import find_areas
 from colortrack_ros.contours.areas import Mask
 from colortrack_ros.contours.background import StillBackground
-from colortrack_ros.contours.boxes import intersections
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.displaced import is_displaced
 from colortrack_ros.contours.scene_change import SceneChange
@@ -31,6 +30,7 @@ from colortrack_ros.detection.label_image import LabelImage
 from colortrack_ros.detection.methods import BackgroundSubtraction
 from colortrack_ros.detection.morphology import open_
 from colortrack_ros.detection.pixels import channels_of
+from colortrack_ros.estimation.boxes import intersections
 from colortrack_ros.estimation.records import Records
 
 MAX_FOREGROUND = 0.3

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from colortrack_ros.contours.boxes import boxes
-from colortrack_ros.contours.boxes import extents
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.deformation import deformation_variance
 from colortrack_ros.contours.filters import Contours
@@ -15,6 +14,7 @@ from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.boxes import extents
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.estimation.track_table import TrackTable
 

@@ -7,12 +7,12 @@ from scipy.optimize import linear_sum_assignment
 
 from colortrack_ros.contours.areas import Areas
 from colortrack_ros.contours.areas import PART
-from colortrack_ros.contours.boxes import extents
-from colortrack_ros.contours.boxes import intersections
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Columns
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
+from colortrack_ros.estimation.boxes import extents
+from colortrack_ros.estimation.boxes import intersections
 from colortrack_ros.estimation.records import Records
 
 LEAST_OVERLAP = 0.1

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from colortrack_ros.contours.areas import FITS
 from colortrack_ros.contours.boxes import boxes
-from colortrack_ros.contours.boxes import overlaps
 from colortrack_ros.contours.config import ContourConfig
 from colortrack_ros.contours.filters import Contours
 from colortrack_ros.contours.lines import find_edges
@@ -18,6 +17,7 @@ from colortrack_ros.data import Floats
 from colortrack_ros.data import Frame
 from colortrack_ros.data import Indices
 from colortrack_ros.data import TENTATIVE
+from colortrack_ros.estimation.boxes import overlaps
 from colortrack_ros.estimation.track_table import TrackTable
 from colortrack_ros.estimation.waiting_boxes import WaitingBoxes
 

@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 
-from colortrack_ros.contours.boxes import extents
 from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
+from colortrack_ros.estimation.boxes import extents
 
 PLACE = 16
 """Side of the squares that are one place [px]: a little more than that of the least thing

@@ -3,7 +3,7 @@
 import numpy as np
 
 from colortrack_ros.data import Bools
-from colortrack_ros.data import Floats
+from colortrack_ros.estimation.boxes import overlaps
 from colortrack_ros.estimation.records import Records
 from colortrack_ros.windows.appearance import Sighting
 from colortrack_ros.windows.lasting import sizes
@@ -28,7 +28,9 @@ def crowded_out(
     :param valid: (N,) which targets are found, by their templates or by sightings.
     :param sightings: of those that were looked for, by index.
     """
-    same = _are_at_one_place(matches.z, sizes(records))
+    reach = (sizes(records) - 1) / 2
+    box = np.concatenate([matches.z - reach, matches.z + reach], axis=1)
+    same = overlaps(box, box) > SAME_PLACE
     ids, company = records['track_id'], records['company']
     for i in [i for i, known in enumerate(company) if not known]:
         company[i] = frozenset(ids[same[i]].tolist())
@@ -42,11 +44,3 @@ def crowded_out(
     )
     pairs = np.argwhere(same).tolist()
     return sorted({i for i, j in pairs if ids[j] not in company[i] and ids[i] not in company[j]})
-
-
-def _are_at_one_place(center: Floats, size: Floats) -> Bools:
-    """Return which of N windows, (N, 2) and (N, 2) [px], show one thing, (N, N)."""
-    low, high, area = center - size / 2, center + size / 2, size.prod(axis=1)
-    side = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
-    common = np.clip(side, 0, None).prod(axis=2)
-    return np.asarray(common > SAME_PLACE * (area[:, None] + area - common))
