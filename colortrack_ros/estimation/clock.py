@@ -86,7 +86,7 @@ class Clock:
     def _time_of_slow(self, stamp: int) -> float:
         """Time step [s] of a jump that is the time between frames; 0 of other ones."""
         before, self._jump = self._jump, 0.0
-        passed = (stamp - (self._stamp or 0)) / NANOSECONDS
+        passed = (stamp - self.now) / NANOSECONDS
         if not (self._follows and 0 < passed <= LONGEST_JUMP):
             return 0.0
         self._jump = passed

@@ -7,7 +7,7 @@ from colortrack_ros.parameters import EXPERT
 from colortrack_ros.parameters import parameter
 
 MOST_SECONDS = 3600.0
-"""Longest time that may be set [s]."""
+"""Longest time that may be set [s]: an hour. Assumed."""
 
 
 @dataclass(frozen=True)

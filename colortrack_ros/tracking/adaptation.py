@@ -108,7 +108,9 @@ class Adaptation:
         """Frame period over SLOW_PERIOD, at least 1."""
         self._least_speed = LEAST_SPEED
         self._speed2, self._share = np.full(2, FIRST_SPEED**2), 1.0
-        self._watched, self._is_slow_unseen = FIRST_WATCHED, False
+        self._watched = FIRST_WATCHED
+        self._is_slow_unseen = False
+        """Whether the speed is that of few objects of a source that seems slow."""
         self.sizes = Sizes()
         self.has_met = False
         """Whether there have been objects yet."""

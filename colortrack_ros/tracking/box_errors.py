@@ -46,6 +46,9 @@ EXCESS_PRIOR = np.where(
 )
 """Prior probabilities of EXCESSES, by origin."""
 
+UNTOLD = 0.0, 1 - WHITE_ERRORS[1]
+"""BoxErrors.lasting while sizes tell nothing: a network's errors last by the prior alone."""
+
 EXCESS_VARIANCE = 3.4
 """Variance of a log ratio per pair of differences. Found by drawing long series of white normal
 errors, since pairs share sizes."""
@@ -62,7 +65,7 @@ class BoxErrors:
     """
 
     def __init__(self) -> None:
-        self.lasting = 0.0, 1 - WHITE_ERRORS[1]
+        self.lasting = UNTOLD
         self._pairs, self._jitter, self._excess = 0, np.zeros(2), np.zeros(2)
 
     def learn(self, measured: Floats) -> None:
@@ -78,7 +81,7 @@ class BoxErrors:
         self._pairs += np.count_nonzero(known)
         self._jitter += logs[0][known].sum(axis=0)
         self._excess += (logs[1] - logs[0])[known].sum(axis=0)
-        self.lasting = 0.0, 1 - WHITE_ERRORS[1]
+        self.lasting = UNTOLD
         if self._jitter[0] > LEAST_SIZE_JITTER * self._pairs:
             (of_size, of_center), excess = self._jitter / self._pairs, self._excess / self._pairs
             variance = EXCESS_VARIANCE / self._pairs + LEAST_EXCESS_VARIANCE

@@ -13,6 +13,7 @@ from colortrack_ros.windows.appearance import LEARNED
 from colortrack_ros.windows.appearance import NEARBY
 from colortrack_ros.windows.appearance import RARER
 from colortrack_ros.windows.appearance import Sighting
+from colortrack_ros.windows.lasting import sizes
 from colortrack_ros.windows.matching import Matches
 from colortrack_ros.windows.one_place import crowded_out
 
@@ -159,7 +160,7 @@ def learn(
     for i in np.flatnonzero(accepted).tolist():
         appearance, seen = records['appearance'][i], sightings.get(i)
         if not appearance:
-            size = np.array([records['box_w'][i], records['box_h'][i]], float)
+            size = sizes(records)[i].astype(float)
             records['appearance'][i] = Appearance(frame, matches.z[i], size)
             continue
         if _are_sized(records['turns'][i]):
