@@ -123,6 +123,7 @@ class Detector:
         if not frame.image.size:
             return Detections(stamp=frame.stamp, frame_id=frame.frame_id)
         config, method = self._config, self._method
+        frame = method.prepare(frame)
         image = self._mask = method.label(frame)
         whole = method.whole
         if self._regions:

@@ -38,6 +38,10 @@ class Method:
         """A problem that the user should fix, and how; empty if there is none."""
         return ''
 
+    def prepare(self, frame: Frame) -> Frame:
+        """The frame that all steps read in place of this one."""
+        return frame
+
     def label(self, frame: Frame) -> LabelImage:
         """Label each pixel: 0 for none, k + 1 for the color with index k."""
         raise NotImplementedError

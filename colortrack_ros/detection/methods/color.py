@@ -36,6 +36,7 @@ from colortrack_ros.detection.reference import MAX_TOLERANCE
 from colortrack_ros.detection.reference import reference_color_of
 from colortrack_ros.detection.reference import ReferenceColor
 from colortrack_ros.detection.reference import ReferenceColorConfig
+from colortrack_ros.detection.smoothing import Smoothing
 from colortrack_ros.encodings import is_yuv
 from colortrack_ros.encodings import plain
 from colortrack_ros.encodings import size_of
@@ -48,6 +49,13 @@ MAX_COLORS = 254
 FOLLOW_PIXELS = 16
 """Pixels of a blob whose mean a reference color follows. 16 give the mean to a quarter of the
 pixels' spread, and the time constant averages over many frames."""
+MAX_SMOOTHING = 31
+"""Largest side of the square that is averaged [px]. Assumed: wider than most objects."""
+
+
+def _zero_or_odd(side: int) -> None:
+    if side and side % 2 == 0:
+        raise ValueError(f'expected 0 or an odd number in 1..{MAX_SMOOTHING}, got {side}')
 
 
 @dataclass(frozen=True)
@@ -82,6 +90,15 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
         'what is detected; 0 for not at all. Those without one always follow the light.',
         unit='CIELAB units',
         limits=(0.0, 100.0),
+    )
+    smoothing: int = parameter(
+        0,
+        'Of method color: side of the square of pixels that are averaged before their color is '
+        'looked up, odd; 1 for none; 0 finds it from the noise of the pictures if a color has no '
+        'tolerance.',
+        unit='px',
+        limits=(0, MAX_SMOOTHING),
+        valid=_zero_or_odd,
     )
     moving_only: bool = parameter(
         False,
@@ -131,6 +148,8 @@ class ColorDistance(Method):
         self._gray_world = GrayWorld()
         self._image: LabelImage | None = None
         self._finder = ColorFinder(config.colors)
+        sought = [np.hypot(*color.lab[1:]) for color in config.colors if color.is_sought]
+        self._smoothing = Smoothing(config.smoothing or int(not sought), min(sought, default=0.0))
         self._take(config.colors)
 
     def _take(self, colors: tuple[ReferenceColor, ...]) -> None:
@@ -148,6 +167,10 @@ class ColorDistance(Method):
     def trouble(self) -> str:
         """Problems of the tolerance estimation."""
         return self._finder.trouble
+
+    def prepare(self, frame: Frame) -> Frame:
+        """Average the pixels of a noisy picture."""
+        return self._smoothing.smooth(frame)
 
     def label(self, frame: Frame) -> LabelImage:
         """Label each pixel with the nearest reference color that it is within tolerance of."""
