@@ -91,10 +91,7 @@ class VideoSource(RecordedSource):
         self.total = total if shown is None else min(shown, total)
         self._estimated = shown is None
         if not any(self._capture.grab() for _ in range(READ_ON)):
-            raise SourceError(
-                f'source {spec!r}: no video can be read from this file; expected mp4, mkv, avi, '
-                'mov or another format of FFmpeg'
-            )
+            raise SourceError(f'source {spec!r}: {_why_unread(self._capture)}')
         if is_unconverted(spec):
             raise SourceError(
                 f'source {spec!r}: its pictures are interlaced, which OpenCV {cv2.__version__} '
@@ -235,3 +232,18 @@ class VideoSource(RecordedSource):
         """Close the file."""
         self._capture.release()
         self._sizes.close()
+
+
+def _why_unread(capture: cv2.VideoCapture) -> str:
+    """Why a file gives no picture, and what to do about it."""
+    if not capture.isOpened():
+        return (
+            'no video can be read from this file; expected mp4, mkv, avi, mov or another format of '
+            'FFmpeg'
+        )
+    code = int(capture.get(cv2.CAP_PROP_FOURCC)) & 0xFFFFFFFF
+    codec = code.to_bytes(4, 'little').decode('ascii', 'replace').strip('\0 ')
+    return (
+        f'none of its pictures can be decoded (codec {codec}): they are damaged, or OpenCV '
+        f'{cv2.__version__} has no decoder for them; try `ffmpeg -i OLD -c:v libx264 NEW.mp4`'
+    )

@@ -14,6 +14,8 @@ from support.films import needs_ffmpeg
 from support.films import overwritten
 from support.films import watch
 
+from colortrack_ros.sources import open_source
+from colortrack_ros.sources import SourceError
 from colortrack_ros.sources import video
 from colortrack_ros.sources.picture_size import SizeWatch
 
@@ -31,6 +33,16 @@ def test_a_film_whose_first_pictures_are_broken_is_read_from_the_next_key_on(tmp
     assert 'cannot be read' in told[0]
     assert number_of(frames[-1]) == 99
     assert source.lost == 100 - len(frames) > 0
+
+
+def test_a_film_of_which_no_picture_can_be_decoded_names_its_codec(tmp_path):
+    film = encode(tmp_path / 'film.mp4', '-c:v libx264 -movflags +faststart')
+    content = bytearray(film.read_bytes())
+    pictures = content.index(b'mdat') + 4
+    content[pictures:] = bytes(len(content) - pictures)
+    film.write_bytes(content)
+    with pytest.raises(SourceError, match=r'codec (h264|avc1).*ffmpeg -i OLD'):
+        open_source(str(film))
 
 
 def test_an_index_that_promises_millions_of_pictures_does_not_hold_up_the_end(tmp_path):
