@@ -96,6 +96,8 @@ class Clip:
         rows[:, 1:3] += table[:, 4:6] / 2 - 1  # left and top count from 1
         if table.shape[1] == 9:  # of 2016 and later: class, and what is seen of it
             rows[:, 5] = np.where(table[:, 6] > 0, table[:, 8], 0.0)
+        else:  # of 2015: 0 for what does not count, -1 where nobody has said
+            rows[:, 5] = table[:, 6] != 0
         count = len(list((self.path / 'img1').iterdir()))
         return {k: rows[table[:, 0] == k + 1] for k in range(count)}
 
