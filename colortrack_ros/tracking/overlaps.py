@@ -34,6 +34,10 @@ LEAST_FRACTION = 0.01
 """Least difference of a side from whole pixels that is none of rounding [px]: single precision, of
 shares of a picture 10,000 px wide, errs by 0.001."""
 
+UNSCORED = LEFT**300
+"""What is left of a score below 1 when it no longer tells of a network: after 300 frames. Assumed:
+in 10 s of a network at least one detection is less than certain."""
+
 MOST_OVERLAPPING = 8
 """Boxes compared with each, to bound the time. Assumed."""
 
@@ -49,24 +53,30 @@ class Overlaps:
 
     def __init__(self) -> None:
         self.are_resolved = self.find_twice = self.are_estimated = False
-        self._estimates, self._outlines = 0.0, 0.0
+        self._estimates, self._outlines, self._scored = 0.0, 0.0, 0.0
         self._twice, self._found = 0.0, FIRST_ONCE
         self._overlapping, self._merged, self._frame = 0.0, 0.0, 0
 
     def see(self, rows: NDArray[np.void]) -> None:
         """Count the boxes of detections, (M,) of dtype DETECTION, that state no covariance.
 
-        A network estimates the sides of what it takes for an object, to fractions of a pixel, and
-        says how sure it is. The outline of a blob has whole pixels, and a circle around one no
-        such score.
+        A network says how sure it is, if only now and then: where it is certain, it states 1, as
+        may its rounding. It estimates sides to fractions of a pixel; if they were rounded, the
+        middle is between pixels or on one. The outline of a blob has whole pixels, and its centroid
+        any fraction; a circle around one has no score.
         """
         size, score = rows.view(DETECTION_BOX)['size'], rows['score']
-        fraction = np.abs(size - np.rint(size)).max(axis=1)
-        estimated = (fraction > LEAST_FRACTION) & (score > 0) & (score < 1)
-        count, boxes = int(np.count_nonzero(estimated)), int(np.count_nonzero(size[:, 0] > 0))
+        boxed = size[:, 0] > 0
+        self._scored *= LEFT
+        if np.count_nonzero(boxed & (score > 0) & (score < 1)):
+            self._scored = 1.0
+        middle = np.stack([rows['u'], rows['v']], axis=1)
+        off = np.abs(size - np.rint(size)).max(axis=1), np.abs(2 * middle - np.rint(2 * middle))
+        estimated = boxed & ((off[0] > LEAST_FRACTION) | (off[1].max(axis=1) < LEAST_FRACTION))
+        count, boxes = int(np.count_nonzero(estimated)), int(np.count_nonzero(boxed))
         self._estimates = LEFT * self._estimates + count
         self._outlines = LEFT * self._outlines + boxes - count
-        self.are_estimated = self._estimates > self._outlines
+        self.are_estimated = self._estimates > self._outlines and self._scored > UNSCORED
 
     def look(self, box: Floats, color: NDArray[np.uint32]) -> None:
         """Count, every few frames, the boxes that contain the center of another.

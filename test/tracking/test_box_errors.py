@@ -27,9 +27,10 @@ def drifting(rng, shape, rate, seconds):
 def track(z, size, rate, variance=0.0, score=1.0):
     """Positions, (F, COUNT, 2), and covariances, (F, COUNT, 2, 2), published by COUNT tracks."""
     tracker, found = Tracker(TrackerConfig(image_size=SIZE)), []
+    scores = np.broadcast_to(score, np.shape(z)[:2])
     for k, (at, boxes) in enumerate(zip(z, size, strict=True)):
         detections = points(at, round(k * 1e9 / rate), variance, size=boxes)
-        detections.rows['score'] = score
+        detections.rows['score'] = scores[k]
         rows = tracker.update(detections).rows
         if k >= SETTLED:
             found.append(rows[np.argsort(rows['v'])])  # on lines one above another
@@ -68,17 +69,36 @@ def test_ellipses_hold_centers_of_boxes_whose_sides_err_for_seconds(size, rate):
     assert 0.85 < np.mean(inside) < 0.995
 
 
-def test_boxes_of_a_network_that_hardly_change_are_not_believed_to_a_pixel():
-    """They are drawn a twentieth of the side beside what stands there, and stay so."""
+@pytest.mark.parametrize('rounded', [False, True])
+@pytest.mark.parametrize('certain', [0.0, 0.5, 0.98])
+def test_boxes_of_a_network_that_hardly_change_are_not_believed_to_a_pixel(certain, rounded):
+    """They are drawn a twentieth of the side beside what stands there, and stay so.
+
+    Of a share of them the network is certain: their score is 1.
+    """
     inside = []
     for seed in range(4):
         rng = np.random.default_rng(seed)
         x = np.repeat(centers(rng, 30, 1), 90, axis=0)
         z = x + 5.0 * rng.normal(0, 1, (1, COUNT, 2)) + rng.normal(0, 0.1, x.shape)
-        at, P = track(z, np.array([60, 100]) + rng.normal(0, 0.1, x.shape), 30, score=0.8)
+        size = np.array([60, 100]) + rng.normal(0, 0.1, x.shape)
+        if rounded:
+            low, high = np.round(z - size / 2), np.round(z + size / 2)
+            z, size = (low + high) / 2, high - low
+        score = np.where(rng.random((90, COUNT)) < certain, 1.0, 0.8)
+        at, P = track(z, size, 30, score=score)
         e = x[SETTLED:] - at
-        inside.append(np.mean((e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=2) < 5.991))
-    assert np.mean(inside) > 0.85
+        d2 = (e * np.linalg.solve(P, e[..., None])[..., 0]).sum(axis=2)
+        inside.append(np.mean(d2 < 5.991, axis=1))
+    assert np.mean(inside, axis=0).min() > 0.85
+
+
+def test_centroids_of_blobs_are_believed_though_the_blobs_have_scores():
+    rng = np.random.default_rng(0)
+    x = np.repeat(centers(rng, 30, 1), 90, axis=0)
+    size = np.array([60.0, 100.0])
+    P = track(x + rng.normal(0, 0.1, x.shape), np.broadcast_to(size, x.shape), 30, score=0.8)[1]
+    assert np.sqrt(P[..., 0, 0].max()) < 1
 
 
 @pytest.mark.slow
