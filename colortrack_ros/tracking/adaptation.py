@@ -18,6 +18,7 @@ from colortrack_ros.tracking.first_speed import share_enough
 from colortrack_ros.tracking.first_speed import share_of_speed
 from colortrack_ros.tracking.first_speed import two_nearest
 from colortrack_ros.tracking.maneuvers import Maneuvers
+from colortrack_ros.tracking.maneuvers import WINDOW
 from colortrack_ros.tracking.noise import MeasurementNoise
 from colortrack_ros.tracking.overlaps import Overlaps
 from colortrack_ros.tracking.process_noise import ProcessNoise
@@ -210,6 +211,7 @@ class Adaptation:
             self.slow_periods.append(period)
         slow = len(self.slow_periods) >= (FEWEST_PERIODS if self.has_met else 1)
         self.slowness = min(self.slow_periods) / SLOW_PERIOD if slow else 1.0
+        self.maneuvers.stretch = max(SLOW_PERIOD * self.slowness / WINDOW, 1.0)
         self._least_speed = LEAST_SPEED / self.slowness
         self.unsteadiness.assume(self.slowness, self._share)
 

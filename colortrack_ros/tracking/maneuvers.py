@@ -4,6 +4,9 @@ Every third of a second, each track is compared with where it would be had it co
 glance. A single frame hardly tells a maneuver from noise, a third of a second does; and a lasting
 acceleration, such as gravity, disturbs a filter that is updated in every frame little, but a
 coasting one a lot.
+
+Where frames are farther apart than a glance takes, each frame is a glance, and whatever lasts a
+number of glances lasts longer in proportion.
 """
 
 import math
@@ -83,10 +86,11 @@ class Maneuvers:
     """Learns rates of maneuvers and process noise while coasting, of the crowd and of each track.
 
     :ivar rate: of the crowd [1/s].
+    :ivar stretch: time between frames over WINDOW, at least 1.
     """
 
     def __init__(self) -> None:
-        self.rate = FIRST_RATE
+        self.rate, self.stretch = FIRST_RATE, 1.0
         self._sums: dict[str, Floats] = {
             'turns': np.zeros(()), 'watched': np.zeros(()), 'strayed': np.zeros(2),
             'glances': np.zeros(()), 'blur': np.zeros(()),
@@ -122,7 +126,8 @@ class Maneuvers:
         passed = (now - self._last) / NANOSECONDS
         self._last, self._concluded = now, False
         T = (now - records['anchored'][track]) / NANOSECONDS
-        old = np.flatnonzero((T <= LONGEST) & (records['anchor_cov'][track, 0] > 0))
+        recent = T / self.stretch <= LONGEST
+        old = np.flatnonzero(recent & (records['anchor_cov'][track, 0] > 0))
         if len(old):
             self._glance(records, track[old], z[old], variance[old], T[old], speed, passed)
         age = (now - records['born'][track]) / NANOSECONDS + 1e-6  # stamps may be cut off
@@ -164,7 +169,7 @@ class Maneuvers:
         odds = np.exp((turning - going_on).clip(-50, 50)) * chance / (1 - chance)
         turned = odds / (1 + odds)
         kept = 1 - turned
-        remembered = math.exp(-passed / MANEUVER_MEMORY)
+        remembered = math.exp(-passed / (MANEUVER_MEMORY * self.stretch))
         strayed = (kept / cube)[:, None] * (e * e - known[:, None])
         for name, new in (
             ('turns', turned), ('watched', T), ('strayed', strayed),
@@ -173,7 +178,7 @@ class Maneuvers:
             records[name][track] = remembered * records[name][track] + new
             self._sums[name] = remembered * self._sums[name] + new.sum(axis=0)
         turns, watched = float(self._sums['turns']), float(self._sums['watched'])
-        first = FIRST_TIME * math.exp(-watched / FORGETTING)
+        first = FIRST_TIME * self.stretch * math.exp(-watched / (FORGETTING * self.stretch))
         self.rate = (FIRST_RATE * first + turns) / (first + watched)
 
     def conclude(self, records: Records, filtered: Floats) -> None:
@@ -185,7 +190,8 @@ class Maneuvers:
         if self._concluded and np.count_nonzero(records['rate']) == len(records):
             return
         self._concluded = True
-        rate = (CROWD_TIME * self.rate + records['turns']) / (CROWD_TIME + records['watched'])
+        crowd = CROWD_TIME * self.stretch
+        rate = (crowd * self.rate + records['turns']) / (crowd + records['watched'])
         records['rate'] = rate.clip(*RATE_RANGE)
         glances, strayed, blur = (self._sums[name] for name in ('glances', 'strayed', 'blur'))
         worth = CROWD_GLANCES / max(float(glances), CROWD_GLANCES)
