@@ -21,6 +21,11 @@ GONE_EVERY = 100.0
 """Mean time until an object vanishes in full view [s]. Assumed; disappearances learns the ratio of
 the two. Halving it acts like doubling COVERED_EVERY, and the reverse."""
 
+CALM_PERIOD = 1.0
+"""Frame period above which objects are taken to be occluded and to vanish more seldom in proportion
+[s]: whoever looks that seldom watches what lasts. Assumed. With half of it, IDF1 of players seen
+once a second is 2 points lower; with twice, of aircraft seen every 4 and 10 s 4 points."""
+
 HIDDEN_SHARE = GONE_EVERY / (GONE_EVERY + COVERED_EVERY)
 """Share of disappearing objects that are hidden, by these two times."""
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
+from colortrack_ros.estimation.existence import CALM_PERIOD
 from colortrack_ros.estimation.time_limits import MOST_SECONDS
 from colortrack_ros.tracking.borders import Borders
 from colortrack_ros.tracking.camera import Camera
@@ -105,8 +106,8 @@ class Adaptation:
         self.unsteadiness = ProcessNoise()
         self.slow_periods = deque[float](maxlen=PERIODS)
         """The last periods above SLOW_PERIOD, in a row [s]."""
-        self.slowness = 1.0
-        """Frame period over SLOW_PERIOD, at least 1."""
+        self.slowness = self.calm = 1.0
+        """Frame period over SLOW_PERIOD, and over CALM_PERIOD, at least 1."""
         self._least_speed = LEAST_SPEED
         self._speed2, self._share = np.full(2, FIRST_SPEED**2), 1.0
         self._watched = FIRST_WATCHED
@@ -211,6 +212,7 @@ class Adaptation:
             self.slow_periods.append(period)
         slow = len(self.slow_periods) >= (FEWEST_PERIODS if self.has_met else 1)
         self.slowness = min(self.slow_periods) / SLOW_PERIOD if slow else 1.0
+        self.calm = max(SLOW_PERIOD * self.slowness / CALM_PERIOD, 1.0)
         self.maneuvers.stretch = max(SLOW_PERIOD * self.slowness / WINDOW, 1.0)
         self._least_speed = LEAST_SPEED / self.slowness
         self.unsteadiness.assume(self.slowness, self._share)

@@ -45,3 +45,22 @@ def test_those_that_cross_on_straight_lines_keep_their_ids(period, degrees):
                 before = nearest_ids(tracks, place)
         kept.append(np.mean(nearest_ids(tracks, place) == before))
     assert np.mean(kept) > 0.8
+
+
+@pytest.mark.parametrize('period', [10.0, 20.0])
+def test_however_long_a_frame_takes_its_objects_are_shown_with_one_id_each(period):
+    """Eight go straight on, and are missed one time in ten."""
+    shown = []
+    for seed in range(4):
+        rng, ids = np.random.default_rng(seed), set()
+        start = np.stack([rng.uniform(300, 700, 8), 100.0 + 100 * np.arange(8)], axis=1)
+        step = np.stack([rng.uniform(-5, 5, 8), rng.normal(0, 0.3, 8)], axis=1)
+        tracker = Tracker(TrackerConfig(image_size=(1600, 1000), max_dt=100.0))
+        for k in range(40):
+            seen = (start + step * k + rng.normal(0, 1, start.shape))[rng.random(8) > 0.1]
+            rows = tracker.update(points(seen, round((1 + k) * period * NANOSECONDS))).rows
+            rows = rows[rows['state'] != TENTATIVE]
+            ids.update(rows['track_id'].tolist())
+            shown += [len(rows)] if k > 5 else []
+        assert len(ids) == 8
+    assert np.mean(shown) > 0.999 * 8
