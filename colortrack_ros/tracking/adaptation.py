@@ -1,7 +1,6 @@
 """Adaptation: speed, process noise, maneuvers, clutter and new objects, learned from the scene."""
 
 from collections import deque
-from dataclasses import replace
 import math
 
 import numpy as np
@@ -221,9 +220,8 @@ class Adaptation:
         """Return a configuration with which tracks outlive FEWEST_MISSED slow frames at least."""
         if self.slowness == 1:
             return config
-        least = min(FEWEST_MISSED * SLOW_PERIOD * self.slowness, MOST_SECONDS)
-        names = 'max_time_since_update', 'max_dt'
-        return replace(config, **{name: max(getattr(config, name), least) for name in names})
+        least = FEWEST_MISSED * SLOW_PERIOD * self.slowness
+        return config.outliving(min(least, MOST_SECONDS))
 
     def know_size(self, image_size: tuple[int, int]) -> None:
         """Set the size of the picture [px]; zeros, for unknown, are ignored."""

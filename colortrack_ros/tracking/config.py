@@ -1,8 +1,10 @@
 """Parameters of the tracker."""
 
 from dataclasses import dataclass
+from dataclasses import replace
 
 from colortrack_ros.estimation.motion import MOTION_MODELS
+from colortrack_ros.estimation.time_limits import MOST_SECONDS
 from colortrack_ros.estimation.time_limits import TimeLimits
 from colortrack_ros.parameters import DOCUMENT
 from colortrack_ros.parameters import EXPERT
@@ -18,7 +20,8 @@ class TrackerConfig(TimeLimits):
         6.0,
         'A deleted track is remembered until it has not been measured for longer: if its object '
         'comes back, by color, size, place and motion, its ID does. If it left the picture, for '
-        'max_time_since_update. That or less: none is remembered.',
+        'max_time_since_update. That or less: none is remembered. Where four frames take longer '
+        'than max_time_since_update, it is longer in proportion.',
         unit='s',
         limits=(0.0, 3600.0),
     )
@@ -190,3 +193,14 @@ class TrackerConfig(TimeLimits):
                 f'confirm_window: expected at least confirm_hits, {self.confirm_hits}, '
                 f'got {self.confirm_window}'
             )
+
+    def outliving(self, least: float) -> 'TrackerConfig':
+        """The same, with which tracks outlive at least so long without a measurement [s].
+
+        If deleted ones are remembered, they are so longer in proportion.
+        """
+        given, hidden = self.max_time_since_update, self.max_hidden
+        if 0 < given < min(least, hidden):
+            hidden = min(hidden * least / given, MOST_SECONDS)
+        lives, waits = max(given, least), max(self.max_dt, least)
+        return replace(self, max_time_since_update=lives, max_dt=waits, max_hidden=hidden)

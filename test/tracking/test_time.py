@@ -102,6 +102,14 @@ def test_what_a_slow_camera_misses_three_times_keeps_its_id(rate):
     assert seen_again(rate, 3, TrackerConfig(max_hidden=0.0)) == [1, 1]
 
 
+@pytest.mark.parametrize('rate', [0.6, 0.7, 1])
+@pytest.mark.parametrize('missed', [5, 6])
+def test_what_a_slow_camera_misses_for_longer_is_remembered(rate, missed):
+    """Four frames take about as long as max_hidden, or longer."""
+    assert seen_again(rate, missed) == [1, 1]
+    assert seen_again(rate, missed, TrackerConfig(max_hidden=0.0)) == [1, 2]
+
+
 @pytest.mark.parametrize('period', [2.1, 2.5, 12.0])
 def test_a_source_that_is_slower_than_max_dt_is_followed_from_the_third_frame_on(period):
     """A radar that turns once in 2.5 s: of each jump alone, the tracker restarts."""
