@@ -57,9 +57,10 @@ FEWEST_PERIODS, PERIODS = 2, 8
 """Least number of such periods in a row, since one is a pause unless it is the very first, and how
 many of the last ones the shortest is taken of. Assumed."""
 
-FEWEST_MISSED = 4
-"""Frames that a track outlives at least unmeasured, where frames are slow. Where one detection in
-ten is missing, so many on end are for one in 10,000."""
+FEWEST_MISSED = 4.5
+"""Frames that a track outlives at least unmeasured, where frames are slow: four, and halfway to the
+next, as stamps are rounded and jitter. Where one detection in ten is missing, four on end are for
+one in 10,000."""
 
 FIRST_FALSE, LEAST_NEW = 0.003, 0.003
 """Initial rate of false detections, and least rate of new objects, per frame. Assumed: one in 11 s
