@@ -99,7 +99,11 @@ class TrackerConfig(TimeLimits):
         limits=(0.0, 1e3),
         audience=EXPERT,
     )
-    color_gating: bool = parameter(True, 'Whether a track takes only detections of its own color.')
+    color_gating: bool = parameter(
+        True,
+        'Whether a track takes only detections of its own color. Off for detectors whose labels '
+        'flip, such as networks that call a car a truck: each label has a track of its own.',
+    )
     use_boxes: bool = parameter(
         True, 'Whether the bounding boxes tell when an object is cut or merged with another.'
     )

@@ -7,6 +7,7 @@ from support.silhouettes import RATE
 
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.tracking import Tracker
+from colortrack_ros.tracking import TrackerConfig
 
 FRAMES, SIDE = 90, 40.0
 
@@ -82,3 +83,14 @@ def test_a_second_point_that_comes_near_another_has_a_track_of_its_own(apart):
         z += random.normal(0, 1, z.shape)
         rows = tracker.update(points(z, round(k * NANOSECONDS / RATE), 1.0)).rows
     assert np.count_nonzero(rows['state'] > 0) == 2
+
+
+@pytest.mark.parametrize(('gates', 'count'), [(False, 1), (True, 2)])
+def test_one_thing_whose_label_flips_has_one_track_where_colors_do_not_gate(gates, count):
+    random, tracker = np.random.default_rng(0), Tracker(TrackerConfig(color_gating=gates))
+    for k in range(FRAMES):
+        z = random.normal((150.0 + 2 * k, 200.0), 1, (1, 2))
+        color = int(random.random() < 0.5)
+        stamp = round(k * NANOSECONDS / RATE)
+        rows = tracker.update(points(z, stamp, color=color, size=(40, 40))).rows
+    assert np.count_nonzero(rows['state'] > 0) == count
