@@ -71,8 +71,8 @@ class Overlaps:
         if np.count_nonzero(boxed & (score > 0) & (score < 1)):
             self._scored = 1.0
         middle = np.stack([rows['u'], rows['v']], axis=1)
-        off = np.abs(size - np.rint(size)).max(axis=1), np.abs(2 * middle - np.rint(2 * middle))
-        estimated = boxed & ((off[0] > LEAST_FRACTION) | (off[1].max(axis=1) < LEAST_FRACTION))
+        fraction = _from_whole(size) > LEAST_FRACTION
+        estimated = boxed & (fraction | (_from_whole(2 * middle) < LEAST_FRACTION))
         count, boxes = int(np.count_nonzero(estimated)), int(np.count_nonzero(boxed))
         self._estimates = LEFT * self._estimates + count
         self._outlines = LEFT * self._outlines + boxes - count
@@ -107,3 +107,8 @@ class Overlaps:
         self._twice = LEFT * self._twice + count
         self._found = LEFT * self._found + (1 - LEFT) * FIRST_ONCE + found
         self.find_twice = self._twice > TWICE_SHARE * self._found
+
+
+def _from_whole(value: Floats) -> Floats:
+    """(M,) largest difference of a row from whole numbers."""
+    return np.asarray(np.abs(value - np.rint(value)).max(axis=1), np.float64)
