@@ -103,7 +103,7 @@ class Detector:
 
         :returns: (H, W, 3) BGR, and (H, W), 255 for moving pixels, else 0.
         """
-        frame = plain(frame)
+        frame = plain(self._method.prepare(frame))
         picture = channels_of(frame)
         if not self._background.knows(picture):
             return None

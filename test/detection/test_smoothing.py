@@ -121,6 +121,17 @@ def test_smoothing_ends_with_the_noise():
     assert detector.blobs.area[0] == pytest.approx(fresh.blobs.area[0], rel=0.05)
 
 
+def test_the_view_of_what_moves_shows_averaged_pictures_too():
+    rng = np.random.default_rng(7)
+    detector = Detector(DetectorConfig(colors=(OLIVE,), smoothing=5, moving_only=True))
+    for k in range(10):
+        frame = Frame(picture(rng, 12), stamp=100_000_000 * k)
+        detector.detect(frame)
+    view = detector.background(frame)
+    assert view is not None
+    assert np.mean(view[1] != 0) < 0.01
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(('sigma', 'side'), [(3, 3), (6, 3), (12, 5)])
 def test_covariances_hold_of_averaged_pictures(sigma, side):
