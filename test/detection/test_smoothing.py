@@ -9,11 +9,13 @@ import pytest
 from support.cameras import encode
 
 from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.smoothing import color_noise
 from colortrack_ros.detection.smoothing import side_for
+from colortrack_ros.detection.smoothing import Smoothing
 from colortrack_ros.scenes import open_scene
 from colortrack_ros.scenes import SCENES
 
@@ -66,6 +68,12 @@ def test_noise_is_measured_on_what_is_even(sigma):
     assert 0.8 * sigma < noise < 1.05 * sigma
 
 
+def test_what_the_camera_cuts_off_tells_nothing_of_noise():
+    image = picture(np.random.default_rng(2), 8)
+    image[:, 100:] = np.where(image[:, 100:] < 150, 0, image[:, 100:] - 150)
+    assert 0.8 * 8 < color_noise(image) < 1.05 * 8
+
+
 def test_what_the_channels_share_is_no_noise_of_colors():
     rng = np.random.default_rng(3)
     image = picture(rng, 0).astype(np.int16) + rng.normal(0, 10, (240, 320, 1)).astype(np.int16)
@@ -105,6 +113,13 @@ def test_a_given_tolerance_says_what_single_pixels_are():
         single.detect(Frame(seen))
         np.testing.assert_array_equal(detector.labels, single.labels)
     assert np.count_nonzero(averaged.labels) > 1.1 * np.count_nonzero(as_it_is.labels)
+
+
+def test_noise_is_looked_for_anew_as_time_goes_on_or_back():
+    rng, smoothing = np.random.default_rng(6), Smoothing(0)
+    for seconds, sigma in [(0, 1), (1, 8), (2, 1), (1, 8), (0, 1)]:
+        frame = Frame(picture(rng, sigma), stamp=seconds * NANOSECONDS)
+        assert (smoothing.smooth(frame) is frame) == (sigma == 1)
 
 
 def test_smoothing_ends_with_the_noise():
