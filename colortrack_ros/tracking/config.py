@@ -102,7 +102,7 @@ class TrackerConfig(TimeLimits):
     color_gating: bool = parameter(
         True,
         'Whether a track takes only detections of its own color. Off for detectors whose labels '
-        'flip, such as networks that call a car a truck: each label has a track of its own.',
+        'flip, such as networks that call a car a truck: else each label has a track of its own.',
     )
     use_boxes: bool = parameter(
         True, 'Whether the bounding boxes tell when an object is cut or merged with another.'
