@@ -34,9 +34,9 @@ LEAST_FRACTION = 0.01
 """Least difference of a side from whole pixels that is none of rounding [px]: single precision, of
 shares of a picture 10,000 px wide, errs by 0.001."""
 
-UNSCORED = LEFT**300
-"""What is left of a score below 1 when it no longer tells of a network: after 300 frames. Assumed:
-in 10 s of a network at least one detection is less than certain."""
+UNSCORED = 300
+"""Frames without a score below 1 after which none tells of a network any longer. Assumed: in 10 s
+of a network at least one detection is less than certain."""
 
 MOST_OVERLAPPING = 8
 """Boxes compared with each, to bound the time. Assumed."""
@@ -53,7 +53,7 @@ class Overlaps:
 
     def __init__(self) -> None:
         self.are_resolved = self.find_twice = self.are_estimated = False
-        self._estimates, self._outlines, self._scored = 0.0, 0.0, 0.0
+        self._estimates, self._outlines, self._unscored = 0.0, 0.0, UNSCORED
         self._twice, self._found = 0.0, FIRST_ONCE
         self._overlapping, self._merged, self._frame = 0.0, 0.0, 0
 
@@ -67,16 +67,15 @@ class Overlaps:
         """
         size, score = rows.view(DETECTION_BOX)['size'], rows['score']
         boxed = size[:, 0] > 0
-        self._scored *= LEFT
-        if np.count_nonzero(boxed & (score > 0) & (score < 1)):
-            self._scored = 1.0
+        is_scored = np.count_nonzero(boxed & (score > 0) & (score < 1)) > 0
+        self._unscored = 0 if is_scored else self._unscored + 1
         middle = np.stack([rows['u'], rows['v']], axis=1)
         fraction = _from_whole(size) > LEAST_FRACTION
         estimated = boxed & (fraction | (_from_whole(2 * middle) < LEAST_FRACTION))
         count, boxes = int(np.count_nonzero(estimated)), int(np.count_nonzero(boxed))
         self._estimates = LEFT * self._estimates + count
         self._outlines = LEFT * self._outlines + boxes - count
-        self.are_estimated = self._estimates > self._outlines and self._scored > UNSCORED
+        self.are_estimated = self._estimates > self._outlines and self._unscored < UNSCORED
 
     def look(self, box: Floats, color: NDArray[np.uint32]) -> None:
         """Count, every few frames, the boxes that contain the center of another.
