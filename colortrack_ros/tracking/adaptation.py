@@ -59,8 +59,9 @@ many of the last ones the shortest is taken of. Assumed."""
 
 FEWEST_MISSED = 4.5
 """Frames that a track outlives at least unmeasured, where frames are slow: four, and halfway to the
-next, as stamps are rounded and jitter. Where one detection in ten is missing, four on end are for
-one in 10,000."""
+next, as stamps are rounded and jitter. The shortest period counts: stamps may be off by 5 % of one,
+with 10 % three or four are outlived. Where one detection in ten is missing, four on end are for one
+in 10,000."""
 
 FIRST_FALSE, LEAST_NEW = 0.003, 0.003
 """Initial rate of false detections, and least rate of new objects, per frame. Assumed: one in 11 s
