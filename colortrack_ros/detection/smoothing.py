@@ -15,26 +15,28 @@ from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.encodings import plain
 
 LOOK_INTERVAL = 0.25
-"""Interval between two estimates [s], each of 0.7 ms at 640x480, of noisy pictures 1.5. Assumed:
-0.5 % of the time."""
+"""Interval between two estimates [s], each of 0.4 ms at 640x480, of noisy pictures 3 ms. Assumed:
+1 % of the time."""
 
-ROWS = 60
-"""Number of rows of a picture that are read. Assumed: every eighth of 640x480."""
+ROWS = 30
+"""Number of rows of a picture that are read. Assumed: every sixteenth of 640x480."""
 
 PER_BLOCK = 16
 """Pixels of a row that are one block, whose second differences have one mean. Assumed: as wide as
 a macroblock, and with 32 differences."""
 
 EVEN_SHARE = 0.25
-"""Share of the blocks that are taken to show noise only. Of 65 films and pictures that cameras have
-compressed, texture adds up to 1.0 level there, and up to 1.4 at the median."""
+"""Share of the blocks that are taken to show noise only. Of 63 films and sequences that cameras
+have compressed, texture adds up to 1.1 levels there, and up to 1.4 at the median."""
 
-CLIPPED = 8
-"""Levels nearer than this to 0 or 255 are at the limit of the camera, where noise is cut off.
-Assumed: noise of 3 levels keeps away from it."""
+CLIPPED, CUT_SHARE = 3, 1 / 8
+"""Levels nearer than this to 0 or 255 are at the limit of the camera, where noise is cut off, and
+the largest share of a block that may be there. Assumed: noise of 12 levels on a wall of 14 reaches
+it with a sixth, of 8 with a twelfth."""
 
-FEWEST_BLOCKS = 20
-"""Fewer tell nothing. Assumed: a twentieth is then the order of their error."""
+FEWEST_BLOCKS, LEAST_MEASURED = 20, 0.1
+"""Fewer blocks, and a smaller share of all, tell nothing. Assumed: a twentieth is the order of the
+error of so many; letters on black are seen in 3 %."""
 
 SECOND_DIFFERENCE = float(np.sqrt(6) * np.sqrt(2 / np.pi) * np.sqrt(2))
 """Mean absolute second difference of the difference of two channels, over the standard deviation of
@@ -57,6 +59,10 @@ of the frames as it is, with an average in all."""
 SIDES = (3, 5, 7, 9)
 """Sides that are tried [px]. Assumed: in noise that needs the last, what is smaller is lost."""
 
+OF_TEXTURE = 0.5
+"""Share that the average over SIDES[1] leaves of a texture, at least. Of foliage, carpets, and
+halftones it is 0.44 to 1.2, of noise 0.19, in YUYV, NV12, and Bayer 0.27, 0.36, and 0.42."""
+
 
 class Smoothing:
     """Averages each pixel of a frame with those around it.
@@ -77,7 +83,7 @@ class Smoothing:
         if side == 1 or not frame.image.size:
             return frame
         frame = plain(frame)
-        return replace(frame, image=averaged(frame.image, side))
+        return replace(frame, image=np.asarray(cv2.blur(frame.image, (side, side)), np.uint8))
 
     def _find(self, frame: Frame) -> int:
         """The side for the noise of the last picture that was looked at."""
@@ -90,18 +96,15 @@ class Smoothing:
 def side_for(image: NDArray[np.uint8], quiet: float = UNNOTICED) -> int:
     """The least side whose average leaves a quiet picture [px]; 1 if it is quiet enough as it is.
 
+    It is 1 for textures, too, of which an average leaves more than of noise.
+
     :param image: as for :func:`color_noise`.
     :param quiet: noise that may be left [levels].
     """
-    if color_noise(image) < LOUD * quiet:
+    noise = color_noise(image)
+    if noise < LOUD * quiet or color_noise(image, SIDES[1]) > OF_TEXTURE * noise:
         return 1
-    is_quiet = (color_noise(averaged(image, side), side) <= quiet for side in SIDES)
-    return next((side for side, enough in zip(SIDES, is_quiet, strict=True) if enough), SIDES[-1])
-
-
-def averaged(image: NDArray[np.uint8], side: int) -> NDArray[np.uint8]:
-    """Each pixel's mean over a square around it; side: of that [px]."""
-    return np.asarray(cv2.blur(image, (side, side)), np.uint8)
+    return next((side for side in SIDES if color_noise(image, side) <= quiet), SIDES[-1])
 
 
 def color_noise(image: NDArray[np.uint8], side: int = 1) -> float:
@@ -111,21 +114,28 @@ def color_noise(image: NDArray[np.uint8], side: int = 1) -> float:
     gradient has none of (Immerkaer 1996, in one dimension).
 
     :param image: (H, W, channels) or (H, W); one of a single channel has none.
-    :param side: of the square over which it is averaged [px].
+    :param side: of the square over which it is averaged first [px].
     """
-    if image.ndim == 2 or image.shape[2] < 3:
-        return 0.0
-    rows = image[:: max(1, len(image) // ROWS), :, :3].astype(np.int16)
     apart = side + 1  # pixels that share no noise: neighbors may have one chroma sample
-    number = (rows.shape[1] - 2 * apart) // PER_BLOCK
-    if number <= 0:
+    number = (image.shape[1] - 2 * apart) // PER_BLOCK
+    if image.ndim == 2 or image.shape[2] < 3 or number <= 0 or len(image) < side:
         return 0.0
+    rows = _averaged_rows(image, side)
     middle, blocks = slice(apart, apart + number * PER_BLOCK), (len(rows), number, -1)
     hue = rows[..., ::2] - rows[..., 1:2]
     bend = np.abs(hue[:, : -2 * apart] - 2 * hue[:, apart:-apart] + hue[:, 2 * apart :])
     mean = bend[:, : number * PER_BLOCK].reshape(blocks).mean(axis=2)
     inner = rows[:, middle].reshape(blocks)
-    seen = mean[(inner.min(axis=2) >= CLIPPED) & (inner.max(axis=2) <= 255 - CLIPPED)]
-    if seen.size < FEWEST_BLOCKS:
+    cut = ((inner < CLIPPED) | (inner > 255 - CLIPPED)).mean(axis=2)
+    seen = mean[cut <= CUT_SHARE]
+    if seen.size < max(FEWEST_BLOCKS, LEAST_MEASURED * mean.size):
         return 0.0
     return float(np.quantile(seen, EVEN_SHARE)) / SECOND_DIFFERENCE
+
+
+def _averaged_rows(image: NDArray[np.uint8], side: int) -> NDArray[np.int16]:
+    """Some ROWS rows, (R, W, 3), of the picture averaged over squares."""
+    first = np.arange(0, len(image) - side + 1, max(1, len(image) // ROWS))
+    bands = image[first[:, None] + np.arange(side), :, :3]
+    averaged = cv2.blur(bands.reshape(-1, image.shape[1], 3), (side, side))
+    return averaged[side // 2 :: side].astype(np.int16)

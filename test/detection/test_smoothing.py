@@ -74,6 +74,40 @@ def test_what_the_camera_cuts_off_tells_nothing_of_noise():
     assert 0.8 * 8 < color_noise(image) < 1.05 * 8
 
 
+def test_noise_that_is_worth_no_blur_is_left():
+    assert side_for(picture(np.random.default_rng(2), 2.5)) == 1
+
+
+@pytest.mark.parametrize('size', [2, 4, 5])
+def test_a_texture_is_no_noise(size):
+    rng = np.random.default_rng(size)
+    leaves = rng.integers(30, 190, (480 // size, 640 // size, 3), np.uint8)
+    texture = cv2.resize(leaves, (640, 480), interpolation=cv2.INTER_LINEAR)
+    assert color_noise(texture) > 3
+    assert side_for(texture) == 1
+    texture[:, :250] = 120  # a third of it is even
+    assert color_noise(texture) < 1
+
+
+def test_letters_on_black_are_no_noise():
+    image = np.zeros((240, 320, 3), np.uint8)
+    for line in range(20, 80, 20):
+        cv2.putText(image, 'speed 12 m/s', (5, line), cv2.FONT_HERSHEY_SIMPLEX, 0.4, (90, 200, 60))
+    assert side_for(image) == 1
+
+
+@pytest.mark.parametrize('sigma', [8, 12])
+def test_a_dull_ball_is_found_in_a_dark_room(sigma):
+    rng = np.random.default_rng(8)
+    image = np.full((240, 320, 3), 14, np.float64)
+    cv2.circle(image, (160, 120), RADIUS, (14, 14, 45), -1, cv2.LINE_AA)
+    detector = Detector(DetectorConfig(colors=(ReferenceColor.from_rgb('ball', (45, 14, 14)),)))
+    for k in range(20):
+        noisy = (image + rng.normal(0, sigma, image.shape)).clip(0, 255).round().astype(np.uint8)
+        (row,) = detector.detect(Frame(noisy, stamp=40_000_000 * k)).rows
+        assert np.hypot(row['u'] - 160, row['v'] - 120) < 3
+
+
 def test_what_the_channels_share_is_no_noise_of_colors():
     rng = np.random.default_rng(3)
     image = picture(rng, 0).astype(np.int16) + rng.normal(0, 10, (240, 320, 1)).astype(np.int16)

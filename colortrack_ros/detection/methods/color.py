@@ -94,8 +94,8 @@ class ColorDistanceConfig(BackgroundModelConfig, MorphologyConfig):
     smoothing: int = parameter(
         0,
         'Of method color: side of the square of pixels that are averaged before their color is '
-        'looked up, odd; 1 for none; 0 finds it from the noise of the pictures if a color has no '
-        'tolerance.',
+        'looked up, odd; 1 for none; 0 finds it from the noise of the pictures, as the dullest '
+        'color without a tolerance needs it, for all colors; if there is no such color, 1.',
         unit='px',
         limits=(0, MAX_SMOOTHING),
         valid=_zero_or_odd,
