@@ -37,7 +37,7 @@ MOST_CHAINS = 8
 
 
 def predict_existence(
-    visible: Floats, hidden: Floats, dt: float, longest: float
+    visible: Floats, hidden: Floats, dt: float, longest: float, calm: float = 1.0
 ) -> tuple[Floats, Floats]:
     """Predict the probabilities: objects get occluded, vanish, and reappear.
 
@@ -46,18 +46,20 @@ def predict_existence(
     :param dt: [s].
     :param longest: time that a track may coast [s]; objects stay hidden for a third of it on
         average.
+    :param calm: how many times more seldom they get occluded, and vanish.
     :return: visible and hidden, (N,).
     """
-    going_on, covered, returning, hiding = _transition(dt, longest)
+    going_on, covered, returning, hiding = _transition(dt, longest, calm)
     return visible * going_on + hidden * returning, hidden * hiding + visible * covered
 
 
 @lru_cache(maxsize=MOST_CHAINS)
-def _transition(dt: float, longest: float) -> tuple[float, float, float, float]:
+def _transition(dt: float, longest: float, calm: float) -> tuple[float, float, float, float]:
     """Probabilities of visible to visible and to hidden, and of hidden to visible and to hidden."""
     returning = -math.expm1(-3 * dt / max(longest, 1e-3))
-    gone = -math.expm1(-dt / GONE_EVERY)
-    covered = min(-math.expm1(-dt / COVERED_EVERY), 1 - gone)  # in a long time it may be both
+    gone = -math.expm1(-dt / (calm * GONE_EVERY))
+    covered = -math.expm1(-dt / (calm * COVERED_EVERY))
+    covered = min(covered, 1 - gone)  # in a long time it may be both
     return max(1 - covered - gone, TINY), covered, returning, 1 - returning
 
 

@@ -163,9 +163,8 @@ def predict(
         learned.camera.carry(tracks)
     unseen = tracks.unmeasured(step.now)
     grow(records, unseen, dt)
-    calm = learned.calm  # time passes as much more slowly for what comes and goes
     records['visible'], records['hidden'] = predict_existence(
-        records['visible'], records['hidden'], dt / calm, config.max_time_since_update / calm
+        records['visible'], records['hidden'], dt, config.max_time_since_update, learned.calm
     )
     return _expect(tracks, unseen, measurements, learned, config, step)
 
