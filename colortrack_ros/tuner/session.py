@@ -280,7 +280,8 @@ class Session:
     ) -> Reply:
         """Change some values; the answer gives the revision of pictures made with them."""
         before = self.settings.changes
-        self._give(node, self.settings.checked(node, values))
+        if node in self._attached:
+            self._give(node, self.settings.checked(node, values))
         self.settings.change(node, values, follows=follows)
         if self.settings.changes > before:
             self._samples_before.append(self._samples)

@@ -67,6 +67,10 @@ class Settings:
         :param values: by full name; None resets a value to the default.
         :raises ValueError: a value is refused, with the reason that the node would give.
         """
+        return self._built(node, values)[0]
+
+    def _built(self, node: str, values: Mapping[str, Any]) -> tuple[dict[str, Any], Any]:
+        """What :meth:`checked` returns, and the configuration built from it."""
         if node not in TUNED:
             raise ValueError(f'node: expected one of {", ".join(TUNED)}, got {node!r}')
         table, given = TUNED[node], dict(self._given[node])
@@ -76,8 +80,7 @@ class Settings:
                 given.pop(name, None)
             else:
                 given[name] = spec.check(name, value)
-        _config(node, given)
-        return given
+        return given, _config(node, given)
 
     def change(self, node: str, values: Mapping[str, Any], *, follows: bool = False) -> None:
         """Give a node some values, all or none of them.
@@ -86,11 +89,11 @@ class Settings:
         :param follows: whether this continues the last change, like the next position of a slider:
             both are undone together.
         """
-        given = self.checked(node, values)
+        given, config = self._built(node, values)
         if not (follows and self._before):
             self._before.append(self._given)
         self._given = {**self._given, node: given}
-        self._configs[node] = _config(node, given)
+        self._configs[node] = config
         self.revision += 1
 
     def adopt(self, node: str, values: Mapping[str, Any]) -> None:

@@ -23,9 +23,10 @@ WARM_UP = 240
 """Number of frames before the current one from which its tracks and the background come: 8 s at 30
 Hz, longer than the tracker remembers a lost object by default."""
 
-WORK_SECONDS = 0.01
-"""Time slice of non-urgent work [s], the longest that a click or a slider waits: a tenth of what a
-slider may take to show (test/tuner/test_page.py)."""
+WORK_SECONDS = 0.002
+"""Time slice of non-urgent work [s], after which no further frame is begun: a click or a slider
+waits for the end of one frame of 640x480, or for this long and a small one. Handing over to the
+next slice takes 0.1 ms."""
 
 
 class Workbench:
