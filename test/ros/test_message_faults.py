@@ -1,5 +1,6 @@
 """Messages that lie on every subscription of every node: nothing dies, and each is reported."""
 
+import contextlib
 import signal
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -155,12 +156,20 @@ class Crowd:
 
 
 @pytest.fixture(scope='module')
-def crowd(tmp_path_factory):
-    ros = Ros(tmp_path_factory.mktemp('crowd'))
-    try:
-        yield Crowd(ros)
-    finally:
-        ros.close()
+def crowds():
+    with contextlib.ExitStack() as opened:
+        yield opened, []
+
+
+@pytest.fixture
+def crowd(crowds, tmp_path_factory):
+    """That of the test before, but where a try of a test that is run again has ended its nodes."""
+    opened, made = crowds
+    if not made or any(p.popen.poll() is not None for p in made[-1].processes.values()):
+        ros = Ros(tmp_path_factory.mktemp('crowd'))
+        opened.callback(ros.close)
+        made.append(Crowd(ros))
+    return made[-1]
 
 
 def leaks(held: list[dict[str, int]]) -> dict[str, float]:

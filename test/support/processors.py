@@ -1,5 +1,6 @@
 """What the processors do for processes that a test has started, as Linux counts it."""
 
+import contextlib
 import os
 from pathlib import Path
 from typing import NamedTuple
@@ -22,6 +23,17 @@ def stay_of(threads: list[Path]) -> Stay:
     found = [path.read_text().split() for t in threads if (path := t / 'schedstat').exists()]
     running, queued, _ = (1e-9 * sum(map(int, times)) for times in zip(*found, strict=True))
     return Stay(running, queued)
+
+
+def threads_of(pid: int) -> str:
+    """A line for each thread of a process: name, state, and where in the kernel it waits."""
+    lines = []
+    for folder in sorted(Path(f'/proc/{pid}/task').glob('*')):
+        with contextlib.suppress(OSError):  # it has just ended
+            words = [(folder / name).read_text().strip() for name in ('comm', 'stat', 'wchan')]
+            words[1] = words[1].rpartition(')')[2].split()[0]
+            lines.append(f'{folder.name}: {", ".join(words)}')
+    return '\n'.join(lines)
 
 
 def _descendants() -> list[Path]:

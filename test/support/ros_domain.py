@@ -27,6 +27,7 @@ from support.forks import Fork
 from support.forks import nursery
 from support.forks import PATIENT
 from support.forks import program_of
+from support.processors import threads_of
 from support.waiting import PATIENCE
 from support.waiting import wait_until
 
@@ -115,7 +116,11 @@ class Process:
 
     def end(self) -> int:
         """Wait for the end, and return the exit status."""
-        return self.popen.wait(timeout=PATIENCE)
+        try:
+            return self.popen.wait(timeout=PATIENCE)
+        except subprocess.TimeoutExpired as error:
+            threads = threads_of(self.popen.pid)
+            raise AssertionError(f'has not ended:\n{threads}\n{self.output}') from error
 
 
 def _options(parameters: dict[str, object]) -> list[str]:
