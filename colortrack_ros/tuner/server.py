@@ -5,6 +5,7 @@ from collections.abc import Awaitable
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
+from functools import partial
 import json
 from pathlib import Path
 import sys
@@ -20,6 +21,7 @@ from colortrack_ros.tuner.gate import COOKIE
 from colortrack_ros.tuner.gate import Gate
 from colortrack_ros.tuner.session import Session
 from colortrack_ros.tuner.settings import described
+from colortrack_ros.tuner.view import ShownFrame
 
 PAGE = Path(__file__).with_name('page')
 
@@ -52,7 +54,7 @@ class Server:
         self._thread = ThreadPoolExecutor(1, 'workbench')
         self._people: set[Browser] = set()
         self._wake = asyncio.Event()
-        self._encoded: tuple[object, bytes] = (None, b'')
+        self._encoded: ShownFrame | None = None
         self._state = ''
         self.app = web.Application(middlewares=[web.middleware(self._guarded())])
         self.app.router.add_get('/', self._page)
@@ -147,8 +149,9 @@ class Server:
         """
         reply = self._session.do(command, fields)
         self._note_state()
-        if any(one.ready for one in self._people):
-            self._picture()
+        view = self._session.bench.view
+        if view is not None and any(one.ready for one in self._people):
+            self._encode(view)
         return reply
 
     async def _feed(self, browser: 'Browser') -> None:
@@ -159,22 +162,20 @@ class Server:
                 browser.changed.clear()
                 view = self._session.bench.view
                 if browser.ready and view is not None and browser.view is not view:
+                    has_picture = browser.view is not None and browser.view.picture is view.picture
                     browser.view, browser.ready = view, False
-                    made, picture = self._encoded
-                    if made is not view:
-                        picture = await self._in_thread(self._picture)
-                    await browser.socket.send_bytes(picture)
+                    if self._encoded is not view:
+                        await self._in_thread(partial(self._encode, view))
+                    await browser.socket.send_bytes(view.encoded(has_picture=has_picture))
                 # After the picture, which is decoded while this is displayed.
                 if browser.state is not self._state:
                     browser.state = self._state
                     await browser.socket.send_str(self._state)
 
-    def _picture(self) -> bytes:
-        """The newest view, encoded once for all browsers."""
-        view = self._session.bench.view
-        if view is not None and self._encoded[0] is not view:
-            self._encoded = view, view.encoded()
-        return self._encoded[1]
+    def _encode(self, view: ShownFrame) -> None:
+        """Encode a view, which takes a while, once for all browsers."""
+        view.encoded()
+        self._encoded = view
 
     async def _refresh(self) -> None:
         """Notify all browsers of the new state."""
@@ -233,6 +234,7 @@ class Browser:
 
     :ivar changed: set when there may be something new to send.
     :ivar ready: whether it has shown the last picture.
+    :ivar view: the last one sent to it.
     """
 
     def __init__(self, socket: web.WebSocketResponse) -> None:
@@ -240,7 +242,7 @@ class Browser:
         self.changed = asyncio.Event()
         self.ready = True
         self.state = ''
-        self.view: object = None
+        self.view: ShownFrame | None = None
 
     def has_shown(self) -> None:
         """Note that the last picture is on its screen."""

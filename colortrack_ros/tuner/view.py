@@ -22,7 +22,8 @@ JPEG_QUALITY = 85
 """JPEG quality of the pictures that are sent: edges of colors stay, at a tenth of the bytes."""
 
 LENGTHS = struct.Struct('<III')
-"""Header of each message: sizes of its JSON, of its JPEG, and of the PNG of its mask [bytes]."""
+"""Header of each message: sizes of its JSON, of its JPEG, and of the PNG of its mask [bytes]. There
+is no JPEG where the browser has the picture."""
 
 
 class Picture:
@@ -67,17 +68,26 @@ class ShownFrame:
         """The frame."""
         return self.picture.frame
 
-    def encoded(self) -> bytes:
-        """Lengths, JSON, JPEG of the picture, and PNG of the labels."""
+    @cached_property
+    def results(self) -> tuple[bytes, bytes]:
+        """JSON, and PNG of the labels, encoded when they are first needed."""
         text = self.found() | {
             'before_limits': blobs_before_limits(self.labels),
             'trails': self.trails,
             'milliseconds': round(self.milliseconds, 2),
             'revision': self.revision,
         }
-        jpeg, png = self.picture.jpeg, png_of(self.labels)
-        header = json.dumps(text, allow_nan=False).encode()
-        return LENGTHS.pack(len(header), len(jpeg), len(png)) + header + jpeg + png
+        return json.dumps(text, allow_nan=False).encode(), png_of(self.labels)
+
+    def encoded(self, *, has_picture: bool = False) -> bytes:
+        """Lengths, JSON, JPEG of the picture, and PNG of the labels.
+
+        :param has_picture: whether the browser has the picture from another view of the frame; then
+            there is no JPEG.
+        """
+        text, png = self.results
+        jpeg = b'' if has_picture else self.picture.jpeg
+        return LENGTHS.pack(len(text), len(jpeg), len(png)) + text + jpeg + png
 
     def found(self) -> dict[str, Any]:
         """The results in JSON."""

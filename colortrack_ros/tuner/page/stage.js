@@ -61,7 +61,7 @@ export function showBackground(next) {
 }
 
 export function show(next) {
-  view?.picture.close();
+  if (view?.picture !== next.picture) view?.picture.close();
   view?.mask.close();
   view = next;
   paintMask();

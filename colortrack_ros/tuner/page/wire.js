@@ -3,6 +3,7 @@
 const listeners = {};
 let socket = null;
 let pause = 500;
+let picture = null;
 
 export function on(kind, listener) {
   listeners[kind] = listener;
@@ -37,14 +38,16 @@ export function connect() {
   };
 }
 
-// Three lengths, then as many bytes of JSON, of a JPEG, and of a PNG whose grays are labels.
+// Three lengths, then as many bytes of JSON, of a JPEG, none if the picture is the last one that came,
+// and of a PNG whose grays are labels.
 async function decoded(bytes) {
   const head = new DataView(bytes);
   const [json, jpeg, png] = [0, 4, 8].map((at) => head.getUint32(at, true));
   const view = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 12, json)));
   const exact = { colorSpaceConversion: 'none', premultiplyAlpha: 'none' };
+  if (jpeg) picture = createImageBitmap(new Blob([new Uint8Array(bytes, 12 + json, jpeg)], { type: 'image/jpeg' }));
   [view.picture, view.mask] = await Promise.all([
-    createImageBitmap(new Blob([new Uint8Array(bytes, 12 + json, jpeg)], { type: 'image/jpeg' })),
+    picture,
     createImageBitmap(new Blob([new Uint8Array(bytes, 12 + json + jpeg, png)], { type: 'image/png' }), exact),
   ]);
   return view;
