@@ -271,7 +271,7 @@ class Columns:
 
     def _chosen(self, rows: Selection) -> dict[str, Any]:
         """All fields by name, with only the selected rows of columns."""
-        index, axis = rows.nonzero()[0] if rows.dtype == bool else rows, self.axis
+        index, axis = rows.nonzero()[0] if rows.dtype.kind == 'b' else rows, self.axis
         chosen = dict(vars(self))
         for name, column in chosen.items():
             if isinstance(column, np.ndarray):

@@ -149,9 +149,9 @@ class Bank(Columns):
             self.mean[:, rows], self.cov[:, rows] = x + step, P
         else:
             d2 = (e.swapaxes(-1, -2) @ inverse @ e)[..., 0, 0]
-            log = np.log(np.maximum(self.weight[:, track], TINY)) - 0.5 * (d2 + np.log(det))
-            weight = np.maximum(np.exp(log - log.max(axis=0)), LEAST_WEIGHT)
-            weight /= weight.sum(axis=0)
+            log = np.log(np.maximum(self.weight[:, rows], TINY)) - 0.5 * (d2 + np.log(det))
+            weight = np.maximum(np.exp(log - np.maximum.reduce(log)), LEAST_WEIGHT)
+            weight /= np.add.reduce(weight)
             if share is None:
                 self.mean[:, rows], self.cov[:, rows], self.weight[:, rows] = x + step, P, weight
             else:

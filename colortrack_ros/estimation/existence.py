@@ -71,9 +71,9 @@ def update_existence(visible: Floats, hidden: Floats, ratio: Floats) -> tuple[Fl
         likelihood if it is not.
     :return: visible and hidden, (N,).
     """
-    total = 1 + visible * (ratio - 1)
+    total = 1.0 + visible * (ratio - 1.0)
     visible = np.minimum(visible * ratio / total, 1.0)
-    return visible, np.minimum(hidden / total, 1 - visible)
+    return visible, np.minimum(hidden / total, 1.0 - visible)
 
 
 def weigh_hidden(
@@ -86,7 +86,7 @@ def weigh_hidden(
     :param last: (N,) the share used so far; HIDDEN_SHARE for objects just lost.
     :return: visible and hidden, (N,).
     """
-    gone = np.maximum(1 - visible - hidden, 0.0) * (1 - share) / (1 - last)
+    gone = np.maximum(1.0 - visible - hidden, 0.0) * (1.0 - share) / (1.0 - last)
     hidden = hidden * share / last
     total = np.maximum(visible + hidden + gone, 1e-300)
     return visible / total, hidden / total

@@ -19,7 +19,7 @@ def log_density(e: Floats, S: Floats) -> Floats:
     x, y = e[..., 0], e[..., 1]
     a, b, c = S[..., 0, 0], S[..., 0, 1], S[..., 1, 1]
     det = _determinant(a, b, c)
-    d2 = (c * x * x - 2 * b * x * y + a * y * y) / det
+    d2 = (c * x * x - 2.0 * b * x * y + a * y * y) / det
     log: Floats = -0.5 * (d2 + np.log(det)) - LOG_2PI
     return log
 
@@ -39,7 +39,7 @@ def joseph(P: Floats, K: Floats, R: Floats) -> Floats:
     """
     P = P - K @ P[..., :2, :]
     P += (K @ R - P[..., :2]) @ K.swapaxes(-1, -2)
-    P = (P + P.swapaxes(-1, -2)) / 2
+    P = (P + P.swapaxes(-1, -2)) / 2.0
     return P
 
 
@@ -57,10 +57,10 @@ def mixture(weight: Floats, mean: Floats, cov: Floats) -> tuple[Floats, Floats]:
     :param weight: (M, ...), of sum 1; mean: (M, ..., n); cov: (M, ..., n, n).
     """
     weight = weight[..., None]
-    center = (weight * mean).sum(axis=0)
+    center = np.add.reduce(weight * mean)
     rest = mean - center
     outer = rest[..., :, None] * rest[..., None, :]
-    return center, (weight[..., None] * (cov + outer)).sum(axis=0)
+    return center, np.add.reduce(weight[..., None] * (cov + outer))
 
 
 def turned(mean: Floats, cov: Floats, T: Floats, speed: Floats) -> tuple[Floats, Floats]:
@@ -76,16 +76,16 @@ def turned(mean: Floats, cov: Floats, T: Floats, speed: Floats) -> tuple[Floats,
     :param speed: (2,), (1, 2), or (K, 2) standard deviation of the new velocity [px/s].
     """
     mean, cov = mean.copy(), cov.copy()
-    half = mean[..., 2:4] * (T / 2)[:, None]
+    half = mean[..., 2:4] * (T / 2.0)[:, None]
     mean[..., :2] -= half
     mean[..., 2:] = 0.0
     cov[..., 2:4, :] = cov[..., :, 2:4] = 0.0
-    cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3
+    cov[..., :2, :2] += half[..., :, None] * half[..., None, :] / 3.0
     n, variance = cov.shape[-1], speed**2
     entries = cov.reshape(*cov.shape[:-2], n * n)
     both, T = n + 1, T[:, None]  # from an entry of u to that of v
-    entries[..., : 2 * both : both] += (speed * T) ** 2 / 3
-    with_velocity = variance * T / 2
+    entries[..., : 2 * both : both] += (speed * T) ** 2 / 3.0
+    with_velocity = variance * T / 2.0
     entries[..., 2 : 2 + 2 * both : both] = with_velocity
     entries[..., 2 * n : 2 * n + 2 * both : both] = with_velocity
     entries[..., 2 * both : 4 * both : both] = variance
@@ -102,7 +102,7 @@ def maneuvering(
     """
     new_mean, new_cov = turned(mean, cov, T, speed)
     aside = new_mean - mean
-    between = (chance * (1 - chance))[:, None, None] * aside[..., :, None] * aside[..., None, :]
+    between = (chance * (1.0 - chance))[:, None, None] * aside[..., :, None] * aside[..., None, :]
     new_cov -= cov
     new_cov *= chance[:, None, None]
     return mean + chance[:, None] * aside, cov + new_cov + between

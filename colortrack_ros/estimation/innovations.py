@@ -42,12 +42,12 @@ def compare(
     """
     mean, cov = bank.mean.take(track, axis=1), bank.cov.take(track, axis=1)
     e, S = np.empty((2, *mean.shape[:2], 2)), np.empty((2, *mean.shape[:2], 2, 2))
-    way = mean[..., 2:4] * (T / 2)[:, None]
+    way = mean[..., 2:4] * (T / 2.0)[:, None]
     np.subtract(z, mean[..., :2], out=e[0])
     np.add(e[0], way, out=e[1])
     np.add(cov[..., :2, :2], R, out=S[0])
-    np.add(S[0], way[..., :, None] * way[..., None, :] / 3, out=S[1])
-    S[1].reshape(*mean.shape[:2], 4)[..., ::3] += speed**2 * (T**2 / 3)[:, None]
+    np.add(S[0], way[..., :, None] * way[..., None, :] / 3.0, out=S[1])
+    S[1].reshape(*mean.shape[:2], 4)[..., ::3] += speed**2 * (T**2 / 3.0)[:, None]
     going_on, turning = log_density(e, S)
     going_on += np.log1p(-chance)
     turning += np.log(np.maximum(chance, TINY))

@@ -14,7 +14,9 @@ from colortrack_ros.data import Floats
 from colortrack_ros.data import Indices
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.tracking.growth import FASTEST_GROWTH
+from colortrack_ros.tracking.measurements import both_axes
 from colortrack_ros.tracking.measurements import by_axis
+from colortrack_ros.tracking.measurements import either_axis
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.merged import EDGE_VARIANCE
 from colortrack_ros.tracking.merged import sides_of_several
@@ -65,11 +67,11 @@ def measure_centers(
     elif np.count_nonzero(odd := blobs.cut.take(blob, axis=0) & (visible < size)):
         variance += odd * _variance_of_odd(prediction.sizes, size, visible)
     of_side = side_variance(prediction, blobs, blob, size)
-    doubtful = (variance > of_side) & (size > 0)
-    either = doubtful[:, 0] | doubtful[:, 1]
-    if shared is not None:
-        either |= shared
-    some = either.nonzero()[0]
+    doubtful = variance > of_side
+    if shared is None and not np.count_nonzero(doubtful):
+        return z, R  # as nearly always where no gate holds the blob of another
+    either = either_axis(doubtful & (size > 0))
+    some = (either if shared is None else either | shared).nonzero()[0]
     if len(some):
         scaled, free, center = _compared(prediction, blobs, track[some], blob[some])
         if shared is not None:
@@ -93,8 +95,7 @@ def _possible(prediction: Prediction, blobs: Measurements, track: Indices, blob:
 
 def _are_free(center: Floats) -> Bools:
     """Which centers, (3, K, 2), lie apart: sides that are not TIED to the centroid, (K,)."""
-    apart = np.maximum.reduce(center) - np.minimum.reduce(center) > TIED
-    return np.asarray(apart[:, 0] | apart[:, 1])
+    return either_axis(np.maximum.reduce(center) - np.minimum.reduce(center) > TIED)
 
 
 def are_scaled(prediction: Prediction, blobs: Measurements, track: Indices, blob: Indices) -> Bools:
@@ -115,8 +116,8 @@ def are_scaled(prediction: Prediction, blobs: Measurements, track: Indices, blob
     rounded = TOLERANCE * np.hypot(*(1 / visible.T)) / math.sqrt(2)
     most = FASTEST_GROWTH * prediction.step.period + rounded
     one = (np.abs(log[:, 0] - log[:, 1]) <= rounded) & (np.abs(log[:, 0]) <= most)
-    one &= ~(blobs.cut.any(axis=1) | blobs.mixed)[blob]
-    one &= (np.abs(reach[:, 0] - factor * extent[:, 0]) <= TOLERANCE).all(axis=1)
+    one &= ~(either_axis(blobs.cut) | blobs.mixed)[blob]
+    one &= both_axes(np.abs(reach[:, 0] - factor * extent[:, 0]) <= TOLERANCE)
     return np.asarray(one)
 
 
@@ -131,8 +132,8 @@ def _compared(
     center = _possible(prediction, blobs, track, blob)
     away = blobs.size.take(blob, axis=0) - prediction.size.take(track, axis=0)
     aside = np.abs(center - prediction.center.take(track, axis=0))
-    shown = (np.abs(away) > TOLERANCE).all(axis=1)
-    shown |= (aside[1] <= np.minimum(aside[0], aside[2])).all(axis=1)
+    shown = both_axes(np.abs(away) > TOLERANCE)
+    shown |= both_axes(aside[1] <= np.minimum(aside[0], aside[2]))
     return are_scaled(prediction, blobs, track, blob) & shown, _are_free(center), center
 
 
@@ -146,10 +147,11 @@ def _variance_of_odd(sizes: Sizes, size: Floats, blob: Floats) -> Floats:
     :param size, blob: (K, 2) of the objects and of the blobs [px].
     """
     excess = np.abs(blob - size)
-    excess -= 1 if sizes.are_steady else 1 + sizes.slack(size) - tolerance(size)
+    excess -= 1 if sizes.are_steady else 1.0 + sizes.slack(size) - tolerance(size)
     np.maximum(excess, 0, out=excess)
     excess *= excess
-    return LASTING * excess / 4
+    excess *= LASTING / 4
+    return excess
 
 
 def side_variance(
@@ -164,7 +166,7 @@ def side_variance(
     """
     jittering = blobs.usual.take(blob, axis=0)
     if not prediction.sizes.are_steady:
-        jittering += prediction.sizes.variance(size) / 4
+        jittering += prediction.sizes.variance(size) / 4.0
     return np.maximum(EDGE_VARIANCE, jittering)
 
 
@@ -215,7 +217,7 @@ def _variances(center: Floats, of_side: Floats) -> Floats:
     :param of_side: (K, 2) of a center that a side gives [px^2].
     """
     between = center[2] - center[0]
-    return np.array([of_side, of_side + between * between / 12, of_side])
+    return np.array([of_side, of_side + between * between / 12.0, of_side])
 
 
 def _as_one(
@@ -227,7 +229,7 @@ def _as_one(
     if it is by far the most probable. What they differ by lasts for that many frames.
     """
     share = weight / variance
-    total = 1 / np.add.reduce(share)
+    total = 1.0 / np.add.reduce(share)
     share *= total
     mean = np.add.reduce(share * center)
     rest = center - mean
@@ -256,8 +258,8 @@ def _sides(
     turn = prediction.turn_speed(track) * prediction.unmeasured[track][:, None]
     e = center - expected
     wide = variance + S
-    log = _log_normal(e, wide) + np.log(np.maximum(1 - chance, TINY))
-    turned = _log_normal(e, wide + turn * turn / 3) + np.log(np.maximum(chance, TINY))
+    log = _log_normal(e, wide) + np.log(np.maximum(1.0 - chance, TINY))
+    turned = _log_normal(e, wide + turn * turn / 3.0) + np.log(np.maximum(chance, TINY))
     np.logaddexp(log, turned, out=log)
     log[1] += LOG_OTHER_SIZE
     weight = np.exp(log - np.maximum.reduce(log))
@@ -277,7 +279,7 @@ def _sides(
 
 def _log_normal(e: Floats, variance: Floats) -> Floats:
     """Log of the density of e, up to a constant."""
-    return np.asarray(-(e * e / variance + np.log(variance)) / 2)
+    return np.asarray(-(e * e / variance + np.log(variance)) / 2.0)
 
 
 def centers(z: Floats, box: Floats, extent: Floats) -> Floats:

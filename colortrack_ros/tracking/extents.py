@@ -14,6 +14,7 @@ from colortrack_ros.tracking.growth import learn_growth
 from colortrack_ros.tracking.growth import learn_scaling
 from colortrack_ros.tracking.growth import STEADY_SIDE
 from colortrack_ros.tracking.hypotheses import Hypotheses
+from colortrack_ros.tracking.measurements import both_axes
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.sizes import TOLERANCE
@@ -41,10 +42,12 @@ def update_extents(
     extent = records['extent'][rows]
     excess = blobs.size.take(blob, axis=0) - prediction.size[rows]
     away = np.abs(excess)
-    other = away > prediction.slack[rows]
-    unlike = other[:, 0] | other[:, 1]
+    unlike, scaled = np.zeros(len(track), bool), None
     grows = np.count_nonzero(away > 2 * STEADY_SIDE)
-    scaled = _scaled(prediction, blobs, taken, away, unlike) if grows else None
+    if grows:  # else all are within the tolerance, which is larger
+        other = away > prediction.slack[rows]
+        unlike = other[:, 0] | other[:, 1]
+        scaled = _scaled(prediction, blobs, taken, away, unlike)
     now = _followed(prediction, blobs, taken, extent, excess, unlike, scaled)
     if np.count_nonzero(blobs.mixed):
         mixed = blobs.mixed[blob]
@@ -94,7 +97,7 @@ def _scaled(
     :param away: (K, 2) difference of their sizes [px].
     :param unlike: (K,) changed here.
     """
-    both = (away > TOLERANCE).all(axis=1).nonzero()[0]
+    both = both_axes(away > TOLERANCE).nonzero()[0]
     if len(both):
         both = both[are_scaled(prediction, blobs, taken.track[both], taken.blob[both])]
         unlike[both] = False

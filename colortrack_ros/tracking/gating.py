@@ -37,16 +37,16 @@ def gate(
     widest *= 1 + np.maximum.reduce(prediction.records['own_factor'], initial=0.0)
     narrowest = np.minimum.reduce(variance, axis=None, initial=1e9) + 1e-9
     T = prediction.unmeasured[:, None]
-    way = prediction.velocity * (T / 2)
-    turned = prediction.variance + (way**2 + (prediction.turn * T) ** 2) / 3
+    way = prediction.velocity * (T / 2.0)
+    turned = prediction.variance + (way**2 + (prediction.turn * T) ** 2) / 3.0
     S = prediction.variance + narrowest
-    bound = 2 * (prediction.log_odds - (prediction.log_density + LOG_PI))
+    bound = 2.0 * (prediction.log_odds - (prediction.log_density + LOG_PI))
     bound -= np.log(S[:, 0] * S[:, 1])
     if prediction.sized:
-        bound += 2 * prediction.best_fit
+        bound += 2.0 * prediction.best_fit
     half = np.sqrt(np.maximum(bound, 0.0)[:, None] * (turned + widest)) + np.abs(way)
     if prediction.sized:
-        half += prediction.size / 2
+        half += prediction.size / 2.0
     if not config.gating:
         half[:] = UNBOUNDED
     track, blob = points_inside(prediction.center, half, blobs.z, NEAREST_IN_CROWD * config.gating)

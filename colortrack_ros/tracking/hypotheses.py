@@ -76,7 +76,7 @@ def hypothesize(
     :param shared: (K,) pairs whose blob is shared by several tracks.
     """
     z, R = measure_centers(prediction, blobs, track, blob, shared)
-    R *= (1 + prediction.records['own_factor'][track])[:, None, None]
+    R *= (1.0 + prediction.records['own_factor'][track])[:, None, None]
     chance, T = prediction.maneuvered[track], prediction.unmeasured[track]
     compared = compare(prediction.bank, track, z, R, chance, T, prediction.turn_speed(track))
     return Hypotheses(track, blob, z, R, compared)

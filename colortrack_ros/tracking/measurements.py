@@ -118,9 +118,19 @@ def by_axis(R: Floats) -> Floats:
     return R.reshape(-1, 4)[:, ::3]
 
 
+def both_axes(which: Bools) -> Bools:
+    """Which of (M, 2) are so on both axes, (M,); a reduction takes twice as long."""
+    return which[:, 0] & which[:, 1]
+
+
+def either_axis(which: Bools) -> Bools:
+    """Which of (M, 2) are so on one axis or both, (M,)."""
+    return which[:, 0] | which[:, 1]
+
+
 def mean_of_axes(variance: Floats) -> Floats:
     """Means over the axes, (M,), of variances, (M, 2)."""
-    mean: Floats = (variance[:, 0] + variance[:, 1]) / 2
+    mean: Floats = (variance[:, 0] + variance[:, 1]) / 2.0
     return mean
 
 

@@ -149,7 +149,7 @@ class MeasurementNoise:
         of_usual = factor * usual[:, None]
         if self._shrinks:
             unusual = np.minimum(usual / np.maximum(variance, 1e-12), 1.0)[:, None]
-            factor = np.where(factor < 1, 1 - (1 - factor) * unusual, factor)
+            factor = np.where(factor < 1, 1.0 - (1.0 - factor) * unusual, factor)
         return factor, of_usual
 
     def _first(self, colors: NDArray[np.uint32]) -> Floats:

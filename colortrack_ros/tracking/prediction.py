@@ -206,7 +206,7 @@ def _expect(
     if not sized:
         unmeasured = np.minimum(unmeasured, (step.now - records['shared']) / NANOSECONDS)
     detected = learned.detection_rate.estimate(config.detection_probability)
-    seen = detected * records['visible']
+    seen, chance = detected * records['visible'], maneuver_chance(records['rate'], unmeasured)
     return Prediction(
         step=step,
         bank=bank,
@@ -217,9 +217,9 @@ def _expect(
         size=size,
         unseen=unseen,
         unmeasured=unmeasured,
-        maneuvered=maneuver_chance(records['rate'], unmeasured) * config.maneuvers,
+        maneuvered=chance if config.maneuvers else np.zeros(len(records)),
         detection_probability=detected,
-        log_odds=np.log(seen / (1 - seen)),
+        log_odds=np.log(seen / (1.0 - seen)),
         noise=config.process_noise or learned.noise,
         speed=assumed_speed(learned, config),
         sudden_speed=learned.sudden_speed,
@@ -266,7 +266,7 @@ def process_variance(records: Records, learned: Adaptation, config: TrackerConfi
     """sigma_s^2 of tracks, equal on both axes, (N, 1) [px^2/s^4]."""
     if config.process_noise:
         return np.full((len(records), 1), config.process_noise**2)
-    noise: Floats = learned.noise**2 * np.exp(2 * records['log_noise'])[:, None]
+    noise: Floats = learned.noise**2 * np.exp(2.0 * records['log_noise'])[:, None]
     return noise
 
 

@@ -60,15 +60,14 @@ class Recent:
         """
         slot = self._frame % RING
         self.stamps[slot] = self.stamps[slot - 1] + dt
-        count = len(track)
-        new = np.empty((count, RING_COLUMNS))
+        ring, in_a_row = records['measured'][:, slot], records['in_a_row']
+        every = len(track) == len(records)
+        new = ring if every else np.empty((len(track), RING_COLUMNS))
         new[:, Z], new[:, SEEN_SIZE] = z, size
         new[:, GIVEN], new[:, VARIANCE] = given, variance
         new[:, UNMEASURED], new[:, MANEUVERED] = unmeasured, maneuvered
         new[:, WHOLE], new[:, STEADY_CAMERA] = whole, steady
-        ring, in_a_row = records['measured'][:, slot], records['in_a_row']
-        if count == len(records):
-            ring[:] = new
+        if every:
             in_a_row *= steady
             in_a_row += 1
         else:

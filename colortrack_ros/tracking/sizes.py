@@ -66,7 +66,7 @@ def log_fit(excess: Floats, slack: Floats, best: Floats) -> Floats:
     e = excess / slack
     e *= e
     d2 = e[:, 0] + e[:, 1]
-    return np.asarray(np.log(OTHER_SIZE + np.exp(best - d2 / 2)))
+    return np.asarray(np.log(OTHER_SIZE + np.exp(best - d2 / 2.0)))
 
 
 class Sizes:

@@ -21,6 +21,7 @@ from colortrack_ros.tracking.adaptation import Adaptation
 from colortrack_ros.tracking.config import TrackerConfig
 from colortrack_ros.tracking.hypotheses import Association
 from colortrack_ros.tracking.hypotheses import Hypotheses
+from colortrack_ros.tracking.measurements import both_axes
 from colortrack_ros.tracking.prediction import known_acceleration
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.prediction import process_variance
@@ -83,11 +84,13 @@ class UndecidedTurns(Columns):
         if len(taken) < len(bank):
             seen = marked(taken.track, len(bank))[row].nonzero()[0]
         pair = taken.track.searchsorted(row[seen])
-        both.correct(seen, taken.z[pair], taken.R[pair])
+        both.correct(seen, taken.z.take(pair, axis=0), taken.R.take(pair, axis=0))
         mean, cov = mixture(both.weight, both.mean, both.cov)
-        bank.mean[0, row], bank.cov[0, row] = mean, cov
+        bank.mean[0][row], bank.cov[0][row] = mean, cov
         within = np.where(both.weight[0] > 0.5, both.cov[0, :, 2, 2], both.cov[1, :, 2, 2])
-        self.keep((cov[:, 2, 2] > (1 + WIDER) * within).nonzero()[0])
+        left = (cov[:, 2, 2] > (1 + WIDER) * within).nonzero()[0]
+        if left.size < row.size:
+            self.keep(left)
 
     def _predict(
         self, prediction: Prediction, again: Indices, learned: Adaptation, config: TrackerConfig
@@ -107,17 +110,16 @@ class UndecidedTurns(Columns):
         acceleration = known_acceleration(records, config)
         both.predict(
             prediction.step.dt,
-            process_variance(records, learned, config)[row],
+            process_variance(records, learned, config).take(row, axis=0),
             None if acceleration is None else acceleration[row],
         )
         center, weight = both.mean[..., :2], both.weight[..., None]
-        off = (weight * center).sum(axis=0) - bank.mean[0, row, :2]
-        near = np.abs(off) < ROUNDING_ERROR
-        same &= near[:, 0] & near[:, 1]
+        mixed = bank.mean[0].take(row, axis=0)[:, :2]
+        same &= both_axes(np.abs(np.add.reduce(weight * center) - mixed) < ROUNDING_ERROR)
         # what has made a track less certain, such as noise that is found to be more, does so here
-        aside = center[..., 0] - bank.mean[0, row, 0]
-        variance = (both.weight * (both.cov[..., 0, 0] + aside * aside)).sum(axis=0)
-        both.cov *= (bank.cov[0, row, 0, 0] / variance)[:, None, None]
+        aside = center[..., 0] - mixed[:, 0]
+        variance = np.add.reduce(both.weight * (both.cov[..., 0, 0] + aside * aside))
+        both.cov *= (bank.cov[0, :, 0, 0][row] / variance)[:, None, None]
         if len(again):
             same &= ~marked(again, len(records))[row]
         if np.count_nonzero(same) < len(same):

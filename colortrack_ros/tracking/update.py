@@ -160,7 +160,7 @@ def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses, *, ev
     wide = with_position * s + S
     aside = v * s + e
     d2 = e * e / S - aside * aside / wide
-    weight = SHARE * np.exp(np.minimum(np.add.reduce(d2, axis=1) / 2, MOST_LOG_RATIO))
+    weight = SHARE * np.exp(np.minimum(np.add.reduce(d2, axis=1) / 2.0, MOST_LOG_RATIO))
     weight *= np.sqrt(np.multiply.reduce(S / wide, axis=1))
     gain = with_position / wide
     change = gain * aside - v
@@ -169,7 +169,7 @@ def _unsettle(records: Records, prediction: Prediction, taken: Hypotheses, *, ev
     uu, vv = np.add.reduce(weighted * change + of_axes * (variance - gain * with_position))
     uv = np.add.reduce(weighted[:, 0] * change[:, 1])
     chance = prediction.maneuvered[rows] * (taken.innovations.maneuvered <= UNLIKELY)
-    chance /= 1 - chance + chance * np.add.reduce(weight)
+    chance /= 1.0 - chance + chance * np.add.reduce(weight)
     records['unsettled'][rows] = (chance * np.array([uu, uv, uv, vv])).T.reshape(-1, 2, 2)
 
 
@@ -281,7 +281,7 @@ def _learn_more(
     confirmed = track[records['state'][track] != TENTATIVE]
     learned.detection_rate.learn(prediction.unmeasured[confirmed] / period)
     if config.detection_covariance:
-        predicted = prediction.variance[track].mean(axis=1)
+        predicted = mean_of_axes(prediction.variance.take(track, axis=0))
         grown = learned.noisiness.learn(records, track, learned.recent, predicted)
         prediction.bank.doubt(track, grown)
     if not config.process_noise:

@@ -8,8 +8,8 @@ from colortrack_ros.data import DETECTION
 from colortrack_ros.data import Detections
 from colortrack_ros.tracking.tracker import Tracker
 
-MOST = 1026
-"""Most steps in an uneventful frame: 1023 with Python 3.11, a few more with 3.13. It keeps work
+MOST = 1011
+"""Most steps in an uneventful frame: 1008 with Python 3.11, a few more with 3.13. It keeps work
 from being added unnoticed; it does not tell how long each takes."""
 
 

@@ -26,7 +26,7 @@ def associate(track: Indices, detection: Indices, gain: Floats) -> tuple[Indices
     chosen = []
     while len(left):
         t, d, g = track[left], detection[left], gain[left]
-        sure = 3 * g > np.bincount(t, g)[t] + np.bincount(d, g)[d]
+        sure = 3.0 * g > np.bincount(t, g)[t] + np.bincount(d, g)[d]
         count = np.count_nonzero(sure)
         if not count:
             chosen.append(left[_solve(t, d, g)])
