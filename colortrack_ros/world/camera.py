@@ -171,8 +171,8 @@ class CameraModel:
 
     def contains(self, pixels: Floats) -> Bools:
         """Whether pixels, (N, 2), are inside the picture."""
-        size = np.array([self.width, self.height])
-        return np.asarray(((pixels >= -0.5) & (pixels < size - 0.5)).all(axis=1))
+        inside = (pixels >= -0.5) & (pixels < [self.width - 0.5, self.height - 0.5])
+        return np.asarray(inside[:, 0] & inside[:, 1])
 
 
 def _refuse_impossible(K: Floats, width: int, height: int) -> None:

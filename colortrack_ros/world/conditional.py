@@ -20,6 +20,7 @@ from colortrack_ros.world.measurement import two_ranges
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import Kinds
 from colortrack_ros.world.state import Motions
+from colortrack_ros.world.state import MOVES
 from colortrack_ros.world.state import OF_OBJECT
 from colortrack_ros.world.state import POSITION
 from colortrack_ros.world.state import STANDS
@@ -128,18 +129,19 @@ def conditional(
 ) -> Updated:
     """Update states in inverse depth as if the camera errors were as estimated."""
     p, P, falls = part.probability, errors.cov[robot], kinds.falls
-    rows = np.flatnonzero(measured.used.any(axis=0)).tolist()
+    rows = measured.used.any(axis=0).nonzero()[0].tolist()
     prior = Prior(part, errors.mean[robot], P, measured, kinds, view, ground, camera, rows)
     at: Floats = (p[:, None] @ part.mean)[:, 0]
     step = prior.updated(at)
     bent, far = np.arange(len(part)), np.zeros(len(part), bool)
     for _ in range(LINEARIZATIONS - 1):
-        bent = bent[(np.abs(step.ahead[bent] - at[bent])[:, POSITION] > within).any(axis=1)]
+        off = np.abs(step.ahead[bent, POSITION] - at[bent, POSITION]) > within
+        bent = bent[off.any(axis=1)]
         if not len(bent):
             break
         at[bent], far[bent] = step.ahead[bent], True
         step.put(bent, prior.take(bent).updated(at[bent]))
-    if falls.any() or not within:
+    if not within or np.count_nonzero(falls):
         _stabilize(step, prior.R)
     states, volume = step.states, step.volume
     white, e = step.seen[..., OF_OBJECT:-1], -step.seen[..., -1]
@@ -208,7 +210,8 @@ def _told(G: Floats, direct: Floats, S: Floats) -> Floats:
 
     :param G: (N, 2, M, 8 C) derivative of the innovations by the errors; direct: with states fixed.
     """
-    over = 1 / np.einsum('...ii->...i', S)[..., None, :]
+    count = S.shape[-1]
+    over = 1 / S.reshape(*S.shape[:2], 1, count * count)[..., :: count + 1]
     told = over @ np.square(G)
     least = LEAST_PARALLAX**2 * (over @ np.square(direct))
     return np.asarray(np.maximum(0.0, 1 - least / np.maximum(told, TINY)))
@@ -228,9 +231,10 @@ def _weigh(
     W, explained = whitening(np.eye(e.shape[-1]) + G @ P[:, None] @ G.swapaxes(-1, -2))
     nis = np.square(W @ e[..., None])[..., 0].sum(axis=-1)
     log = volume + explained - nis / 2
-    p = states.probability * np.exp(log - log.max(axis=1, keepdims=True))
+    p = states.probability * np.exp(log - np.maximum(log[:, :1], log[:, 1:]))
     least = LEAST_LIKELY * (states.probability > 0) * ~falls[:, None]
     least[:, STANDS] += LATE * states.probability[:, STANDS] * falls
-    p = np.maximum(p / p.sum(axis=1, keepdims=True), least)
-    states.probability = p / p.sum(axis=1, keepdims=True)
-    return np.asarray(np.where(states.probability > 0, nis, np.inf).min(axis=1))
+    p = np.maximum(p / (p[:, :1] + p[:, 1:]), least)
+    states.probability = p / (p[:, :1] + p[:, 1:])
+    nis = np.where(states.probability > 0, nis, np.inf)
+    return np.minimum(nis[:, STANDS], nis[:, MOVES])

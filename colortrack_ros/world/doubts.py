@@ -50,7 +50,7 @@ class Doubts:
     @property
     def reason(self) -> str:
         """Why no object is trusted; empty if some are."""
-        if self._wrong.any():
+        if np.count_nonzero(self._wrong):
             return 'what is seen is not where it is located: nothing is published'
         return self._made()
 

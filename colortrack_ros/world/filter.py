@@ -69,7 +69,7 @@ def forget(objects: Motions, errors: CameraErrors, dt: float) -> None:
     errors.cov += change * (errors.first - errors.cov)
     # regression of the errors before on those after, and the covariance that this leaves
     after = (1 - change) * before
-    after[:, np.arange(count), np.arange(count)] += change
+    after.reshape(len(after), -1)[:, :: count + 1] += change
     by = np.linalg.solve(after, before).swapaxes(-1, -2)
     left = (before - by @ before) * scale
     both = np.concatenate([left, by * (unit[:, None] / unit)], axis=-1)
@@ -111,11 +111,11 @@ def update(
     refused[rows[~right]] = True
     there = in_space(states, view.optical)
     keep_on_ground(there, measured, view.optical, kinds, ground)
-    if right.sum() < len(objects):
-        each = np.repeat(change, len(objects) // len(change), axis=0)
-        objects.whole = objects.shifted(each).whole
-        there, rows = there.take(right), rows[right]
-    objects.put(rows, there)
+    if np.count_nonzero(right) == len(objects):
+        objects.whole, objects.probability = there.whole, there.probability
+    else:
+        objects.whole = objects.shifted(change.repeat(len(objects) // len(change), axis=0)).whole
+        objects.put(rows[right], there.take(right))
     return refused, likely
 
 
@@ -136,7 +136,8 @@ def doubt(objects: Motions, refused: Bools) -> None:
 def in_front(objects: Motions, view: View) -> Bools:
     """Return which objects, (N,), are in front of the camera under both hypotheses."""
     depth = (objects.mean[..., POSITION] - view.optical.t) @ view.optical.R[:, 2]
-    return np.asarray((depth > BEHIND_LENS).all(axis=1))
+    front = depth > BEHIND_LENS
+    return np.asarray(front[:, STANDS] & front[:, MOVES])
 
 
 def _jointly(
@@ -169,7 +170,7 @@ def _jointly(
         cov, further, told = _corrected(errors.cov, change, step, robot, right)
         change = change + further
         bent = (part.slope[twice] @ further[robot[twice], None, :, None])[..., POSITION, 0]
-        if last == LINEARIZATIONS - 1 or not (np.abs(bent) > LINEAR_WITHIN).any():
+        if last == LINEARIZATIONS - 1 or not np.count_nonzero(np.abs(bent) > LINEAR_WITHIN):
             break
         there, moved = replace(errors, mean=prior + change), part.shifted(change[robot])
         step = conditional(moved, there, robot, measured, view, kinds, ground, camera)

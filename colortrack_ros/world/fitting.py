@@ -32,9 +32,9 @@ def fitting(
 
 def outside(detections: Detections, view: View) -> str:
     """Report a detection outside the picture of the calibration."""
-    pixels = np.stack([detections.rows['u'], detections.rows['v']], axis=1)
+    pixels = np.array([detections.rows['u'], detections.rows['v']]).T
     inside = view.camera.contains(pixels)
-    if inside.all():
+    if np.count_nonzero(inside) == len(inside):
         return ''
     out = pixels[~inside]
     return (

@@ -75,9 +75,15 @@ class Prior(Columns):
     rows: list[int]
 
     @property
+    def some(self) -> list[int] | slice:
+        """These rows, as a slice where they are the first ones."""
+        count = len(self.rows)
+        return slice(count) if self.rows == list(range(count)) else self.rows
+
+    @property
     def R(self) -> Floats:
         """Covariance of the measurements, (N, 1, M, M)."""
-        return self.measured.R[:, None, self.rows][..., self.rows]
+        return self.measured.R[:, None, self.some][..., self.some]
 
     def updated(self, at: Floats) -> Linearized:
         """Return the update by measurements that are linearized at these states, (N, 8)."""
@@ -91,7 +97,7 @@ class Prior(Columns):
         W, volume = whitening(S)
         seen = W @ innovations
         gain = seen[..., :OF_OBJECT].swapaxes(-1, -2)
-        if falls.any():
+        if np.count_nonzero(falls):
             P = self.P * falls[:, None, None]
             gain = _considered(gain, prior.slope, seen[..., OF_OBJECT:-1], P)
         states = Motions(prior.whole - gain @ seen, prior.probability)
@@ -112,10 +118,11 @@ class Prior(Columns):
         plane = self.ground + self.kinds.height
         z, H = expected(self.view, state, self.kinds.diameter, plane, BLOB in rows)
         H[:, :, POSITION] = H[:, :, POSITION] @ J
+        some = self.some
         off, H, unused = (
-            z[:, rows] - self.measured.z[:, rows],
-            H[:, rows],
-            ~self.measured.used[:, rows],
+            z[:, some] - self.measured.z[:, some],
+            H[:, some],
+            ~self.measured.used[:, some],
         )
         visible = np.asarray(np.isfinite(off).all(axis=1) & np.isfinite(H).all(axis=(1, 2)))
         unused |= ~visible[:, None]

@@ -107,7 +107,8 @@ class Locator:
         rows = self._known(tracks)
         taken = taken_detections(rows, detections)
         self._follow(rows, camera)
-        rows, seen = rows[taken >= 0], detections.rows[taken[taken >= 0]]
+        (some,) = (taken >= 0).nonzero()
+        rows, seen = rows.take(some), detections.rows.take(taken[some])
         kinds = self._kinds.take(rows['color'].astype(np.intp))
         measured = measured_of(seen, kinds, self._config, view.camera, depth)
         found, stamp = rows['track_id'], tracks.stamp
@@ -138,8 +139,8 @@ class Locator:
             belief.predict(objects.kinds, self._config.ground_height, ahead, self._unseen)
         mean, cov = published(belief, objects.kinds).combined()
         rows = np.zeros(len(objects), LOCATION)
-        for at, name in enumerate(('x', 'y', 'z', 'vx', 'vy', 'vz')):
-            rows[name] = mean[:, at]
+        singles = np.ndarray((len(rows), LOCATION.itemsize // 4), np.float32, rows)
+        singles[:, :6] = mean[:, :6]  # x, y, z, vx, vy, vz
         if self._view is not None:
             shares = self._doubts.shares(objects.object_id)
             added = unsaid(mean, cov, objects.kinds, self._view, self._config, shares)
@@ -191,7 +192,7 @@ class Locator:
     def _known(self, tracks: Tracks) -> NDArray[np.void]:
         """Return the tracks with known colors."""
         known = tracks.rows['color'] < len(self._kinds)
-        if known.all():
+        if np.count_nonzero(known) == len(known):
             return tracks.rows
         self._tell(unknown(tracks.rows['color'][~known][0], len(self._kinds)))
         return np.asarray(tracks.rows[known])
@@ -217,7 +218,7 @@ class Locator:
         refused = objects.belief.update(
             all_measured, view, objects.kinds, self._config.ground_height, camera
         )
-        if refused.any():
+        if np.count_nonzero(refused):
             ground, times = self._config.ground_height, (self._before, self._stamp)
             refused = objects.kick(refused, all_measured, view, ground, camera, times)
         settle(objects.belief, objects.kinds)
@@ -267,7 +268,7 @@ class Locator:
         own = self._objects.track_id[:, camera]
         rows = ~(tracks['track_id'][:, None] == own).any(axis=1)
         rows &= measured.used[:, PLANE] | measured.used[:, BLOB] | measured.used[:, DEPTH]
-        if not rows.any():
+        if not np.count_nonzero(rows):
             return
         tracks, measured = tracks[rows], measured.take(rows)
         kinds = self._kinds.take(tracks['color'].astype(np.intp))

@@ -58,11 +58,11 @@ def predict(
     thrown = _mix(objects, errors, kinds, dt, unseen)
     _maneuver(objects, errors, kinds, dt, unseen & ~kinds.falls)
     _move(objects.whole[:, MOVES], kinds.wander, dt)
-    if (slow := kinds.slow > 0).any():
+    if np.count_nonzero(slow := kinds.slow > 0):
         other = objects.whole[slow, STANDS]
         _move(other, EVENLY * kinds.wander[slow], dt)
         objects.whole[slow, STANDS] = other
-    if kinds.falls.any():
+    if np.count_nonzero(kinds.falls):
         apart = kinds.falls & (thrown < 1)
         other = objects.whole[apart, STANDS]
         _move(other, kinds.wander[apart], dt)
@@ -156,10 +156,10 @@ def _mix(objects: Motions, errors: CameraErrors, kinds: Kinds, dt: float, unseen
     :return: (N,) share of the objects in the hypothesis STANDS that came from the other one.
     """
     whole, cov, p, falls = objects.whole, objects.cov, objects.probability, kinds.falls
-    leave = 1 - np.exp(-dt / np.where(falls, FLIGHTS, SOJOURN))[:, None].repeat(2, axis=1)
-    leave[falls, STANDS] = ~unseen[falls]
-    from_moving = p[:, MOVES, None] * np.stack([leave[:, MOVES], 1 - leave[:, MOVES]], axis=1)
-    from_standing = p[:, STANDS, None] * np.stack([1 - leave[:, STANDS], leave[:, STANDS]], axis=1)
+    stop = 1 - np.exp(-dt / np.where(falls, FLIGHTS, SOJOURN))
+    start = np.where(falls, ~unseen, stop) if np.count_nonzero(falls) else stop
+    from_moving = p[:, MOVES, None] * np.array([stop, 1 - stop]).T
+    from_standing = p[:, STANDS, None] * np.array([1 - start, start]).T
     after = from_standing + from_moving
     # share of the objects in each hypothesis after mixing that moved before
     moved = from_moving / np.maximum(after, TINY)

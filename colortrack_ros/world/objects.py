@@ -86,13 +86,13 @@ class Objects(Columns):
         own, ids = self.track_id[:, camera], tracks['track_id'].astype(np.int64)
         at = np.searchsorted(ids, own)
         there = np.append(ids, -1)[at] == own
-        if not there.all():
+        if np.count_nonzero(there) < len(there):
             self.unlink(np.flatnonzero(~there), camera)
         at = at[there]
         self.states[there, camera] = tracks['state'][at]
         self.scores[there, camera] = tracks['score'][at]
         left = np.asarray(self.track_id.any(axis=1))
-        if not left.all():
+        if np.count_nonzero(left) < len(left):
             settle(self.belief, self.kinds, ~left)
             self.keep(np.flatnonzero(left))
 

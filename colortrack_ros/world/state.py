@@ -178,6 +178,9 @@ class Motions(Columns):
         """Assemble the states from their parts."""
         return cls(np.concatenate([cov, slope, mean[..., None]], axis=-1), probability)
 
+    def __len__(self) -> int:
+        return len(self.probability)
+
     @classmethod
     def none(cls, errors: int) -> 'Motions':
         """Return a table without objects, given the number of camera errors."""

@@ -138,7 +138,7 @@ class View:
         :return: (N, 3), and the Jacobian by point, shift and tilt, (N, 3, 9).
         """
         d = points - self.optical.t - shift @ self.base.R.T
-        if len(tilt) > 1 and (tilt == tilt[0]).all():
+        if len(tilt) > 1 and np.count_nonzero(tilt == tilt[0]) == tilt.size:
             tilt = tilt[:1]
         # by the matrix W of the cross product with a tilt, in the frame of the camera's body, q =
         # R^T (1 - W + W^2 / 2) d, and its derivative by each tilt
