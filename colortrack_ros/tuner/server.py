@@ -5,7 +5,6 @@ from collections.abc import Awaitable
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
-from functools import partial
 import json
 from pathlib import Path
 import sys
@@ -149,9 +148,8 @@ class Server:
         """
         reply = self._session.do(command, fields)
         self._note_state()
-        view = self._session.bench.view
-        if view is not None and any(one.ready for one in self._people):
-            self._encode(view)
+        if any(one.ready for one in self._people):
+            self._newest()
         return reply
 
     async def _feed(self, browser: 'Browser') -> None:
@@ -162,20 +160,22 @@ class Server:
                 browser.changed.clear()
                 view = self._session.bench.view
                 if browser.ready and view is not None and browser.view is not view:
-                    has_picture = browser.view is not None and browser.view.picture is view.picture
-                    browser.view, browser.ready = view, False
+                    browser.ready = False
                     if self._encoded is not view:
-                        await self._in_thread(partial(self._encode, view))
-                    await browser.socket.send_bytes(view.encoded(has_picture=has_picture))
+                        view = await self._in_thread(self._newest) or view
+                    await browser.show(view)
                 # After the picture, which is decoded while this is displayed.
                 if browser.state is not self._state:
                     browser.state = self._state
                     await browser.socket.send_str(self._state)
 
-    def _encode(self, view: ShownFrame) -> None:
-        """Encode a view, which takes a while, once for all browsers."""
-        view.encoded()
+    def _newest(self) -> ShownFrame | None:
+        """The newest view, encoded, which takes a while, once for all browsers."""
+        view = self._session.bench.view
+        if view is not None:
+            view.encoded()
         self._encoded = view
+        return view
 
     async def _refresh(self) -> None:
         """Notify all browsers of the new state."""
@@ -243,6 +243,12 @@ class Browser:
         self.ready = True
         self.state = ''
         self.view: ShownFrame | None = None
+
+    async def show(self, view: ShownFrame) -> None:
+        """Send it a view, with the picture unless it has that."""
+        has_picture = self.view is not None and self.view.picture is view.picture
+        self.view = view
+        await self.socket.send_bytes(view.encoded(has_picture=has_picture))
 
     def has_shown(self) -> None:
         """Note that the last picture is on its screen."""

@@ -22,8 +22,11 @@ JPEG_QUALITY = 85
 """JPEG quality of the pictures that are sent: edges of colors stay, at a tenth of the bytes."""
 
 LENGTHS = struct.Struct('<III')
-"""Header of each message: sizes of its JSON, of its JPEG, and of the PNG of its mask [bytes]. There
-is no JPEG where the browser has the picture."""
+"""Header of each message: sizes of its JSON, of its JPEG, and of the PNG of its mask [bytes]."""
+
+AS_BEFORE = 0xFFFFFFFF
+"""In place of the size of the JPEG: none is sent, the picture is that of the view before. 0 is the
+size of a picture without pixels."""
 
 
 class Picture:
@@ -87,7 +90,8 @@ class ShownFrame:
         """
         text, png = self.results
         jpeg = b'' if has_picture else self.picture.jpeg
-        return LENGTHS.pack(len(text), len(jpeg), len(png)) + text + jpeg + png
+        lengths = LENGTHS.pack(len(text), AS_BEFORE if has_picture else len(jpeg), len(png))
+        return lengths + text + jpeg + png
 
     def found(self) -> dict[str, Any]:
         """The results in JSON."""

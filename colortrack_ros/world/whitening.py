@@ -16,7 +16,7 @@ def whitening(S: Floats) -> tuple[Floats, Floats]:
     count = S.shape[-1]
     A = np.zeros((count, 2 * count, S.size // count**2))
     A[:, :count] = S.reshape(-1, count, count).transpose(1, 2, 0)
-    A.reshape(-1, A.shape[-1])[count :: 2 * count + 1] = 1.0
+    A.reshape(2 * count * count, -1)[count :: 2 * count + 1] = 1.0
     volume = np.ones(A.shape[-1])
     for i in range(count):
         row = A[i, i : count + i + 1]

@@ -93,10 +93,13 @@ def parameters(node: str) -> dict[str, object]:
 
 
 class Crowd:
-    """All those nodes, each in its process, what they say, and publishers of what they hear."""
+    """All those nodes, each in its process, what they say, and publishers of what they hear.
+
+    :ivar is_ended: whether a test has ended them.
+    """
 
     def __init__(self, ros) -> None:
-        self.ros = ros
+        self.ros, self.is_ended = ros, False
         self.taken = dict.fromkeys(HEARD, 0)
         self.refused = dict.fromkeys(HEARD, 0)
         self.skipped = dict.fromkeys(HEARD, 0)
@@ -163,9 +166,9 @@ def crowds():
 
 @pytest.fixture
 def crowd(crowds, tmp_path_factory):
-    """That of the test before, but where a try of a test that is run again has ended its nodes."""
+    """That of the test before, but for a test that is run again once it has ended the nodes."""
     opened, made = crowds
-    if not made or any(p.popen.poll() is not None for p in made[-1].processes.values()):
+    if not made or made[-1].is_ended:
         ros = Ros(tmp_path_factory.mktemp('crowd'))
         opened.callback(ros.close)
         made.append(Crowd(ros))
@@ -244,6 +247,7 @@ def test_the_next_good_message_is_answered_and_the_end_is_in_order(crowd):
         return [t for t, some in answers.items() if any(m.header.stamp == NEWEST for m in some)]
 
     assert crowd.ros.spin(lambda: len(answered()) == len(outputs)), answered()
+    crowd.is_ended = True
     for process in crowd.processes.values():
         process.popen.send_signal(signal.SIGINT)
     statuses = {name: process.end() for name, process in crowd.processes.items()}

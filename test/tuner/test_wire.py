@@ -6,6 +6,7 @@ import json
 import aiohttp
 from support.tuner import tuner
 
+from colortrack_ros.tuner.view import AS_BEFORE
 from colortrack_ros.tuner.view import LENGTHS
 
 SCENE = 'scene:single?width=160&height=120&duration=2'
@@ -20,18 +21,29 @@ def test_a_picture_is_sent_once_to_each_browser_whatever_is_changed(tmp_path):
             session.ws_connect(f'{url}socket') as one,
             session.ws_connect(f'{url}socket') as other,
         ):
-            values = {'node': 'detector', 'values': {'min_aspect': 0.3}, 'follows': False}
             found = [await next_view(one), await next_view(other)]
+            values = {'node': 'detector', 'values': {'min_aspect': 0.3}, 'follows': False}
             await one.send_str(json.dumps({'do': 'set'} | values))
-            while found[-1][0]['revision'] == found[0][0]['revision']:
-                found.append(await next_view(one))
-            found.append(await next_view(other))
-            return found
+            found.append(await view_of(one, lambda view: view['revision'] == 1))
+            for frame in (7, 0):
+                await one.send_str(json.dumps({'do': 'seek', 'frame': frame}))
+                found.append(await view_of(one, lambda view, at=frame: view['number'] == at))
+            async with session.ws_connect(f'{url}socket') as third:
+                return [*found, await next_view(third)]
 
     with tuner(SCENE, '--folder', tmp_path) as url:
-        (first, size), (_, of_other), *later = asyncio.run(sizes(url))
-    assert size == of_other > 0
-    assert {size for view, size in later if view['number'] == first['number']} == {0}
+        (_, first), (_, other), (_, changed), *others = asyncio.run(sizes(url))
+    assert changed == AS_BEFORE
+    assert first == other
+    assert all(0 < size < AS_BEFORE for _, size in ((_, first), *others))
+
+
+async def view_of(wire, fits):
+    """The first such view."""
+    while True:
+        view, size = await next_view(wire)
+        if fits(view):
+            return view, size
 
 
 async def next_view(wire):

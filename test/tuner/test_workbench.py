@@ -12,6 +12,8 @@ from colortrack_ros.tuner.footage import LiveFootage
 from colortrack_ros.tuner.footage import RecordedFootage
 from colortrack_ros.tuner.running import RunningNodes
 from colortrack_ros.tuner.settings import Settings
+from colortrack_ros.tuner.view import AS_BEFORE
+from colortrack_ros.tuner.view import LENGTHS
 from colortrack_ros.tuner.workbench import Workbench
 
 SCENE = 'scene:five?width=320&height=180&duration=6'
@@ -99,7 +101,8 @@ def test_a_picture_without_pixels_is_shown_as_nothing():
     footage = LiveFootage('/camera')
     footage.put(Frame(np.zeros((0, 0, 3), np.uint8)))
     bench = Workbench(footage, Settings())
-    assert bench.view.encoded()
+    assert LENGTHS.unpack_from(bench.view.encoded())[1] == 0
+    assert LENGTHS.unpack_from(bench.view.encoded(has_picture=True))[1] == AS_BEFORE
 
 
 @pytest.mark.parametrize('encoding', ['bgr8', 'mono8', 'yuyv'])
