@@ -15,6 +15,7 @@ from colortrack_ros.tracking.growth import learn_scaling
 from colortrack_ros.tracking.growth import STEADY_SIDE
 from colortrack_ros.tracking.hypotheses import Hypotheses
 from colortrack_ros.tracking.measurements import both_axes
+from colortrack_ros.tracking.measurements import either_axis
 from colortrack_ros.tracking.measurements import Measurements
 from colortrack_ros.tracking.prediction import Prediction
 from colortrack_ros.tracking.sizes import TOLERANCE
@@ -45,8 +46,7 @@ def update_extents(
     unlike, scaled = np.zeros(len(track), bool), None
     grows = np.count_nonzero(away > 2 * STEADY_SIDE)
     if grows:  # else all are within the tolerance, which is larger
-        other = away > prediction.slack[rows]
-        unlike = other[:, 0] | other[:, 1]
+        unlike = either_axis(away > prediction.slack[rows])
         scaled = _scaled(prediction, blobs, taken, away, unlike)
     now = _followed(prediction, blobs, taken, extent, excess, unlike, scaled)
     if np.count_nonzero(blobs.mixed):

@@ -172,9 +172,9 @@ class Server:
     def _newest(self) -> ShownFrame | None:
         """The newest view, encoded, which takes a while, once for all browsers."""
         view = self._session.bench.view
-        if view is not None:
+        if view is not None and view is not self._encoded:
             view.encoded()
-        self._encoded = view
+            self._encoded = view
         return view
 
     async def _refresh(self) -> None:

@@ -261,14 +261,13 @@ class Session:
             self.bench.configure()
 
     def _give(self, node: str, given: Mapping[str, Any]) -> None:
-        """Send new values to the node that is being tuned.
+        """Send new values to a node that is being tuned.
 
         :raises ValueError: it refuses them.
         """
-        if node in self._attached:
-            changed = self.settings.difference(node, given)
-            if changed:
-                self._running.link().give(self._attached[node], changed)
+        changed = self.settings.difference(node, given)
+        if changed:
+            self._running.link().give(self._attached[node], changed)
 
     def _change(
         self,

@@ -25,14 +25,18 @@ def stay_of(threads: list[Path]) -> Stay:
     return Stay(running, queued)
 
 
+def stat_of(folder: Path) -> list[str]:
+    """What Linux tells of a process or a thread, from its state on: its name may be anything."""
+    return (folder / 'stat').read_text().rpartition(')')[2].split()
+
+
 def threads_of(pid: int) -> str:
     """A line for each thread of a process: name, state, and where in the kernel it waits."""
     lines = []
     for folder in sorted(Path(f'/proc/{pid}/task').glob('*')):
         with contextlib.suppress(OSError):  # it has just ended
-            words = [(folder / name).read_text().strip() for name in ('comm', 'stat', 'wchan')]
-            words[1] = words[1].rpartition(')')[2].split()[0]
-            lines.append(f'{folder.name}: {", ".join(words)}')
+            name, place = ((folder / file).read_text().strip() for file in ('comm', 'wchan'))
+            lines.append(f'{folder.name}: {name}, {stat_of(folder)[0]}, {place}')
     return '\n'.join(lines)
 
 
@@ -40,9 +44,7 @@ def _descendants() -> list[Path]:
     below: dict[int, list[int]] = {}
     for stat in Path('/proc').glob('[0-9]*/stat'):
         if stat.exists():
-            # the name, in parentheses, may contain anything
-            parent = stat.read_text().rpartition(')')[2].split()[1]
-            below.setdefault(int(parent), []).append(int(stat.parent.name))
+            below.setdefault(int(stat_of(stat.parent)[1]), []).append(int(stat.parent.name))
     found = [os.getpid()]
     for one in found:
         found += below.get(one, [])

@@ -27,6 +27,7 @@ from support.forks import Fork
 from support.forks import nursery
 from support.forks import PATIENT
 from support.forks import program_of
+from support.processors import stat_of
 from support.processors import threads_of
 from support.waiting import PATIENCE
 from support.waiting import wait_until
@@ -103,7 +104,7 @@ class Process:
 
     def work(self) -> float:
         """Processor time that it has used so far [s]."""
-        fields = Path(f'/proc/{self.popen.pid}/stat').read_text().rpartition(')')[2].split()
+        fields = stat_of(Path(f'/proc/{self.popen.pid}'))
         return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
     def wait_for(self, text: str, seconds: float = PATIENCE) -> None:

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 import signal
 
+from support.processors import stat_of
 from support.waiting import wait_until
 
 from colortrack_ros.batch import TaskError
@@ -44,7 +45,7 @@ def pids(folder):
 
 def is_alive(pid):
     try:
-        state = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0]
+        state = stat_of(Path(f'/proc/{pid}'))[0]
     except (FileNotFoundError, ProcessLookupError):  # it ends before it is read, or as it is
         return False
     return state != 'Z'
