@@ -3,6 +3,8 @@
 A message that is inconsistent or violates its contract raises MessageError.
 """
 
+from colortrack_ros.messages.boxes import BOXES
+from colortrack_ros.messages.boxes import BoxReader
 from colortrack_ros.messages.camera_info import camera_info_of_frame
 from colortrack_ros.messages.camera_info import image_size_of_serialized_camera_info
 from colortrack_ros.messages.camera_info import load_camera_info
@@ -39,6 +41,8 @@ from colortrack_ros.messages.targets import poses_of_locations
 from colortrack_ros.messages.targets import target_of_locations
 
 __all__ = [
+    'BOXES',
+    'BoxReader',
     'LocationMarkerWriter',
     'MarkerWriter',
     'MessageError',

@@ -19,7 +19,8 @@ class Reader:
         if len(cdr) < 4 or cdr[0] != 0 or cdr[1] > 1:
             raise CdrError(f'encapsulation {bytes(cdr[:2]).hex()}: expected 0000 or 0001')
         self._cdr, self._at = memoryview(cdr), 4
-        self._uint32 = struct.Struct(('>' if cdr[1] == 0 else '<') + 'I')
+        self._order = '>' if cdr[1] == 0 else '<'
+        self._uint32 = struct.Struct(self._order + 'I')
 
     def uint32(self) -> int:
         """A uint32."""
@@ -29,6 +30,11 @@ class Reader:
         self._at = at + 4
         number: int = self._uint32.unpack_from(self._cdr, at)[0]
         return number
+
+    def doubles(self, count: int) -> tuple[float, ...]:
+        """So many float64, one after the other."""
+        self._at = (self._at - 4 + 7 & ~7) + 4
+        return struct.unpack(f'{self._order}{count}d', self._take(8 * count))
 
     def byte(self) -> int:
         """A uint8 or bool."""
@@ -56,6 +62,12 @@ class Reader:
     def header(self) -> tuple[int, str]:
         """A std_msgs/Header: its stamp [ns] and frame_id."""
         return self.stamp(), self.string()
+
+    def end(self) -> None:
+        """Refuse bytes behind the last field, but for the padding of CDR, up to three."""
+        left = len(self._cdr) - self._at
+        if left > 3:
+            raise CdrError(f'{left} bytes more than its fields have')
 
     def _take(self, size: int) -> memoryview:
         if self._at + size > len(self._cdr):

@@ -15,12 +15,13 @@ from colortrack_ros.data import Tracks
 from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.messages import depth_of_serialized_image
-from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.camera_view import CameraViews
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
+from colortrack_ros.node_kit.detections_intake import DetectionsConfig
+from colortrack_ros.node_kit.detections_intake import subscribe_to_detections
 from colortrack_ros.node_kit.topics import require_namespace
 from colortrack_ros.node_kit.topics import subscribe_to
 from colortrack_ros.node_kit.topics import topic_name
@@ -71,7 +72,7 @@ class CameraFeedConfig(Config):
         valid=require_namespace,
     )
     pose: CameraPoseConfig = part(CameraPoseConfig)
-    detections_topic: str = topic_name('detections', 'the detections')
+    detections: DetectionsConfig = part(DetectionsConfig)
     tracks_topic: str = topic_name('tracks', 'the tracks')
     camera_info_topic: str = topic_name('camera/camera_info', 'the calibration of the camera')
     depth_topic: str = topic_name(
@@ -100,7 +101,9 @@ class CameraFeedConfig(Config):
             self,
             cameras=(),
             pose=replace(self.pose, camera_pose=mount.config.camera_pose),
-            detections_topic=f'{mount.name}/{self.detections_topic}',
+            detections=replace(
+                self.detections, detections_topic=f'{mount.name}/{self.detections.detections_topic}'
+            ),
             tracks_topic=f'{mount.name}/{self.tracks_topic}',
             camera_info_topic=f'{mount.name}/{self.camera_info_topic}',
             depth_topic=f'{mount.name}/{self.depth_topic}',
@@ -136,7 +139,8 @@ class CameraFeed:
             node, config.pose, config.camera_info_topic, refuse, self._waiting.look
         )
         self.configure(config)
-        subscribe_to(node, PointCloud2, config.detections_topic, self._take_detections, refuse)
+        self._read = config.detections.reader(node.get_logger().warning)
+        subscribe_to_detections(node, config.detections, self._take_detections, refuse)
         subscribe_to(node, PointCloud2, config.tracks_topic, self._take_tracks, refuse)
         if needs_depth:
             subscribe_to(node, Image, config.depth_topic, self._take_depth, refuse)
@@ -155,7 +159,7 @@ class CameraFeed:
         return self._views.at(stamp, self._frame_id)
 
     def _take_detections(self, cdr: bytes) -> None:
-        self._waiting.put_detections(detections_of_serialized_cloud(cdr))
+        self._waiting.put_detections(self._read(cdr))
 
     def _take_depth(self, cdr: bytes) -> None:
         self._waiting.put_depth(*depth_of_serialized_image(cdr))

@@ -23,6 +23,7 @@ from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
 from colortrack_ros.messages import MessageError
+from colortrack_ros.messages.vision import vision
 from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.parameters import Config
 from colortrack_ros.parameters import EXPERT
@@ -30,8 +31,8 @@ from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters.config import require_name
 
 PICTURES = (Image, CompressedImage)
-SENSED = (*PICTURES, CameraInfo, Odometry)
-"""Messages of the drivers of a camera and of a robot."""
+SENSED = (*PICTURES, CameraInfo, Odometry, *((vision.Detection2DArray,) if vision else ()))
+"""Messages of the drivers of a camera and of a robot, and of the networks of others."""
 
 OVERRIDABLE = (
     QoSPolicyKind.HISTORY,

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any
 
 from sensor_msgs.msg import CameraInfo
-from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
 from colortrack_ros.data import Detections
@@ -14,12 +13,13 @@ from colortrack_ros.flow.order import IDLE
 from colortrack_ros.flow.order import OrderConfig
 from colortrack_ros.flow.stage import Stage
 from colortrack_ros.flow.stage import Worker
-from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_size_of_serialized_camera_info
 from colortrack_ros.node_kit.camera_pose import CameraPoseConfig
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import seconds_of
 from colortrack_ros.node_kit.clocks import STEADY
+from colortrack_ros.node_kit.detections_intake import DetectionsConfig
+from colortrack_ros.node_kit.detections_intake import subscribe_to_detections
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.diagnostics import TOLD_EVERY
 from colortrack_ros.node_kit.intake import configure
@@ -47,7 +47,7 @@ class TrackerSetup(NodeSetup):
     config: TrackerConfig = part(TrackerConfig)
     max_lag: float = lag_limit(0.5, 'detections')
     order: OrderConfig = part(OrderConfig)
-    detections_topic: str = topic_name('detections', 'the detections')
+    detections: DetectionsConfig = part(DetectionsConfig)
     camera_info_topic: str = topic_name(
         'camera/camera_info', 'the CameraInfo that tells how large the pictures are'
     )
@@ -95,9 +95,9 @@ class TrackerNode(ManagedNode[TrackerSetup]):
         self._output = TracksOutput(self, self.setup.output)
         offer(self, Trigger, '~/reset', self._reset)
         if self._subscribe:
-            subscribe_to(
-                self, PointCloud2, self.setup.detections_topic, self._receive, self._refuse
-            )
+            detections = self.setup.detections
+            self._read = detections.reader(self.get_logger().warning)
+            subscribe_to_detections(self, detections, self._receive, self._refuse)
             subscribe_to(
                 self, CameraInfo, self.setup.camera_info_topic, self._learn_size, self._refuse
             )
@@ -130,9 +130,7 @@ class TrackerNode(ManagedNode[TrackerSetup]):
 
     def _receive(self, cdr: bytes) -> None:
         size = self._image_size
-        self.intake.put_unread(
-            lambda: replace(detections_of_serialized_cloud(cdr), image_size=size), len(cdr)
-        )
+        self.intake.put_unread(lambda: replace(self._read(cdr), image_size=size), len(cdr))
         skipped = self.stage.skipped
         if skipped > self._skipped:
             self.get_logger().warning(

@@ -30,8 +30,8 @@ from colortrack_ros.messages import cloud_of_outlines
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import header_of
 from colortrack_ros.messages import MarkerWriter
+from colortrack_ros.node_kit.detections_intake import CLOUD
 from colortrack_ros.replay.recordings import CAMERA_INFO
-from colortrack_ros.replay.recordings import CLOUD
 from colortrack_ros.replay.recordings import Item
 from colortrack_ros.replay.setup import Setup
 
@@ -103,7 +103,7 @@ class BagOutput(Output):
             width, height = self._image_size = detections.image_size
             header = header_of(detections.stamp, detections.frame_id)
             self._add('camera_info', item, CameraInfo(header=header, width=width, height=height))
-        recorded = isinstance(item.content, Detections)
+        recorded = item.cdr and isinstance(item.content, Detections)
         self._add('detections', item, None if recorded else cloud_of_detections(detections))
 
     def write(self, number: int, item: Item, tracks: Tracks) -> None:

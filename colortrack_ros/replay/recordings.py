@@ -2,6 +2,7 @@
 
 from abc import ABC
 from abc import abstractmethod
+from collections.abc import Callable
 from collections.abc import Iterator
 from collections.abc import Mapping
 from collections.abc import Sequence
@@ -17,9 +18,10 @@ from colortrack_ros.bags import Topic
 from colortrack_ros.data import Detections
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
-from colortrack_ros.messages import detections_of_serialized_cloud
+from colortrack_ros.messages import BOXES
 from colortrack_ros.messages import image_size_of_serialized_camera_info
 from colortrack_ros.messages import MessageError
+from colortrack_ros.node_kit.detections_intake import CLOUD
 from colortrack_ros.node_kit.runtime import StartError
 from colortrack_ros.nodes.tracker import TrackerSetup
 from colortrack_ros.replay.setup import Setup
@@ -32,7 +34,6 @@ from colortrack_ros.sources import SourceError
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 MESSAGES = {IMAGE: Image, COMPRESSED: CompressedImage}
-CLOUD = 'sensor_msgs/msg/PointCloud2'
 LISTED = 8
 """Topics named in a bag that has none of these: as many as fit into two lines. Chosen."""
 
@@ -42,7 +43,7 @@ class Item(NamedTuple):
 
     :param log_time: when it was recorded [ns].
     :param content: the frame or detections.
-    :param cdr: the recorded message, empty if there was none.
+    :param cdr: the recorded message, empty if there was none that nodes publish.
     """
 
     log_time: int
@@ -66,6 +67,7 @@ class Recording(ABC):
     :ivar reason: of the last refusal.
     :ivar late: number of messages dropped because they came too late.
     :ivar viewpoints: poses of the camera, if the tracker needs them.
+    :ivar warn: takes what is told of an item.
     """
 
     viewpoints: RecordedViewpoints | None = None
@@ -77,6 +79,7 @@ class Recording(ABC):
     def __init__(self) -> None:
         self.refused = self.late = 0
         self.reason = ''
+        self.warn: Callable[[str], object] = lambda _: None
 
     def refuse(self, reason: str) -> None:
         """Count invalid input."""
@@ -172,18 +175,21 @@ class BagRecording(Recording):
     def __init__(self, path: Path, topic: str, setup: Setup) -> None:
         super().__init__()
         self._reader = BagReader(path)
-        topics = [t for t in self._reader.topics if setup.takes_detections or t.kind != CLOUD]
         names = setup.topics['image'], setup.topics['detections']
         self._intake = setup.intake
         try:
-            self._topic = choose(topics, topic, *names)
+            self._topic = choose(self._reader.topics, topic, *names, _kinds_of(setup, topic))
         except StartError as error:
             self._reader.close()
             raise StartError(f'{path}: {error}') from error
         self.label = f'{path}, {self._topic.name}'
         self.total = self._topic.size
         self.rate = (self.total - 1) * NANOSECONDS / max(self._reader.duration, 1)
-        self.has_pictures = self._topic.kind != CLOUD
+        self.has_pictures = self._topic.kind in MESSAGES
+        if setup.detections:
+            self._detections = setup.detections.reader_of(
+                self._topic.kind, lambda line: self.warn(line)
+            )
         self._image_size = (0, 0) if self.has_pictures else self._size_of(setup)
         if name := setup.topics['odometry']:
             assert isinstance(setup.tracker, TrackerSetup)
@@ -217,11 +223,11 @@ class BagRecording(Recording):
                 continue
             if isinstance(content, Detections):
                 content = dataclasses.replace(content, image_size=self._image_size)
-            yield Item(log_time, content, cdr)
+            yield Item(log_time, content, b'' if self._topic.kind == BOXES else cdr)
 
     def _content(self, cdr: bytes) -> Frame | Detections:
-        if self._topic.kind == CLOUD:
-            return detections_of_serialized_cloud(cdr)
+        if not self.has_pictures:
+            return self._detections(cdr)
         return self._intake.frame_of(cdr, MESSAGES[self._topic.kind])
 
     def close(self) -> None:
@@ -231,16 +237,32 @@ class BagRecording(Recording):
             self.viewpoints.close()
 
 
-def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) -> Topic:
+def _kinds_of(setup: Setup, topic: str) -> tuple[str, ...]:
+    """The types that the topic may have: if it is not named, and boxes are expected, only that."""
+    if setup.detections is None:
+        return tuple(MESSAGES)
+    if setup.detections.detections_type == BOXES and not topic:
+        return (BOXES,)
+    return *MESSAGES, CLOUD, BOXES
+
+
+def choose(
+    topics: Sequence[Topic],
+    wanted: str,
+    image: str,
+    detections: str,
+    kinds: Sequence[str] = (*MESSAGES, CLOUD, BOXES),
+) -> Topic:
     """The topic to process.
 
     It is the requested one, if any; otherwise that of the images, raw or compressed, or the only
     one that has images, where those compressed beside the raw ones do not count; in a bag without
-    images that of the detections, or the only point cloud.
+    images that of the detections, or the only one of such a type.
+    :param kinds: types that it may have.
     :raises StartError: none is suitable, or several are; the reason lists them.
     """
-    usable = [t for t in topics if t.kind in (IMAGE, COMPRESSED, CLOUD)]
-    images = [t for t in usable if t.kind != CLOUD]
+    usable = [t for t in topics if t.kind in kinds]
+    images = [t for t in usable if t.kind in MESSAGES]
     names = [wanted, f'/{wanted}'] if wanted else [image, f'{image}/compressed']
     if not wanted and not images and detections:
         names = [detections]
@@ -256,8 +278,7 @@ def choose(topics: Sequence[Topic], wanted: str, image: str, detections: str) ->
     if not usable:
         there = ', '.join(f'{t.name} ({t.kind})' for t in topics[:LISTED]) or 'none'
         raise StartError(
-            f'no topic {names[0]} there, nor another of {IMAGE}, {COMPRESSED} or {CLOUD}; there is '
-            f'{there}'
+            f'no topic {names[0]} there, nor another of {" or ".join(kinds)}; there is {there}'
         )
     listed = ', '.join(f'{t.name} ({t.kind}, {t.size})' for t in usable)
     raise StartError(f'no topic {names[0]} there; topics that --topic may choose: {listed}')

@@ -153,7 +153,7 @@ def run_through(
         for output in outputs:
             output.write(number, item, tracks)
 
-    viewpoints = recording.viewpoints
+    recording.warn, viewpoints = tally.warn, recording.viewpoints
     chain = make_chain(setup, detected, tracked, recording.drop, tally.warn, viewpoints)
     bar = progress_bar('replay', recording.total, stays=False)
     with bar as show, contextlib.ExitStack() as at_end:

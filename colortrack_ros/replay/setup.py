@@ -12,6 +12,7 @@ from typing import Any
 from colortrack_ros.bags import STORAGES
 from colortrack_ros.batch import add_batch_options
 from colortrack_ros.batch import FilesParser
+from colortrack_ros.node_kit.detections_intake import DetectionsConfig
 from colortrack_ros.node_kit.image_tracker import ImageTrackerSetup
 from colortrack_ros.node_kit.intake import IntakeConfig
 from colortrack_ros.node_kit.live_parameters import FOREIGN
@@ -83,9 +84,9 @@ class Setup:
         return self.detector.intake if self.detector else IntakeConfig()
 
     @property
-    def takes_detections(self) -> bool:
-        """Whether recorded detections can replace pictures."""
-        return isinstance(self.tracker, TrackerSetup)
+    def detections(self) -> DetectionsConfig | None:
+        """How recorded detections are read, if they can replace pictures."""
+        return self.tracker.detections if isinstance(self.tracker, TrackerSetup) else None
 
 
 def parse(args: Sequence[str]) -> argparse.Namespace:

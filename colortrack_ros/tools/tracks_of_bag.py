@@ -19,7 +19,7 @@ from colortrack_ros.evaluation.record import rows_of_tracks
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import MessageError
 from colortrack_ros.messages import tracks_of_serialized_cloud
-from colortrack_ros.replay.recordings import CLOUD
+from colortrack_ros.node_kit.detections_intake import CLOUD
 from colortrack_ros.tools.health_of_bag import health_of
 
 

@@ -14,7 +14,7 @@ from colortrack_ros.evaluation import RecordError
 from colortrack_ros.evaluation import statistics
 from colortrack_ros.evaluation.per_second import per_second
 from colortrack_ros.evaluation.record import empty_rows
-from colortrack_ros.replay.recordings import CLOUD
+from colortrack_ros.node_kit.detections_intake import CLOUD
 from colortrack_ros.tools.evaluate import main
 from colortrack_ros.tools.tracks_of_bag import tracks_of_bag
 

@@ -20,7 +20,7 @@ from colortrack_ros.evaluation.report import picture_of
 from colortrack_ros.messages import cloud_of_detections
 from colortrack_ros.messages import cloud_of_tracks
 from colortrack_ros.messages import stamp_of
-from colortrack_ros.replay.recordings import CLOUD
+from colortrack_ros.node_kit.detections_intake import CLOUD
 from colortrack_ros.sources import open_source
 from colortrack_ros.tools.evaluate import main
 from colortrack_ros.tools.evaluation_task import _pictures

@@ -1,0 +1,82 @@
+"""Boxes of others, as vision_msgs/Detection2DArray, live and from a bag."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import PointCloud2
+from support.boxes import box
+from support.boxes import serialized
+from support.boxes import write_boxes
+from support.recorded import of_topic
+from support.recorded import tracks_of
+
+from colortrack_ros.messages import BOXES
+from colortrack_ros.messages import detections_of_cloud
+from colortrack_ros.messages import tracks_of_cloud
+
+START = 1_700_000_000_000_000_000
+CLASSES = ['dog', 'ball']
+
+
+def walk(k: int) -> bytes:
+    """A ball that moves by 3 px a frame of 40 ms, a dog that stays, and a chair nobody wants."""
+    return serialized(
+        [
+            box(100.0 + 3 * k, 80.0, 20.0, 20.0, [('ball', 0.8)]),
+            box(300.0, 200.0, 60.0, 40.0, [('dog', 0.9), ('ball', 0.1)]),
+            box(500.0, 100.0, 50.0, 50.0, [('chair', 0.9)]),
+        ],
+        START + k * 40_000_000,
+    )
+
+
+def test_a_bag_of_boxes_is_replayed_by_class(replay, tmp_path):
+    bag = write_boxes(tmp_path / 'run', '/yolo/detections', {START + k: walk(k) for k in range(20)})
+    status, printed, _ = replay(bag, '-p', f'tracker:classes:={CLASSES}')
+    assert status == 0
+    assert 'detections  40' in printed
+    assert "warnings    1 pictures, the last: class 'chair' is left out" in printed
+    rows = tracks_of('run_tracks')[-1]
+    assert rows['color'].tolist() in ([0, 1], [1, 0])
+    (ball,) = rows[rows['color'] == 1]
+    assert (ball['u'], ball['du']) == pytest.approx((157, 75), abs=2)
+    (first, *_) = of_topic('run_tracks', '/detections')
+    found = detections_of_cloud(deserialize_message(first.cdr, PointCloud2)).rows
+    assert sorted(found['u'].tolist()) == [100.0, 300.0]
+
+
+def test_boxes_are_taken_where_the_tracker_expects_them_though_there_are_pictures(
+    replay, bag, tmp_path
+):
+    status, _, told = replay(bag, '-p', f'tracker:detections_type:={BOXES}')
+    assert status != 0
+    assert f'no topic /detections there, nor another of {BOXES}; there is' in told
+
+
+@pytest.mark.skipif(importlib.util.find_spec('vision_msgs') is not None, reason='it is installed')
+def test_a_node_that_cannot_know_boxes_says_what_to_install(ros):
+    node = ros.start('tracker', detections_type=BOXES)
+    node.wait_for('vision_msgs is not installed: sudo apt install ros-jazzy-vision-msgs')
+    assert node.popen.wait(20) == 1
+
+
+def test_the_tracker_follows_the_boxes_of_a_network(ros):
+    vision = pytest.importorskip(
+        'vision_msgs.msg', reason='vision_msgs is in no wheel; a robot has it'
+    )
+    node = ros.start(
+        'tracker', detections_type=BOXES, detections_topic='yolo/detections', classes=CLASSES
+    )
+    tracks = ros.listen(PointCloud2, 'tracks')
+    publisher = ros.node.create_publisher(vision.Detection2DArray, 'yolo/detections', 10)
+    assert ros.spin(lambda: publisher.get_subscription_count() == 1)
+    ros.settle()
+    for k in range(20):
+        publisher.publish(deserialize_message(walk(k), vision.Detection2DArray))
+        assert ros.spin(lambda k=k: len(tracks) == k + 1), ros.outputs()
+    rows = tracks_of_cloud(tracks[-1]).rows
+    assert sorted(rows['color'].tolist()) == [0, 1]
+    np.testing.assert_allclose(sorted(rows['u']), [157, 300], atol=1)
+    node.wait_for("class 'chair' is left out")
