@@ -19,6 +19,7 @@ from rclpy.qos import QoSCompatibility
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from colortrack_ros.flow.stamps import StampWatch
+from colortrack_ros.messages import BOXES
 from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.clocks import lacks_clock
 from colortrack_ros.node_kit.clocks import STEADY
@@ -271,7 +272,8 @@ def mismatch_of(node: Node) -> str:
                 continue
             ends = f'{taker.node_name} gets nothing from {giver.node_name} on {topic}'
             if giver.topic_type != taker.topic_type:
-                return f'{ends}: it takes {taker.topic_type}, not {giver.topic_type}'
+                hint = ', see detections_type' * (giver.topic_type == BOXES)
+                return f'{ends}: it takes {taker.topic_type}, not {giver.topic_type}{hint}'
             match, why = qos_check_compatible(giver.qos_profile, taker.qos_profile)
             if match == QoSCompatibility.ERROR and not _gets(taker, giver, taking):
                 reasons = str(why).replace('ERROR: ', '').lower().strip('; ')

@@ -31,8 +31,11 @@ from colortrack_ros.parameters import parameter
 from colortrack_ros.parameters.config import require_name
 
 PICTURES = (Image, CompressedImage)
-SENSED = (*PICTURES, CameraInfo, Odometry, *((vision.Detection2DArray,) if vision else ()))
-"""Messages of the drivers of a camera and of a robot, and of the networks of others."""
+SENSED = (*PICTURES, CameraInfo, Odometry)
+"""Messages of the drivers of a camera and of a robot."""
+
+LOSABLE = (*SENSED, *((vision.Detection2DArray,) if vision else ()))
+"""Messages that others may send as best effort: those, and the boxes of networks."""
 
 OVERRIDABLE = (
     QoSPolicyKind.HISTORY,
@@ -130,9 +133,9 @@ def subscribe_to(
     """Create a subscription that delivers serialized bytes, so that the node can refuse invalid
     messages.
 
-    For pictures, CameraInfo and odometry it is best effort, which matches all publishers: drivers
-    send these as sensor data, and a late one is not worth resending. A CameraInfo that was sent
-    before, by a publisher that keeps it for those who come later, is received as well.
+    For pictures, CameraInfo, odometry and boxes it is best effort, which matches all publishers:
+    drivers send these as sensor data, and a late one is not worth resending. A CameraInfo that was
+    sent before, by a publisher that keeps it for those who come later, is received as well.
 
     :param take: takes each message.
     :param refuse: takes the reason of a MessageError.
@@ -144,7 +147,7 @@ def subscribe_to(
         except MessageError as error:
             refuse(str(error))
 
-    reliability = ReliabilityPolicy.BEST_EFFORT if kind in SENSED else ReliabilityPolicy.RELIABLE
+    reliability = ReliabilityPolicy.BEST_EFFORT if kind in LOSABLE else ReliabilityPolicy.RELIABLE
     with _explained(kind, name):
         subscription = node.create_subscription(
             kind,

@@ -4,6 +4,7 @@ import importlib.util
 
 import numpy as np
 import pytest
+from rclpy.qos import qos_profile_sensor_data
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 from support.boxes import box
@@ -18,6 +19,7 @@ from colortrack_ros.messages import tracks_of_cloud
 
 START = 1_700_000_000_000_000_000
 CLASSES = ['dog', 'ball']
+NO_VISION = 'vision_msgs is in no wheel; a robot has it'
 
 
 def walk(k: int) -> bytes:
@@ -63,14 +65,14 @@ def test_a_node_that_cannot_know_boxes_says_what_to_install(ros):
 
 
 def test_the_tracker_follows_the_boxes_of_a_network(ros):
-    vision = pytest.importorskip(
-        'vision_msgs.msg', reason='vision_msgs is in no wheel; a robot has it'
-    )
+    vision = pytest.importorskip('vision_msgs.msg', reason=NO_VISION)
     node = ros.start(
         'tracker', detections_type=BOXES, detections_topic='yolo/detections', classes=CLASSES
     )
     tracks = ros.listen(PointCloud2, 'tracks')
-    publisher = ros.node.create_publisher(vision.Detection2DArray, 'yolo/detections', 10)
+    publisher = ros.node.create_publisher(
+        vision.Detection2DArray, 'yolo/detections', qos_profile_sensor_data
+    )
     assert ros.spin(lambda: publisher.get_subscription_count() == 1)
     ros.settle()
     for k in range(20):
@@ -80,3 +82,9 @@ def test_the_tracker_follows_the_boxes_of_a_network(ros):
     assert sorted(rows['color'].tolist()) == [0, 1]
     np.testing.assert_allclose(sorted(rows['u']), [157, 300], atol=1)
     node.wait_for("class 'chair' is left out")
+
+
+def test_a_tracker_that_expects_other_messages_names_the_parameter(ros):
+    vision = pytest.importorskip('vision_msgs.msg', reason=NO_VISION)
+    ros.node.create_publisher(vision.Detection2DArray, 'detections', 10)
+    ros.start('tracker').wait_for(f'not {BOXES}, see detections_type')
