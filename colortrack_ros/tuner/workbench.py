@@ -34,10 +34,12 @@ class Workbench:
 
     Only one thread at a time may use it. After :meth:`seek`, and after changes of the settings
     while stopped, :attr:`view` has the detections immediately, and the tracks once :meth:`catch_up`
-    has returned False. :param footage: the recording. :param settings: of detector and tracker.
+    has returned False.
+
+    :param footage: the recording.
+    :param settings: of detector and tracker.
     :ivar view: of the current frame; None if the recording has no frames.
-    :ivar playing: whether
-    :meth:`step` is to be called repeatedly.
+    :ivar playing: whether :meth:`step` is to be called repeatedly.
     """
 
     def __init__(self, footage: Footage, settings: Settings) -> None:
@@ -76,9 +78,11 @@ class Workbench:
     def seek(self, number: int) -> None:
         """Go to a frame, or the nearest one available."""
         self.playing = False
-        frame = self.footage.frame(max(number, self.footage.first))
-        number = max(number, self.footage.first) if frame else self.footage.last
-        frame = frame or self.footage.frame(number)
+        number = max(number, self.footage.first)  # read once: a camera drops frames meanwhile
+        frame = self.footage.frame(number)
+        if frame is None:
+            number = self.footage.last
+            frame = self.footage.frame(number)
         if frame is not None:
             self._look(number, frame)
 
@@ -107,15 +111,18 @@ class Workbench:
         """
         if not self._behind or self.view is None:
             return False
+        current = self.view.number
         if self._stale:
-            self._restart(max(self.view.number - WARM_UP, self.footage.first))
+            self._restart(min(max(current - WARM_UP, self.footage.first), current))
         end = time.monotonic() + seconds
-        while self._next <= self.view.number:
+        while self._next <= current:
             if time.monotonic() > end:
                 return True
-            frame = self.footage.frame(self._next)
+            # A camera's frames are not kept forever, but the one that is shown is.
+            is_shown = self._next == current
+            frame = self.view.frame if is_shown else self.footage.frame(self._next)
             self._next += 1
-            if frame is not None:  # a camera's frames are not kept forever
+            if frame is not None:
                 self._take(frame)
         self._behind = False
         self._show()

@@ -97,6 +97,70 @@ def test_a_camera_is_shown_as_it_is_now_and_its_last_frames_again(monkeypatch):
     assert bench.view.number == 50
 
 
+def live(frames, monkeypatch, *, kept):
+    """A camera of which only the last frames are kept, and its workbench."""
+    monkeypatch.setattr(footage_file, 'KEPT_BYTES', kept * frames[0].image.nbytes)
+    footage = LiveFootage('/camera')
+    for frame in frames:
+        footage.put(frame)
+    return footage, Workbench(footage, Settings())
+
+
+@pytest.mark.parametrize('more', [5, 15, 60])
+def test_a_camera_that_is_paused_shows_that_frame_while_those_before_it_are_dropped(
+    monkeypatch, more
+):
+    frames = list(open_source(SCENE))
+    footage, bench = live(frames[:50], monkeypatch, kept=20)
+    bench.step()
+    bench.pause()
+    paused = bench.view
+    for frame in frames[50 : 50 + more]:
+        footage.put(frame)
+    for _ in range(2):
+        bench.configure()
+        shown = caught_up(bench)
+        assert shown.number == paused.number == 49
+        assert shown.frame is paused.frame
+        assert shown.tracks.stamp == shown.detections.stamp == paused.frame.stamp
+
+
+def test_frames_that_a_camera_drops_while_it_catches_up_are_not_shown_as_others(monkeypatch):
+    frames = list(open_source(SCENE))
+    footage, bench = live(frames[:50], monkeypatch, kept=20)
+    bench.step()
+    bench.pause()
+    bench.configure()
+    given = footage.frame
+
+    def given_late(number):
+        frame = given(number)
+        footage.put(frames[footage.total % len(frames)])
+        footage.put(frames[footage.total % len(frames)])
+        return frame
+
+    monkeypatch.setattr(footage, 'frame', given_late)
+    shown = caught_up(bench)
+    assert shown.number == 49
+    assert shown.frame.stamp == frames[49].stamp
+    assert shown.tracks.stamp == shown.detections.stamp == frames[49].stamp
+
+
+def test_the_first_frame_of_a_camera_has_its_own_number_when_it_is_dropped_meanwhile(monkeypatch):
+    frames = list(open_source(SCENE))
+    footage, bench = live(frames[:50], monkeypatch, kept=20)
+    given = footage.frame
+
+    def given_and_dropped(number):
+        frame = given(number)
+        footage.put(frames[footage.total])
+        return frame
+
+    monkeypatch.setattr(footage, 'frame', given_and_dropped)
+    bench.seek(0)
+    assert bench.view.frame.stamp == frames[bench.view.number].stamp
+
+
 def test_a_picture_without_pixels_is_shown_as_nothing():
     footage = LiveFootage('/camera')
     footage.put(Frame(np.zeros((0, 0, 3), np.uint8)))
