@@ -155,7 +155,8 @@ class FollowerNode(ManagedNode[FollowerSetup]):
 
     def _check(self, topic: str, frame_id: str, stamp: int) -> None:
         """Raise MessageError for a wrong frame or time, or for several publishers of one topic."""
-        for name in (topic, self.setup.odometry.odometry_topic):
+        for given in (topic, self.setup.odometry.odometry_topic):
+            name = self.resolve_topic_name(given)  # rclpy counts by names before remapping
             if self.count_publishers(name) > 1:
                 raise MessageError(
                     f'several nodes publish {name}, whose targets or poses would take turns: '

@@ -21,10 +21,10 @@ PATIENT = 2.0
 class Robot:
     """A robot that stands, with a follower that it listens to."""
 
-    def __init__(self, ros, kind=Twist, code=None, **parameters):
+    def __init__(self, ros, kind=Twist, code=None, arguments=(), **parameters):
         self.ros = ros
         given = {'stop_within': PATIENT} | parameters
-        self.node = ros.start_code(code) if code else ros.start('follower', **given)
+        self.node = ros.start_code(code) if code else ros.start('follower', *arguments, **given)
         make = ros.node.create_publisher
         self.odometry, self.locations = (
             make(Odometry, 'odom', 10),
@@ -180,9 +180,23 @@ def test_a_second_locator_or_robot_on_the_same_topics_stops_the_robot_and_is_tol
         other = ros.node.create_publisher(kind, topic, 10)
         assert ros.spin(lambda topic=topic: ros.node.count_publishers(topic) == 2)
         assert robot.drives(False), ros.outputs()
-        assert robot.is_told(f'several nodes publish {topic}'), ros.outputs()
+        assert robot.is_told(f'several nodes publish /{topic}'), ros.outputs()
         ros.node.destroy_publisher(other)
         assert robot.drives(True), ros.outputs()
+
+
+def test_publishers_are_counted_on_the_topics_that_names_are_remapped_to(ros):
+    """Not on those of the parameters, which may be anybody's."""
+    remapped = ('-r', 'wheels:=odom', '-r', 'objects:=/locations')
+    robot = Robot(ros, arguments=remapped, odometry_topic='wheels', locations_topic='objects')
+    strangers = [ros.node.create_publisher(Odometry, 'wheels', 10) for _ in range(2)]
+    assert ros.spin(lambda: ros.node.count_publishers('wheels') == 2)
+    assert robot.drives(True), ros.outputs()
+    other = ros.node.create_publisher(Odometry, 'odom', 10)
+    assert robot.drives(False), ros.outputs()
+    assert robot.is_told('several nodes publish /odom'), ros.outputs()
+    for publisher in (other, *strangers):
+        ros.node.destroy_publisher(publisher)
 
 
 def test_odometry_that_is_reset_is_told(ros):
