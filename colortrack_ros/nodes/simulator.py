@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from dataclasses import replace
 import threading
+import time
 from typing import Any
 
 from geometry_msgs.msg import Twist
@@ -27,6 +28,7 @@ from colortrack_ros.messages import image_of_frame
 from colortrack_ros.messages import odometry_on_ground
 from colortrack_ros.messages import speeds_of_serialized_twist
 from colortrack_ros.messages import stamp_of_serialized
+from colortrack_ros.node_kit.clocks import STEADY
 from colortrack_ros.node_kit.diagnostics import Health
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
@@ -47,6 +49,12 @@ TICKS = 2
 often than pictures."""
 PATIENCE = 0.5
 """Time without cmd_vel [s] after which the robot stops: the default of diff_drive_controller."""
+LONGEST_WAY = 0.1
+"""Longest time [s] that the robot drives in one step: at its top speed 0.15 m, less than its
+radius, so that it never drives through a wall."""
+LONGEST_STALL = 10.0
+"""Longest time [s] between two steps in which a busy machine lets the robot drive on; after more of
+it, the clock was set. Assumed: even one that swaps answers earlier."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +126,8 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
             subscribe_to(
                 self, PointCloud2, setup.answer_topic, self._take_answer, self.health.refuse
             )
-        self._start = self.get_clock().now().nanoseconds
+        self._now = self._real_time()
+        self._start = self._now()
         self._told = 0
         self._closing = threading.Event()
         self._pacer = Pacer(self._closing.wait)
@@ -130,6 +139,16 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
     def _stamp(self) -> int:
         """Simulated time [ns]."""
         return self._start + self._simulation.time
+
+    def _real_time(self) -> Callable[[], int]:
+        """A function that returns the time that real time goes by [ns].
+
+        Who publishes /clock cannot wait for it, and it must not jump.
+        """
+        if not self.setup.publish_clock:
+            return lambda: self.get_clock().now().nanoseconds
+        start = time.time_ns() - STEADY.now().nanoseconds
+        return lambda: start + int(STEADY.now().nanoseconds)
 
     def _drive(self, cdr: bytes) -> None:
         speeds = speeds_of_serialized_twist(cdr, stamped=self.setup.stamped)
@@ -146,7 +165,9 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
         while not self._closing.is_set():
             if not self.setup.real_time:
                 self._window.send(self._stamp + TICKS * tick)
-            self._going.wait()
+            if not self._going.is_set():
+                self._going.wait()
+                self._start = self._now() - self._simulation.time  # time has not gone by
             if self._closing.is_set():
                 return
             for _ in range(TICKS):
@@ -160,14 +181,9 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
         """
         if self.setup.real_time:
             self._pacer.pace(step / NANOSECONDS)
-            # a machine too slow for all pictures drops some instead of slowing the robot down
-            step = max(self.get_clock().now().nanoseconds - self._stamp, 0)
-        simulation, setup = self._simulation, self.setup
-        with self.lock:
-            if simulation.time - self._told > PATIENCE * NANOSECONDS:
-                simulation.robot.command(0.0, 0.0)
-            simulation.advance(step)
-        robot, stamp = simulation.robot, self._stamp
+            step = self._passed(step)
+        self._move(step)
+        robot, stamp, setup = self._simulation.robot, self._stamp, self.setup
         if self._clocks:
             self._clocks.publish(Clock(clock=header_of(stamp, '').stamp))
         place = robot.odometry
@@ -179,6 +195,34 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
                 stamp, setup.fixed_frame, setup.base_frame,
             )
         )  # fmt: skip
+
+    def _passed(self, usual: int) -> int:
+        """Time since the last step [ns]; if the clock has been set, the usual one.
+
+        A machine too slow for all pictures drops some instead of slowing the robot down.
+        """
+        passed = self._now() - self._stamp
+        if 0 <= passed <= LONGEST_STALL * NANOSECONDS:
+            return passed
+        if self._stamp > 0:  # else /clock has come
+            self.get_logger().warning(
+                f'the clock has jumped by {passed / NANOSECONDS:.1f} s: stamps follow it, the '
+                'robot stays where it is'
+            )
+        self._start += passed - usual
+        return usual
+
+    def _move(self, duration: int) -> None:
+        """Let the robot drive, and stop if it is no longer told to [ns]."""
+        simulation, longest = self._simulation, round(LONGEST_WAY * NANOSECONDS)
+        end = simulation.time + duration
+        with self.lock:
+            while True:
+                if simulation.time - self._told > PATIENCE * NANOSECONDS:
+                    simulation.robot.command(0.0, 0.0)
+                simulation.advance(min(end - simulation.time, longest))
+                if simulation.time >= end:
+                    break
 
     def _look(self) -> None:
         """Render and publish a picture, with the ground truth at its time."""

@@ -1,4 +1,6 @@
 from geometry_msgs.msg import Twist
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from sensor_msgs.msg import PointCloud2
 from colortrack_ros.data import Locations
 from colortrack_ros.messages import cloud_of_locations
 from colortrack_ros.messages import frame_of_image
+from colortrack_ros.messages import header_of
 from colortrack_ros.messages import locations_of_cloud
 from colortrack_ros.messages import stamp_of
 from colortrack_ros.messages import twist_of
@@ -85,6 +88,70 @@ def test_speeds_that_are_none_are_refused_with_the_reason(ros):
     steps.node.wait_for('cmd_vel of nan m/s, 0.0 rad/s: expected finite numbers')
     steps.go(2)
     assert steps.odometry[-1].twist.twist.linear.x == 0.0
+
+
+def test_time_goes_by_for_a_simulator_that_itself_publishes_the_clock_that_all_go_by(ros):
+    """As with use_sim_time for /** in the params file."""
+    node = ros.start('simulator', use_sim_time='true', publish_clock='true', **SMALL)
+    odometry = ros.listen(Odometry, 'odom')
+
+    def has_passed(seconds):
+        stamps = [stamp_of(m.header) for m in odometry]
+        return len(stamps) > 1 and stamps[-1] - stamps[0] > seconds * 1e9
+
+    assert ros.spin(lambda: has_passed(0.5), 30.0), ros.outputs()
+    assert node.stop() == 0
+
+
+def test_a_robot_does_not_drive_while_the_simulation_rests(ros):
+    ros.start('simulator', **SMALL)
+    odometry = ros.listen(Odometry, 'odom')
+    commands = ros.node.create_publisher(Twist, 'cmd_vel', 10)
+
+    timer = ros.node.create_timer(0.05, lambda: commands.publish(twist_of(1.0, 0.0)))
+
+    def change(transition):
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return ros.call(ChangeState, 'simulator/change_state', request).success
+
+    drives = ros.spin(lambda: odometry and odometry[-1].twist.twist.linear.x == 1.0)
+    assert drives, ros.outputs()
+    assert change(Transition.TRANSITION_DEACTIVATE)
+    timer.cancel()
+    ros.spin(lambda: False, 1.0)
+    last = odometry[-1].pose.pose.position.x
+    odometry.clear()
+    assert not ros.spin(lambda: bool(odometry), 1.0)
+    assert change(Transition.TRANSITION_ACTIVATE)
+    assert ros.spin(lambda: len(odometry) > 5), ros.outputs()
+    assert odometry[0].pose.pose.position.x - last < 0.2
+    age = ros.node.get_clock().now().nanoseconds - stamp_of(odometry[-1].header)
+    assert age < 1e9
+
+
+def test_a_clock_that_is_set_back_takes_the_stamps_with_it_and_leaves_the_robot(ros):
+    """The stamps stood still until it was as late again."""
+    node = ros.start('simulator', use_sim_time='true', **SMALL)
+    odometry, clock = ros.listen(Odometry, 'odom'), ros.node.create_publisher(Clock, '/clock', 10)
+    commands = ros.node.create_publisher(Twist, 'cmd_vel', 10)
+    shown = 5000.0
+
+    def is_between(low, high):
+        nonlocal shown
+        shown += 0.05
+        clock.publish(Clock(clock=header_of(round(shown * 1e9), '').stamp))
+        commands.publish(twist_of(0.1, 0.0))
+        return odometry and low < stamp_of(odometry[-1].header) * 1e-9 < high
+
+    assert ros.spin(lambda: is_between(5000.2, 9000.0), 30.0), ros.outputs()
+    assert 'has jumped' not in node.output
+    shown = 100.0
+    assert ros.spin(lambda: is_between(100.2, 1000.0), 30.0), ros.outputs()
+    node.wait_for('the clock has jumped by -')
+    shown = 4000.0
+    assert ros.spin(lambda: is_between(4000.2, 9000.0), 30.0), ros.outputs()
+    xs = [m.pose.pose.position.x for m in odometry]
+    assert max(np.diff(xs)) < 0.1
 
 
 def test_tf_leads_from_odom_over_the_robot_to_its_camera_as_it_is_in_the_pictures(ros):
