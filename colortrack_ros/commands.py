@@ -11,6 +11,7 @@ import signal
 import sys
 
 from colortrack_ros.signals import INTERRUPTED
+from colortrack_ros.signals import PIPE_CLOSED
 
 EXTRAS = {
     'demo': 'standalone,demo',
@@ -43,8 +44,8 @@ def run(module: str) -> int:
     """Import a program, and run it.
 
     :param module: its module in this package, such as ``nodes.camera``.
-    :return: the exit status: that of the program, 1 if a package is missing or an argument cannot
-        be read, or INTERRUPTED.
+    :return: the exit status: that of the program, 1 if a package is missing, an argument cannot be
+        read, or the output cannot be written, INTERRUPTED, or PIPE_CLOSED.
     """
     name = module.removesuffix('.main').rpartition('.')[2]
     heeded = signal.getsignal(signal.SIGINT) == signal.default_int_handler  # not ignored, as by &
@@ -58,9 +59,18 @@ def run(module: str) -> int:
         if heeded:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         status = _answered(name, str(program.__doc__)) if module.startswith('nodes.') else None
-        return int(program.main()) if status is None else status
+        status = int(program.main()) if status is None else status
+        if sys.stdout is not None:  # as with >&-
+            sys.stdout.flush()  # Python would do so as it exits, and fail with a traceback
+        return status
     except KeyboardInterrupt:
         return INTERRUPTED
+    except BrokenPipeError:  # who reads it has seen enough, such as head
+        _drop_output()
+        return PIPE_CLOSED
+    except OSError as error:
+        _drop_output()
+        print(f'{name}: {error}', file=sys.stderr)
     except UnicodeError as error:
         print(f'{name}: {error}', file=sys.stderr)
     except ModuleNotFoundError as error:
@@ -69,6 +79,12 @@ def run(module: str) -> int:
         need = f"in the folder of this package: pip install '.[{EXTRAS.get(name, 'standalone')}]'"
         print(f'{name}: {error}; source a ROS installation, or {need}', file=sys.stderr)
     return 1
+
+
+def _drop_output() -> None:
+    """Write what stdout still holds to nowhere, instead of failing again as Python exits."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, sys.__stdout__.fileno() if sys.__stdout__ is not None else null)
 
 
 def _answered(name: str, text: str) -> int | None:

@@ -6,6 +6,9 @@ import signal
 INTERRUPTED = 128 + signal.SIGINT
 """Exit status after Ctrl-C, as of a program that it kills in a shell."""
 
+PIPE_CLOSED = 128 + signal.SIGPIPE
+"""Exit status when nobody reads the output any more, as of a program that SIGPIPE kills."""
+
 
 def ending_signals() -> tuple[signal.Signals, ...]:
     """SIGINT, SIGTERM, and SIGHUP, which a closed terminal sends, unless nohup has it ignored."""

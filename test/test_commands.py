@@ -105,6 +105,27 @@ def test_what_a_terminal_cannot_show_does_not_end_a_program():
     assert (done.returncode, done.stdout) == (0, b'1 ? 2\n')
 
 
+@pytest.mark.parametrize('words', ['x' * 100_000, 'a line'])
+@pytest.mark.parametrize(
+    ('taker', 'status', 'said'),
+    [('pipe', 141, ''), ('/dev/full', 1, 'evaluate: [Errno 28] No space left on device\n')],
+)
+def test_output_that_nobody_takes_ends_a_program_without_a_traceback(words, taker, status, said):
+    """As of `evaluate tracks.csv | head -1`, whether it is written at once or at the end."""
+    code = (
+        'import importlib, types\n'
+        f'program = types.SimpleNamespace(main=lambda: print({words!r}) or 0, __doc__="")\n'
+        'importlib.import_module = lambda _: program\n'
+        'from colortrack_ros.commands import tools; raise SystemExit(tools.evaluate())'
+    )
+    reading, writing = os.pipe()
+    os.close(reading)
+    with open(writing, 'w') if taker == 'pipe' else open(taker, 'w') as out:
+        command = [sys.executable, '-c', code]
+        done = subprocess.run(command, stdout=out, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (status, said)
+
+
 @pytest.mark.parametrize('words', [['-p', 'rate:=3.0'], ['--rosargs'], ['ball.mp4']])
 def test_a_node_refuses_arguments_that_are_not_of_ros(monkeypatch, capsys, words):
     """They were ignored: the camera opened device 0 in place of what was asked for."""
