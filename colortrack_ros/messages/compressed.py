@@ -8,6 +8,7 @@ import numpy as np
 from sensor_msgs.msg import CompressedImage
 
 from colortrack_ros.data import Frame
+from colortrack_ros.encodings import size_of
 from colortrack_ros.encodings import writable_bgr
 from colortrack_ros.messages.cdr import CdrError
 from colortrack_ros.messages.cdr import Reader
@@ -20,12 +21,20 @@ from colortrack_ros.picture_files import MAX_PIXELS
 from colortrack_ros.picture_files import PNG_START
 from colortrack_ros.picture_files import read_jpeg_header
 
+LONGEST_SIDE = 65535
+"""Largest width and height of a JPEG [px]: its header has 16 bits for each."""
+
 
 def compressed_of_frame(frame: Frame, quality: int) -> CompressedImage:
     """A CompressedImage with the frame as JPEG.
 
     :param quality: 1..100.
+    :raises MessageError: no JPEG can hold it.
     """
+    height, width = size_of(frame)
+    if not (0 < width <= LONGEST_SIDE and 0 < height <= LONGEST_SIDE):
+        expected = f'1x1 to {LONGEST_SIDE}x{LONGEST_SIDE} pixels'
+        raise MessageError(f'JPEG: expected {expected}, got {width}x{height}')
     bgr = frame.image if frame.encoding == 'bgr8' else writable_bgr(frame)
     _, jpeg = cv2.imencode('.jpg', bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])
     data = array.array('B')

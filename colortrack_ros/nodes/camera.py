@@ -22,6 +22,7 @@ from colortrack_ros.flow.pacing import Window
 from colortrack_ros.messages import compressed_of_frame
 from colortrack_ros.messages import detections_of_serialized_cloud
 from colortrack_ros.messages import image_of_frame
+from colortrack_ros.messages import MessageError
 from colortrack_ros.node_kit.calibration import CalibrationServer
 from colortrack_ros.node_kit.clocks import Elapsed
 from colortrack_ros.node_kit.diagnostics import Health
@@ -147,27 +148,35 @@ class CameraNode(ManagedNode[CameraSetup]):
 
     def _play(self) -> None:
         self._await_subscribers()
-        failures = 0
+        self._failures = 0
         while not self._closing.is_set():
             try:
-                frame = self._grabber.read()
-            except SourceError as error:
-                if self._grabber.live:
-                    self._recover(error, failures)
-                    failures += 1
-                else:
-                    self.health.refuse(str(error))
-                continue
-            if frame is None:
-                return self._end()
-            failures = 0
-            self._state, self._trouble = 'playing', ''
-            if self._is_held():
-                continue
+                if not self._play_next():
+                    break
+            except Exception as error:  # of any kind: the pictures after it are published
+                self.tell_fault(error)
+        self._end()
+
+    def _play_next(self) -> bool:
+        """Publish the next frame, when it is due; return whether there may be more."""
+        try:
+            frame = self._grabber.read()
+        except SourceError as error:
+            if self._grabber.live:
+                self._failures += 1
+                self._recover(error, self._failures - 1)
+            else:
+                self.health.refuse(str(error))
+            return True
+        if frame is None:
+            return False
+        self._failures = 0
+        self._state, self._trouble = 'playing', ''
+        if not self._is_held():
             stamped = self._stamped(frame)
             self._pace(stamped.stamp)
             self._publish(stamped)
-        return None
+        return True
 
     def _pause(self, request: SetBool.Request) -> str:
         self._paused = request.data
@@ -233,8 +242,16 @@ class CameraNode(ManagedNode[CameraSetup]):
         if self._images.get_subscription_count() > 0:
             self._images.publish(image_of_frame(frame))
         if self._jpegs.get_subscription_count() > 0:
-            self._jpegs.publish(compressed_of_frame(frame, self.setup.jpeg_quality))
+            self._publish_jpeg(frame)
         self.health.gave_out(frame.stamp)
+
+    def _publish_jpeg(self, frame: Frame) -> None:
+        try:
+            jpeg = compressed_of_frame(frame, self.setup.jpeg_quality)
+        except MessageError as error:
+            self.health.refuse(str(error))
+        else:
+            self._jpegs.publish(jpeg)
 
     def _recover(self, error: SourceError, failures: int) -> None:
         """Reopen a live source, after a pause that grows with consecutive failures."""

@@ -161,17 +161,24 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
         self._window.answer(stamp_of_serialized(cdr))
 
     def _play(self) -> None:
-        tick = round(NANOSECONDS / (TICKS * self.setup.config.rate))
         while not self._closing.is_set():
-            if not self.setup.real_time:
-                self._window.send(self._stamp + TICKS * tick)
-            if not self._going.is_set():
-                self._going.wait()
-                self._start = self._now() - self._simulation.time  # time has not gone by
-            if self._closing.is_set():
-                return
-            for _ in range(TICKS):
+            try:
+                self._play_next()
+            except Exception as error:  # of any kind: time goes on
+                self.tell_fault(error)
+
+    def _play_next(self) -> None:
+        """Advance by the period of a picture, and take it."""
+        tick = round(NANOSECONDS / (TICKS * self.setup.config.rate))
+        if not self.setup.real_time:
+            self._window.send(self._stamp + TICKS * tick)
+        if not self._going.is_set():
+            self._going.wait()
+            self._start = self._now() - self._simulation.time  # time has not gone by
+        for _ in range(TICKS):
+            if not self._closing.is_set():
                 self._advance(tick)
+        if not self._closing.is_set():
             self._look()
 
     def _advance(self, step: int) -> None:

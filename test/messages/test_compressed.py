@@ -35,6 +35,12 @@ def test_a_compressed_frame_comes_back_nearly_as_it_was():
     np.testing.assert_allclose(back.image, frame.image, atol=4)
 
 
+@pytest.mark.parametrize('size', [(8, 65536), (65536, 8), (0, 0)])
+def test_a_picture_that_no_jpeg_can_hold_is_refused(size):
+    with pytest.raises(MessageError, match=f'JPEG: .* got {size[1]}x{size[0]}'):
+        compressed_of_frame(Frame(np.zeros((*size, 3), np.uint8)), 90)
+
+
 def test_quality_buys_likeness_with_bytes_and_the_format_is_that_of_image_transport():
     frame = Frame(PICTURE, 'bgr8', 5, 'cam')
     poor, good = (compressed_of_frame(frame, quality) for quality in (20, 95))

@@ -111,6 +111,19 @@ def test_jpegs_are_published_while_somebody_subscribes(ros):
     assert 'jpeg' in jpegs[0].format
 
 
+@pytest.mark.slow
+def test_a_picture_that_no_jpeg_can_hold_is_refused_and_goes_out_as_it_is(ros, tmp_path: Path):
+    for k, width in enumerate((640, 66_000, 320)):
+        cv2.imwrite(str(tmp_path / f'{k}.png'), np.full((8, width, 3), 90, np.uint8))
+    jpegs = ros.listen(CompressedImage, 'camera/image_raw/compressed')
+    images = ros.listen(Image, 'camera/image_raw')
+    camera = ros.start('camera', source=str(tmp_path), rate=5.0, loop='true', **DEEP)
+    assert ros.spin(lambda: len(images) > 6 and len(jpegs) > 3), ros.outputs()
+    assert {image.width for image in images} == {640, 66_000, 320}
+    camera.wait_for('Refused: JPEG: expected 1x1 to 65535x65535 pixels, got 66000x8')
+    assert camera.stop() == 0
+
+
 @pytest.mark.parametrize(
     ('source', 'said'),
     [
