@@ -3,10 +3,12 @@ Ctrl-C or a missing package stops it.
 """
 
 from collections.abc import Callable
+import errno
 from functools import partial
 import importlib
 import io
 import os
+import select
 import signal
 import sys
 
@@ -65,12 +67,8 @@ def run(module: str) -> int:
         return status
     except KeyboardInterrupt:
         return INTERRUPTED
-    except BrokenPipeError:  # who reads it has seen enough, such as head
-        _drop_output()
-        return PIPE_CLOSED
     except OSError as error:
-        _drop_output()
-        print(f'{name}: {error}', file=sys.stderr)
+        return _lost(name, error)
     except UnicodeError as error:
         print(f'{name}: {error}', file=sys.stderr)
     except ModuleNotFoundError as error:
@@ -81,10 +79,29 @@ def run(module: str) -> int:
     return 1
 
 
-def _drop_output() -> None:
-    """Write what stdout still holds to nowhere, instead of failing again as Python exits."""
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, sys.__stdout__.fileno() if sys.__stdout__ is not None else null)
+def _lost(name: str, error: OSError) -> int:
+    """The exit status of a program whose output nobody reads, or for which there is no space.
+
+    :param error: what it was; raised again if it was another.
+    """
+    output = sys.__stdout__.fileno() if sys.__stdout__ is not None else None  # as with >&-
+    if isinstance(error, BrokenPipeError):
+        if output is None or not _has_no_reader(output):
+            raise error
+    elif error.errno == errno.ENOSPC:
+        print(f'{name}: {error}', file=sys.stderr)
+    else:
+        raise error
+    if output is not None:  # what it still holds would fail again as Python exits
+        os.dup2(os.open(os.devnull, os.O_WRONLY), output)
+    return PIPE_CLOSED if isinstance(error, BrokenPipeError) else 1
+
+
+def _has_no_reader(output: int) -> bool:
+    """Whether a file descriptor is that of a pipe whose reader has seen enough, such as head."""
+    ends = select.poll()
+    ends.register(output, select.POLLOUT)
+    return any(state & select.POLLERR for _, state in ends.poll(0))
 
 
 def _answered(name: str, text: str) -> int | None:

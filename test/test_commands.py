@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import types
 
 import pytest
 
@@ -124,6 +125,16 @@ def test_output_that_nobody_takes_ends_a_program_without_a_traceback(words, take
         command = [sys.executable, '-c', code]
         done = subprocess.run(command, stdout=out, stderr=subprocess.PIPE, text=True)
     assert (done.returncode, done.stderr) == (status, said)
+
+
+def test_a_pipe_of_the_program_itself_that_breaks_is_shown_as_a_fault(monkeypatch):
+    def fail():
+        raise BrokenPipeError('of a codec')
+
+    program = types.SimpleNamespace(main=fail, __doc__='')
+    monkeypatch.setattr(commands.importlib, 'import_module', lambda _: program)
+    with pytest.raises(BrokenPipeError, match='of a codec'):
+        commands.run('tools.evaluate')
 
 
 @pytest.mark.parametrize('words', [['-p', 'rate:=3.0'], ['--rosargs'], ['ball.mp4']])

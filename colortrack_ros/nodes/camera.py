@@ -155,6 +155,7 @@ class CameraNode(ManagedNode[CameraSetup]):
                     break
             except Exception as error:  # of any kind: the pictures after it are published
                 self.tell_fault(error)
+                self._closing.wait(PAUSES[0])
         self._end()
 
     def _play_next(self) -> bool:

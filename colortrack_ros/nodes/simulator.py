@@ -174,7 +174,8 @@ class SimulatorNode(ManagedNode[SimulatorSetup]):
             self._window.send(self._stamp + TICKS * tick)
         if not self._going.is_set():
             self._going.wait()
-            self._start = self._now() - self._simulation.time  # time has not gone by
+            if self.setup.real_time:
+                self._start = self._now() - self._simulation.time  # time has not gone by
         for _ in range(TICKS):
             if not self._closing.is_set():
                 self._advance(tick)
