@@ -6,12 +6,16 @@ or with dotted names.
 
 from collections.abc import Iterator
 from collections.abc import Mapping
+import re
 from typing import Any
 from typing import NamedTuple
 
 import yaml
 
 PARAMETERS = 'ros__parameters'
+
+ALIAS = re.compile(r'(?:^|[\s\[{,:])\*', re.MULTILINE)
+"""Where a YAML alias may be: it repeats what its anchor stands before."""
 
 Pair = tuple[yaml.Node, yaml.Node]
 
@@ -65,9 +69,38 @@ def with_values(text: str, kind: str, values: Mapping[str, Any]) -> str:
         splice = _splice(changed, kind, name, value)
         if splice:
             changed = changed[: splice.begin] + splice.text + changed[splice.end :]
-    if given_in(changed, kind) != {k: v for k, v in expected.items() if v is not None}:
+    expected = {k: v for k, v in expected.items() if v is not None}
+    try:
+        is_right = given_in(changed, kind) == expected
+        if ALIAS.search(text):  # otherwise nothing else can have changed
+            is_right = is_right and _elsewhere(changed, kind) == _elsewhere(text, kind)
+    except (ValueError, yaml.YAMLError):  # such as an alias whose anchor has gone
+        is_right = False
+    if not is_right:
         raise ValueError(f'{kind}: this file cannot be changed piece by piece: write it by hand')
     return changed
+
+
+def _elsewhere(text: str, kind: str) -> dict[str, str]:
+    """All values that are not those of :func:`given_in`."""
+    tree = yaml.safe_load(text) or {}
+    prefix = _prefix(tree, kind)
+    return {
+        name: repr(value)  # nan is not equal to itself
+        for name, value in _flat(tree)
+        if not prefix or not name.startswith(prefix)
+    }
+
+
+def _prefix(tree: Any, kind: str, name: str = '', prefix: str = '') -> str:
+    """What the names of the values begin with that :func:`_block` finds; empty for none."""
+    for key, value in tree.items() if isinstance(tree, dict) else ():
+        inner = f'{prefix}{key}.'
+        if key == PARAMETERS and name.rpartition('/')[2] == kind:
+            return inner
+        if found := _prefix(value, kind, f'{name}/{key}', inner):
+            return found
+    return ''
 
 
 def flow(value: Any) -> str:

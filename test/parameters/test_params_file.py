@@ -102,6 +102,26 @@ def test_a_file_with_anchors_is_not_damaged():
         with_values(text, 'detector', {'cone.tolerance': 4.0})
 
 
+@pytest.mark.parametrize(
+    'text',
+    [
+        '/**/detector: &d\n  ros__parameters:\n    min_area: 30\n/front/detector: *d\n',
+        '/**/detector:\n  ros__parameters: &p {min_area: 30}\n/x:\n  ros__parameters: *p\n',
+        '/**/detector:\n  ros__parameters:\n    min_area: &a 30\n/x: {ros__parameters: {y: *a}}\n',
+    ],
+)
+def test_what_other_nodes_take_over_by_an_alias_is_not_changed_with_it(text):
+    with pytest.raises(ValueError, match='by hand'):
+        with_values(text, 'detector', {'min_area': 40})
+
+
+def test_anchors_elsewhere_and_values_that_are_no_number_are_no_hindrance():
+    other = 'rates: &r {rate: .nan}\n/x:\n  ros__parameters: *r\n'
+    text = f'/**/detector:\n  ros__parameters:\n    min_area: 30\n{other}'
+    changed = with_values(text, 'detector', {'min_area': 40})
+    assert changed == text.replace('30', '40')
+
+
 def test_names_of_other_alphabets_are_written_as_they_are():
     text = with_values('', 'detector', {'colors': ['grün', '赤'], 'grün.rgb': [20, 200, 30]})
     assert 'colors: [grün, 赤]' in text
