@@ -22,8 +22,12 @@ class Folder:
         self.root = root.resolve()
 
     def names(self) -> list[str]:
-        """The params files in it, not in subfolders."""
-        return sorted(p.name for p in self.root.iterdir() if p.suffix in SUFFIXES and p.is_file())
+        """The params files in it, not in subfolders; none if it has gone."""
+        try:
+            files = [p for p in self.root.iterdir() if p.suffix in SUFFIXES and p.is_file()]
+        except OSError:
+            return []
+        return sorted(file.name for file in files)
 
     def read(self, name: str) -> str:
         """The text of a file.

@@ -208,6 +208,8 @@ class Server:
             except Exception as error:  # of any kind
                 self._session.bench.pause()
                 print(f'tuner: {type(error).__name__}: {error}', file=sys.stderr, flush=True)
+                await self._wake.wait()  # for the next command: what failed would fail again
+                self._wake.clear()
 
     async def _work_on(self) -> None:
         bench = self._session.bench

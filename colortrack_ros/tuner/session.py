@@ -94,8 +94,15 @@ class Session:
             'file': self._file,
             'folder': str(self._folder.root),
             'files': self._folder.names(),
-            'unsaved': settings.written_into(self._text) != self._text,
+            'unsaved': self._is_unsaved(),
         }
+
+    def _is_unsaved(self) -> bool:
+        """Whether the settings differ from the file, also if they cannot be written into it."""
+        try:
+            return self.settings.written_into(self._text) != self._text
+        except ValueError:
+            return True
 
     def _play(self) -> None:
         self.bench.play()
