@@ -10,6 +10,7 @@ from sensor_msgs.msg import Image
 from sensor_msgs.msg import PointCloud2
 
 from colortrack_ros.data import Frame
+from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.data import Tracks
 from colortrack_ros.drawing import draw_tracks
 from colortrack_ros.drawing import Trails
@@ -20,6 +21,7 @@ from colortrack_ros.messages import outlines_of_serialized_cloud
 from colortrack_ros.messages import tracks_of_serialized_cloud
 from colortrack_ros.messages import tracks_with_outlines
 from colortrack_ros.node_kit.diagnostics import Health
+from colortrack_ros.node_kit.diagnostics import WARN
 from colortrack_ros.node_kit.intake import full_range
 from colortrack_ros.node_kit.managed import ManagedNode
 from colortrack_ros.node_kit.node_setup import NodeSetup
@@ -33,6 +35,10 @@ from colortrack_ros.parameters import part
 MOST_UNPAIRED = 30
 """How many pictures may wait for their tracks, and tracks for their picture: a second at 30 Hz, the
 depth of the queue of images."""
+
+TOLD_AFTER = 150
+"""How many pictures, or tracks, on end without the other are told: 5 s at 30 Hz. Assumed: a
+detector that starts along with the camera is there by then."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +71,7 @@ class OverlayNode(ManagedNode[OverlaySetup]):
         self._frames: dict[int, Frame] = {}
         self._tracks: dict[int, Tracks] = {}
         self._outlines: dict[int, NDArray[np.void]] = {}
+        self._unpaired = 0
         self.health = Health(self)
         self._publisher = publish_on(self, Image, setup.overlay_topic)
         subscribe_to(self, Image, setup.image_topic, self._take_image, self.health.refuse)
@@ -100,8 +107,31 @@ class OverlayNode(ManagedNode[OverlaySetup]):
             self._paint(self._frames.pop(stamp), tracks)
         while len(waiting) > MOST_UNPAIRED:
             waiting.pop(next(iter(waiting)))
+            self._unpaired += 1
+        if self._unpaired >= TOLD_AFTER:
+            self.health.note(self._difference(), WARN)
+
+    def _difference(self) -> str:
+        """Why nothing is drawn: the newest stamp on each topic."""
+        ends: dict[str, dict[int, Any]] = {
+            self.setup.image_topic: self._frames,
+            self.setup.tracks_topic: self._tracks,
+        }
+        if self.setup.outlines_topic:
+            ends[self.setup.outlines_topic] = self._outlines
+        newest = [
+            f'{self.resolve_topic_name(topic)} '
+            + (f'at {list(waiting)[-1] / NANOSECONDS:.3f} s' if waiting else 'nothing')
+            for topic, waiting in ends.items()
+        ]
+        return (
+            'nothing is drawn: pictures and tracks have no stamps in common, or come too late for '
+            f'each other; the last on {", on ".join(newest)}'
+        )
 
     def _paint(self, frame: Frame, tracks: Tracks) -> None:
+        self._unpaired = 0
+        self.health.note('')
         self._trails.update(tracks)
         if self._publisher.get_subscription_count() == 0:
             return
