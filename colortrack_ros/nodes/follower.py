@@ -136,6 +136,8 @@ class FollowerNode(ManagedNode[FollowerSetup]):
         if not np.isfinite(found['time_since_update']):
             raise MessageError('expected finite numbers, got time_since_update nan or inf')
         variance = np.linalg.eigvalsh(found['covariance'][:2, :2])[-1]
+        if variance < 0:
+            raise MessageError(f'expected a covariance, got one of variance {variance:.3g} m^2')
         unseen = round(float(found['time_since_update']) * NANOSECONDS)
         return Target(
             np.array([found['x'], found['y']], float), np.array([found['vx'], found['vy']], float),

@@ -41,7 +41,7 @@ class Robot:
     def now(self):
         return self.ros.node.get_clock().now().nanoseconds
 
-    def tell(self, x=3.0, frame='odom', age=0.0, unseen=0.0):
+    def tell(self, x=3.0, frame='odom', age=0.0, unseen=0.0, variance=1e-4):
         """Odometry of now, and an object x m ahead."""
         stamp = self.now
         if self.clock:
@@ -51,7 +51,7 @@ class Robot:
         rows = np.zeros(1, LOCATION)
         rows['x'], rows['track_id'], rows['state'] = x, 1, CONFIRMED
         rows['time_since_update'] = unseen
-        rows['covariance'] = 1e-4 * np.eye(6)
+        rows['covariance'] = variance * np.eye(6)
         stamp -= round(age * 1e9)
         self.locations.publish(cloud_of_locations(Locations(rows, stamp, frame)))
         pose = PoseStamped(header=header_of(stamp, frame))
@@ -213,6 +213,17 @@ def test_a_time_that_is_no_number_is_refused_and_the_robot_stands(ros):
     assert robot.drives(False, unseen=np.nan), ros.outputs()
     assert robot.is_told('got time_since_update nan', unseen=np.nan), ros.outputs()
     assert robot.node.stop() == 0
+
+
+def test_a_covariance_that_is_none_is_refused_and_the_robot_stands(ros):
+    """It stood, with a warning of NumPy about a square root, and nobody was told why."""
+    robot = Robot(ros, stop_within=0.3)
+    assert robot.drives(True), ros.outputs()
+    assert robot.drives(False, variance=-1.0), ros.outputs()
+    told = 'locations: expected a covariance, got one of variance -1 m^2'
+    assert robot.is_told(told, variance=-1.0), ros.outputs()
+    assert 'RuntimeWarning' not in robot.node.output
+    assert robot.drives(True), ros.outputs()
 
 
 def test_a_clock_that_is_paused_stops_the_robot(ros):
