@@ -112,20 +112,27 @@ def named_in_errors(path: Path) -> Iterator[None]:
 def write_file(path: Path, content: bytes) -> None:
     """Write a file completely or not at all: to a temporary file beside it, which is then renamed.
 
-    A file that is replaced keeps its permissions; a link stays, and its target is replaced.
+    A file that is replaced keeps its permissions and, as far as possible, its owner; a link stays,
+    and its target is replaced.
 
-    :raises OSError: it cannot be written, or exists and is not a regular file; then the old file
-        stays and nothing is left beside it.
+    :raises OSError: it cannot be written, or exists and is read-only or not a regular file; then
+        the old file stays and nothing is left beside it.
     """
     path = resolved(path)
-    if path.exists():
+    old = path.stat() if path.exists() else None
+    if old:
         require_file(path)
-    mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else NEW_FILE
+        if not os.access(path, os.W_OK):  # which its folder would allow
+            raise OSError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+    mode = stat.S_IMODE(old.st_mode) if old else NEW_FILE
     handle, beside = tempfile.mkstemp(prefix='.', suffix='.new', dir=path.parent)
     try:
         with named_in_errors(path):
             with open(handle, 'wb') as file:
                 file.write(content)
+            if old:  # before the mode, which a change of the owner reduces
+                with contextlib.suppress(OSError):  # only root may give files to others
+                    os.chown(beside, old.st_uid, old.st_gid)
             os.chmod(beside, mode)
             os.replace(beside, path)
     except BaseException:

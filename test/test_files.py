@@ -58,6 +58,37 @@ def test_a_file_is_written_as_a_whole_or_stays_as_it_was(tmp_path, monkeypatch):
     assert sorted(tmp_path.iterdir()) == [link, path]
 
 
+def test_a_file_that_is_read_only_is_not_replaced(tmp_path, monkeypatch):
+    """Its folder would allow it, and root may write to it all the same."""
+    path = tmp_path / 'mine.yaml'
+    path.write_bytes(b'old')
+    asked = []
+    monkeypatch.setattr(os, 'access', lambda *given: asked.append(given))
+    with pytest.raises(PermissionError, match=r'mine\.yaml'):
+        write_file(path, b'new')
+    assert asked == [(path.resolve(), os.W_OK)]
+    assert path.read_bytes() == b'old'
+    assert sorted(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_that_root_changes_stays_that_of_its_owner(tmp_path, monkeypatch):
+    path = tmp_path / 'mine.yaml'
+    path.write_bytes(b'old')
+    path.chmod(0o640)
+    given = []
+    monkeypatch.setattr(os, 'chown', lambda _, *ids: given.append(ids))
+    write_file(path, b'new')
+    assert given == [(os.getuid(), os.getgid())]
+
+    def refuse(*_):
+        raise PermissionError
+
+    monkeypatch.setattr(os, 'chown', refuse)
+    write_file(path, b'newer')
+    assert path.read_bytes() == b'newer'
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
 def test_a_link_to_itself_is_an_error_of_the_system_with_every_python(tmp_path):
     (tmp_path / 'loop.csv').symlink_to('loop.csv')
     (tmp_path / 'link.csv').symlink_to('real.csv')
