@@ -154,7 +154,10 @@ def _initialize(args: list[str] | None) -> bool:
         refuse_params_files(sys.argv if args is None else args)
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # rclpy's errors have no common base class
-        print(f'colortrack_ros: bad ROS arguments: {_one_line(error)}', file=sys.stderr)
+        why = f'bad ROS arguments: {_one_line(error)}'
+        if 'initialize logging' in why:  # as a service without HOME, or on a read-only disk
+            why = f'{_one_line(error)}; set ROS_LOG_DIR to a folder that can be written to'
+        print(f'colortrack_ros: {why}', file=sys.stderr)
         return False
     return True
 

@@ -42,6 +42,16 @@ def of_children() -> float:
     return used.ru_utime + used.ru_stime
 
 
+def test_a_node_that_cannot_write_logs_says_what_to_set(ros, monkeypatch):
+    """As a service without HOME, or on a read-only disk."""
+    monkeypatch.setenv('ROS_LOG_DIR', '/dev/null/log')
+    process = ros.start_command('tracker', [executable('tracker')])
+    assert process.end() == 1
+    (line,) = process.output.strip().splitlines()
+    assert line.startswith('colortrack_ros: failed to initialize logging')
+    assert line.endswith('; set ROS_LOG_DIR to a folder that can be written to')
+
+
 BUSY = """
 import gc
 from rclpy.node import Node
