@@ -7,6 +7,9 @@ import signal
 
 # before NumPy is there: the tests run side by side, and waiting threads of BLAS burn the processor
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+# and what is started in another folder finds the same package
+if PATHS := [path for path in os.environ.get('PYTHONPATH', '').split(os.pathsep) if path]:
+    os.environ['PYTHONPATH'] = os.pathsep.join(map(os.path.abspath, PATHS))
 
 from hypothesis import HealthCheck
 from hypothesis import settings

@@ -3,6 +3,8 @@
 import pytest
 from sensor_msgs.msg import Image
 
+import colortrack_ros
+
 SOURCE = 'scene:single?width=320&height=240'
 
 FAILS_ONCE = """
@@ -31,3 +33,10 @@ def test_what_fails_with_one_picture_is_told_and_the_next_one_is_published(ros, 
     assert ros.spin(lambda: len(images) > count + 10), ros.outputs()
     assert process.output.count('ZeroDivisionError') == 1
     assert process.stop() == 0
+
+
+def test_nodes_that_tests_start_are_of_the_package_that_is_tested(ros):
+    """With PYTHONPATH=. those that are forked in another folder were those that are installed."""
+    process = ros.start_code('import colortrack_ros; print(colortrack_ros.__file__)', patient=False)
+    assert process.end() == 0
+    assert process.output.strip() == colortrack_ros.__file__
