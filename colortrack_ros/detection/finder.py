@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
+from colortrack_ros.detection.dither import color_shown
+from colortrack_ros.detection.dither import is_dithered
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_GROUND
@@ -74,7 +76,7 @@ class ColorFinder:
     """
 
     def __init__(self, colors: tuple[ReferenceColor, ...]) -> None:
-        self._colors = colors
+        self._given = self._colors = colors
         self._sought = [k for k, color in enumerate(colors) if color.is_sought]
         self._found: dict[int, Extent] = {}
         self._lit: dict[int, Extent] = {}  # as the light has changed since, however light
@@ -88,6 +90,26 @@ class ColorFinder:
         self._specks = 0
         self._light = LightChange()
         self._usual = UsualAreas(len(colors), self._sought)
+
+    def read_palette(self, frame: Frame) -> None:
+        """Take the colors that are not found yet for what a dithered picture shows by them.
+
+        Whoever read one off a pixel got a color of the palette, which no thing may have.
+        """
+        missing = [k for k in self._sought if k not in self._found]
+        if not missing or not is_dithered(frame.image):
+            return
+        colors = list(self._colors)
+        for k in missing:
+            given = self._given[k]
+            lab = None if given.is_sampled else color_shown(frame, given.lab)
+            colors[k] = replace(given, lab=lab or given.lab)
+        self._colors = tuple(colors)
+
+    @property
+    def least_chroma(self) -> float:
+        """Distance of the dullest sought color from gray [CIELAB units]; 0 if none is sought."""
+        return min((float(np.hypot(*self._colors[k].lab[1:])) for k in self._sought), default=0.0)
 
     def look(self, frame: Frame) -> bool:
         """Update the colors from a picture, if an update is due.

@@ -148,8 +148,8 @@ class ColorDistance(Method):
         self._gray_world = GrayWorld()
         self._image: LabelImage | None = None
         self._finder = ColorFinder(config.colors)
-        sought = [np.hypot(*color.lab[1:]) for color in config.colors if color.is_sought]
-        self._smoothing = Smoothing(config.smoothing or int(not sought), min(sought, default=0.0))
+        is_sought = any(color.is_sought for color in config.colors)
+        self._smoothing = Smoothing(config.smoothing or int(not is_sought))
         self._take(config.colors)
 
     def _take(self, colors: tuple[ReferenceColor, ...]) -> None:
@@ -170,7 +170,9 @@ class ColorDistance(Method):
 
     def prepare(self, frame: Frame) -> Frame:
         """Average the pixels of a noisy picture."""
-        return self._smoothing.smooth(frame)
+        if self._config.smoothing != 1:
+            self._finder.read_palette(frame)
+        return self._smoothing.smooth(frame, self._finder.least_chroma)
 
     def label(self, frame: Frame) -> LabelImage:
         """Label each pixel with the nearest reference color that it is within tolerance of."""
