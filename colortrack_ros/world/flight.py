@@ -7,6 +7,7 @@ from colortrack_ros.data import Bools
 from colortrack_ros.data import Floats
 from colortrack_ros.estimation.gaussian import TINY
 from colortrack_ros.world.state import add_white
+from colortrack_ros.world.state import ALONG_GROUND
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import DRAG
 from colortrack_ros.world.state import GRAVITY
@@ -144,6 +145,17 @@ def _bounce(moved: Floats, P: Floats, kinds: Kinds, ground: float) -> None:
     cov[...] = cov @ F.swapaxes(1, 2)
     cov[:, FALLS[:, None], FALLS] += rest * FALL_WEIGHTS @ rest.swapaxes(1, 2)
     cov[:, FALLS[:, None], FALLS] += RESTITUTION**2 * (back * FALL_WEIGHTS) @ back.swapaxes(1, 2)
-    for at in (3, 4):
-        cov[:, at, at] += (hits @ FALL_WEIGHTS)[:, 0] * np.square(FRICTION * whole[:, at, -1])
+    _rub(whole, P[rows], hits @ FALL_WEIGHTS)
     moved[rows] = whole
+
+
+def _rub(whole: Floats, P: Floats, hits: Floats) -> None:
+    """Change the speed along the ground at a bounce by a share of what it is, in place.
+
+    :param whole: (N, 8, 8 + 8 C + 1), see :func:`_brake`; P: (N, 8 C, 8 C), see :func:`_bounce`.
+    :param hits: (N, 1) probability of the bounce.
+    """
+    B, v = whole[:, ALONG_GROUND, OF_OBJECT:-1], whole[:, ALONG_GROUND, -1]
+    variances = np.einsum('nii->ni', whole[:, ALONG_GROUND, ALONG_GROUND])  # a view
+    # v may be uncertain: E[v^2], not the square of its mean
+    variances += FRICTION**2 * hits * (variances + (B @ P * B).sum(axis=-1) + v * v)

@@ -13,6 +13,7 @@ from colortrack_ros.world import Pose
 from colortrack_ros.world.config import Kind
 from colortrack_ros.world.config import KindConfig
 from colortrack_ros.world.flight import fall
+from colortrack_ros.world.flight import FRICTION
 from colortrack_ros.world.state import CameraErrors
 from colortrack_ros.world.state import DRAG
 from colortrack_ros.world.state import GRAVITY
@@ -94,6 +95,20 @@ def test_what_is_lost_in_the_air_is_linearized_as_finite_differences_say(velocit
     by_drag = (there[1] - there[0]) / 2e-4
     got = objects.cov[0, 1, 3:6, DRAG] / objects.cov[0, 1, DRAG, DRAG]
     np.testing.assert_allclose(got, by_drag, atol=1e-3 * (1 + np.abs(by_drag).max()))
+
+
+@pytest.mark.parametrize('by', ['own', 'camera'])
+def test_a_bounce_changes_an_uncertain_speed_by_a_share_of_what_it_may_be(by):
+    """Of a speed along the ground that is 0 on average, with a variance of 1 m^2/s^2."""
+    config = LocatorConfig(colors=(ball(drag=0.0),), camera_pose_sigma=(1.0,) * 6)
+    objects, kinds, errors = one(config, (0, 0, -3.0))
+    objects.mean[..., 2], objects.cov[..., 2, 2], objects.slope[...] = RADIUS, 1e-6, 0.0
+    objects.cov[..., 3, 3] = by == 'own'
+    objects.slope[..., 3, 0] = by == 'camera'
+    fallen(objects, kinds, errors)
+    more = FRICTION**2 + (by == 'own')
+    assert objects.cov[0, 1, 3, 3] == pytest.approx(more, rel=0.02)
+    assert objects.slope[0, 1, 3, 0] == (by == 'camera')
 
 
 def test_what_stands_beside_it_has_no_drag():
