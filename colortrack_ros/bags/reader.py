@@ -62,7 +62,7 @@ class BagReader:
             for file in files_of(path):
                 require_file(file)
             try:
-                self._files: list[BagFile] = [open_bag(path)]
+                self._files: list[BagFile] = [_counted(open_bag(path))]
             except Exception as error:
                 self._why = _one_line(error)
                 self._expected = _recorded(metadata)
@@ -138,6 +138,21 @@ class BagReader:
             yield
         except Exception as error:
             raise BagError(f'{self._path}: this bag cannot be read: {_one_line(error)}') from error
+
+
+def _counted(file: BagFile) -> BagFile:
+    """A bag whose topics have numbers of messages, as metadata.yaml may not tell.
+
+    :raises ValueError: they have not; the bag is closed.
+    """
+    for topic in file.topics:
+        if not isinstance(topic.size, int):
+            file.close()
+            raise ValueError(
+                f'metadata.yaml: expected the number of messages on {topic.name}, got '
+                f'{topic.size!r}'
+            )
+    return file
 
 
 def _salvaged(path: Path) -> list[BagFile]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from sensor_msgs.msg import CompressedImage
 from sensor_msgs.msg import Image
 
+from colortrack_ros.bags import BagError
 from colortrack_ros.bags import BagReader
 from colortrack_ros.bags import Topic
 from colortrack_ros.data import Detections
@@ -186,6 +187,7 @@ class BagRecording(Recording):
         self.total = self._topic.size
         self.rate = (self.total - 1) * NANOSECONDS / max(self._reader.duration, 1)
         self.has_pictures = self._topic.kind in MESSAGES
+        self._broken: BagError | None = None
         if setup.detections:
             self._detections = setup.detections.reader_of(
                 self._topic.kind, lambda line: self.warn(line)
@@ -206,9 +208,12 @@ class BagRecording(Recording):
         topic = next((t for t in self._reader.topics if t[:2] == (name, CAMERA_INFO)), None)
         if topic is None:
             return 0, 0
-        _, cdr = next(self._reader.messages(topic))
         try:
+            _, cdr = next(self._reader.messages(topic))
             return image_size_of_serialized_camera_info(cdr)
+        except BagError as error:
+            self._broken = error  # raised after the detections, which may be whole
+            return 0, 0
         except MessageError as error:
             self.refuse(str(error))
             return 0, 0
@@ -224,6 +229,8 @@ class BagRecording(Recording):
             if isinstance(content, Detections):
                 content = dataclasses.replace(content, image_size=self._image_size)
             yield Item(log_time, content, b'' if self._topic.kind == BOXES else cdr)
+        if self._broken:
+            raise self._broken
 
     def _content(self, cdr: bytes) -> Frame | Detections:
         if not self.has_pictures:

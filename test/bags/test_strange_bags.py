@@ -115,6 +115,16 @@ def test_fewer_messages_than_metadata_tells_of_are_an_error_after_those_that_are
 
 
 @pytest.mark.parametrize('storage', STORAGES)
+def test_a_count_in_metadata_that_is_no_number_hides_no_message(tmp_path, storage):
+    bag = bag_of_talk(tmp_path / 'bag', storage)
+    metadata = bag / 'metadata.yaml'
+    metadata.write_text(metadata.read_text().replace('message_count: 5', 'message_count: lots'))
+    times, told = times_of(bag)
+    assert len(times) == 5
+    assert 'an unknown number of messages on /talk are lost, 5 were read' in told
+
+
+@pytest.mark.parametrize('storage', STORAGES)
 def test_a_bag_that_is_not_serialized_as_cdr_is_not_said_to_be_cut_short(tmp_path, storage):
     bag = bag_of_talk(tmp_path / 'bag', storage)
     metadata = bag / 'metadata.yaml'

@@ -1,10 +1,12 @@
 """replay on recordings that are out of order, broken, or not what they should be."""
 
+import contextlib
 import copy
 import os
 from pathlib import Path
 import re
 import shutil
+import sqlite3
 
 import cv2
 import numpy as np
@@ -153,6 +155,22 @@ def test_a_broken_bag_gives_what_can_be_read_and_an_error(replay, bag):
     assert f'{72 - frames} of 72 messages on /camera/image_raw cannot be read: ' in errors
     assert 40 < frames < 72, 'also those behind it'
     assert len(contents('run_tracks')) == 3 * frames + 1, 'and one CameraInfo'
+
+
+def test_detections_whose_camera_info_is_lost_are_tracked_and_it_is_told(replay, bag):
+    assert replay(bag, '--output', 'seen')[0] == 0
+    clouds = [m.content for m in of_topic('seen', '/detections')]
+    infos = [m.content for m in of_topic('seen', '/camera/camera_info')]
+    path = write_bag(Path('run'), {'/detections': clouds, '/camera/camera_info': infos}, 'sqlite3')
+    (database,) = path.glob('*.db3')
+    with contextlib.closing(sqlite3.connect(database)) as rows:
+        (number,) = rows.execute("SELECT id FROM topics WHERE name LIKE '%info'").fetchone()
+        rows.execute('DELETE FROM messages WHERE topic_id = ?', (number,))
+        rows.commit()
+    status, _, errors = replay('run', '--output', 'tracked')
+    assert f'{len(infos)} messages on /camera/camera_info, 0 were read' in errors
+    assert len(of_topic('tracked', '/tracks')) == len(clouds)
+    assert status == 1
 
 
 def test_pictures_that_cannot_be_are_lost_and_the_others_tracked(replay, images):
