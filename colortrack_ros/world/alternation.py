@@ -99,5 +99,7 @@ def _aligned(one: Sequence[float], other: Sequence[float]) -> bool:
 
 def _way(one: Stamped, other: Stamped) -> tuple[float, float]:
     """Return the distance [m] and the angle [rad] between two poses."""
-    cosine = abs(sum(a * b for a, b in zip(one[2], other[2], strict=True)))
+    # those that drivers round are not quite of length 1, which would look like a turn
+    lengths = math.hypot(*one[2]) * math.hypot(*other[2]) or 1.0
+    cosine = abs(sum(a * b for a, b in zip(one[2], other[2], strict=True))) / lengths
     return math.dist(one[1], other[1]), 2 * math.acos(min(cosine, 1.0))

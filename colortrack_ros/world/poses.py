@@ -27,8 +27,9 @@ HARDEST = 5.0, 15.0
 """Accelerations [m/s^2], [rad/s^2] above which a curve is a jump or noise rather than a robot's
 motion: the path is interpolated linearly. Assumed."""
 
-UNIT_TOLERANCE = 1e-3
-"""Largest deviation of a quaternion's norm from 1: tf2 allows 1e-3."""
+UNIT_TOLERANCE = 1e-2
+"""Largest deviation of a quaternion's squared norm from 1, as in tf2: drivers round, or add up
+turns in single precision. It is normalized."""
 
 FARTHEST_ON_EARTH = 1e8
 """Largest coordinate [m]: those of UTM and of the Earth's center are below 1.1e7 on Earth."""
@@ -77,7 +78,9 @@ class Pose:
         """
         t, q = np.asarray(xyz, float), np.asarray(xyzw, float)
         length = math.hypot(*q.tolist())
-        if not (abs(length - 1) < UNIT_TOLERANCE and (np.abs(t) < FARTHEST_ON_EARTH).all()):
+        if not (
+            abs(length * length - 1) < UNIT_TOLERANCE and (np.abs(t) < FARTHEST_ON_EARTH).all()
+        ):
             raise TransformError(
                 f'pose with position {t.tolist()} and quaternion {q.tolist()}: expected numbers '
                 f'below {FARTHEST_ON_EARTH:g} m and a quaternion of length 1'

@@ -48,6 +48,14 @@ def test_two_sources_that_agree_are_not_told_however_late_one_is():
     assert not any(watched(source(50), source(20, off=(0.02, 0.0, 0.01), late=0.2)).values())
 
 
+def test_quaternions_that_are_not_quite_of_length_1_are_not_two_sources():
+    """A length of 0.996 beside one of 1 would look like a turn by 0.18 rad."""
+    watch = Alternation()
+    for k in range(100):
+        watch.see(k * 20_000_000, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0 - 0.004 * (k % 2)))
+        assert not watch.line
+
+
 @pytest.mark.parametrize('rate', [5, 20, 100, 500])
 def test_what_one_source_tells_of_fast_shaking_noisy_and_corrected_robots_is_not_told(rate):
     rng = np.random.default_rng(rate)

@@ -51,6 +51,19 @@ def test_what_is_no_rotation_is_refused(xyzw):
         Pose.of_quaternion((0, 0, 0), xyzw)
 
 
+@pytest.mark.parametrize('length', [0.9951, 1.002, 1.0049])
+def test_a_quaternion_that_tf2_takes_is_taken_and_normalized(length):
+    """Of odometry that rounds to two or three digits, or that has added up turns."""
+    pose = Pose.of_quaternion((0, 0, 0), length * np.array([0, 0, np.sin(0.3), np.cos(0.3)]))
+    np.testing.assert_allclose(pose.R, Pose.of_rpy((0, 0, 0), (0, 0, 0.6)).R, atol=1e-12)
+
+
+@pytest.mark.parametrize('xyzw', [(0, 0, 0, 1.0051), (0, 0, 0, 0.9949)])
+def test_a_quaternion_that_tf2_refuses_is_refused(xyzw):
+    with pytest.raises(TransformError, match='length 1'):
+        Pose.of_quaternion((0, 0, 0), xyzw)
+
+
 @pytest.mark.parametrize('x', [1e300, -1e9, float('inf'), float('nan')])
 def test_what_is_not_on_earth_is_refused(x):
     with pytest.raises(TransformError, match=r'below 1e\+08 m'):
