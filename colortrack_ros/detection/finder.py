@@ -88,6 +88,7 @@ class ColorFinder:
         self._fills: set[int] = set()
         self._nearest: dict[int, tuple[int, int, int]] = {}
         self._specks = 0
+        self._seen: set[int] = set()
         self._light = LightChange()
         self._usual = UsualAreas(len(colors), self._sought)
 
@@ -274,9 +275,20 @@ class ColorFinder:
             )
         return ''
 
+    @property
+    def unseen(self) -> str:
+        """Which color is there, but never as a blob, and what to do; empty if there is none."""
+        for k in self._found.keys() - self._seen:
+            if self._looked - self._since[k] > ABSENT_SECONDS * NANOSECONDS:
+                told = 'pick another pixel of it, or set erosion_size to 1 and a smaller min_area'
+                return f'{self._colors[k].name} is there, but in pieces that are too small: {told}'
+        return ''
+
     def keep(self, blobs: BlobTable, pixels: int, stamp: int) -> NDArray[np.bool_]:
         """(N,) whether a blob may be an object of its color; pixels: of the picture."""
         kept = self._usual.keep(blobs, pixels, stamp)
+        if len(self._seen) < len(self._colors):
+            self._seen.update((blobs.label - 1).tolist())
         self._specks = int(np.count_nonzero(~kept))
         return kept
 

@@ -278,3 +278,21 @@ def test_shades_beyond_are_seldom_looked_for_also_while_another_color_is_not_the
         draw_lit_ball(image, 160, 120, 40, ORANGE, least=0.15)
         detector.detect(Frame(image, stamp=k * NANOSECONDS // 30))
     assert 5 <= len(searches) <= 8, 'four times in the first second, then once in each'
+
+
+def test_a_color_whose_pixels_are_too_few_on_end_is_told():
+    thin = sought(RED)
+    color = ReferenceColor.from_rgb('c0', RED)
+    still = Detector(DetectorConfig(colors=(color,), moving_only=True))
+    for k in range(13):
+        image = picture(others=False)
+        image[40:200, 100:102] = RED[::-1]
+        frame = Frame(image, stamp=k * NANOSECONDS // 4)
+        assert len(thin.detect(frame).rows) == 0
+        still.detect(frame)
+        assert (thin.trouble == '') == (k <= 8), 'said after 2 s'
+    assert thin.trouble.startswith('c0 is there, but in pieces that are too small: pick another')
+    assert still.trouble == ''
+    image[60:90, 150:180] = RED[::-1]
+    thin.detect(Frame(image, stamp=4 * NANOSECONDS))
+    assert thin.trouble == ''

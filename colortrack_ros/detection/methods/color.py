@@ -166,7 +166,8 @@ class ColorDistance(Method):
     @property
     def trouble(self) -> str:
         """Problems of the tolerance estimation."""
-        return self._finder.trouble
+        unseen = self._finder.unseen if self._config.erosion_alone else ''
+        return self._finder.trouble or unseen
 
     def prepare(self, frame: Frame) -> Frame:
         """Average the pixels of a noisy picture."""
