@@ -49,7 +49,7 @@ class VideoFile:
         self._writer = cv2.VideoWriter(self._staged, cv2.VideoWriter.fourcc(*'mp4v'), rate, size)
         if not self._writer.isOpened():
             self._folder.cleanup()
-            reason = 'no video can be written there; expected an .mp4'
+            reason = f'no video of {size[0]}x{size[1]} px can be written; expected an .mp4'
             raise OSError(errno.EINVAL, reason, str(path))
 
     def write(self, image: NDArray[np.uint8]) -> None:

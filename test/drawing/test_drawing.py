@@ -212,6 +212,12 @@ def test_a_video_has_any_rate(tmp_path, rate):
     assert written == pytest.approx(min(rate, 65535), rel=1e-3)
 
 
+def test_pictures_too_small_for_a_video_are_told_by_their_size(tmp_path):
+    with pytest.raises(OSError, match='no video of 1x1 px can be written'):
+        VideoFile(tmp_path / 'film.mp4', 30.0, (1, 1))
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_picture_on_a_full_disk_is_told_with_its_name(tmp_path):
     picture = tmp_path / 'picture.png'
     noise = np.random.default_rng(1).integers(0, 255, (120, 160, 3), np.uint8)
