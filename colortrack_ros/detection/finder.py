@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from colortrack_ros.data import Frame
 from colortrack_ros.data import NANOSECONDS
 from colortrack_ros.detection.blobs import BlobTable
-from colortrack_ros.detection.dither import color_shown
-from colortrack_ros.detection.dither import is_dithered
+from colortrack_ros.detection.dither import of_palette
 from colortrack_ros.detection.extent import Extent
 from colortrack_ros.detection.extent import find_extent
 from colortrack_ros.detection.extent import LARGEST_GROUND
@@ -98,14 +97,12 @@ class ColorFinder:
         Whoever read one off a pixel got a color of the palette, which no thing may have.
         """
         missing = [k for k in self._sought if k not in self._found]
-        if not missing or not is_dithered(frame.image):
-            return
-        colors = list(self._colors)
-        for k in missing:
-            given = self._given[k]
-            lab = None if given.is_sampled else color_shown(frame, given.lab)
-            colors[k] = replace(given, lab=lab or given.lab)
-        self._colors = tuple(colors)
+        if missing:
+            colors = list(self._colors)
+            shown = of_palette([self._given[k] for k in missing], frame)
+            for k, color in zip(missing, shown, strict=True):
+                colors[k] = color
+            self._colors = tuple(colors)
 
     @property
     def least_chroma(self) -> float:

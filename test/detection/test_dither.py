@@ -7,9 +7,11 @@ import pytest
 from colortrack_ros.data import Frame
 from colortrack_ros.detection import Detector
 from colortrack_ros.detection import DetectorConfig
+from colortrack_ros.detection import dither
 from colortrack_ros.detection import ReferenceColor
 from colortrack_ros.detection.dither import color_shown
 from colortrack_ros.detection.dither import is_dithered
+from colortrack_ros.detection.lab import lab_from_rgb
 from colortrack_ros.detection.lab import rgb_from_lab
 from colortrack_ros.detection.smoothing import side_for
 from colortrack_ros.scenes import open_scene
@@ -80,6 +82,29 @@ def test_the_color_of_a_single_pixel_is_no_thing():
     frame = Frame(next(film(RED)).copy(), encoding='rgb8')
     frame.image[7, 7] = 0, 255, 0
     assert color_shown(frame, ReferenceColor.from_rgb('ball', (0, 255, 0)).lab) is None
+
+
+def test_of_a_wall_that_shows_a_color_few_pixels_are_read(monkeypatch):
+    read = []
+    monkeypatch.setattr(dither, 'lab_from_rgb', lambda rgb: read.append(rgb) or lab_from_rgb(rgb))
+    wall = dithered(np.full((480, 640, 3), WALL, float))
+    picked = ReferenceColor.from_rgb('wall', wall[3, 3]).lab
+    lab = color_shown(Frame(wall, 'rgb8'), picked)
+    assert np.abs(rgb_from_lab(lab) - WALL).max() < 30
+    assert len(read[-1]) == 4096
+
+
+def test_a_color_that_a_dithered_film_did_not_show_is_itself_in_the_next_film():
+    ball = 182, 72, 170
+    wall = dithered(np.full((200, 300, 3), WALL, float))
+    wall[::3, ::3] = ball  # what shows this color is gray, and fills the picture
+    detector = Detector(DetectorConfig(colors=(ReferenceColor.from_rgb('ball', ball),)))
+    assert not len(detector.detect(Frame(wall, 'rgb8')).rows)
+    for k in range(1, 5):
+        picture = np.full((200, 300, 3), WALL, np.uint8)
+        cv2.circle(picture, (60 + 9 * k, 100), RADIUS, ball, -1, cv2.LINE_AA)
+        (row,) = detector.detect(Frame(picture, 'rgb8', stamp=40_000_000 * k)).rows
+        assert abs(row['u'] - 60 - 9 * k) < 1
 
 
 @pytest.mark.parametrize('levels', [(8, 8, 4), (6, 6, 6), (2, 2, 2)])
