@@ -22,6 +22,15 @@ BOXES = 'vision_msgs/msg/Detection2DArray'
 POSE = 7 + 36
 """Doubles of a PoseWithCovariance, which is in meters."""
 
+LEAST_HYPOTHESIS = 4 + 8 * (1 + POSE)
+"""Bytes of an ObjectHypothesisWithPose without a name."""
+
+LEAST_BOX = 8 + 4 + 4 + 8 * 5 + 4
+"""Bytes of a Detection2D without names and hypotheses."""
+
+LONGEST_CLASS = 80
+"""Characters of a class that are told: a line. Chosen."""
+
 MOST_CLASSES_TOLD = 100
 """Classes of which it is told that they are left out: more than networks usually have. Chosen."""
 
@@ -55,7 +64,7 @@ class BoxReader:
             reader = Reader(cdr)
             stamp, frame_id = reader.header()
             boxes, colors = [], []
-            for _ in range(reader.uint32()):
+            for _ in range(reader.count(LEAST_BOX)):
                 name, box = _next_box(reader)
                 color = self._colors.get(name) if self._colors else 0
                 if color is None:
@@ -71,6 +80,7 @@ class BoxReader:
         return Detections(rows, stamp, frame_id)
 
     def _leave_out(self, name: str) -> None:
+        name = name[:LONGEST_CLASS]
         if name not in self._told and len(self._told) < MOST_CLASSES_TOLD:
             self._told.add(name)
             self._tell(f'class {name!r} is left out: expected one of {list(self._colors)}')
@@ -80,7 +90,7 @@ def _next_box(reader: Reader) -> tuple[str, Box]:
     """The class of the next vision_msgs/Detection2D, and its box."""
     reader.header()
     name, score = '', 1.0
-    for nth in range(reader.uint32()):
+    for nth in range(reader.count(LEAST_HYPOTHESIS)):
         other, (likely, *_) = reader.string(), reader.doubles(1 + POSE)
         if nth == 0 or likely > score:
             name, score = other, likely

@@ -31,6 +31,14 @@ class Reader:
         number: int = self._uint32.unpack_from(self._cdr, at)[0]
         return number
 
+    def count(self, least: int) -> int:
+        """Number of elements of a sequence, of at least so many bytes each."""
+        number = self.uint32()
+        left = len(self._cdr) - self._at
+        if number * least > left:
+            raise CdrError(f'{number} elements in {left} bytes: expected at least {least} for each')
+        return number
+
     def doubles(self, count: int) -> tuple[float, ...]:
         """So many float64, one after the other."""
         self._at = (self._at - 4 + 7 & ~7) + 4

@@ -1,4 +1,5 @@
 import math
+import struct
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -71,6 +72,28 @@ def test_what_is_no_such_message_is_refused_with_a_reason():
     huge = whole[:8] + b'\xff' * (len(whole) - 8)
     with pytest.raises(MessageError):
         reader.read(huge)
+
+
+BEFORE = {
+    'boxes': serialized([])[:-4],
+    'hypotheses': serialized([box(1.0, 2.0, 3.0, 4.0, [])])[: len(serialized([])) + 16],
+}
+"""The bytes before the number of them."""
+
+
+@pytest.mark.parametrize('of', BEFORE)
+def test_more_than_its_bytes_can_hold_are_not_looked_for(of):
+    cdr = BEFORE[of] + struct.pack('<I', 2**32 - 1) + bytes(1000)
+    with pytest.raises(MessageError, match='4294967295 elements in 1000 bytes: expected at least'):
+        BoxReader([], pytest.fail).read(cdr)
+
+
+def test_of_a_class_without_end_a_line_is_told():
+    told = []
+    for end in 'ab':
+        name = 1_000_000 * 'z' + end
+        assert not len(read([box(1.0, 2.0, 3.0, 4.0, [(name, 0.5)])], ['cup'], told.append).rows)
+    assert [len(line) < 150 for line in told] == [True, True]
 
 
 @pytest.mark.parametrize('wrong', [math.nan, math.inf, 1e300])
