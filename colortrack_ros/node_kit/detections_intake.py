@@ -40,6 +40,11 @@ class DetectionsConfig(Config):
         read_only=True,
     )
 
+    def check(self) -> None:
+        """Each class has one color index."""
+        if len(set(self.classes)) < len(self.classes):
+            raise ValueError(f'classes: expected each ID once, got {list(self.classes)}')
+
     def reader(self, tell: Callable[[str], object]) -> Callable[[bytes], Detections]:
         """Read a message of detections_type; raises MessageError.
 

@@ -49,6 +49,13 @@ def test_a_bag_of_boxes_is_replayed_by_class(replay, tmp_path):
     assert sorted(found['u'].tolist()) == [100.0, 300.0]
 
 
+def test_a_class_that_is_given_twice_is_refused(replay, tmp_path):
+    bag = write_boxes(tmp_path / 'run', '/yolo/detections', {START: walk(0)})
+    status, _, told = replay(bag, '-p', 'tracker:classes:=[dog, dog]')
+    assert status != 0
+    assert "classes: expected each ID once, got ['dog', 'dog']" in told
+
+
 def test_boxes_are_taken_where_the_tracker_expects_them_though_there_are_pictures(
     replay, bag, tmp_path
 ):
